@@ -1,0 +1,41 @@
+# Needs Python >= 3.11 with its venv module, git and make; nothing else has to be installed by hand.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PYTEST := $(BIN)/python -m pytest
+
+.PHONY: demo test check deep bench docs fixtures lint clean
+
+demo: $(VENV)/ready ## run the main job on the sample part; writes out/
+	rm -rf out
+	$(BIN)/wpcal demo -o out
+
+test: $(VENV)/ready ## the tests, without the slow ones
+	$(PYTEST) -n 2 -m "not deep"
+
+check: lint test ## what CI runs
+
+lint: $(VENV)/ready
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+deep: $(VENV)/ready ## the slow tests
+	$(PYTEST) -n 2 -m deep
+
+bench: $(VENV)/ready ## ratios against named peers, measured in this run
+	$(BIN)/python -m tests.benchmarks
+
+fixtures: $(VENV)/ready ## write fixtures/ anew (golden results only with tests/golden --regenerate)
+	$(BIN)/python -m cad.samples fixtures
+
+# The kernel's wheel needs the system's libGL: looked for before anything is downloaded.
+$(VENV)/ready: pyproject.toml .ci/system-libraries
+	sh .ci/system-libraries
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
+	touch $@
+
+clean:
+	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache .hypothesis

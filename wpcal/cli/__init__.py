@@ -1,0 +1,1 @@
+"""The `wpcal` command: one file a command, parsing apart from doing."""

@@ -1,0 +1,82 @@
+"""The `wpcal` command group: finds its commands by entry point; every error is one line and an exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib.metadata import EntryPoint, entry_points
+
+import click
+
+from wpcal import __version__
+
+ENTRY_POINT_GROUP = "wpcal.commands"
+EXIT_OUR_FAULT = 70
+EXIT_INTERRUPTED = 130
+
+
+class CommandsByEntryPoint(click.Group):
+    """A group whose commands are entry points `wpcal.commands`; a command's module is imported when it is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all installed commands."""
+        return sorted(_installed())
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import and return one command."""
+        entry = _installed().get(cmd_name)
+        return None if entry is None else entry.load()
+
+
+def _installed() -> dict[str, EntryPoint]:
+    return {entry.name: entry for entry in entry_points(group=ENTRY_POINT_GROUP)}
+
+
+@click.command(
+    cls=CommandsByEntryPoint,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+)
+@click.version_option(__version__, prog_name="wpcal")
+def wpcal() -> None:
+    """Put a real workpiece and its CAD model in the same place.
+
+    Touch a few points with the torch; wpcal fits the STEP model to them, says what error every weld will see, and
+    writes the weld seams as pose frames in robot coordinates.
+    """
+
+
+def run(arguments: list[str] | None = None) -> None:
+    """Run the command line and exit: 0 done, 1 misses its tolerance, 2 wrong use or input, 70 our own fault."""
+    sys.exit(_run(arguments))
+
+
+def _run(arguments: list[str] | None) -> int:
+    try:
+        code = wpcal.main(args=arguments, prog_name="wpcal", standalone_mode=False)
+    except click.ClickException as error:
+        return _say(error.format_message(), error.exit_code)
+    except click.Abort:
+        return _say("interrupted", EXIT_INTERRUPTED)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains again when it flushes
+        return 1
+    except Exception as error:  # the outermost place: whatever was not foreseen is one line, too
+        return _say_error(error)
+    return code if isinstance(code, int) else 0
+
+
+def _say_error(error: Exception) -> int:
+    from wpcal.core.errors import WpcalError
+
+    if isinstance(error, WpcalError):
+        return _say(str(error), error.exit_code)
+    if os.environ.get("WPCAL_DEBUG"):
+        raise error
+    kind = type(error).__name__
+    return _say(f"internal error ({kind}: {error}); this is our fault: set WPCAL_DEBUG=1 to see where", EXIT_OUR_FAULT)
+
+
+def _say(message: str, code: int) -> int:
+    """Print one line on stderr and return the exit code."""
+    click.echo("wpcal: " + " ".join(message.split()), err=True)
+    return code

@@ -1,0 +1,31 @@
+"""Errors, arrays, rigid transforms, point pairs and records: the words every other package speaks."""
+
+from wpcal.core.errors import (
+    ConvergenceError,
+    FormatError,
+    FrameError,
+    GeometryError,
+    InputError,
+    KernelError,
+    UnitError,
+    WpcalError,
+)
+from wpcal.core.issue import Issue
+from wpcal.core.pairs import PointPairs, Residuals
+from wpcal.core.transform import RigidTransform, SixTuple
+
+__all__ = [
+    "ConvergenceError",
+    "FormatError",
+    "FrameError",
+    "GeometryError",
+    "InputError",
+    "Issue",
+    "KernelError",
+    "PointPairs",
+    "Residuals",
+    "RigidTransform",
+    "SixTuple",
+    "UnitError",
+    "WpcalError",
+]

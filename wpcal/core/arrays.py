@@ -1,0 +1,53 @@
+"""Arrays as they come from outside, checked once and then read-only float64."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wpcal.core.errors import InputError
+
+FloatArray: TypeAlias = NDArray[np.float64]
+IntArray: TypeAlias = NDArray[np.int64]
+BoolArray: TypeAlias = NDArray[np.bool_]
+
+
+def frozen(values: ArrayLike) -> FloatArray:
+    """Copy `values` to a float64 array that cannot be written to."""
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def as_points(values: ArrayLike, *, name: str) -> FloatArray:
+    """Check and freeze an array of points.
+
+    Parameters
+    ----------
+    values : array_like, shape (n, 3)
+        Coordinates in one frame, mm.
+    name : str
+        What the array is called in a message.
+
+    Returns
+    -------
+    ndarray, shape (n, 3)
+        A read-only copy.
+
+    Raises
+    ------
+    InputError
+        When the shape is not (n, 3), or a value is NaN or infinite.
+    """
+    try:
+        points = frozen(values)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: expected numbers of shape (n, 3): {error}") from None
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InputError(f"{name}: expected shape (n, 3), got {points.shape}")
+    if not np.isfinite(points).all():
+        row = int(np.argmin(np.isfinite(points).all(axis=1)))
+        raise InputError(f"{name}: row {row + 1} holds a value that is not finite: {points[row].tolist()}")
+    return points

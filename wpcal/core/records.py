@@ -1,0 +1,125 @@
+"""Versioned JSON records and files that appear whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wpcal.core.errors import FormatError, InputError
+
+
+def to_json(record: Mapping[str, Any]) -> str:
+    """Write a record as JSON: keys in the order given, arrays as lists, no NaN, one newline at the end.
+
+    Numbers are written with all their digits (the shortest text that reads back to the same float64).
+    """
+    return json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False, default=_plain) + "\n"
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} has no place in a record")
+
+
+def read_json(path: Path, *, schema: str) -> dict[str, Any]:
+    """Read a record and check its schema name and version.
+
+    Parameters
+    ----------
+    path : Path
+    schema : str
+        Name and version, for example ``wpcal/calibration/1``.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened.
+    FormatError
+        When it is no JSON object or of another schema.
+    """
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+    except UnicodeDecodeError:
+        raise FormatError("is not a UTF-8 text file", path=str(path)) from None
+    except json.JSONDecodeError as error:
+        raise FormatError(f"is not JSON: {error.msg}", path=str(path), line=error.lineno, column=error.colno) from None
+    if not isinstance(record, dict) or record.get("schema") != schema:
+        found = record.get("schema") if isinstance(record, dict) else None
+        raise FormatError(f"expected a record of schema {schema}, found {found or 'none'}", path=str(path))
+    return record
+
+
+@contextmanager
+def new_directory(path: Path, *, overwrite: bool) -> Iterator[Path]:
+    """Fill a folder beside its place and move its files in when all of them are written.
+
+    Parameters
+    ----------
+    path : Path
+        The folder as the user named it. Files in it that are not written anew stay.
+    overwrite : bool
+        Whether an existing folder that holds files may be written to.
+
+    Yields
+    ------
+    Path
+        A temporary folder on the same file system.
+
+    Raises
+    ------
+    InputError
+        When the folder exists and holds something and `overwrite` is false, or it cannot be written.
+    """
+    check_writable(path, overwrite=overwrite)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as name:
+            yield Path(name)
+            path.mkdir(exist_ok=True)
+            for file in sorted(Path(name).iterdir()):
+                os.replace(file, path / file.name)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {(error.strerror or str(error)).lower()}") from None
+
+
+def check_writable(path: Path, *, overwrite: bool) -> None:
+    """Refuse an output folder that cannot be used, before any work is done.
+
+    Raises
+    ------
+    InputError
+        When the path is a file, or a folder that holds something and `overwrite` is false.
+    """
+    if path.exists() and not path.is_dir():
+        raise InputError(f"{path}: is a file, expected a folder to write into")
+    if path.is_dir() and any(path.iterdir()) and not overwrite:
+        raise InputError(f"{path}: exists and is not empty; give --force to write into it")
+
+
+def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
+    """Write one file beside its place and rename it, so that a reader never meets half of it.
+
+    Raises
+    ------
+    InputError
+        When it exists and `overwrite` is false, or it cannot be written.
+    """
+    if path.exists() and not overwrite:
+        raise InputError(f"{path}: exists; give --force to overwrite it")
+    temporary = path.with_name(f".{path.name}.part")
+    try:
+        temporary.write_bytes(data.encode("utf-8") if isinstance(data, str) else data)
+        os.replace(temporary, path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise InputError(f"{path}: cannot be written: {(error.strerror or str(error)).lower()}") from None

@@ -1,0 +1,141 @@
+"""Rotation matrices and the two other forms that leave wpcal: the seed's six-tuple angles and quaternions.
+
+Convention: column vectors, right-handed; ``R = Rz(gamma) Ry(beta) Rx(alpha)``, verified on the printed numbers of
+Yin 2003 (Table 1 and the result beside figure 2). Quaternions are stored x, y, z, w with w >= 0.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.core.arrays import FloatArray
+
+GIMBAL_SIN = 1.0 - 1e-14
+"""Above this |sin beta| the angles alpha and gamma turn about one axis: alpha is set to zero, gamma carries both."""
+
+
+def rotation_from_zyx(alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike) -> FloatArray:
+    """Return ``R = Rz(gamma) Ry(beta) Rx(alpha)`` for angles of any common shape.
+
+    Parameters
+    ----------
+    alpha, beta, gamma : array_like, shape (...)
+        Angles about x, y, z, rad.
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+
+    Examples
+    --------
+    A quarter turn about z carries x to y:
+
+    >>> bool(np.allclose(rotation_from_zyx(0, 0, np.pi / 2) @ [1, 0, 0], [0, 1, 0], rtol=0, atol=1e-15))
+    True
+    """
+    a, b, g = np.broadcast_arrays(*(np.asarray(v, dtype=np.float64) for v in (alpha, beta, gamma)))
+    ca, sa, cb, sb, cg, sg = np.cos(a), np.sin(a), np.cos(b), np.sin(b), np.cos(g), np.sin(g)
+    R = np.empty((*a.shape, 3, 3))
+    R[..., 0, 0] = cg * cb
+    R[..., 0, 1] = cg * sb * sa - sg * ca
+    R[..., 0, 2] = cg * sb * ca + sg * sa
+    R[..., 1, 0] = sg * cb
+    R[..., 1, 1] = sg * sb * sa + cg * ca
+    R[..., 1, 2] = sg * sb * ca - cg * sa
+    R[..., 2, 0] = -sb
+    R[..., 2, 1] = cb * sa
+    R[..., 2, 2] = cb * ca
+    return R
+
+
+def zyx_from_rotation(R: ArrayLike) -> tuple[float, float, float]:
+    """Return (alpha, beta, gamma), rad, of one rotation matrix; beta in [-pi/2, pi/2].
+
+    Parameters
+    ----------
+    R : array_like, shape (3, 3)
+        A rotation matrix.
+
+    Returns
+    -------
+    tuple of float
+        Angles about x, y, z, rad. At beta = ±90° only a sum or difference of alpha and gamma is defined: alpha is 0.
+    """
+    m = np.asarray(R, dtype=np.float64)
+    sin_beta = float(-m[2, 0])
+    if abs(sin_beta) > GIMBAL_SIN:
+        return 0.0, float(np.copysign(np.pi / 2, sin_beta)), float(np.arctan2(-m[0, 1], m[1, 1]))
+    beta = np.arctan2(sin_beta, np.hypot(m[0, 0], m[1, 0]))
+    return float(np.arctan2(m[2, 1], m[2, 2])), float(beta), float(np.arctan2(m[1, 0], m[0, 0]))
+
+
+def quaternion_from_rotation(R: ArrayLike) -> FloatArray:
+    """Return unit quaternions x, y, z, w with w >= 0.
+
+    Parameters
+    ----------
+    R : array_like, shape (..., 3, 3)
+        Rotation matrices.
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+        Where w is 0 (a half turn) the first non-zero of x, y, z is positive.
+    """
+    m = np.asarray(R, dtype=np.float64)
+    flat = m.reshape(-1, 3, 3)
+    # The four squared components times four (Shepperd 1978): the largest is at least 1, so dividing by it is safe.
+    trace = np.trace(flat, axis1=1, axis2=2)
+    squares = np.stack([*(1.0 + 2.0 * flat[:, i, i] - trace for i in range(3)), 1.0 + trace], axis=1)
+    rows = np.empty((len(flat), 4, 4))
+    x, y, z, w = 0, 1, 2, 3
+    rows[:, x, x], rows[:, y, y], rows[:, z, z], rows[:, w, w] = squares.T
+    for i, j in ((x, y), (x, z), (y, z)):
+        rows[:, i, j] = rows[:, j, i] = flat[:, i, j] + flat[:, j, i]
+    for i, (j, k) in enumerate(((2, 1), (0, 2), (1, 0))):
+        rows[:, i, w] = rows[:, w, i] = flat[:, j, k] - flat[:, k, j]
+    q = np.take_along_axis(rows, np.argmax(squares, axis=1)[:, None, None], axis=1)[:, 0]
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    lead = np.where(q[:, w] != 0, q[:, w], 0.0)
+    for i in (z, y, x):
+        lead = np.where((q[:, w] == 0) & (q[:, i] != 0), q[:, i], lead)
+    q[lead < 0] *= -1.0
+    return np.asarray(q.reshape(*m.shape[:-2], 4), dtype=np.float64)
+
+
+def rotation_from_quaternion(q_xyzw: ArrayLike) -> FloatArray:
+    """Return rotation matrices of quaternions x, y, z, w, which are scaled to unit length.
+
+    Parameters
+    ----------
+    q_xyzw : array_like, shape (..., 4)
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+    """
+    q = np.asarray(q_xyzw, dtype=np.float64)
+    q = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    v, w = q[..., :3], q[..., 3]
+    K = cross_matrix(v)
+    return np.asarray(np.eye(3) + 2.0 * (w[..., None, None] * K + K @ K), dtype=np.float64)
+
+
+def cross_matrix(v: ArrayLike) -> FloatArray:
+    """Return the matrices [v]× with [v]× u = v × u.
+
+    Parameters
+    ----------
+    v : array_like, shape (..., 3)
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+    """
+    a = np.asarray(v, dtype=np.float64)
+    K = np.zeros((*a.shape[:-1], 3, 3))
+    K[..., 0, 1], K[..., 0, 2] = -a[..., 2], a[..., 1]
+    K[..., 1, 0], K[..., 1, 2] = a[..., 2], -a[..., 0]
+    K[..., 2, 0], K[..., 2, 1] = -a[..., 1], a[..., 0]
+    return K

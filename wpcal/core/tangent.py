@@ -1,0 +1,76 @@
+"""The tangent of SE(3), fixed once: rotation first, then translation; perturbation on the left.
+
+A small motion is ``xi = (omega, v)``, rad and mm, and ``T = exp(xi) T0`` moves a point ``p = T0 q`` by
+``omega × p + v`` to first order.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.rotations import cross_matrix, quaternion_from_rotation
+
+SMALL_ANGLE_RAD = 1e-4
+"""Below this the series of the sine terms, cut after the square, is exact to round-off (next term: angle^4 / 120)."""
+
+
+def exp_rotation(omega: ArrayLike) -> FloatArray:
+    """Rotation matrices of rotation vectors (Rodrigues).
+
+    Parameters
+    ----------
+    omega : array_like, shape (..., 3)
+        Axis times angle, rad.
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+    """
+    w = np.asarray(omega, dtype=np.float64)
+    angle = np.linalg.norm(w, axis=-1)[..., None, None]
+    small = angle < SMALL_ANGLE_RAD
+    safe = np.where(small, 1.0, angle)
+    a = np.where(small, 1.0 - angle**2 / 6.0, np.sin(safe) / safe)
+    b = np.where(small, 0.5 - angle**2 / 24.0, (1.0 - np.cos(safe)) / safe**2)
+    K = cross_matrix(w)
+    return np.asarray(np.eye(3) + a * K + b * (K @ K), dtype=np.float64)
+
+
+def log_rotation(R: ArrayLike) -> FloatArray:
+    """Rotation vector of one rotation matrix, rad, of length at most pi.
+
+    Parameters
+    ----------
+    R : array_like, shape (3, 3)
+
+    Returns
+    -------
+    ndarray, shape (3,)
+    """
+    q = quaternion_from_rotation(R)
+    sin_half = float(np.linalg.norm(q[:3]))
+    if sin_half < SMALL_ANGLE_RAD / 2:
+        return np.asarray(2.0 * q[:3] / q[3], dtype=np.float64)
+    return np.asarray(q[:3] / sin_half * (2.0 * np.arctan2(sin_half, q[3])), dtype=np.float64)
+
+
+def point_jacobian(points: ArrayLike) -> FloatArray:
+    """Derivative of moved points with respect to xi at xi = 0: ``[-[p]×, I]``.
+
+    Parameters
+    ----------
+    points : array_like, shape (n, 3)
+        Points in the target frame of T, mm.
+
+    Returns
+    -------
+    ndarray, shape (n, 3, 6)
+        Columns: omega (mm per rad), then v (mm per mm).
+    """
+    p = np.asarray(points, dtype=np.float64)
+    J = np.zeros((len(p), 3, 6))
+    J[:, :, :3] = -cross_matrix(p)
+    J[:, :, 3:] = np.eye(3)
+    return J

@@ -1,0 +1,162 @@
+"""`RigidTransform`: a rotation and a translation that know which frames they join."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.errors import FrameError, InputError
+from wpcal.core.rotations import rotation_from_zyx, zyx_from_rotation
+from wpcal.core.tangent import log_rotation
+
+ORTHONORMAL_ATOL = 1e-6
+"""A matrix from a file (six printed digits) may be this far from a rotation; it is then made exact by an SVD."""
+
+
+@dataclass(frozen=True, slots=True)
+class SixTuple:
+    """The seed's six variables of a rigid motion (Yin 2003, §1): translation in mm and Z-Y-X angles in rad."""
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    alpha_rad: float
+    beta_rad: float
+    gamma_rad: float
+
+    def to_record(self) -> dict[str, float]:
+        """Return plain values for a JSON file."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RigidTransform:
+    """``T_target_source``: carries points from the frame `source` to the frame `target`.
+
+    Parameters
+    ----------
+    R : array_like, shape (3, 3)
+        Rotation, determinant +1.
+    t_mm : array_like, shape (3,)
+        Origin of `source` in `target`, mm.
+    target, source : str
+        Frame names.
+
+    Raises
+    ------
+    InputError
+        When R is not a rotation within 1e-6, or a value is not finite.
+
+    Examples
+    --------
+    >>> T_base_part = RigidTransform(np.eye(3), [100, 0, 0], target="base", source="part")
+    >>> T_base_part.apply([[1, 2, 3]]).tolist()
+    [[101.0, 2.0, 3.0]]
+    """
+
+    R: FloatArray
+    t_mm: FloatArray
+    target: str
+    source: str
+
+    def __post_init__(self) -> None:
+        R, t = frozen(self.R), frozen(self.t_mm)
+        if R.shape != (3, 3) or t.shape != (3,):
+            raise InputError(f"expected a rotation (3, 3) and a translation (3,), got {R.shape} and {t.shape}")
+        if not (np.isfinite(R).all() and np.isfinite(t).all()):
+            raise InputError(f"T_{self.target}_{self.source} holds a value that is not finite")
+        off = float(np.abs(R @ R.T - np.eye(3)).max())
+        if off > ORTHONORMAL_ATOL or np.linalg.det(R) < 0:
+            what = f"R Rᵀ is off the identity by {off:.3g}, det R = {np.linalg.det(R):.3g}"
+            raise InputError(f"T_{self.target}_{self.source} is no rigid motion: {what}")
+        object.__setattr__(self, "R", R)
+        object.__setattr__(self, "t_mm", t)
+
+    @classmethod
+    def identity(cls, *, target: str, source: str) -> RigidTransform:
+        """Return the transform of two frames that coincide."""
+        return cls(np.eye(3), np.zeros(3), target, source)
+
+    @classmethod
+    def from_matrix(cls, matrix: ArrayLike, *, target: str, source: str) -> RigidTransform:
+        """Build from a homogeneous 4×4 matrix (mm); a rotation off by rounding is made exact.
+
+        Raises
+        ------
+        InputError
+            When the matrix is not 4×4, its last row is not 0 0 0 1, or its rotation is off by more than 1e-6.
+        """
+        try:
+            m = np.asarray(matrix, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise InputError("expected a 4×4 matrix of numbers") from None
+        if m.shape != (4, 4):
+            raise InputError(f"expected a 4×4 matrix, got shape {m.shape}")
+        if not np.allclose(m[3], (0, 0, 0, 1), rtol=0, atol=ORTHONORMAL_ATOL):
+            raise InputError(f"the last row of a pose is 0 0 0 1, got {m[3].tolist()}")
+        cls(m[:3, :3], m[:3, 3], target, source)  # refuses what is no rotation before it is made exact
+        U, _, Vt = np.linalg.svd(m[:3, :3])
+        return cls(U @ Vt, m[:3, 3], target, source)
+
+    @classmethod
+    def from_six_tuple(cls, values: ArrayLike, *, target: str, source: str) -> RigidTransform:
+        """Build from (x, y, z, alpha, beta, gamma) in mm and rad with ``R = Rz(γ) Ry(β) Rx(α)``."""
+        v = np.asarray(values, dtype=np.float64)
+        if v.shape != (6,):
+            raise InputError(f"expected six numbers x, y, z, alpha, beta, gamma, got shape {v.shape}")
+        return cls(rotation_from_zyx(v[3], v[4], v[5]), v[:3], target, source)
+
+    @property
+    def matrix(self) -> FloatArray:
+        """Homogeneous matrix, shape (4, 4), mm."""
+        m = np.eye(4)
+        m[:3, :3], m[:3, 3] = self.R, self.t_mm
+        return m
+
+    @property
+    def six_tuple(self) -> SixTuple:
+        """The six-tuple (x, y, z, α, β, γ) of the seed."""
+        x, y, z = (float(v) for v in self.t_mm)
+        return SixTuple(x, y, z, *zyx_from_rotation(self.R))
+
+    def apply(self, points: ArrayLike) -> FloatArray:
+        """Carry points from `source` to `target`.
+
+        Parameters
+        ----------
+        points : array_like, shape (..., 3)
+            Points in `source`, mm.
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+            The same points in `target`, mm.
+        """
+        return np.asarray(np.asarray(points, dtype=np.float64) @ self.R.T + self.t_mm, dtype=np.float64)
+
+    def rotate(self, directions: ArrayLike) -> FloatArray:
+        """Carry directions (no translation) from `source` to `target`; shape (..., 3)."""
+        return np.asarray(np.asarray(directions, dtype=np.float64) @ self.R.T, dtype=np.float64)
+
+    def inverse(self) -> RigidTransform:
+        """Return ``T_source_target``."""
+        return RigidTransform(self.R.T, -self.R.T @ self.t_mm, self.source, self.target)
+
+    def __matmul__(self, other: RigidTransform) -> RigidTransform:
+        if self.source != other.target:
+            raise FrameError(
+                f"T_{self.target}_{self.source} @ T_{other.target}_{other.source}: the inner frames must be the same, "
+                f"got {self.source!r} and {other.target!r}"
+            )
+        return RigidTransform(self.R @ other.R, self.R @ other.t_mm + self.t_mm, self.target, other.source)
+
+    def is_close(self, other: RigidTransform, *, atol_mm: float, atol_rad: float) -> bool:
+        """Tell whether frames are the same, origins within `atol_mm` and the angle between within `atol_rad`."""
+        return (
+            (self.target, self.source) == (other.target, other.source)
+            and float(np.linalg.norm(self.t_mm - other.t_mm)) <= atol_mm
+            and float(np.linalg.norm(log_rotation(self.R.T @ other.R))) <= atol_rad
+        )
