@@ -82,17 +82,15 @@ def _surface(face: Any) -> tuple[Row, float, NurbsSurface | None]:
     if not _has_surface(face):
         return (SurfaceKind.NONE, NO_FRAME, (0.0, 0.0)), 1.0, None
     adaptor = BRepAdaptor_Surface(face, True)
-    kind = adaptor.GetType()
-    if kind == T.GeomAbs_Plane:
-        return _elementary(SurfaceKind.PLANE, adaptor.Plane())
-    if kind == T.GeomAbs_Cylinder:
-        return _elementary(SurfaceKind.CYLINDER, adaptor.Cylinder())
-    if kind == T.GeomAbs_Cone:
-        return _elementary(SurfaceKind.CONE, adaptor.Cone())
-    if kind == T.GeomAbs_Sphere:
-        return _elementary(SurfaceKind.SPHERE, adaptor.Sphere())
-    if kind == T.GeomAbs_Torus:
-        return _elementary(SurfaceKind.TORUS, adaptor.Torus())
+    elementary = {
+        T.GeomAbs_Plane: (SurfaceKind.PLANE, adaptor.Plane),
+        T.GeomAbs_Cylinder: (SurfaceKind.CYLINDER, adaptor.Cylinder),
+        T.GeomAbs_Cone: (SurfaceKind.CONE, adaptor.Cone),
+        T.GeomAbs_Sphere: (SurfaceKind.SPHERE, adaptor.Sphere),
+        T.GeomAbs_Torus: (SurfaceKind.TORUS, adaptor.Torus),
+    }.get(adaptor.GetType())
+    if elementary is not None:
+        return _elementary(elementary[0], elementary[1]())
     found = recognise_surface(face)
     if found is not None:
         row, _, _ = _elementary(SurfaceKind(found[0]), found[1])

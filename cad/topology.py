@@ -32,7 +32,7 @@ def explore(
 
 
 class _NumberedShapes:
-    """Shapes numbered from 0 in the order of their first use; the same shape in another orientation keeps its number."""
+    """Shapes numbered from 0 in the order of their first use; orientation makes no difference."""
 
     def __init__(self) -> None:
         from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as IndexedMap

@@ -125,5 +125,5 @@ def cumulative_length(graph: BrepGraph, edge: int, t: FloatArray) -> FloatArray:
 def piece_counts_of(graph: BrepGraph, edge: int) -> int:
     """Return into how many pieces one edge is cut for its length: enough for eight Gauss nodes each."""
     if graph.edge_kind[edge] == CurveKind.NURBS:
-        return PER_NURBS_SPAN * graph.nurbs_curves[graph.edge_nurbs[edge]].span_count
+        return PER_NURBS_SPAN * int(graph.nurbs_curves[graph.edge_nurbs[edge]].span_count)
     return 1 if graph.edge_kind[edge] == CurveKind.LINE else PER_NURBS_SPAN

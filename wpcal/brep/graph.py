@@ -1,8 +1,8 @@
 """`BrepGraph`: the boundary of a part as plain arrays, with no kernel object inside.
 
 Words: a *face* is a trimmed piece of a surface, an *edge* a trimmed piece of a curve, a *vertex* a point; a *coedge* is
-one use of an edge by a face. Seen from outside the material, a face lies to the left of its coedges. A *seam edge* closes
-a face onto itself (the generatrix where a cylinder begins and ends): two coedges of one face on one edge.
+one use of an edge by a face. Seen from outside the material, a face lies to the left of its coedges. A *seam edge*
+closes a face onto itself (the generatrix where a cylinder begins and ends): two coedges of one face on one edge.
 """
 
 from __future__ import annotations
@@ -81,8 +81,6 @@ class BrepGraph:
     coedge_forward : ndarray of bool, shape (C,)
         Whether the coedge runs with its edge's parameter.
     nurbs_surfaces, nurbs_curves : tuple
-    face_names, edge_names : dict of int to str
-        Names that the file gives to faces and edges; most have none.
     """
 
     solid_names: tuple[str, ...]
@@ -131,7 +129,7 @@ class BrepGraph:
     def is_seam_edge(self) -> BoolArray:
         """Whether both coedges of an edge belong to one face; shape (E,)."""
         left, right = self.edge_faces.T
-        return (left == right) & (left >= 0)
+        return np.asarray((left == right) & (left >= 0), dtype=bool)
 
     @cached_property
     def edge_solid(self) -> IntArray:

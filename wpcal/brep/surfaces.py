@@ -1,8 +1,8 @@
 """Nearest points and outward normals on faces' surfaces, many at once; closed form but for NURBS.
 
-Parameters (u, v) of a point: plane x, y (mm); cylinder and cone: angle about z and height along z; sphere: longitude and
-latitude; torus: angle about z and angle about the tube; NURBS: its own. They serve the trimming test (`trim.py`) and are
-not those of the file.
+Parameters (u, v) of a point: plane x, y (mm); cylinder and cone: angle about z and height along z; sphere: longitude
+and latitude; torus: angle about z and angle about the tube; NURBS: its own. They serve the trimming test (`trim.py`)
+and are not those of the file.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Which part of a surface a face covers: is a point inside its boundary, and how far from it.
 
-The boundary is a polyline (sag `curves.CHORD_MM`). A point of the surface is inside when the piece of boundary next above it
-(along v at the same u) runs in the direction that has the face on its lower side. That holds on closed surfaces, too, where
-counting crossings fails.
+The boundary is a polyline (sag `curves.CHORD_MM`). A point of the surface is inside when the piece of boundary next
+above it (along v at the same u) runs in the direction that has the face on its lower side. That holds on closed
+surfaces, too, where counting crossings fails.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 PERIODIC_U = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS)
+AXIS_MM = 1e-6
+"""A boundary point this near to the axis is the apex: kernels place vertices to 1e-7 mm."""
 MOST_PAIRS = 2_000_000
 """Point and boundary-piece pairs handled in one array: about 200 MB."""
 
@@ -68,6 +70,9 @@ class TrimmedFaces:
         of_face = face[coedge]
         p0, p1 = points[first], points[second]
         uv0, uv1 = project_to_faces(graph, of_face, p0).uv, project_to_faces(graph, of_face, p1).uv
+        for here, there, p in ((uv0, uv1, p0), (uv1, uv0, p1)):
+            apex = is_on_axis(graph, of_face, p)  # no angle of its own: the meridian of the other end leads there
+            here[apex, 0] = there[apex, 0]
         swap = graph.face_outward[of_face] < 0  # left seen from outside is right seen along the surface's own normal
         uv0[swap], uv1[swap] = uv1[swap], uv0[swap].copy()
         face_start = np.searchsorted(of_face, np.arange(graph.face_count + 1))
@@ -110,7 +115,7 @@ class TrimmedFaces:
         -------
         inside : ndarray of bool, shape (m,)
         distance_mm : ndarray, shape (m,)
-            To the nearest piece of boundary; infinite for a face without one (a whole sphere), which covers its surface.
+            To the nearest piece of boundary; infinite for a face without one (a whole sphere: all of it is inside).
         """
         order = np.argsort(faces, kind="stable")
         inside, distance = np.zeros(len(faces), dtype=bool), np.full(len(faces), np.inf)
@@ -167,7 +172,17 @@ def _below_nearest(row: IntArray, a0: FloatArray, a1: FloatArray, kind: IntArray
         value = np.zeros(n, dtype=bool)
         value[rows] = towards_minus if above else ~towards_minus
         found = np.where(decided, value, found)
-    return found
+    return np.asarray(found, dtype=bool)
+
+
+def is_on_axis(graph: BrepGraph, faces: IntArray, points: FloatArray) -> BoolArray:
+    """Tell which points lie on the axis of their cone or sphere: at its apex or pole; shape (m,)."""
+    frame = graph.face_frame[faces]
+    arm = points - frame[:, 0]
+    height = np.einsum("mi,mi->m", arm, frame[:, 3])
+    off = np.linalg.norm(arm - height[:, None] * frame[:, 3], axis=1)
+    pointed = np.isin(graph.face_kind[faces], (SurfaceKind.CONE, SurfaceKind.SPHERE))
+    return np.asarray(pointed & (off < AXIS_MM), dtype=bool)
 
 
 def wrap_angle(angle: FloatArray) -> FloatArray:
