@@ -63,10 +63,8 @@ class Assembly:
     ----------
     definition, representation, origin : str
         References of its ``PRODUCT_DEFINITION``, its ``SHAPE_REPRESENTATION`` and the identity placement in that.
-    context : int
-        Its representation context: that of the first root.
-    unit_mm : float
-        Length unit of the context, mm.
+    root : Root
+        The first root: new products take its contexts and its unit.
     names : tuple of str
         Names that were added: of the product and of its components.
     """
@@ -74,9 +72,13 @@ class Assembly:
     definition: str
     representation: str
     origin: str
-    context: int
-    unit_mm: float
+    root: Root
     names: tuple[str, ...]
+
+    @property
+    def unit_mm(self) -> float:
+        """Length unit of the assembly, mm."""
+        return self.root.unit_mm
 
 
 def append_placement(file: Part21File, T_base_part: RigidTransform, *, name: str) -> tuple[EntityWriter, Assembly]:
@@ -104,14 +106,14 @@ def append_placement(file: Part21File, T_base_part: RigidTransform, *, name: str
         raise FormatError("no product with a shape is found in its text", path=file.name)
     writer = EntityWriter(int(file.ids[-1]) + 1)
     unit_mm = roots[0].unit_mm
-    definition, shape = _add_product(writer, file, roots[0], name)
+    definition, shape = add_product(writer, file, roots[0], name)
     origin = writer.add_placement(RigidTransform.identity(target="base", source="base"), unit_mm=1.0)
     pairs = [_add_placements(writer, file, root, T_base_part, origin=origin, unit_mm=unit_mm) for root in roots]
     items = ",".join([origin, *(moved for _, moved in pairs)])
     representation = writer.add(f"SHAPE_REPRESENTATION({_string(name)},({items}),#{roots[0].context})")
     writer.add(f"SHAPE_DEFINITION_REPRESENTATION({shape},{representation})")
     names = [_product_name(file, root) or name for root in roots]
-    assembly = Assembly(definition, representation, origin, roots[0].context, unit_mm, (name, *names))
+    assembly = Assembly(definition, representation, origin, roots[0], (name, *names))
     for number, (root, (child, moved)) in enumerate(zip(roots, pairs, strict=True), start=1):
         add_component(
             writer, assembly, f"#{root.definition}", f"#{root.representation}",
@@ -146,8 +148,8 @@ def add_component(
     writer.add(f"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION({relation},{shape})")
 
 
-def _add_product(writer: EntityWriter, file: Part21File, root: Root, name: str) -> tuple[str, str]:
-    """Add a product in the contexts of the root's product; return its definition and its shape."""
+def add_product(writer: EntityWriter, file: Part21File, root: Root, name: str) -> tuple[str, str]:
+    """Add a product in the contexts of a root's product; return its ``PRODUCT_DEFINITION`` and ``…_SHAPE``."""
     product, definition = _product_records(file, root)
     contexts, context = _argument(product, 3), _argument(definition, 3)
     if not isinstance(contexts, tuple) or not isinstance(context, Ref):
@@ -189,13 +191,13 @@ def _add_placements(
     The reader carries A to the second placement, hence T = (T A) A⁻¹. A root without a usable placement takes the
     identity of the new product.
     """
-    T_part_axis = None if root.axis is None else _placement(file, root.axis, root.unit_mm)
+    T_part_axis = None if root.axis is None else placement_of(file, root.axis, root.unit_mm)
     if T_part_axis is None:
         return origin, writer.add_placement(T_base_part, unit_mm=unit_mm)
     return f"#{root.axis}", writer.add_placement(T_base_part @ T_part_axis, unit_mm=unit_mm)
 
 
-def _placement(file: Part21File, number: int, unit_mm: float) -> RigidTransform | None:
+def placement_of(file: Part21File, number: int, unit_mm: float) -> RigidTransform | None:
     """A placement of the file as ``T_part_axis``; None when a direction is left to the reader's choice."""
     location, axis, reference = axis_placement(file, number)
     if axis is None or reference is None:

@@ -22,16 +22,17 @@ LIBGL_HINT = "the CAD kernel needs libGL.so.1, which this system lacks: sudo apt
 try:
     import OCP.Standard
     from OCP.BRep import BRep_Builder, BRep_Tool
-    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
     from OCP.collections import (
         IndexedDataMap_TopoDS_Shape_List_TopoDS_Shape_TopTools_ShapeMapHasher as AncestorMap,
     )
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
     from OCP.collections import Sequence_TDF_Label
+    from OCP.GCPnts import GCPnts_AbscissaPoint
     from OCP.GeomAbs import GeomAbs_SurfaceType
     from OCP.gp import gp_Trsf
     from OCP.Message import Message, Message_PrinterOStream
-    from OCP.Quantity import Quantity_Color
+    from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
     from OCP.TCollection import TCollection_AsciiString, TCollection_ExtendedString
     from OCP.TDataStd import TDataStd_Name
     from OCP.TDF import TDF_Label, TDF_Tool
@@ -189,6 +190,22 @@ def vertex_points(shape: KernelObject) -> FloatArray:
     return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
 
+def mesh_points(face: KernelObject) -> FloatArray:
+    """Nodes of a face's triangles, mm, shape (n, 3); none when it has no triangles."""
+    location = TopLoc_Location()
+    mesh = BRep_Tool.Triangulation_s(face, location)
+    if mesh is None:
+        return np.zeros((0, 3))
+    trsf = location.Transformation()
+    nodes = (mesh.Node(i).Transformed(trsf) for i in range(1, mesh.NbNodes() + 1))
+    return np.array([(p.X(), p.Y(), p.Z()) for p in nodes], dtype=np.float64).reshape(-1, 3)
+
+
+def edge_length(edge: KernelObject) -> float:
+    """Length of an edge, mm."""
+    return float(GCPnts_AbscissaPoint.Length_s(BRepAdaptor_Curve(edge)))
+
+
 def compound(shapes: list[KernelObject]) -> KernelObject:
     """Put shapes into one compound."""
     result, builder = TopoDS_Compound(), BRep_Builder()
@@ -270,15 +287,15 @@ _COLOR_TYPES = (
     XCAFDoc_ColorType.XCAFDoc_ColorGen,
     XCAFDoc_ColorType.XCAFDoc_ColorCurv,
 )
-_COLOR_DIGITS = 6
-"""The kernel keeps colours as float32: six digits are what a file can say."""
+_COLOR_DIGITS = 4
+"""The kernel keeps colours as float32 and linear; the way there and back moves the sixth digit."""
 
 
 def label_color(label: KernelObject) -> tuple[float, float, float] | None:
-    """Colour of a label, linear RGB in 0…1: of its surface, else in general, else of its curve; None without one."""
+    """Colour of a label as the file writes it (sRGB, 0…1): of its surface, else in general, else of its curve."""
     color = Quantity_Color()
     for kind in _COLOR_TYPES:
         if XCAFDoc_ColorTool.GetColor_s(label, kind, color):
-            r, g, b = (round(float(v), _COLOR_DIGITS) for v in (color.Red(), color.Green(), color.Blue()))
+            r, g, b = (round(float(v), _COLOR_DIGITS) for v in color.Values(Quantity_TypeOfColor.Quantity_TOC_sRGB))
             return r, g, b
     return None

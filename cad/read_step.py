@@ -44,7 +44,7 @@ class StepSolid:
     shape : kernel shape
         ``TopoDS_Solid`` or ``TopoDS_Shell`` in the frame `part`, mm.
     color_rgb : tuple of float or None
-        Linear RGB in 0…1.
+        sRGB as the file writes it, in 0…1.
     layers : tuple of str
     """
 
@@ -66,7 +66,7 @@ class StepMark:
     name : str
         As written; empty when it has none. Often noise: some exporters name every edge.
     color_rgb : tuple of float or None
-        Linear RGB in 0…1.
+        sRGB as the file writes it, in 0…1.
     layers : tuple of str
     path : tuple of str
         Names of the instances from the root down.
@@ -173,7 +173,7 @@ def read_step(path: Path | str) -> StepPart:
         _refuse_without_faces(path, leaves, prepared)
         prepared, shell_issues = _without_open_shells(prepared)
         solids = tuple(_placed_solids(leaves, prepared, tree))
-        marks = tuple(_placed_marks(leaves, tree))
+        marks = tuple(_placed_marks(leaves, prepared, tree))
     unit, unit_issues = _unit(file)
     issues = [*unit_issues, *(issue for found in prepared.values() for issue in found.issues), *shell_issues]
     if not solids:
@@ -278,8 +278,12 @@ def _unique_name(name: str, taken: set[str]) -> str:
     return candidate
 
 
-def _placed_marks(leaves: list[Leaf], tree: StepTree) -> Iterator[StepMark]:
+def _placed_marks(leaves: list[Leaf], prepared: dict[str, LeafShapes], tree: StepTree) -> Iterator[StepMark]:
     for leaf in leaves:
+        use = leaf.use
+        if not prepared[leaf.entry].has_faces and not leaf.shape.IsNull():
+            yield from _wire_marks(leaf, tree)
+            continue
         for label in kernel.filled(XCAFDoc_ShapeTool.GetSubShapes_s, leaf.label):
             shape = XCAFDoc_ShapeTool.GetShape_s(label)
             if shape.IsNull() or shape.ShapeType() not in (kernel.FACE, kernel.WIRE, kernel.EDGE):
@@ -287,7 +291,16 @@ def _placed_marks(leaves: list[Leaf], tree: StepTree) -> Iterator[StepMark]:
             name, color, layers = speakable(kernel.label_name(label)), kernel.label_color(label), tree.layers_of(label)
             if name or color or layers:
                 kind = kernel.SHAPE_KINDS[shape.ShapeType()]
-                yield StepMark(kind, name, color, layers, leaf.use.path, shape.Moved(leaf.use.location))
+                yield StepMark(kind, name, color, layers, use.path, shape.Moved(use.location))
+
+
+def _wire_marks(leaf: Leaf, tree: StepTree) -> Iterator[StepMark]:
+    """Every edge of a product without faces; where it has no name, colour or layer of its own it has the product's."""
+    edges = kernel.sub_shapes(leaf.shape, kernel.EDGE)
+    use = leaf.use
+    for edge, own in zip(edges, _own_attributes(leaf, tuple(edges), tree), strict=True):
+        placed, layers = edge.Moved(use.location), merged(use.layers, own.layers)
+        yield StepMark("edge", own.name or use.name, own.color or use.color, layers, use.path, placed)
 
 
 def _unit(file: Part21File) -> tuple[str, list[Issue]]:

@@ -54,8 +54,10 @@ def leaf_shapes(name: str, shape: KernelObject) -> LeafShapes:
         return LeafShapes((), (Issue("empty-part", f"{name or 'a part'} has no shape", _ids(name)),), has_faces=False)
     faces = kernel.sub_shapes(shape, kernel.FACE)
     if not faces:
-        message = f"{name or 'a part'} holds no face: a wire frame, or a part kept in another file"
-        return LeafShapes((), (Issue("empty-part", message, _ids(name)),), has_faces=False)
+        edges = len(kernel.sub_shapes(shape, kernel.EDGE))
+        what = f"no face but {edges} edges, which are given as marks" if edges else "no face: it may be in another file"
+        issue = Issue("wires-only" if edges else "empty-part", f"{name or 'a part'} holds {what}", _ids(name))
+        return LeafShapes((), (issue,), has_faces=False)
     issues: list[Issue] = []
     meshed = sum(map(kernel.is_mesh_face, faces))
     if meshed:

@@ -102,6 +102,68 @@ def _context_and_items(representation: Instance) -> tuple[Ref | None, tuple[Ref,
     return context, tuple(item for item in items if isinstance(item, Ref))
 
 
+@dataclass(frozen=True, slots=True)
+class Component:
+    """How a root places one of its components.
+
+    Parameters
+    ----------
+    transformation : int
+        The ``ITEM_DEFINED_TRANSFORMATION``.
+    side : int
+        Which of its two placements is the root's: 0 or 1.
+    placement : int
+        That placement.
+    """
+
+    transformation: int
+    side: int
+    placement: int
+
+
+def components_of(file: Part21File, root: Root) -> tuple[Component, ...]:
+    """Placements of a root's components; empty for a part that stands alone.
+
+    Raises
+    ------
+    FormatError
+        When a component is not placed by an ``ITEM_DEFINED_TRANSFORMATION``, or the root also has a shape of its own.
+    """
+    usages = {
+        usage.id
+        for usage in file.instances("NEXT_ASSEMBLY_USAGE_OCCURRENCE")
+        if _argument(_record(usage, "NEXT_ASSEMBLY_USAGE_OCCURRENCE"), 3) == root.definition
+    }
+    if not usages:
+        return ()
+    found = []
+    for link in file.instances("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"):
+        record = _record(link, "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION")
+        usage = _argument(_record(_follow(file, _argument(record, 1)), "PRODUCT_DEFINITION_SHAPE"), 2)
+        if usage in usages:
+            found.append(_component(file, root, _follow(file, _argument(record, 0))))
+    placed = [component for component in found if component is not None]
+    representation = file.instance(root.representation)
+    items = () if representation is None else _context_and_items(representation)[1]
+    if len(placed) != len(usages) or not all(_is(file, item, "AXIS2_PLACEMENT_3D") for item in items):
+        raise FormatError(f"the components of #{root.definition} are not all placed by transformations", path=file.name)
+    return tuple(placed)
+
+
+def _component(file: Part21File, root: Root, relation: Instance | None) -> Component | None:
+    if relation is None:
+        return None
+    ends = _record(relation, "REPRESENTATION_RELATIONSHIP")
+    number = _argument(_record(relation, "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION"), 0)
+    transformation = _record(_follow(file, number), "ITEM_DEFINED_TRANSFORMATION")
+    for side in (1, 0):
+        placement = _argument(transformation, 2 + side)
+        is_root = _argument(ends, 2 + side) == root.representation
+        if is_root and isinstance(placement, Ref) and isinstance(number, Ref):
+            return Component(int(number), side, int(placement))
+    return None
+
+
 def unit_of_context(file: Part21File, context: int) -> float:
     """Length unit of a representation context, mm; 1 when the context names none (the kernel's assumption as well)."""
     instance = file.instance(context)

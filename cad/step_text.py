@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from cad.part21 import Part21File, index_part21
@@ -63,7 +64,7 @@ def read_step_text(path: Path) -> Part21File:
     file = index_part21(text, name=str(path))
     if not len(file.ids):
         raise FormatError("the data section is empty", path=str(path))
-    return file
+    return replace(file, name=path.name)  # what is said of it later goes into results, where a path has no place
 
 
 def _what_it_is(text: bytes) -> str:

@@ -13,7 +13,7 @@ from cad import kernel
 from cad.kernel import KernelObject
 
 Color = tuple[float, float, float]
-"""Linear RGB in 0…1."""
+"""sRGB as the file writes it, in 0…1."""
 
 EMPTY_NAMES = frozenset({"", "NONE", "NULL"})
 """What exporters write where there is no name (SolidWorks: 'NONE' on every face and edge)."""
