@@ -36,10 +36,12 @@ try:
     from OCP.TCollection import TCollection_AsciiString, TCollection_ExtendedString
     from OCP.TDataStd import TDataStd_Name
     from OCP.TDF import TDF_Label, TDF_Tool
+    from OCP.TDocStd import TDocStd_Document
     from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
     from OCP.TopExp import TopExp, TopExp_Explorer
     from OCP.TopLoc import TopLoc_Location
     from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Shell
+    from OCP.XCAFApp import XCAFApp_Application
     from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType
 except ImportError as error:
     if "libGL" in str(error):
@@ -275,6 +277,13 @@ def label_entry(label: KernelObject) -> str:
     text = TCollection_AsciiString()
     TDF_Tool.Entry_s(label, text)
     return str(text.ToCString())
+
+
+def new_document() -> KernelObject:
+    """Return an empty XCAF document: the kernel's tree of products, instances and attributes."""
+    document = TDocStd_Document(extended("XmlXCAF"))
+    XCAFApp_Application.GetApplication_s().InitDocument(document)
+    return document
 
 
 def new_label() -> KernelObject:

@@ -15,8 +15,6 @@ from typing import Any
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
 from OCP.STEPCAFControl import STEPCAFControl_Controller, STEPCAFControl_Reader
-from OCP.TDocStd import TDocStd_Document
-from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_ShapeTool
 
 from cad import kernel
@@ -194,8 +192,7 @@ def read_document(path: Path) -> KernelObject:
     XCAFDoc_ShapeTool.SetAutoNaming_s(False)  # or nameless shapes are called SOLID and =>[0:1:1:2]
     Interface_Static.SetCVal_s("xstep.cascade.unit", "MM")
     Interface_Static.SetIVal_s("read.stepcaf.subshapes.name", 1)  # off by default: names of faces and edges
-    document = TDocStd_Document(kernel.extended("XmlXCAF"))
-    XCAFApp_Application.GetApplication_s().InitDocument(document)
+    document = kernel.new_document()
     reader = STEPCAFControl_Reader()
     for switch in (reader.SetNameMode, reader.SetColorMode, reader.SetLayerMode, reader.SetGDTMode, reader.SetSHUOMode):
         switch(True)

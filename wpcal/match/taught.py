@@ -101,13 +101,13 @@ def pair_points(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> t
     for row, (name, use) in enumerate(zip(taught.features, taught.use, strict=True)):
         if use != "no" and np.isnan(p_part[row]).any():
             p_part[row] = _feature_point(taught, features, name, taught.lines[row])
-    use = np.array(taught.use)
-    fitted = np.flatnonzero(use == "yes")
+    uses = np.array(taught.use)
+    fitted = np.flatnonzero(uses == "yes")
     if len(fitted) < 3:
         raise FormatError(f"a fit needs at least 3 points with use yes, got {len(fitted)}", path=taught.path)
     pairs, check = (
         PointPairs(tuple(taught.names[i] for i in rows), p_part[rows], taught.p_base[rows])
-        for rows in (fitted, np.flatnonzero(use == "check"))
+        for rows in (fitted, np.flatnonzero(uses == "check"))
     )
     return pairs, check if len(check) else None
 

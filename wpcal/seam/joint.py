@@ -23,6 +23,8 @@ SAME_PLANE = 0.99
 """Cosine between normals of faces that continue each other (8 degrees)."""
 FLAT_COS = 0.7
 """Cosine between the normals of wall and base above which they lie side by side (45 degrees): butt or edge joint."""
+EXTENT_BISECTIONS = 16
+"""From a quarter of an extent to a few hundred-thousandths of it."""
 EXTENT_SAMPLES = 40
 """Points of the geometric row by which a face's extent is felt: neighbours differ by a factor of 1.25."""
 
@@ -74,12 +76,12 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *
     inward = _inward(n_wall, slope[has_wall], -1.0)
     height = _extent(graph, trimmed, wall, p, _inward(n_face, slope[has_wall], 1.0), gap_mm)
     width = _extent(graph, trimmed, contact_face, p, inward, gap_mm)
-    beyond = _is_on(graph, trimmed, f, p + (width[:, None] * 1.25 + 2.0 * gap_mm) * inward)
+    stands = height >= _thickness(np.stack([contact_face, f], axis=1), width)
+    beyond = _is_on(graph, trimmed, f, p + (width[:, None] + 2.0 * gap_mm + 0.1) * inward)
     cosine = np.einsum("ki,ki->k", n_wall, n_base)
     into_wall = np.einsum("ki,ki->k", _inward(n_face, slope[has_wall], 1.0), n_base)
     words = [
-        _words(*row)
-        for row in zip(continues, height >= width, beyond, cosine > FLAT_COS, into_wall > 1 - FLAT_COS, strict=True)
+        _words(*row) for row in zip(continues, stands, beyond, cosine > FLAT_COS, into_wall > 1 - FLAT_COS, strict=True)
     ]
     pieces = SeamPieces(e, contacts.t0[rows], contacts.t1[rows], wall, base, contacts.gap_mm[rows])
     return JoinedPieces(pieces, tuple(joint for joint, _ in words), tuple(weld for _, weld in words))
@@ -96,6 +98,14 @@ def _words(
     if side_by_side:
         return (JointType.BUTT if stands else JointType.EDGE), WeldType.GROOVE
     return JointType.CORNER, (WeldType.FILLET if concave else WeldType.GROOVE)
+
+
+def _thickness(patch: IntArray, width: FloatArray) -> FloatArray:
+    """Return the least width of the contact patch (pair of faces) of each piece: how thick the member is there."""
+    _, group = np.unique(patch, axis=0, return_inverse=True)
+    least = np.full(group.max(initial=-1) + 1, np.inf)
+    np.minimum.at(least, group.ravel(), width)
+    return np.asarray(least[group.ravel()], dtype=np.float64)
 
 
 def _inward(normal: FloatArray, slope: FloatArray, sign: float) -> FloatArray:
@@ -150,9 +160,14 @@ def _is_on(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, points: Floa
 def _extent(
     graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, p: FloatArray, direction: FloatArray, gap_mm: float
 ) -> FloatArray:
-    """Feel how far faces reach from p in a direction, mm: the first step of a geometric row that misses the face."""
+    """Feel how far faces reach from p in a direction, mm: to the first gap that a geometric row of points meets."""
     steps = np.geomspace(2.0 * gap_mm + 0.1, max(graph.size_mm, 1.0), EXTENT_SAMPLES)
     points = p[:, None] + steps[:, None] * direction[:, None]
     on = _is_on(graph, trimmed, np.repeat(face, len(steps)), points.reshape(-1, 3)).reshape(len(p), len(steps))
     first_off = np.where(on.all(axis=1), len(steps) - 1, np.argmin(on, axis=1))
-    return np.asarray(steps[first_off], dtype=np.float64)
+    low, high = np.where(first_off > 0, steps[first_off - 1], 0.0), steps[first_off]
+    for _ in range(EXTENT_BISECTIONS):
+        middle = (low + high) / 2
+        holds = _is_on(graph, trimmed, face, p + middle[:, None] * direction)
+        low, high = np.where(holds, middle, low), np.where(holds, high, middle)
+    return np.asarray(high, dtype=np.float64)

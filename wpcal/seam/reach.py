@@ -14,6 +14,8 @@ START_MM = 1.0
 """Rays start this far out of the joint, clear of the gap and of the faces they leave between."""
 CONE_RAD = np.radians(25.0)
 """Rays beside the bisector, as far as a welder tilts the torch before he calls a joint unreachable."""
+TORCH_MM = 150.0
+"""Rays end here: nozzle and neck of a torch reach about this far out of the joint before the wrist has room to turn."""
 LEAST_FREE = 0.6
 """Share of the rays that must be free: a single ray that slips out through a pipe's end does not make a way."""
 STEPS = 12
@@ -61,7 +63,7 @@ def is_blocked(graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, ray
     origins, rays : ndarray, shape (m, 3)
         Starts and unit directions in `part`, mm.
     """
-    ray, face, low, high = _through_boxes(trimmed, origins, rays, graph.size_mm)
+    ray, face, low, high = _through_boxes(trimmed, origins, rays)
     blocked = np.zeros(len(origins), dtype=bool)
     t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, STEPS)
     side = _height(graph, np.repeat(face, STEPS), origins, rays, np.repeat(ray, STEPS), t.ravel()).reshape(t.shape)
@@ -89,7 +91,7 @@ def _height(
 
 
 def _through_boxes(
-    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, reach_mm: float
+    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
     """Return pairs of a ray and a face whose box it goes through, and where it enters and leaves."""
     low, high = trimmed.face_box
@@ -98,7 +100,7 @@ def _through_boxes(
         for number, (o, d) in enumerate(zip(origins, rays, strict=True)):
             a, b = (low - THIN_MM - o) / d, (high + THIN_MM - o) / d
             enter = np.maximum(np.fmin(a, b).max(axis=1), 0.0)
-            leave = np.minimum(np.fmax(a, b).min(axis=1), 2.0 * reach_mm)
+            leave = np.minimum(np.fmax(a, b).min(axis=1), TORCH_MM)
             faces = np.flatnonzero(leave > enter)
             found.append((np.full(len(faces), number), faces, enter[faces], leave[faces]))
     if not found:

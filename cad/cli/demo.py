@@ -1,0 +1,31 @@
+"""`wpcal demo`: the main job on a sample part, with nothing but the installed package."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.option("-o", "--out", default="wpcal-demo", show_default=True, type=click.Path(path_type=Path))
+@click.option("--force", is_flag=True, help="Write into a folder that exists and holds files.")
+def demo(*, out: Path, force: bool) -> int:
+    """Make a sample part with taught points and calibrate it; writes both and the results into one folder."""
+    from cad.child import run_in_child
+    from cad.cli.calibrate import show_written
+    from cad.cli.progress import shown_progress
+    from wpcal.core.records import check_writable
+
+    check_writable(out, overwrite=force)
+    with shown_progress() as progress:
+        written = run_in_child(
+            "cad.samples:calibrate_sample",
+            {"out": out, "overwrite": force},
+            what="calibrating the sample",
+            progress=progress,
+        )
+    show_written(written, out)
+    part, taught = out / "tee.step", out / "taught.csv"
+    click.echo(f"The same by hand:  wpcal calibrate {part} {taught} -o RESULT")
+    return 0 if written.result.verdict == "PASS" else 1

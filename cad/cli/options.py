@@ -1,0 +1,84 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from wpcal.core.transform import RigidTransform
+    from wpcal.seam import SeamOptions
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def seam_options(command: Command) -> Command:
+    """Add the options by which seams are found and cut into frames."""
+    for option in (
+        click.option("--chord-mm", type=float, default=0.1, show_default=True, help="Largest chord error."),
+        click.option("--min-step-mm", type=float, default=1.0, show_default=True, help="Thin points nearer than this."),
+        click.option("--max-step-mm", type=float, default=10.0, show_default=True, help="Largest step along a seam."),
+        click.option("--gap-mm", type=float, help="Largest gap between members.  [default: by part size, at most 0.5]"),
+        click.option(
+            "--concave",
+            type=click.Choice(["always", "never", "auto"]),
+            default="auto",
+            show_default=True,
+            help="Take concave edges inside one solid as seams; auto: of solids that touch no other and do not look "
+            "machined.",
+        ),
+        click.option("--split-deg", type=float, default=30.0, show_default=True, help="A sharper turn ends a seam."),
+    ):
+        command = option(command)
+    return command
+
+
+def to_seam_options(values: dict[str, Any]) -> SeamOptions:
+    """Take the values of `seam_options` out of a command's arguments."""
+    import math
+
+    from wpcal.core.errors import InputError
+    from wpcal.seam import ConcaveEdges, SeamOptions, StepOptions
+
+    steps = StepOptions(*(values.pop(name) for name in ("chord_mm", "min_step_mm", "max_step_mm")))
+    gap_mm, split_deg = values.pop("gap_mm"), values.pop("split_deg")
+    if gap_mm is not None and not gap_mm > 0:
+        raise InputError(f"--gap-mm must be positive, got {gap_mm}")
+    if not 0 <= split_deg <= 180:
+        raise InputError(f"--split-deg must be between 0 and 180, got {split_deg}")
+    return SeamOptions(gap_mm, ConcaveEdges(values.pop("concave")), math.radians(split_deg), steps)
+
+
+def read_pose(text: str) -> RigidTransform:
+    """Read ``T_nominal_part``: six numbers x,y,z,a,b,c (mm and degrees, R = Rz(c) Ry(b) Rx(a)) or a JSON file.
+
+    Raises
+    ------
+    InputError
+        When it is neither; the JSON file holds a 4×4 matrix, by itself or under the key ``T_nominal_part``.
+    """
+    import numpy as np
+
+    from wpcal.core.errors import InputError
+    from wpcal.core.transform import RigidTransform
+
+    try:
+        numbers = [float(v) for v in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) == 6:
+        six = np.array([*numbers[:3], *np.radians(numbers[3:])])
+        return RigidTransform.from_six_tuple(six, target="nominal", source="part")
+    path = Path(text)
+    if not path.is_file():
+        raise InputError(f"--nominal: expected x,y,z,a,b,c in mm and degrees or a JSON file, got {text!r}")
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError:
+        raise InputError(f"--nominal: {path}: is not JSON") from None
+    matrix: Any = record.get("T_nominal_part") if isinstance(record, dict) else record
+    return RigidTransform.from_matrix(matrix, target="nominal", source="part")

@@ -1,0 +1,41 @@
+"""`wpcal seams`: what can be welded on a part."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from cad.cli.options import seam_options, to_seam_options
+
+
+@click.command()
+@click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
+@seam_options
+@click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout, in the form of seams.json, frame part.")
+def seams(*, part_step: Path, as_json: bool, **values: Any) -> int:
+    """List the weld seams of PART.step: contacts between solids, and concave edges inside one."""
+    from cad.child import run_in_child
+    from cad.cli.progress import shown_progress
+
+    options = to_seam_options(values)
+    with shown_progress() as progress:
+        found = run_in_child(
+            "cad.convert:list_seams",
+            {"step": part_step, "options": options},
+            what=f"finding the seams of {part_step}",
+            progress=progress,
+        )
+    if as_json:
+        from wpcal.core.records import to_json
+        from wpcal.seam.record import seams_record
+
+        click.echo(to_json(seams_record(found)), nl=False)
+    else:
+        from rich.console import Console
+
+        from cad.cli.tables import seams_table
+
+        Console().print(seams_table(found, f"Seams of {part_step.name} (part frame)"))
+    return 0

@@ -1,0 +1,350 @@
+"""The main job as one function: STEP and taught points in, calibrated seams out.
+
+In steps it is `cad.read_step` → `cad.to_brep` → `wpcal.features` → `wpcal.match` → `wpcal.calibrate` → `wpcal.seam` →
+`cad.write_step`; each takes and returns plain values.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cad.to_brep import to_brep
+from wpcal.brep import BrepGraph
+from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, calibrate
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.core.issue import Issue
+from wpcal.core.records import new_directory, to_json
+from wpcal.core.transform import RigidTransform
+from wpcal.features import ReferenceFeature, find_features
+from wpcal.match import TaughtPoints, pair_points, read_taught
+from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.record import seams_csv, seams_record
+
+Progress = Callable[[str], None]
+SEAM_RGB = (0.9, 0.2, 0.1)
+"""Colour of seams that are written as edges into the moved STEP file (sRGB)."""
+
+
+def no_progress(_: str) -> None:
+    """Say nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrateOptions:
+    """How a workpiece is calibrated.
+
+    Parameters
+    ----------
+    criterion : Criterion
+    solver : Solver
+    seed : int
+    tolerance_mm : float
+    teaching : TeachingError
+    seams : SeamOptions
+    certify : bool
+    """
+
+    criterion: Criterion = Criterion.MINIMAX
+    solver: Solver = Solver.ANNEALING
+    seed: int = 0
+    tolerance_mm: float = 0.5
+    teaching: TeachingError = field(default_factory=TeachingError)
+    seams: SeamOptions = field(default_factory=SeamOptions)
+    certify: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Workpiece:
+    """A part as read, and what can be taught and welded on it.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    features : tuple of ReferenceFeature
+    issues : tuple of Issue
+        What is odd in the file.
+    source : StepPart or None
+        The STEP file; None for shapes handed over from a script.
+    shapes : tuple
+        The shapes handed over, as they came.
+    """
+
+    graph: BrepGraph
+    features: tuple[ReferenceFeature, ...]
+    issues: tuple[Issue, ...] = ()
+    source: Any = None
+    shapes: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WorkpieceCalibration:
+    """A calibrated workpiece.
+
+    Parameters
+    ----------
+    workpiece : Workpiece
+    result : CalibrationResult
+    seams : tuple of Seam
+        With frames in `part`.
+    u95_mm : tuple of ndarray
+        95 % error at every frame of each seam, mm.
+    taught : TaughtPoints
+    """
+
+    workpiece: Workpiece
+    result: CalibrationResult
+    seams: tuple[Seam, ...]
+    u95_mm: tuple[FloatArray, ...]
+    taught: TaughtPoints
+
+    @property
+    def T_base_part(self) -> RigidTransform:
+        """Where the real part stands in the robot's base."""
+        return self.result.T_base_part
+
+    def moved_shapes(self) -> list[Any]:
+        """Return the part's shapes as build123d shapes in `base`; shapes that were handed over keep their class."""
+        from build123d import Location
+
+        from cad.kernel import to_location
+
+        T = Location(to_location(self.T_base_part))
+        source = self.workpiece.source
+        return [shape.moved(T) for shape in (self.workpiece.shapes or source.build123d_shapes())]
+
+    def seams_record(self) -> dict[str, Any]:
+        """Return the record of ``seams.json``, frames in `base`."""
+        return seams_record(self.seams, self.T_base_part, self.u95_mm)
+
+    def to_record(self, issues: Sequence[Issue] = ()) -> dict[str, Any]:
+        """Return the record of ``calibration.json``; `issues` are those of writing."""
+        record = self.result.to_record()
+        source = self.workpiece.source
+        inputs = {"taught": {"file": Path(self.taught.path).name, "sha256": _digest(self.taught.path)}}
+        if source is not None:
+            inputs["part"] = {"file": source.file_name, "sha256": source.sha256, "unit": source.unit}
+        found = [issue.to_record() for issue in (*self.workpiece.issues, *issues)]
+        head = {"schema": record.pop("schema"), "inputs": inputs, "robot_space": "nominal"}
+        return {**head, **record, "issues": [*record["issues"], *found]}
+
+
+def _digest(path: str) -> str | None:
+    file = Path(path)
+    return hashlib.sha256(file.read_bytes()).hexdigest() if path and file.is_file() else None
+
+
+def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
+    """Read a part and find its reference features.
+
+    Parameters
+    ----------
+    step : path, build123d shape, or iterable of build123d shapes
+        A STEP file, or shapes in mm; a shape's label becomes its solid's name.
+
+    Returns
+    -------
+    Workpiece
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read, or there is no solid.
+    KernelError
+        When the kernel fails.
+    """
+    if isinstance(step, str | Path):
+        from cad.read_step import read_step
+
+        progress(f"reading {Path(step).name}")
+        part = read_step(step)
+        graph = to_brep((solid.name, solid.shape) for solid in part.solids)
+        return Workpiece(graph, find_features(graph), part.issues, part)
+    shapes = tuple(step) if isinstance(step, Iterable) and not hasattr(step, "wrapped") else (step,)
+    named = _named_solids(shapes)
+    if not named:
+        raise InputError("the shapes handed over hold no solid")
+    graph = to_brep(named)
+    return Workpiece(graph, find_features(graph), shapes=shapes)
+
+
+def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:
+    from cad.topology import explore
+
+    named: list[tuple[str, Any]] = []
+    taken: set[str] = set()
+    for shape in shapes:
+        for solid, _ in explore(shape.wrapped, "solid"):
+            base = getattr(shape, "label", "") or f"S{len(named) + 1}"
+            name, count = base, 1
+            while name in taken:
+                count += 1
+                name = f"{base}#{count}"
+            taken.add(name)
+            named.append((name, solid))
+    return named
+
+
+def calibrate_workpiece(
+    step: Any,
+    taught: Path | str | TaughtPoints,
+    *,
+    T_nominal_part: RigidTransform | None = None,
+    options: CalibrateOptions | None = None,
+    progress: Progress = no_progress,
+) -> WorkpieceCalibration:
+    """Find where a real part stands, and its weld seams in the robot's base.
+
+    Parameters
+    ----------
+    step : path, build123d shape, or iterable of build123d shapes
+        The model of the part.
+    taught : path or TaughtPoints
+        Points touched with the robot, in `base`, mm.
+    T_nominal_part : RigidTransform, optional
+        Where the cell's model has the part; identity where not given.
+    options : CalibrateOptions, optional
+    progress : callable, optional
+        Gets a line for every step.
+
+    Returns
+    -------
+    WorkpieceCalibration
+
+    Raises
+    ------
+    InputError
+        When the part or the points cannot be used; `GeometryError` when points are collinear or too few, `UnitError`
+        when they are in another unit, `FormatError` when a file breaks its format or names no feature of the part.
+    KernelError
+        When the kernel fails.
+
+    Examples
+    --------
+    >>> from build123d import Box
+    >>> from wpcal.match import TaughtPoints
+    >>> box = Box(100, 60, 20)
+    >>> import numpy as np
+    >>> corners = np.array([[-50, -30, -10], [50, -30, -10], [50, 30, -10], [-50, 30, 10]], dtype=float)
+    >>> touched = TaughtPoints(("a", "b", "c", "d"), corners + [500, 0, 0], ("",) * 4, corners, ("yes",) * 4, "", ())
+    >>> found = calibrate_workpiece(box, touched)
+    >>> [round(v, 6) + 0.0 for v in found.T_base_part.t_mm.tolist()]
+    [500.0, 0.0, 0.0]
+    """
+    options = options or CalibrateOptions()
+    points = read_taught(Path(taught)) if isinstance(taught, str | Path) else taught
+    workpiece = open_workpiece(step, progress=progress)
+    pairs, check = pair_points(points, workpiece.features)
+    progress("finding seams")
+    seams = detect_seams(workpiece.graph, options.seams)
+    frames = [seam.frames.p for seam in seams if seam.accepted]
+    progress("fitting")
+    result = calibrate(
+        pairs,
+        criterion=options.criterion,
+        solver=options.solver,
+        seed=options.seed,
+        tolerance_mm=options.tolerance_mm,
+        T_nominal_part=T_nominal_part,
+        teaching=options.teaching,
+        check=check,
+        certify=options.certify,
+        seam_points=np.concatenate(frames) if frames else None,
+    )
+    u95 = tuple(result.predict_error_mm(seam.frames.p) for seam in seams)
+    return WorkpieceCalibration(workpiece, result, seams, u95, points)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WrittenCalibration:
+    """What a command shows of a calibration that was written.
+
+    Parameters
+    ----------
+    result : CalibrationResult
+    seams : tuple of Seam
+        With frames in `part`.
+    u95_mm : tuple of ndarray
+    record : dict
+        The record of ``calibration.json``.
+    files : tuple of str
+        Names of the files written.
+    """
+
+    result: CalibrationResult
+    seams: tuple[Seam, ...]
+    u95_mm: tuple[FloatArray, ...]
+    record: dict[str, Any]
+    files: tuple[str, ...]
+
+
+def calibrate_files(
+    step: Path,
+    taught: Path,
+    out: Path,
+    *,
+    overwrite: bool,
+    T_nominal_part: RigidTransform | None = None,
+    options: CalibrateOptions | None = None,
+    mark_seams: bool = False,
+    progress: Progress = no_progress,
+) -> WrittenCalibration:
+    """Calibrate a STEP file and write ``calibration.json``, ``seams.json``, ``seams.csv`` and the moved STEP file.
+
+    Parameters
+    ----------
+    step, taught : Path
+    out : Path
+        The folder to write into.
+    overwrite : bool
+        Whether it may exist and hold files.
+    T_nominal_part, options, progress :
+        As in `calibrate_workpiece`.
+    mark_seams : bool
+        Write the accepted seams as named edges into the moved STEP file.
+
+    Returns
+    -------
+    WrittenCalibration
+
+    Raises
+    ------
+    InputError
+        As in `calibrate_workpiece`, or when the folder cannot be written. Nothing is written then.
+    KernelError
+        When the kernel fails.
+    """
+    from cad.write_step import write_moved_step
+
+    found = calibrate_workpiece(step, taught, T_nominal_part=T_nominal_part, options=options, progress=progress)
+    source = found.workpiece.source
+    marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams if s.accepted] if mark_seams else []
+    seams = found.seams_record()
+    with new_directory(out, overwrite=overwrite) as folder:
+        progress("writing the moved part and reading it again")
+        moved = f"{Path(source.file_name).stem}.calibrated.step"
+        issues = write_moved_step(source, found.T_base_part, folder / moved, seams=marked)
+        record = found.to_record(issues)
+        (folder / "calibration.json").write_text(to_json(record), encoding="utf-8")
+        (folder / "seams.json").write_text(to_json(seams), encoding="utf-8")
+        (folder / "seams.csv").write_text(seams_csv(seams), encoding="utf-8")
+    files = ("calibration.json", "seams.json", "seams.csv", moved)
+    return WrittenCalibration(found.result, found.seams, found.u95_mm, record, files)
+
+
+def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[ReferenceFeature, ...]:
+    """Return the reference features of a STEP file."""
+    return open_workpiece(step, progress=progress).features
+
+
+def list_seams(step: Path, *, options: SeamOptions, progress: Progress = no_progress) -> tuple[Seam, ...]:
+    """Return the seams of a STEP file, frames in `part`."""
+    workpiece = open_workpiece(step, progress=progress)
+    progress("finding seams")
+    return detect_seams(workpiece.graph, options)

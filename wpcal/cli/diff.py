@@ -1,0 +1,37 @@
+"""`wpcal diff`: compare the results of a calibration with golden ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("out", metavar="OUT", type=click.Path(path_type=Path))
+@click.argument("golden", metavar="GOLDEN", type=click.Path(path_type=Path))
+@click.option("--atol-mm", type=float, default=0.01, show_default=True, help="Largest distance that is no difference.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
+def diff(*, out: Path, golden: Path, atol_mm: float, as_json: bool) -> int:
+    """Compare calibration.json and seams.json in OUT with those in GOLDEN; ends with code 1 when they differ."""
+    from wpcal.core.records import to_json
+    from wpcal.testing import compare_folders
+
+    differences = compare_folders(out, golden, atol_mm=atol_mm)
+    if as_json:
+        click.echo(to_json({"schema": "wpcal/diff/1", "differences": [d.to_record() for d in differences]}), nl=False)
+    else:
+        from rich.console import Console
+        from rich.table import Table
+
+        console = Console()
+        if differences:
+            table = Table(title=f"{len(differences)} differences (limit {atol_mm:g} mm)")
+            for heading in ("where", "found", "golden", "off by"):
+                table.add_column(heading)
+            for d in differences:
+                table.add_row(d.where, d.found, d.expected, d.off_by)
+            console.print(table)
+        else:
+            console.print(f"no difference (limit {atol_mm:g} mm)")
+    return 1 if differences else 0
