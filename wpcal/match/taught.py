@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.pairs import PointPairs
 from wpcal.core.tables import read_table
@@ -47,6 +48,28 @@ class TaughtPoints:
     use: tuple[str, ...]
     path: str
     lines: tuple[int, ...]
+
+    @classmethod
+    def of_features(cls, names: Sequence[str], p_base: ArrayLike) -> TaughtPoints:
+        """Return touched features of a part, for scripts that have them in hand.
+
+        Parameters
+        ----------
+        names : sequence of str, length n
+            Names of features, unique.
+        p_base : array_like, shape (n, 3)
+            In `base`, mm.
+
+        Raises
+        ------
+        InputError
+            When the lengths differ or a number is not finite.
+        """
+        points = as_points(p_base, name="taught points")
+        if len(points) != len(names):
+            raise InputError(f"{len(names)} names and {len(points)} taught points")
+        n = len(points)
+        return cls(tuple(names), points, tuple(names), np.full((n, 3), np.nan), ("yes",) * n, "", (0,) * n)
 
 
 def read_taught(path: Path) -> TaughtPoints:
