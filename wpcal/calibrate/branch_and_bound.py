@@ -10,8 +10,8 @@ and within the ball :math:`\operatorname{tr}(A \exp([u]_\times \varphi))` with A
 largest distance over the ball, and at a local optimum, where its multipliers leave no torque, the bound of a whole
 ball around it is its value: the search does not have to split cells down to the accuracy asked for.
 
-The weights of a cell come from the smallest ball that holds the residuals at its centre (the best translation there)
-and are then improved by a few ascent steps.
+The weights of a cell are the best of a pool, the multipliers of the local optima, improved by a few ascent steps: with
+the rotation fixed these lead to the smallest ball that holds the residuals, the best translation.
 
 References
 ----------
@@ -37,6 +37,12 @@ BATCH = 2048
 ASCENT_STEPS = 24
 """Steps of the weights of a cell; more steps bound a cell better, fewer look at more cells in the same time."""
 
+STEP = 3.0
+"""First step of the weights in the exponent; step k is this over k."""
+
+TINY = 1e-300
+"""Keeps a division by a zero that is then multiplied by zero."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RotationSearch:
@@ -60,7 +66,9 @@ class RotationSearch:
     closed: bool
 
 
-def bound_cells(p: FloatArray, q: FloatArray, R: FloatArray, angle: float) -> tuple[FloatArray, FloatArray]:
+def bound_cells(
+    p: FloatArray, q: FloatArray, R: FloatArray, *, angle: float, pool: FloatArray, goal: float
+) -> tuple[FloatArray, FloatArray]:
     """Bound the largest distance over balls of rotations.
 
     Parameters
@@ -71,6 +79,10 @@ def bound_cells(p: FloatArray, q: FloatArray, R: FloatArray, angle: float) -> tu
         Centres.
     angle : float
         Radius of the balls, rad.
+    pool : ndarray, shape (k, n)
+        Weights that bound well somewhere, such as the multipliers of local optima; rows on the simplex.
+    goal : float
+        A ball is left alone once its bound has reached this, mm.
 
     Returns
     -------
@@ -79,47 +91,57 @@ def bound_cells(p: FloatArray, q: FloatArray, R: FloatArray, angle: float) -> tu
     value : ndarray, shape (m,)
         Largest distance at the centre with a good translation, mm.
     """
-    m, n = len(R), len(p)
     residuals = q - p @ R.transpose(0, 2, 1)
-    w = np.full((m, n), 1.0 / n)
-    best, value = np.zeros(m), np.full(m, np.inf)
+    best, value = np.zeros(len(R)), np.full(len(R), np.inf)
+    weights = np.broadcast_to(pool[0], (len(R), len(p))).copy()
+    rows = np.arange(len(R))
+    for w in pool:
+        bound, _, centre_value = _ball_bound(
+            p, q, R[rows], np.broadcast_to(w, (len(rows), len(p))), residuals[rows], angle
+        )
+        better = bound > best[rows]
+        weights[rows[better]] = w
+        best[rows], value[rows] = np.maximum(best[rows], bound), np.minimum(value[rows], centre_value)
+        rows = rows[best[rows] < goal]
+    w = 0.95 * weights[rows] + 0.05 / len(p)  # a weight of zero could never grow
     for k in range(1, ASCENT_STEPS + 1):
-        centre = (w[:, None, :] @ residuals)[:, 0]
-        squares = np.sum((residuals - centre[:, None, :]) ** 2, axis=2)
-        value = np.minimum(value, np.sqrt(squares.max(axis=1)))
-        bound, slope = _ball_bound(p, q, R, w, squares=squares, angle=angle)
-        best = np.maximum(best, bound)
-        w = w * np.exp(slope / np.maximum(slope.max(axis=1, keepdims=True), 1e-300) * (2.0 / np.sqrt(k)))
+        if not len(rows):
+            break
+        bound, slope, centre_value = _ball_bound(p, q, R[rows], w, residuals[rows], angle)
+        best[rows], value[rows] = np.maximum(best[rows], bound), np.minimum(value[rows], centre_value)
+        w = w * np.exp(slope / np.maximum(slope.max(axis=1, keepdims=True), TINY) * (STEP / k))
         w /= w.sum(axis=1, keepdims=True)
-    return np.sqrt(best), value
+        still = best[rows] < goal
+        rows, w = rows[still], w[still]
+    return best, value
 
 
 def _ball_bound(
-    p: FloatArray, q: FloatArray, R: FloatArray, w: FloatArray, *, squares: FloatArray, angle: float
-) -> tuple[FloatArray, FloatArray]:
-    """Bound of the squared weighted distances over the balls, and the squared distances where it is reached."""
+    p: FloatArray, q: FloatArray, R: FloatArray, w: FloatArray, residuals: FloatArray, angle: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Bounds over the balls, squared distances where they are nearly reached, and largest distances at the centres."""
+    centre = w[:, None, :] @ residuals
+    squares = np.sum((residuals - centre) ** 2, axis=2)
     p_mean, q_mean = w @ p, w @ q
     B = (q.T * w[:, None, :]) @ p - q_mean[:, :, None] * p_mean[:, None, :]
     A = B.transpose(0, 2, 1) @ R
-    trace = np.trace(A, axis1=1, axis2=2)
-    symmetric = 0.5 * (A + A.transpose(0, 2, 1))
-    values, vectors = np.linalg.eigh(symmetric)
     torque = np.stack([A[:, 1, 2] - A[:, 2, 1], A[:, 2, 0] - A[:, 0, 2], A[:, 0, 1] - A[:, 1, 0]], axis=1)
     strength = np.linalg.norm(torque, axis=1)
-    stiffness = trace - values[:, 2]
-    turn = np.minimum(np.where(stiffness > 0, np.arctan2(strength, stiffness), angle), angle)
-    turn = np.where((stiffness <= 0) & (strength <= 0) & (stiffness == 0), 0.0, turn)
+    largest = np.linalg.eigvalsh(0.5 * (A + A.transpose(0, 2, 1)))[:, 2]
+    stiffness = np.trace(A, axis1=1, axis2=2) - largest
+    # |a| sin φ - κ (1 - cos φ) is largest at tan φ = |a| / κ, or at the rim of the ball
+    turn = np.minimum(np.arctan2(strength, stiffness), angle)
     gain = strength * np.sin(turn) - stiffness * (1.0 - np.cos(turn))
-    bound = np.maximum(np.einsum("mi,mi->m", w, squares) - 2.0 * np.maximum(gain, 0.0), 0.0)
-    axis = np.where(strength[:, None] > 0, torque / np.maximum(strength, 1e-300)[:, None], vectors[:, :, 2])
-    turned = R @ exp_rotation(axis * turn[:, None])
-    moved = p @ turned.transpose(0, 2, 1)
+    bound = np.sqrt(np.maximum(np.einsum("mi,mi->m", w, squares) - 2.0 * gain, 0.0))
+    turned = R @ exp_rotation(torque * (turn / np.maximum(strength, TINY))[:, None])
     t = q_mean - (turned @ p_mean[:, :, None])[:, :, 0]
-    slope = np.sum((q - moved - t[:, None, :]) ** 2, axis=2)
-    return bound, slope
+    slope = np.sum((q - p @ turned.transpose(0, 2, 1) - t[:, None, :]) ** 2, axis=2)
+    return bound, slope, np.sqrt(squares.max(axis=1))
 
 
-def search_rotations(p: FloatArray, q: FloatArray, *, value: float, tolerance: float) -> RotationSearch:
+def search_rotations(
+    p: FloatArray, q: FloatArray, *, value: float, tolerance: float, pool: FloatArray
+) -> RotationSearch:
     """Raise the lower bound to `value` - `tolerance`, or find where a better answer may be.
 
     Parameters
@@ -130,6 +152,8 @@ def search_rotations(p: FloatArray, q: FloatArray, *, value: float, tolerance: f
         Largest distance of the best answer known, mm.
     tolerance : float
         Gap to reach, mm.
+    pool : ndarray, shape (k, n)
+        Weights to try first, rows on the simplex.
 
     Returns
     -------
@@ -142,11 +166,12 @@ def search_rotations(p: FloatArray, q: FloatArray, *, value: float, tolerance: f
     cells, proved = 0, value
     goal = value - tolerance
     while len(centres):
+        angle = min(float(np.sqrt(3.0) * half), np.pi)
         left = []
         for start in range(0, len(centres), BATCH):
             some = centres[start : start + BATCH]
             R = exp_rotation(some)
-            bounds, values = bound_cells(p, q, R, min(float(np.sqrt(3.0) * half), np.pi))
+            bounds, values = bound_cells(p, q, R, angle=angle, pool=pool, goal=goal)
             cells += len(some)
             if values.min() < goal:
                 return RotationSearch(0.0, R[values < goal], cells, closed=False)

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.calibrate.least_squares import fit_least_squares
+from wpcal.calibrate.least_squares import fit_least_squares, kabsch
 from wpcal.calibrate.minimax import MinimaxSolution, solve_minimax
 from wpcal.calibrate.robust import fit_robust
 from wpcal.calibrate.uncertainty import (
     POSTURE_FACTOR,
     TeachingError,
     error_95,
-    least_squares_covariance,
+    isotropic_covariance,
     minimax_covariance,
     residual_sigma,
     weighted_covariance,
@@ -160,12 +160,11 @@ def _covariance(
         return weighted_covariance(moved, pairs.covariances[rows]), math.inf
     if sigma is None:
         p, q = pairs.p_source[rows], pairs.p_target[rows]
-        kept = PointPairs(tuple(pairs.names[i] for i in rows), p, q)
-        sigma, freedom = residual_sigma(q - fit_least_squares(kept).apply(p))
+        R, t = kabsch(p, q, np.full(len(rows), 1.0 / len(rows)))
+        sigma, freedom = residual_sigma(q - p @ R.T - t)
     if criterion is Criterion.MINIMAX:
         return minimax_covariance(moved, sigma, bounded=teaching.is_bounded, seed=seed), freedom
-    each = np.broadcast_to(sigma**2 * np.eye(3), (len(moved), 3, 3))
-    return least_squares_covariance(moved, each), freedom
+    return isotropic_covariance(moved, sigma), freedom
 
 
 def compare_criteria(

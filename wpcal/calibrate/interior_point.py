@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wpcal.calibrate.least_squares import distances
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.rotations import cross_matrix
 from wpcal.core.tangent import exp_rotation
@@ -30,6 +31,9 @@ MAX_STEPS = 60
 
 GOAL = 1e-14
 """Scaled optimality error of the squared distances at which a problem is done: 1e-14 of the largest distance."""
+
+EXACT = 1e-14
+"""Largest distance, in sizes of the cloud, that is round-off: such a fit is exact."""
 
 TO_BOUNDARY = 0.995
 """Part of the way to a zero slack or multiplier that one step may go: the usual choice, 1 would end the iteration."""
@@ -73,7 +77,7 @@ def solve_interior_point(
     p, q : ndarray, shape (B, n, 3)
         Source and target points, about their centroids, mm.
     R, t : ndarray, shapes (B, 3, 3) and (B, 3)
-        Where each problem starts; its largest distance must not be zero.
+        Where each problem starts; an exact fit is its own answer.
     goal : float
         Scaled optimality error to reach.
 
@@ -83,11 +87,11 @@ def solve_interior_point(
         The best fit met on the way, and the multipliers of the last step.
     """
     batch, n = p.shape[:2]
-    work = _Work(p, q, R.copy(), t.copy())
-    best_R, best_t, best = R.copy(), t.copy(), np.sqrt(work.largest_squared) * work.unit
-    weights, done = np.full((batch, n), 1.0 / n), np.zeros(batch, dtype=bool)
-    rows = np.arange(batch)
-    for _ in range(MAX_STEPS):
+    best_R, best_t, best = R.copy(), t.copy(), distances(p, q, R, t).max(axis=1)
+    weights, done = np.full((batch, n), 1.0 / n), best <= EXACT * np.abs(q).max(axis=(1, 2))
+    rows = np.flatnonzero(~done)
+    work = _Work(p[rows], q[rows], R[rows], t[rows])
+    for _ in range(MAX_STEPS if len(rows) else 0):
         work.step()
         largest = np.sqrt(work.largest_squared) * work.unit
         better = largest < best[rows]

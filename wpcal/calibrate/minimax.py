@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wpcal.calibrate.branch_and_bound import search_rotations
-from wpcal.calibrate.interior_point import solve_interior_point
+from wpcal.calibrate.interior_point import InteriorPointState, solve_interior_point
 from wpcal.calibrate.least_squares import distances, kabsch, require_spread, weighted_rms
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.pairs import PointPairs
@@ -33,9 +33,6 @@ ADDED = 24
 
 SUBSET_ROUNDS = 200
 """A bound on the rounds. Each takes in violated points, so the value rises; 5 to 10 are usual."""
-
-ROUND_OFF = 1e-14
-"""Relative error of a distance, in sizes of the cloud: a fit this good is exact."""
 
 ASCENT_STEPS = 300
 """Steps of the ascent of the bound where local multipliers prove nothing."""
@@ -203,21 +200,26 @@ class _Cloud:
         return replace(best, weights=whole, bound=bound, starts=1 + len(turns))
 
     def search_all(self, best: _Found) -> _Found:
-        """Branch and bound on the subset that carries the answer; every better answer it meets restarts it."""
+        """Branch and bound on the points that carry the answer; every better answer it meets restarts it."""
         while True:
             d = distances(self.p, self.q, best.R, best.t)
             rows = np.argsort(-d, kind="stable")[:SUBSET]
-            found = search_rotations(self.p[rows], self.q[rows], value=best.value, tolerance=CERTIFIED_MM / 2)
-            better = [
-                f for R in found.rotations[:SUBSET] if (f := self.solve(R, np.zeros(3))).value < best.value - 1e-9
-            ]
-            best = replace(
-                best, bound=max(best.bound, found.lower_bound), starts=best.starts + len(found.rotations[:SUBSET])
-            )
+            p, q = self.p[rows], self.q[rows]
+            local = _solve_batch(p, q, cube_rotations() @ best.R, np.broadcast_to(best.t, (24, 3)))
+            pool = np.vstack([self._on(rows, best.weights), local.weights, np.full(len(rows), 1.0 / len(rows))])
+            _, first = np.unique(pool.round(6), axis=0, return_index=True)
+            found = search_rotations(p, q, value=best.value, tolerance=CERTIFIED_MM / 2, pool=pool[np.sort(first)])
+            starts = found.rotations[:SUBSET]
+            better = [f for R in starts if (f := self.solve(R, np.zeros(3))).value < best.value - CERTIFIED_MM / 4]
+            bound, tried = max(best.bound, found.lower_bound), best.starts + len(starts)
             if not better:
-                return best
-            least = min(better, key=lambda f: f.value)
-            best = replace(least, bound=max(best.bound, least.bound), starts=best.starts)
+                return replace(best, bound=bound, starts=tried)
+            best = replace(min(better, key=lambda f: f.value), bound=bound, starts=tried)
+
+    @staticmethod
+    def _on(rows: IntArray, weights: FloatArray) -> FloatArray:
+        chosen = weights[rows] + 1e-12  # all weight may lie on other points
+        return np.asarray(chosen / chosen.sum())
 
 
 def raise_bound(p: FloatArray, q: FloatArray, seeds: FloatArray) -> tuple[FloatArray, float]:
@@ -265,19 +267,7 @@ def cube_rotations() -> FloatArray:
     return rotation_from_quaternion(np.array([*np.eye(4), *quarter, *third]))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Batch:
-    R: FloatArray
-    t: FloatArray
-    weights: FloatArray
-    largest: FloatArray
-
-
-def _solve_batch(p: FloatArray, q: FloatArray, R: FloatArray, t: FloatArray) -> _Batch:
-    """Solve one cloud from several starts; a start that fits exactly is its own answer."""
+def _solve_batch(p: FloatArray, q: FloatArray, R: FloatArray, t: FloatArray) -> InteriorPointState:
+    """Solve one cloud from several starts."""
     shape = (len(R), *p.shape)
-    largest = distances(p, q, R, t).max(axis=1)
-    if largest.min() <= ROUND_OFF * float(np.abs(q).max()):
-        return _Batch(R, t, np.full(shape[:2], 1.0 / len(p)), largest)
-    state = solve_interior_point(np.broadcast_to(p, shape), np.broadcast_to(q, shape), R, t)
-    return _Batch(state.R, state.t, state.weights, state.largest)
+    return solve_interior_point(np.broadcast_to(p, shape), np.broadcast_to(q, shape), R, t)

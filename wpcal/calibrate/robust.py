@@ -36,8 +36,8 @@ CONCENTRATION_STEPS = 20
 FALSE_ALARM = 0.01
 """Probability, over all points of one fit, of calling a good point wrong."""
 
-FLOOR_MM = 1e-6
-"""A deviation below this is no blunder, also where all other points fit exactly."""
+FLOOR_MM = 0.01
+"""Controllers print hundredths of a millimetre: a smaller difference is no evidence of anything."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,8 +99,6 @@ def _consistent(pairs: PointPairs, sigma_mm: float | None, seed: int) -> BoolArr
         return _consistent_cloud(p, q, sigma_mm, seed)
     keep = np.zeros(n, dtype=bool)
     keep[_trimmed_set(p, q, seed)] = True
-    if keep.sum() < 4 and sigma_mm is None and not _stands_out(p, q, keep):
-        return np.ones(n, dtype=bool)
     while not keep.all():  # take in the nearest point as long as it passes the test
         R, t = kabsch(p[keep], q[keep], np.full(keep.sum(), 1.0 / keep.sum()))
         outside = np.flatnonzero(~keep)
@@ -108,6 +106,8 @@ def _consistent(pairs: PointPairs, sigma_mm: float | None, seed: int) -> BoolArr
         if is_blunder(p[keep], q[keep], p[nearest], q[nearest], sigma_mm=sigma_mm, points=n):
             break
         keep[nearest] = True
+    if np.count_nonzero(~keep) == 1 and not _stands_out(p, q, sigma_mm):
+        return np.ones(n, dtype=bool)
     return keep
 
 
@@ -157,16 +157,22 @@ def is_blunder(
     return square > max(limit, FLOOR_MM**2)
 
 
-def _stands_out(p: FloatArray, q: FloatArray, keep: BoolArray) -> bool:
-    """Tell whether one triple of four points agrees far better than the other three: then the fourth is wrong."""
-    sums = []
-    for left_out in range(len(p)):
-        rows = np.arange(len(p)) != left_out
-        R, t = kabsch(p[rows], q[rows], np.full(rows.sum(), 1.0 / rows.sum()))
-        sums.append(float(np.sum(distances(p[rows], q[rows], R, t) ** 2)))
-    first, second = np.sort(sums)[:2]
-    # Two sums of three squares each: the ratio that good points exceed with the probability of a false alarm.
-    return bool(second > max(float(fdtri(3, 3, 1.0 - FALSE_ALARM / len(p))) * first, FLOOR_MM**2))
+def _stands_out(p: FloatArray, q: FloatArray, sigma_mm: float | None) -> bool:
+    """Tell whether the points agree without one of them and with every other one left out they do not.
+
+    Four corners of a plate fail this: one off the plane leaves any three of them fitting well.
+    """
+    n = len(p)
+    rows = np.array([[i for i in range(n) if i != left_out] for left_out in range(n)])
+    R, t = kabsch(p[rows], q[rows], np.full(rows.shape, 1.0 / (n - 1)))
+    sums = np.sum(distances(p[rows], q[rows], R, t) ** 2, axis=1)
+    first, second = np.partition(sums, 1)[:2]
+    freedom, level = 3 * (n - 1) - 6, FALSE_ALARM / n
+    if sigma_mm is None:
+        limit = float(fdtri(freedom, freedom, 1.0 - level)) * first
+    else:
+        limit = float(chdtri(freedom, level)) * sigma_mm**2
+    return bool(second > max(limit, FLOOR_MM**2))
 
 
 def _trimmed_set(p: FloatArray, q: FloatArray, seed: int) -> IntArray:

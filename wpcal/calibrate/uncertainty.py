@@ -21,6 +21,7 @@ from wpcal.calibrate.interior_point import solve_interior_point
 from wpcal.calibrate.least_squares import kabsch
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.errors import InputError
+from wpcal.core.rotations import cross_matrix
 from wpcal.core.tangent import point_jacobian
 
 COVERAGE = 0.95
@@ -100,8 +101,22 @@ def residual_sigma(residuals_mm: FloatArray) -> tuple[float, int]:
     return float(np.sqrt(np.sum(residuals_mm**2) / freedom)), freedom
 
 
-def least_squares_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArray:
-    """Covariance of ξ for the least-squares fit of points with the given covariances.
+def isotropic_covariance(p_base: FloatArray, sigma_mm: float) -> FloatArray:
+    """Covariance of ξ for the least-squares fit of points that are all off by `sigma_mm` per axis; shape (6, 6).
+
+    About the centroid the information is the inertia of the points and n, without a cross term.
+    """
+    offsets = p_base - p_base.mean(axis=0)
+    moments = offsets.T @ offsets
+    about_centroid = np.zeros((6, 6))
+    about_centroid[:3, :3] = np.linalg.inv(np.trace(moments) * np.eye(3) - moments)
+    about_centroid[3:, 3:] = np.eye(3) / len(p_base)
+    to_origin = _from_centroid(p_base)
+    return np.asarray(sigma_mm**2 * (to_origin @ about_centroid @ to_origin.T))
+
+
+def weighted_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArray:
+    """Covariance of ξ for the fit weighted with the inverse covariances.
 
     Parameters
     ----------
@@ -115,17 +130,10 @@ def least_squares_covariance(p_base: FloatArray, covariances: FloatArray) -> Flo
     ndarray, shape (6, 6)
         About the base's origin: rad², rad·mm, mm².
     """
-    J, origin = _scaled_jacobian(p_base)
-    information = np.linalg.inv(np.einsum("nik,nil->kl", J, J))
-    middle = np.einsum("nik,nij,njl->kl", J, covariances, J)
-    return np.asarray(origin @ information @ middle @ information @ origin.T)
-
-
-def weighted_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArray:
-    """Covariance of ξ for the fit weighted with the inverse covariances; shapes as `least_squares_covariance`."""
-    J, origin = _scaled_jacobian(p_base)
+    J = point_jacobian(p_base - p_base.mean(axis=0))
     information = np.einsum("nik,nij,njl->kl", J, np.linalg.inv(covariances), J)
-    return np.asarray(origin @ np.linalg.inv(information) @ origin.T)
+    to_origin = _from_centroid(p_base)
+    return np.asarray(to_origin @ np.linalg.inv(information) @ to_origin.T)
 
 
 def minimax_covariance(p_base: FloatArray, sigma_mm: float, *, bounded: bool = False, seed: int = 0) -> FloatArray:
@@ -150,17 +158,17 @@ def minimax_covariance(p_base: FloatArray, sigma_mm: float, *, bounded: bool = F
     ndarray, shape (6, 6)
         About the base's origin: rad², rad·mm, mm².
     """
-    linear = least_squares_covariance(p_base, np.broadcast_to(sigma_mm**2 * np.eye(3), (len(p_base), 3, 3)))
+    linear = isotropic_covariance(p_base, sigma_mm)
     if sigma_mm == 0:
         return linear
     rng = np.random.default_rng(seed)
-    used = p_base if len(p_base) <= EXCESS_POINTS else rng.choice(p_base, EXCESS_POINTS, replace=False)
-    _, origin = _scaled_jacobian(p_base)
-    first, further = _simulated_motions(used - p_base.mean(axis=0), sigma_mm, bounded, rng)
+    used = p_base if len(p_base) <= EXCESS_POINTS else p_base[rng.choice(len(p_base), EXCESS_POINTS, replace=False)]
+    first, further = _simulated_motions(used - used.mean(axis=0), sigma_mm, bounded, rng)
     excess = further.T @ further
     if bounded:
         excess += first.T @ further + further.T @ first
-    return np.asarray(linear + origin @ _rescaled(excess / len(further), p_base) @ origin.T)
+    to_origin = _from_centroid(used)
+    return np.asarray(linear + to_origin @ (excess / len(further)) @ to_origin.T)
 
 
 def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf) -> FloatArray:
@@ -195,26 +203,11 @@ def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freed
     return frozen(np.sqrt(np.maximum(trace, 0.0) * quantile))
 
 
-def _scaled_jacobian(p_base: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Jacobian about the centroid with the rotation in mm at the cloud's radius, and the way back to the origin."""
-    centre = p_base.mean(axis=0)
-    size = _size(p_base)
-    J = point_jacobian(p_base - centre)
-    J[:, :, :3] /= size
-    origin = np.eye(6)
-    origin[:3, :3] /= size
-    # ω × (p - c) + v_c = ω × p + (v_c + c × ω)
-    origin[3:, :3] = -point_jacobian(centre[None])[0, :, :3] / size
-    return J, origin
-
-
-def _rescaled(covariance: FloatArray, p_base: FloatArray) -> FloatArray:
-    scale = np.repeat([_size(p_base), 1.0], 3)
-    return np.asarray(scale[:, None] * covariance * scale)
-
-
-def _size(p_base: FloatArray) -> float:
-    return float(np.sqrt(np.mean(np.sum((p_base - p_base.mean(axis=0)) ** 2, axis=1))))
+def _from_centroid(p_base: FloatArray) -> FloatArray:
+    """Carry ξ about the centroid c to ξ about the origin: ω × (p - c) + v = ω × p + (v + c × ω)."""
+    change = np.eye(6)
+    change[3:, :3] = cross_matrix(p_base.mean(axis=0))
+    return change
 
 
 def _simulated_motions(

@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+
+from wpcal.calibrate import fit_least_squares, solve_minimax
+from wpcal.calibrate.branch_and_bound import bound_cells
+from wpcal.calibrate.minimax import cube_rotations
+from wpcal.core import PointPairs
+from wpcal.core.tangent import exp_rotation, log_rotation
+
+ROUND_OFF_MM = 1e-9
+RECTANGLE = np.array([[0, 0, 0], [400, 0, 0], [400, 300, 0], [0, 300.0, 0]])
+
+
+def named(p, q):
+    return PointPairs(tuple(map(str, range(len(p)))), p, q)
+
+
+def cloud(n, noise_mm, seed=0):
+    rng = np.random.default_rng(seed)
+    p = rng.uniform(0, 1, (n, 3)) * [600, 400, 300]
+    return named(p, p + noise_mm * rng.normal(size=(n, 3)))
+
+
+@pytest.mark.parametrize("n", [3, 64, 65, 1000, 20_000])
+def test_clouds_of_every_size_are_certified(n):
+    pairs = cloud(n, 1.0)
+    found = solve_minimax(pairs)
+    d = np.linalg.norm(pairs.p_target - found.T.apply(pairs.p_source), axis=1)
+    assert found.objective_mm == pytest.approx(d.max(), rel=0, abs=ROUND_OFF_MM)
+    assert found.gap_mm <= ROUND_OFF_MM
+    assert (
+        found.objective_mm
+        < np.linalg.norm(pairs.p_target - fit_least_squares(pairs).apply(pairs.p_source), axis=1).max()
+    )
+
+
+def test_nearby_motions_are_worse():
+    pairs = cloud(12, 1.0)
+    found = solve_minimax(pairs)
+    rng = np.random.default_rng(1)
+    centre = pairs.p_target.mean(axis=0)
+    for _ in range(200):
+        turn = exp_rotation(1e-3 * rng.normal(size=3))
+        moved = (found.T.apply(pairs.p_source) - centre) @ turn.T + centre + 0.1 * rng.normal(size=3)
+        assert np.linalg.norm(pairs.p_target - moved, axis=1).max() >= found.objective_mm
+
+
+def test_two_swapped_names_of_a_rectangle_are_solved_where_plain_lawson_stalls():
+    found = solve_minimax(named(RECTANGLE, RECTANGLE[[1, 0, 2, 3]]))
+    assert found.objective_mm == pytest.approx(200 * np.sqrt(2), rel=0, abs=1e-6)
+    assert found.certified
+
+
+def test_a_mirrored_body_keeps_a_gap_and_says_so():
+    rng = np.random.default_rng(0)
+    p = 100 * rng.normal(size=(8, 3))
+    found = solve_minimax(named(p, p * [1, 1, -1]))
+    assert found.lower_bound_mm < found.objective_mm
+    assert not found.certified
+    assert found.starts > 1
+
+
+def test_the_cube_turns_into_itself_in_24_ways():
+    R = cube_rotations()
+    assert np.allclose(np.abs(R).round(), np.abs(R), rtol=0, atol=1e-12)
+    assert len({tuple(r.round().ravel()) for r in R}) == 24
+    assert np.allclose(np.linalg.det(R), 1.0, rtol=0, atol=1e-12)
+
+
+def test_the_bound_of_a_ball_of_rotations_holds_for_rotations_in_it():
+    rng = np.random.default_rng(2)
+    p, q = 100 * rng.normal(size=(2, 6, 3))
+    p, q = p - p.mean(axis=0), q - q.mean(axis=0)
+    centres = exp_rotation(rng.normal(size=(20, 3)))
+    pool = rng.dirichlet(np.ones(6), size=3)
+    for angle in (0.02, 0.3, 2.0):
+        bounds, _ = bound_cells(p, q, centres, angle=angle, pool=pool, goal=np.inf)
+        for R0, bound in zip(centres, bounds, strict=True):
+            R = exp_rotation(angle * rng.uniform(0, 1) ** (1 / 3) * _unit(rng)) @ R0
+            assert np.linalg.norm(log_rotation(R @ R0.T)) <= angle + 1e-9
+            best = _least_over_translation(p, q, R)
+            assert bound <= best + ROUND_OFF_MM
+
+
+def _unit(rng):
+    v = rng.normal(size=3)
+    return v / np.linalg.norm(v)
+
+
+def _least_over_translation(p, q, R):
+    from scipy.optimize import minimize
+
+    r = q - p @ R.T
+    return minimize(lambda t: np.linalg.norm(r - t, axis=1).max(), np.zeros(3), method="Nelder-Mead").fun

@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+
+from wpcal.calibrate import Criterion, TeachingError, calibrate, fit_least_squares
+from wpcal.calibrate.uncertainty import error_95, isotropic_covariance, minimax_covariance, weighted_covariance
+from wpcal.core import InputError, PointPairs
+from wpcal.core.tangent import log_rotation
+from wpcal.study import run_coverage_study
+
+SIGMA_MM = 0.3
+BODY = np.array([[1000, 0, 0], [1600, 0, 20], [1580, 400, 0], [1010, 390, 60], [1300, 200, 300.0]])
+TRIANGLES = {"large": (900, 600), "middle": (300, 200), "small": (100, 100)}
+
+
+@pytest.mark.parametrize("legs", TRIANGLES.values(), ids=TRIANGLES.keys())
+@pytest.mark.parametrize("criterion", [Criterion.MINIMAX, Criterion.LEAST_SQUARES])
+def test_the_predicted_error_of_a_far_seam_holds_95_percent(legs, criterion):
+    triangle = np.array([[0, 0, 0], [legs[0], 0, 0], [0, legs[1], 0.0]])
+    study = run_coverage_study(triangle, np.array([1000.0, 0, 0]), sigma_mm=SIGMA_MM, criterion=criterion, trials=2000)
+    assert 0.93 <= study.coverage <= 0.97
+    assert np.sqrt(np.mean(study.rms_mm**2)) == pytest.approx(SIGMA_MM, rel=0, abs=0.02)  # it says nothing of the seam
+
+
+def test_the_covariance_is_that_of_simulated_fits():
+    rng = np.random.default_rng(0)
+    centre = BODY.mean(axis=0)
+    samples = []
+    for _ in range(3000):
+        pairs = PointPairs(tuple("abcde"), BODY, BODY + SIGMA_MM * rng.normal(size=BODY.shape))
+        T = fit_least_squares(pairs)
+        samples.append(np.concatenate([log_rotation(T.R), T.apply(centre) - centre]))
+    seen = np.cov(np.array(samples).T)
+    to_centre = np.eye(6)
+    to_centre[3:, :3] = -np.array([[0, -centre[2], centre[1]], [centre[2], 0, -centre[0]], [-centre[1], centre[0], 0]])
+    # v about the centroid is v about the origin plus ω × c, and ω × c = -[c]× ω
+    predicted = to_centre @ isotropic_covariance(BODY, SIGMA_MM) @ to_centre.T
+    ratios = np.linalg.eigvals(np.linalg.solve(predicted, seen)).real
+    assert (np.abs(ratios - 1.0) < 0.12).all()  # 3000 samples: the extreme eigenvalues scatter by ± 2 √(6 / 3000)
+
+
+def test_minimax_is_never_more_certain_than_least_squares_for_gaussian_errors():
+    more = minimax_covariance(BODY, SIGMA_MM) - isotropic_covariance(BODY, SIGMA_MM)
+    assert np.linalg.eigvalsh(more).min() >= -1e-9
+
+
+def test_equal_covariances_weigh_alike():
+    same = np.tile(SIGMA_MM**2 * np.eye(3), (len(BODY), 1, 1))
+    assert np.allclose(weighted_covariance(BODY, same), isotropic_covariance(BODY, SIGMA_MM), rtol=0, atol=1e-9)
+
+
+def test_error_95_of_a_pure_translation_is_the_chi_quantile():
+    covariance = np.zeros((6, 6))
+    covariance[3:, 3:] = np.eye(3)
+    assert error_95([[5.0, 6, 7]], covariance)[0] == pytest.approx(2.7955, rel=0, abs=1e-4)  # χ with 3 degrees
+    assert error_95([[5.0, 6, 7]], covariance, degrees_of_freedom=6)[0] > 2.7955
+
+
+def test_a_stated_tcp_bias_adds_to_every_point_and_gives_the_advice():
+    pairs = PointPairs(tuple("abcde"), BODY, BODY + SIGMA_MM * np.random.default_rng(1).normal(size=BODY.shape))
+    plain = calibrate(pairs, teaching=TeachingError(sigma_mm=SIGMA_MM))
+    biased = calibrate(pairs, teaching=TeachingError(sigma_mm=SIGMA_MM, tcp_bias_mm=1.0))
+    more = biased.predict_error_mm(BODY) - plain.predict_error_mm(BODY)
+    assert np.allclose(more, np.sqrt(2.0), rtol=0, atol=1e-12)
+    assert "posture" in next(issue.message for issue in biased.warnings if issue.code == "tcp-bias")
+
+
+def test_a_bound_is_an_even_spread():
+    assert TeachingError(bound_mm=0.5).per_axis_mm == pytest.approx(0.5 / np.sqrt(3), rel=0, abs=1e-15)
+
+
+@pytest.mark.parametrize("options", [{"sigma_mm": -1.0}, {"bound_mm": np.inf}, {"sigma_mm": 1.0, "bound_mm": 1.0}])
+def test_an_impossible_teaching_error_is_refused(options):
+    with pytest.raises(InputError, match="teaching error"):
+        TeachingError(**options)
+
+
+def test_a_blunder_makes_robust_the_best_criterion_and_a_quiet_set_least_squares():
+    rng = np.random.default_rng(2)
+    real = BODY + 0.1 * rng.normal(size=BODY.shape)
+    assert calibrate(PointPairs(tuple("abcde"), BODY, real)).criteria.best is Criterion.LEAST_SQUARES
+    real[4] += [0, 9, 0]
+    comparison = calibrate(PointPairs(tuple("abcde"), BODY, real), teaching=TeachingError(sigma_mm=0.1)).criteria
+    assert comparison.best is Criterion.ROBUST
+    assert {row["criterion"] for row in comparison.rows} == {"minimax", "least_squares", "robust"}

@@ -1,0 +1,91 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TABLE1 = Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv"
+HEADER = TABLE1.read_text(encoding="utf-8").splitlines()[0]
+
+
+def wpcal(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "wpcal", *map(str, arguments)], capture_output=True, text=True, check=False
+    )
+
+
+def test_fit_prints_the_record_of_a_calibration():
+    done = wpcal("fit", TABLE1, "--json")
+    record = json.loads(done.stdout)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert record["schema"] == "wpcal/calibration/1"
+    assert record["objective_mm"] == pytest.approx(0.2198230047896, rel=0, abs=1e-9)
+    assert record["certified"] is True
+    assert record["correction"]["six_tuple"]["gamma_rad"] == pytest.approx(0.0215545, rel=0, abs=1e-7)
+    assert [point["name"] for point in record["points"]] == ["1", "2", "3", "4"]
+    assert record["solver"]["evaluations"] > 0
+    assert len(record["solver"]["trace"]["best_f_mm"]) == record["solver"]["temperatures"]
+    assert {"warnings", "criteria", "versions", "seed", "issues", "verdict"} <= record.keys()
+
+
+def test_the_same_fit_in_two_processes_is_the_same_bytes():
+    assert wpcal("fit", TABLE1, "--json").stdout == wpcal("fit", TABLE1, "--json").stdout
+
+
+def test_a_missed_tolerance_is_a_result_and_code_1():
+    done = wpcal("fit", TABLE1, "--tolerance-mm", "0.1")
+    assert done.returncode == 1
+    assert "FAIL" in done.stdout
+    assert "tolerance is 0.1 mm" in " ".join(done.stdout.split())
+
+
+@pytest.mark.parametrize(
+    "options", [["--criterion", "robust"], ["--solver", "exact"], ["--criterion", "least_squares"]]
+)
+def test_other_criteria_by_the_same_door(options):
+    assert wpcal("fit", TABLE1, *options).returncode == 0
+
+
+BAD = {
+    "empty": ("", "empty"),
+    "header only": (HEADER, "no rows"),
+    "two rows": (f"{HEADER}\na,0,0,0,0,0,0\nb,1,0,0,1,0,0", "at least 3 points"),
+    "missing column": ("name,model_x_mm\na,1", "missing column model_y_mm"),
+    "text": (f"{HEADER}\na,0,0,0,0,0,0\nb,x,0,0,1,0,0\nc,0,1,0,0,1,0", "line 3, column model_x_mm: expected a number"),
+    "nan": (f"{HEADER}\na,0,0,0,0,0,0\nb,1,0,0,nan,0,0\nc,0,1,0,0,1,0", "line 3, column real_x_mm: expected a finite"),
+    "comma": (f"{HEADER}\na,0,0,0,0,0,0\nb,1,5,0,0,1,0,0\nc,0,1,0,0,1,0", "line 3, column 7: expected 7 cells"),
+    "twice": (
+        f"{HEADER}\na,0,0,0,0,0,0\na,1,0,0,1,0,0\nc,0,1,0,0,1,0",
+        "line 3, column name: the name 'a' appears twice",
+    ),
+    "one line": (f"{HEADER}\na,0,0,0,0,0,0\nb,1,0,0,1,0,0\nc,2,0,0,2,0,0", "lie on one line"),
+    "one place": (f"{HEADER}\na,1,1,1,0,0,0\nb,1,1,1,1,0,0\nc,1,1,1,2,0,0", "coincide"),
+    "metres": (f"{HEADER}\na,0,0,0,0,0,0\nb,100,0,0,.1,0,0\nc,0,100,0,0,.1,0", "look like metres"),
+}
+
+
+@pytest.mark.parametrize("command", ["fit", "study"])
+@pytest.mark.parametrize(("text", "words"), BAD.values(), ids=BAD.keys())
+def test_bad_input_is_one_line_and_code_2(tmp_path, command, text, words):
+    if command == "study" and words == "look like metres":
+        pytest.skip("the study uses the shape of the points only")
+    (tmp_path / "pairs.csv").write_text(text, encoding="utf-8")
+    done = wpcal(command, tmp_path / "pairs.csv")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert words in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert "Traceback" not in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["pairs.csv"]
+
+
+def test_study_writes_its_distribution_and_keeps_an_existing_file(tmp_path):
+    out = tmp_path / "study.json"
+    first = wpcal("study", TABLE1, "--trials", "500", "-o", out)
+    assert first.returncode == 0
+    assert "below 0.5 mm" in first.stdout
+    record = json.loads(out.read_text(encoding="utf-8"))
+    assert sum(record["histogram"]["counts"]) == record["trials"] == 500
+    again = wpcal("study", TABLE1, "--trials", "500", "-o", out)
+    assert (again.returncode, again.stdout) == (2, "")
+    assert "--force" in again.stderr

@@ -1,0 +1,137 @@
+"""`wpcal study`: the paper's error study on the points of a file."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from wpcal.study import ErrorStudy
+
+QUICK_TRIALS = 50_000
+"""Fewer trials than this take less than about two seconds: no progress bar."""
+
+BAR_WIDTH = 40
+
+
+@click.command()
+@click.argument("pairs_csv", metavar="PAIRS.csv", type=click.Path(path_type=Path))
+@click.option("--bound-mm", type=float, default=0.5, show_default=True, help="Greatest error of a taught coordinate.")
+@click.option("--trials", type=click.IntRange(min=1), default=10_000, show_default=True)
+@click.option(
+    "--at",
+    "place",
+    type=click.Choice(["cube", "corners", "common"]),
+    default="cube",
+    show_default=True,
+    help="Errors anywhere in the cube, on its corners, or the same for all points.",
+)
+@click.option("--criterion", type=click.Choice(["minimax", "least_squares"]), default="minimax", show_default=True)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the distribution to this JSON file.")
+@click.option("--force", is_flag=True, help="Overwrite the file.")
+@click.option("--json", "as_json", is_flag=True, help="Print the distribution as JSON on stdout.")
+def study(
+    *,
+    pairs_csv: Path,
+    bound_mm: float,
+    trials: int,
+    place: str,
+    criterion: str,
+    seed: int,
+    output: Path | None,
+    force: bool,
+    as_json: bool,
+) -> int:
+    """Put errors on the taught points of PAIRS.csv, calibrate again, and show how far the reference points end off.
+
+    The real points are those of the least-squares fit; every trial adds errors of at most the bound to them.
+    """
+    from wpcal.calibrate import Criterion, fit_least_squares, read_pairs
+    from wpcal.core.errors import InputError
+    from wpcal.core.records import to_json, write_file
+    from wpcal.study import ErrorPlace, run_error_study
+
+    pairs, _ = read_pairs(pairs_csv)
+    if output is not None and output.exists() and not force:
+        raise InputError(f"{output}: exists; give --force to overwrite it")
+    with _Progress(trials) as progress:
+        result = run_error_study(
+            pairs.p_source,
+            fit_least_squares(pairs),
+            bound_mm=bound_mm,
+            trials=trials,
+            place=ErrorPlace(place),
+            criterion=Criterion(criterion),
+            seed=seed,
+            progress=progress,
+        )
+    record = to_json(result.to_record())
+    if output is not None:
+        write_file(output, record, overwrite=force)
+    if as_json:
+        click.echo(record, nl=False)
+    else:
+        _show(result)
+    return 0
+
+
+class _Progress:
+    """A progress bar on stderr for long studies at a terminal."""
+
+    def __init__(self, trials: int) -> None:
+        self.trials = trials
+        self.shown = trials >= QUICK_TRIALS and sys.stderr.isatty()
+
+    def __enter__(self) -> _Progress:
+        if self.shown:
+            from rich.console import Console
+            from rich.progress import Progress
+
+            self.bar = Progress(console=Console(stderr=True), transient=True)
+            self.bar.start()
+            self.task = self.bar.add_task("trials", total=self.trials)
+        return self
+
+    def __call__(self, done: int) -> None:
+        if self.shown:
+            self.bar.update(self.task, completed=done)
+
+    def __exit__(self, *_: object) -> None:
+        if self.shown:
+            self.bar.stop()
+
+
+def _show(result: ErrorStudy) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    console.print(_histogram(result))
+    table = Table(title="Largest displacement of a reference point", show_header=False)
+    table.add_row("trials", f"{len(result.errors_mm)} (seed {result.seed}, {result.criterion.value})")
+    table.add_row("errors", f"at most {result.bound_mm:g} mm per axis, at {result.place.value}")
+    table.add_row("mean", f"{result.errors_mm.mean():.6g} mm")
+    for level, value in result.quantiles_mm.items():
+        table.add_row(f"{100 * level:g} % of the trials below", f"{value:.6g} mm")
+    table.add_row("below 0.5 mm", f"{100 * result.share_below_usual:.2f} % (the paper: usually)")
+    table.add_row("extreme", f"{result.errors_mm.max():.6g} mm (the paper: 0.9 mm)")
+    console.print(table)
+
+
+def _histogram(result: ErrorStudy) -> Table:
+    from rich.table import Table
+
+    counts, edges = result.histogram()
+    table = Table(title="Distribution of e")
+    table.add_column("e mm", justify="right")
+    table.add_column("trials", justify="right")
+    table.add_column("")
+    for count, low, high in zip(counts, edges[:-1], edges[1:], strict=True):
+        table.add_row(f"{low:.3g} to {high:.3g}", f"{count:.0f}", "█" * round(BAR_WIDTH * count / counts.max()))
+    return table

@@ -1,0 +1,6 @@
+"""Seeded simulation of calibrations: the paper's error study, and whether a predicted error holds what it says."""
+
+from wpcal.study.coverage import CoverageStudy, run_coverage_study
+from wpcal.study.teaching_error import ErrorPlace, ErrorStudy, run_error_study
+
+__all__ = ["CoverageStudy", "ErrorPlace", "ErrorStudy", "run_coverage_study", "run_error_study"]

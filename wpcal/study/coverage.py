@@ -1,0 +1,78 @@
+"""Whether a predicted 95 % error holds 95 % of the errors: simulated calibrations against the prediction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.calibrate.criteria import Criterion
+from wpcal.calibrate.uncertainty import error_95, isotropic_covariance, minimax_covariance
+from wpcal.core.arrays import FloatArray, as_points, frozen
+from wpcal.study.teaching_error import fit_trials
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CoverageStudy:
+    """Errors of a seam point in simulated calibrations, and what was predicted.
+
+    Parameters
+    ----------
+    errors_mm : ndarray, shape (trials,)
+        Length of the seam point's error.
+    rms_mm : ndarray, shape (trials,)
+        Root mean square residual of each fit.
+    predicted_mm : float
+        The 95 % error predicted from the teaching error.
+    """
+
+    errors_mm: FloatArray
+    rms_mm: FloatArray
+    predicted_mm: float
+
+    @property
+    def coverage(self) -> float:
+        """Share of the errors that the prediction holds."""
+        return float(np.mean(self.errors_mm <= self.predicted_mm))
+
+
+def run_coverage_study(
+    points: FloatArray,
+    seam_point: FloatArray,
+    *,
+    sigma_mm: float,
+    trials: int = 2000,
+    criterion: Criterion = Criterion.MINIMAX,
+    seed: int = 0,
+) -> CoverageStudy:
+    """Simulate calibrations with Gaussian errors of the taught points and compare a seam point's error.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        Reference points, mm.
+    seam_point : ndarray, shape (3,)
+        Same frame, mm.
+    sigma_mm : float
+        Teaching error per axis.
+    trials : int
+    criterion : Criterion
+        ``MINIMAX`` or ``LEAST_SQUARES``.
+    seed : int
+
+    Returns
+    -------
+    CoverageStudy
+    """
+    p = as_points(points, name="reference points")
+    centre = p.mean(axis=0)
+    seam = as_points([seam_point], name="seam point") - centre
+    rng = np.random.default_rng(seed)
+    taught = (p - centre) + sigma_mm * rng.standard_normal((trials, *p.shape))
+    R, t = fit_trials(p - centre, taught, criterion)
+    moved = (seam @ R.transpose(0, 2, 1))[:, 0] + t
+    residuals = taught - (p - centre) @ R.transpose(0, 2, 1) - t[:, None, :]
+    rms = np.sqrt(np.mean(np.sum(residuals**2, axis=2), axis=1))
+    covariance = (minimax_covariance if criterion is Criterion.MINIMAX else isotropic_covariance)(p - centre, sigma_mm)
+    predicted = float(error_95(seam, covariance)[0])
+    return CoverageStudy(frozen(np.linalg.norm(moved - seam[0], axis=1)), frozen(rms), predicted)

@@ -1,0 +1,193 @@
+"""The error study of Yin 2003, section 4: what an error of the taught points does to the calibration.
+
+A known motion carries the model points to the real part, every coordinate is put off by at most a bound, the part is
+calibrated again, and the largest displacement of a reference point is the error e of the trial (eq. (10) to (13)).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from wpcal.calibrate.criteria import Criterion
+from wpcal.calibrate.interior_point import solve_interior_point
+from wpcal.calibrate.least_squares import centred, distances, kabsch
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.errors import InputError
+from wpcal.core.transform import RigidTransform
+
+CHUNK = 4096
+"""Trials that are solved together: large enough to hide Python, small enough to stay in the processor's cache."""
+
+PAPER_USUAL_MM = 0.5
+"""The paper: the error is usually below this."""
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+
+
+class ErrorPlace(Enum):
+    """Where in the cube of half width `bound_mm` the error of a taught point lies."""
+
+    CUBE = "cube"
+    """Anywhere in the cube, evenly, each point for itself."""
+
+    CORNERS = "corners"
+    """On a corner of the cube, each point for itself: the worst that the bound allows."""
+
+    COMMON = "common"
+    """Anywhere in the cube, the same for all points: a wrong tool centre point with a fixed posture."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ErrorStudy:
+    """The errors of the trials and what they say.
+
+    Parameters
+    ----------
+    errors_mm : ndarray, shape (trials,)
+        Largest displacement of a reference point, eq. (13), mm.
+    bound_mm : float
+    place : ErrorPlace
+    criterion : Criterion
+    seed : int
+    """
+
+    errors_mm: FloatArray
+    bound_mm: float
+    place: ErrorPlace
+    criterion: Criterion
+    seed: int
+
+    @property
+    def share_below_usual(self) -> float:
+        """Share of the trials with e < 0.5 mm."""
+        return float(np.mean(self.errors_mm < PAPER_USUAL_MM))
+
+    @property
+    def quantiles_mm(self) -> dict[float, float]:
+        """Quantiles of e, mm."""
+        return dict(zip(QUANTILES, np.quantile(self.errors_mm, QUANTILES).tolist(), strict=True))
+
+    def histogram(self, bins: int = 20) -> tuple[FloatArray, FloatArray]:
+        """Counts (bins,) and edges (bins + 1,) in mm from 0 to the extreme."""
+        top = float(self.errors_mm.max()) or 1.0
+        counts, edges = np.histogram(self.errors_mm, bins=bins, range=(0.0, top))
+        return frozen(counts), frozen(edges)
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        counts, edges = self.histogram()
+        return {
+            "schema": "wpcal/error-study/1",
+            "trials": len(self.errors_mm),
+            "bound_mm": self.bound_mm,
+            "at": self.place.value,
+            "criterion": self.criterion.value,
+            "seed": self.seed,
+            "mean_mm": float(self.errors_mm.mean()),
+            "extreme_mm": float(self.errors_mm.max()),
+            "share_below_0.5_mm": self.share_below_usual,
+            "quantiles_mm": {f"{level:g}": value for level, value in self.quantiles_mm.items()},
+            "histogram": {"edges_mm": edges.tolist(), "counts": counts.astype(int).tolist()},
+        }
+
+
+def run_error_study(
+    p_part: FloatArray,
+    T_base_part: RigidTransform,
+    *,
+    bound_mm: float = 0.5,
+    trials: int = 10_000,
+    place: ErrorPlace = ErrorPlace.CUBE,
+    criterion: Criterion = Criterion.MINIMAX,
+    seed: int = 0,
+    progress: Callable[[int], None] | None = None,
+) -> ErrorStudy:
+    """Simulate calibrations with errors of the taught points.
+
+    Parameters
+    ----------
+    p_part : ndarray, shape (n, 3)
+        Reference points of the model, mm.
+    T_base_part : RigidTransform
+        The known motion of eq. (10).
+    bound_mm : float
+        Greatest error of a coordinate.
+    trials : int
+    place : ErrorPlace
+    criterion : Criterion
+        ``MINIMAX`` or ``LEAST_SQUARES``.
+    seed : int
+    progress : callable, optional
+        Called with the number of trials done after each chunk.
+
+    Returns
+    -------
+    ErrorStudy
+
+    Raises
+    ------
+    InputError
+        When the bound is negative, there are no trials, or the criterion is another.
+    """
+    if not (np.isfinite(bound_mm) and bound_mm >= 0) or trials < 1:
+        raise InputError(
+            f"expected a bound that is not negative and at least one trial, got {bound_mm} mm and {trials}"
+        )
+    if criterion not in (Criterion.MINIMAX, Criterion.LEAST_SQUARES):
+        raise InputError(f"the error study knows minimax and least_squares, got {criterion.value}")
+    rng = np.random.default_rng(seed)
+    true = centred(T_base_part.apply(p_part))  # the place in the cell shifts model and answer alike
+    p = p_part - p_part.mean(axis=0)
+    errors = np.empty(trials)
+    for start in range(0, trials, CHUNK):
+        count = min(CHUNK, trials - start)
+        taught = true + bound_mm * unit_errors(rng, (count, len(p), 3), place)
+        errors[start : start + count] = _recalibrate(p, taught, true, criterion)
+        if progress is not None:
+            progress(start + count)
+    return ErrorStudy(frozen(errors), bound_mm, place, criterion, seed)
+
+
+def unit_errors(rng: np.random.Generator, shape: tuple[int, int, int], place: ErrorPlace) -> FloatArray:
+    """Errors Δ with ‖Δ‖∞ ≤ 1, eq. (11); shape (trials, n, 3)."""
+    if place is ErrorPlace.CORNERS:
+        return np.asarray(rng.integers(0, 2, shape) * 2.0 - 1.0)
+    if place is ErrorPlace.COMMON:
+        return np.asarray(np.broadcast_to(rng.uniform(-1.0, 1.0, (shape[0], 1, 3)), shape))
+    return rng.uniform(-1.0, 1.0, shape)
+
+
+def fit_trials(p: FloatArray, q: FloatArray, criterion: Criterion) -> tuple[FloatArray, FloatArray]:
+    """Fit many trials of one set of points at once.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n, 3)
+        Model points about their centroid, mm.
+    q : ndarray, shape (trials, n, 3)
+        Taught points, about where that centroid is, mm.
+    criterion : Criterion
+        ``MINIMAX`` or ``LEAST_SQUARES``.
+
+    Returns
+    -------
+    R : ndarray, shape (trials, 3, 3)
+    t : ndarray, shape (trials, 3)
+        mm.
+    """
+    source = np.broadcast_to(p, q.shape)
+    R, t = kabsch(source, q, np.full(q.shape[:2], 1.0 / len(p)))
+    if criterion is Criterion.LEAST_SQUARES:
+        return R, np.asarray(t)
+    state = solve_interior_point(source, q, R, t)
+    return state.R, state.t
+
+
+def _recalibrate(p: FloatArray, taught: FloatArray, true: FloatArray, criterion: Criterion) -> FloatArray:
+    R, t = fit_trials(p, taught, criterion)
+    return np.asarray(distances(p, true, R, t).max(axis=1))
