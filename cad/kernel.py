@@ -205,7 +205,7 @@ def mesh_points(face: KernelObject) -> FloatArray:
 
 def edge_length(edge: KernelObject) -> float:
     """Length of an edge, mm."""
-    return float(GCPnts_AbscissaPoint.Length_s(BRepAdaptor_Curve(edge)))
+    return float(GCPnts_AbscissaPoint.Length_s(BRepAdaptor_Curve(TopoDS.Edge(edge))))
 
 
 def compound(shapes: list[KernelObject]) -> KernelObject:

@@ -67,25 +67,24 @@ def find_roots(file: Part21File) -> tuple[Root, ...]:
     }
     shapes: dict[int, list[Root]] = {}
     for link in file.instances("SHAPE_DEFINITION_REPRESENTATION"):
-        root = _root_of(file, link)
-        if root is not None and root.definition not in children:
+        root = _root_of(file, link, children)
+        if root is not None:
             shapes.setdefault(root.definition, []).append(root)
     # A definition may have several representations; the one with a placement is what an assembly can hold on to.
     return tuple(next((r for r in found if r.axis is not None), found[0]) for _, found in sorted(shapes.items()))
 
 
-def _root_of(file: Part21File, link: Instance) -> Root | None:
+def _root_of(file: Part21File, link: Instance, children: set[Ref]) -> Root | None:
     record = _record(link, "SHAPE_DEFINITION_REPRESENTATION")
-    shape = _follow(file, _argument(record, 0))
-    representation = _follow(file, _argument(record, 1))
-    if shape is None or shape.record("PRODUCT_DEFINITION_SHAPE") is None or representation is None:
+    definition = _argument(_record(_follow(file, _argument(record, 0)), "PRODUCT_DEFINITION_SHAPE"), 2)
+    if not isinstance(definition, Ref) or definition in children:
         return None
-    definition = _argument(_record(shape, "PRODUCT_DEFINITION_SHAPE"), 2)
-    target = _follow(file, definition)
+    target = file.instance(definition)
     if target is None or target.record("NEXT_ASSEMBLY_USAGE_OCCURRENCE") is not None:
         return None  # the shape of one use of a part, not of a product
-    context, items = _context_and_items(representation)
-    if context is None or not isinstance(definition, Ref):
+    representation = _follow(file, _argument(record, 1))
+    context, items = (None, ()) if representation is None else _context_and_items(representation)
+    if representation is None or context is None:
         return None
     placements = (item for item in items if _is(file, item, "AXIS2_PLACEMENT_3D"))
     return Root(

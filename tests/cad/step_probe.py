@@ -1,0 +1,63 @@
+"""What the tests run in a child process: read a STEP file, write it moved, and say in plain values what came of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cad.read_step import read_step
+from cad.write_step import write_moved_step
+from wpcal.core.transform import RigidTransform
+
+
+def read_and_move(source: str, target: str) -> dict[str, object]:
+    part = read_step(source)
+    T = RigidTransform.from_six_tuple([812.3, -455.1, 277.7, 0.3, -0.7, 2.1], target="base", source="part")
+    moved = write_moved_step(part, T, Path(target))
+    return {
+        "solids": [solid.name for solid in part.solids],
+        "unit": part.unit,
+        "issues": [issue.code for issue in part.issues],
+        "moved_issues": [issue.code for issue in moved],
+    }
+
+
+def crash() -> None:
+    """Write on standard output as the kernel does, then end as a null pointer would."""
+    import ctypes
+
+    print("noise that must not reach the parent", flush=True)
+    ctypes.string_at(0)
+
+
+def chatter(progress) -> int:
+    """Say something on standard output and on the progress channel."""
+    print("noise that must not reach the parent", flush=True)
+    for step in ("first", "second"):
+        progress(step)
+    return 7
+
+
+def hang() -> None:
+    import time
+
+    time.sleep(60)
+
+
+def defect() -> None:
+    raise ZeroDivisionError("nobody foresaw this")
+
+
+def refuse() -> None:
+    from wpcal.core.errors import FormatError
+
+    raise FormatError("is odd", path="part.step", line=3)
+
+
+def give_up() -> None:
+    import os
+
+    os._exit(3)
+
+
+def double(value: float) -> float:
+    return 2.0 * value
