@@ -14,6 +14,7 @@ from cad.child import ChildFaultError, run_in_child
 from wpcal.core.errors import FormatError, KernelError, WpcalError
 
 LIMIT_S = 60.0
+SETTLE_S = 0.5  # from the start of the child to the parent waiting for it
 """More than any of these files needs on a busy machine, so that reaching it means a hang."""
 
 
@@ -61,7 +62,7 @@ def test_a_defect_is_told_with_its_place(probe: str) -> None:
     assert "step_probe.py" in caught.value.__notes__[0]
 
 
-def test_an_interrupt_ends_the_child(probe: str, tmp_path: Path) -> None:
+def test_an_interrupt_ends_the_child(probe: str) -> None:
     script = f"from cad.child import run_in_child\nrun_in_child('{probe}:hang', what='hanging')\n"
     parent = subprocess.Popen([sys.executable, "-c", script], stderr=subprocess.PIPE, text=True)
     children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
@@ -71,6 +72,9 @@ def test_an_interrupt_ends_the_child(probe: str, tmp_path: Path) -> None:
     deadline = time.monotonic() + LIMIT_S
     while not (found := children.read_text().split()) and time.monotonic() < deadline:
         time.sleep(0.05)
+    while b"cad.child" not in Path(f"/proc/{found[0]}/cmdline").read_bytes() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(SETTLE_S)
     os.kill(parent.pid, signal.SIGINT)
     parent.communicate(timeout=LIMIT_S)
     assert len(found) == 1
