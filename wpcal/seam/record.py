@@ -13,6 +13,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.transform import RigidTransform
+from wpcal.seam.position import WeldPositions, weld_positions
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
 SEAMS_SCHEMA = "wpcal/seams/1"
@@ -36,7 +37,8 @@ def seams_record(
     Returns
     -------
     dict
-        The columns of ``R`` are the axes x, y, z of the seam in `frame`; quaternions are x, y, z, w with w >= 0.
+        The columns of ``R`` are the axes x, y, z of the seam in `frame`; quaternions are x, y, z, w with w >= 0. Frames
+        in `base` carry the weld position with gravity along -z of `base`; the rotation is null in vertical travel.
     """
     return {
         "schema": SEAMS_SCHEMA,
@@ -53,6 +55,7 @@ def seams_record(
 
 def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatArray | None) -> dict[str, Any]:
     frames = seam.frames if T_base_part is None else seam.frames.moved(T_base_part)
+    positions = None if T_base_part is None else weld_positions(frames.R, seam.weld)
     least, mean, largest = seam.gap_mm
     return {
         "name": seam.name,
@@ -65,11 +68,13 @@ def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatAr
         "reachable": seam.reachable,
         "reasons": list(seam.reasons),
         "gap_mm": {"min": least, "mean": mean, "max": largest},
-        "frames": _frame_records(frames, u95_mm),
+        "frames": _frame_records(frames, u95_mm, positions),
     }
 
 
-def _frame_records(frames: SeamFrames, u95_mm: FloatArray | None) -> list[dict[str, Any]]:
+def _frame_records(
+    frames: SeamFrames, u95_mm: FloatArray | None, positions: WeldPositions | None
+) -> list[dict[str, Any]]:
     q = quaternion_from_rotation(frames.R)
     angle = np.degrees(frames.angle_rad)
     records = []
@@ -83,6 +88,11 @@ def _frame_records(frames: SeamFrames, u95_mm: FloatArray | None) -> list[dict[s
         }
         if u95_mm is not None:
             record["u95_mm"] = float(u95_mm[i])
+        if positions is not None:
+            rotation = positions.rotation_rad[i]
+            record["slope_deg"] = float(np.degrees(positions.slope_rad[i]))
+            record["rotation_deg"] = None if np.isnan(rotation) else float(np.degrees(rotation))
+            record["position"] = positions.name[i]
         records.append(record)
     return records
 

@@ -1,0 +1,181 @@
+"""The weld position of every frame: slope, rotation and the letters of ISO 6947 (PA … PG), with gravity known.
+
+With u = up (against gravity), x the travel and z out of the joint (DESIGN §3): slope S = asin(x·u), positive uphill;
+rotation R = atan2(x·(u⊥ × z), u⊥·z) with u⊥ = u - (u·x) x: 0 when the joint faces up, ±90° sideways, 180° down. Within
+1° of vertical travel R is not defined (NaN). Hou 2018, §1.2 writes θ = S and φ = -R modulo 360°.
+
+The standard's ranges are not in hand: the rules here are the principal positions with tolerances of our own, and a
+caller may give others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.errors import InputError
+from wpcal.seam.seam import WeldType
+
+UP = (0.0, 0.0, 1.0)
+"""Against gravity in `base`, unless the caller says otherwise."""
+VERTICAL_RAD = float(np.radians(1.0))
+"""Nearer than this to vertical travel the rotation is not defined."""
+
+
+@dataclass(frozen=True, slots=True)
+class PositionRule:
+    """One principal position; the first rule that fits names a frame.
+
+    Parameters
+    ----------
+    name : str
+        ``PA`` … ``PG``.
+    slope_deg : tuple of float
+        Least and greatest slope S.
+    rotation_deg : tuple of float or None
+        Least and greatest |R|; None where R does not matter.
+    weld : WeldType or None
+        Only for this weld; None for any.
+    """
+
+    name: str
+    slope_deg: tuple[float, float]
+    rotation_deg: tuple[float, float] | None = None
+    weld: WeldType | None = None
+
+
+DEFAULT_RULES = (
+    PositionRule("PF", (45.0, 90.0)),
+    PositionRule("PG", (-90.0, -45.0)),
+    PositionRule("PA", (-45.0, 45.0), (0.0, 22.5)),
+    PositionRule("PB", (-45.0, 45.0), (22.5, 80.0), WeldType.FILLET),
+    PositionRule("PC", (-45.0, 45.0), (22.5, 112.5)),
+    PositionRule("PD", (-45.0, 45.0), (112.5, 157.5)),
+    PositionRule("PE", (-45.0, 45.0), (157.5, 180.0)),
+)
+"""Half way between the principal positions: PA 0°, PB 45°, PC 90°, PD 135°, PE 180° rotation; PF +90° and PG -90°
+slope. A fillet that leans sideways is PB until it faces a wall (80°)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WeldPositions:
+    """Positions of n frames.
+
+    Parameters
+    ----------
+    slope_rad : ndarray, shape (n,)
+        -π/2 … π/2, positive uphill.
+    rotation_rad : ndarray, shape (n,)
+        -π … π; NaN where travel is vertical.
+    name : tuple of str
+        ``PA`` … ``PG``.
+    """
+
+    slope_rad: FloatArray
+    rotation_rad: FloatArray
+    name: tuple[str, ...]
+
+
+def weld_slope(tangent: ArrayLike, up: ArrayLike = UP) -> FloatArray:
+    """Angle of the weld axis above the horizontal plane, rad, positive uphill.
+
+    Parameters
+    ----------
+    tangent : array_like, shape (..., 3)
+        Unit directions of travel.
+    up : array_like, shape (3,)
+        Unit vector against gravity, in the same frame.
+
+    Returns
+    -------
+    ndarray, shape (...)
+
+    Examples
+    --------
+    A vertical-up weld:
+
+    >>> float(np.degrees(weld_slope([0, 0, 1])).round(3))
+    90.0
+    """
+    x = np.asarray(tangent, dtype=np.float64)
+    return np.asarray(np.arcsin(np.clip(x @ np.asarray(up, dtype=np.float64), -1.0, 1.0)), dtype=np.float64)
+
+
+def weld_rotation(tangent: ArrayLike, outward: ArrayLike, up: ArrayLike = UP) -> FloatArray:
+    """Angle of the joint about the weld axis, rad: 0 facing up, ±π/2 sideways, π down; NaN for vertical travel.
+
+    Parameters
+    ----------
+    tangent, outward : array_like, shape (..., 3)
+        The x and z axes of seam frames, unit vectors.
+    up : array_like, shape (3,)
+        Unit vector against gravity, in the same frame.
+
+    Returns
+    -------
+    ndarray, shape (...)
+
+    Examples
+    --------
+    A fillet on a horizontal plate, bisector leaning 45 degrees:
+
+    >>> half = 2**-0.5
+    >>> float(np.degrees(weld_rotation([1, 0, 0], [0, half, half])).round(3))
+    -45.0
+    """
+    x, z = np.asarray(tangent, dtype=np.float64), np.asarray(outward, dtype=np.float64)
+    u = np.asarray(up, dtype=np.float64)
+    across = u - (x @ u)[..., None] * x
+    sine = np.einsum("...i,...i->...", x, np.cross(across, z))
+    angle = np.arctan2(sine, np.einsum("...i,...i->...", across, z))
+    vertical = np.abs(weld_slope(x, u)) > np.pi / 2 - VERTICAL_RAD
+    return np.asarray(np.where(vertical, np.nan, angle), dtype=np.float64)
+
+
+def weld_positions(
+    R: ArrayLike, weld: WeldType, *, up: ArrayLike = UP, rules: Sequence[PositionRule] = DEFAULT_RULES
+) -> WeldPositions:
+    """Name the weld position of every frame.
+
+    Parameters
+    ----------
+    R : array_like, shape (n, 3, 3)
+        Seam frames (columns x, y, z) in a frame in which `up` is known, `base` as a rule.
+    weld : WeldType
+    up : array_like, shape (3,)
+        Against gravity; scaled to unit length.
+    rules : sequence of PositionRule
+        The first that fits names the frame; a frame that fits none is called ``-``.
+
+    Returns
+    -------
+    WeldPositions
+
+    Raises
+    ------
+    InputError
+        When `up` has no length.
+    """
+    frames, u = np.asarray(R, dtype=np.float64), np.asarray(up, dtype=np.float64)
+    length = float(np.linalg.norm(u))
+    if not length > 0:
+        raise InputError("the direction against gravity has no length")
+    slope = weld_slope(frames[:, :, 0], u / length)
+    rotation = weld_rotation(frames[:, :, 0], frames[:, :, 2], u / length)
+    names = np.full(len(frames), "-", dtype="<U8")
+    for rule in reversed(rules):  # the first that fits has the last word
+        if rule.weld in (None, weld):
+            names[_fits(rule, np.degrees(slope), np.degrees(rotation))] = rule.name
+    return WeldPositions(slope, rotation, tuple(str(name) for name in names))
+
+
+def _fits(rule: PositionRule, slope_deg: FloatArray, rotation_deg: FloatArray) -> BoolArray:
+    fits = (rule.slope_deg[0] <= slope_deg) & (slope_deg <= rule.slope_deg[1])
+    if rule.rotation_deg is not None:
+        turn = np.nan_to_num(np.abs(rotation_deg), nan=-1.0)
+        fits &= (rule.rotation_deg[0] <= turn) & (turn <= rule.rotation_deg[1])
+    return np.asarray(fits, dtype=bool)
