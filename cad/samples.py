@@ -57,23 +57,23 @@ class Sample:
 STEEL, DARK = (0.45, 0.5, 0.55), (0.2, 0.3, 0.45)
 
 
-def _box(x: float, y: float, z: float, corner: tuple[float, float, float]) -> Any:
+def box(x: float, y: float, z: float, corner: tuple[float, float, float]) -> Any:
+    """Return a box along the axes from its least corner, mm."""
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
     from OCP.gp import gp_Pnt
 
     return BRepPrimAPI_MakeBox(gp_Pnt(*corner), x, y, z).Solid()
 
 
-def _cylinder(
-    radius: float, length: float, origin: tuple[float, float, float], axis: tuple[float, float, float]
-) -> Any:
+def cylinder(radius: float, length: float, origin: tuple[float, float, float], axis: tuple[float, float, float]) -> Any:
+    """Return a cylinder from the centre of one end along an axis, mm."""
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
     from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
     return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(*origin), gp_Dir(*axis)), radius, length).Solid()
 
 
-def _cut(shape: Any, *tools: Any) -> Any:
+def cut(shape: Any, *tools: Any) -> Any:
     """Return the one solid that is left of `shape` without `tools`."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 
@@ -87,13 +87,13 @@ def _cut(shape: Any, *tools: Any) -> Any:
 
 def tee() -> list[Member]:
     """Return a plate 200 × 120 × 10 with a web 150 × 8 × 80 upright on it: four fillets round the web."""
-    base = _cut(_box(200, 120, 10, (0, 0, 0)), *(_cylinder(5, 10, (x, 20, 0), (0, 0, 1)) for x in (20, 180)))
-    return [("base plate", base, STEEL), ("web", _box(150, 8, 80, (25, 56, 10)), DARK)]
+    base = cut(box(200, 120, 10, (0, 0, 0)), *(cylinder(5, 10, (x, 20, 0), (0, 0, 1)) for x in (20, 180)))
+    return [("base plate", base, STEEL), ("web", box(150, 8, 80, (25, 56, 10)), DARK)]
 
 
 def lap() -> list[Member]:
     """Return two plates 120 × 50 × 6 that lie on each other over 50 mm: four seams of 50 mm."""
-    return [("lower", _box(120, 50, 6, (0, 0, 0)), STEEL), ("upper", _box(120, 50, 6, (70, 0, 6)), DARK)]
+    return [("lower", box(120, 50, 6, (0, 0, 0)), STEEL), ("upper", box(120, 50, 6, (70, 0, 6)), DARK)]
 
 
 RUN_RADIUS_MM, BRANCH_RADIUS_MM = 50.0, 25.0
@@ -101,11 +101,11 @@ RUN_RADIUS_MM, BRANCH_RADIUS_MM = 50.0, 25.0
 
 def saddle() -> list[Member]:
     """Return a pipe of 50 mm on a pipe of 100 mm, square to it and trimmed to its surface: the saddle seam."""
-    run = _cut(_cylinder(50, 300, (-150, 0, 0), (1, 0, 0)), _cylinder(45, 300, (-150, 0, 0), (1, 0, 0)))
-    branch = _cut(
-        _cylinder(25, 130, (0, 0, 0), (0, 0, 1)),
-        _cylinder(21, 130, (0, 0, 0), (0, 0, 1)),
-        _cylinder(50, 300, (-150, 0, 0), (1, 0, 0)),
+    run = cut(cylinder(50, 300, (-150, 0, 0), (1, 0, 0)), cylinder(45, 300, (-150, 0, 0), (1, 0, 0)))
+    branch = cut(
+        cylinder(25, 130, (0, 0, 0), (0, 0, 1)),
+        cylinder(21, 130, (0, 0, 0), (0, 0, 1)),
+        cylinder(50, 300, (-150, 0, 0), (1, 0, 0)),
     )
     return [("run pipe", run, STEEL), ("branch pipe", branch, DARK)]
 
@@ -132,7 +132,7 @@ def _mitred_tube(side: int) -> Any:
         polygon.Close()
         return BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(polygon.Wire()).Face(), gp_Vec(0, 0, top - bottom)).Shape()
 
-    return _cut(extruded(0.0, TUBE_MM, 0.0, TUBE_MM), extruded(WALL_MM, TUBE_MM - WALL_MM, WALL_MM, TUBE_MM - WALL_MM))
+    return cut(extruded(0.0, TUBE_MM, 0.0, TUBE_MM), extruded(WALL_MM, TUBE_MM - WALL_MM, WALL_MM, TUBE_MM - WALL_MM))
 
 
 def _rail_outline(side: int, inset: float, reach: float) -> FloatArray:

@@ -22,8 +22,8 @@ from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
 LARGEST_GAP_MM = 0.5
 """A gap that a fillet of usual size bridges."""
-GAP_SHARE = 1e-3
-"""On small parts the gap is this share of the part's diagonal: 0.5 mm would join everything on a 3 mm sheet part."""
+GAP_SHARE = 2.5e-3
+"""On parts smaller than 200 mm the gap is this share of the diagonal: 0.5 mm would join everything on a small part."""
 REACH_STATIONS = 5
 """Places along a seam at which its reach is felt."""
 FULL_TURN_SIN = 1e-6
@@ -45,7 +45,7 @@ class SeamOptions:
     Parameters
     ----------
     gap_mm : float, optional
-        Largest gap between members; by default 0.5 mm, on parts smaller than 500 mm a thousandth of their diagonal.
+        Largest gap between members; by default 0.5 mm, on parts smaller than 200 mm 0.25 % of their diagonal.
     concave : ConcaveEdges
         `AUTO` takes concave edges of solids that touch no other solid and do not look machined
         (`concave.looks_machined`).

@@ -73,31 +73,38 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *
     contact_face, wall = sides[rows, patch[rows]], sides[rows, 1 - patch[rows]]
     n_wall = n_sides[rows, 1 - patch[rows]]
     base, n_base, continues = _base(graph, trimmed, f, p, n_face, n_wall, gap_mm)
-    inward = _inward(n_wall, slope[has_wall], -1.0)
-    height = _extent(graph, trimmed, wall, p, _inward(n_face, slope[has_wall], 1.0), gap_mm)
+    slope = slope[has_wall]
+    inward, up = _inward(n_wall, slope, -1.0), _inward(n_face, slope, 1.0)
+    patch_pair = np.stack([contact_face, f], axis=1)
     width = _extent(graph, trimmed, contact_face, p, inward, gap_mm)
-    stands = height >= _thickness(np.stack([contact_face, f], axis=1), width)
+    stands = _extent(graph, trimmed, wall, p, up, gap_mm) >= _thickness(patch_pair, width)
+    other_width = _extent(graph, trimmed, f, p, inward, gap_mm)
+    other_stands = _extent(graph, trimmed, base, p, -up, gap_mm) >= _thickness(patch_pair, other_width)
     beyond = _is_on(graph, trimmed, f, p + (width[:, None] + 2.0 * gap_mm + 0.1) * inward)
-    cosine = np.einsum("ki,ki->k", n_wall, n_base)
-    into_wall = np.einsum("ki,ki->k", _inward(n_face, slope[has_wall], 1.0), n_base)
-    words = [
-        _words(*row) for row in zip(continues, stands, beyond, cosine > FLAT_COS, into_wall > 1 - FLAT_COS, strict=True)
-    ]
+    side_by_side = np.einsum("ki,ki->k", n_wall, n_base) > FLAT_COS
+    concave = np.einsum("ki,ki->k", up, n_base) > 1 - FLAT_COS
+    views = zip(continues, stands, other_stands, beyond, side_by_side, concave, strict=True)
+    words = [_words(*view) for view in views]
     pieces = SeamPieces(e, contacts.t0[rows], contacts.t1[rows], wall, base, contacts.gap_mm[rows])
     return JoinedPieces(pieces, tuple(joint for joint, _ in words), tuple(weld for _, weld in words))
 
 
 def _words(
-    continues: bool, stands: bool, beyond: bool, side_by_side: bool, concave: bool
+    continues: bool, stands: bool, other_stands: bool, beyond: bool, side_by_side: bool, concave: bool
 ) -> tuple[JointType, WeldType]:
-    """Name a joint: the base goes on in front of the wall, the member stands on it, what lies behind."""
+    """Name a joint.
+
+    `continues`: the base goes on in front of the wall; `stands`: the member stands on the other rather than lying on
+    it; `beyond`: the base goes on behind the member; `side_by_side`: wall and base look the same way; `concave`: they
+    face each other.
+    """
     if continues:
         if not stands:
             return JointType.LAP, WeldType.FILLET
         return (JointType.TEE if beyond else JointType.CORNER), WeldType.FILLET
-    if side_by_side:
-        return (JointType.BUTT if stands else JointType.EDGE), WeldType.GROOVE
-    return JointType.CORNER, (WeldType.FILLET if concave else WeldType.GROOVE)
+    if not side_by_side or stands != other_stands:
+        return JointType.CORNER, (WeldType.FILLET if concave else WeldType.GROOVE)
+    return (JointType.BUTT if stands else JointType.EDGE), WeldType.GROOVE
 
 
 def _thickness(patch: IntArray, width: FloatArray) -> FloatArray:
