@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +16,17 @@ import numpy as np
 
 from cad.to_brep import to_brep
 from wpcal.brep import BrepGraph
+from wpcal.brep.trim import TrimmedFaces
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, calibrate
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import InputError
+from wpcal.core.errors import InputError, blamed_on
 from wpcal.core.issue import Issue
 from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.features import ReferenceFeature, find_features
 from wpcal.match import TaughtPoints, pair_points, read_taught
 from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.interpenetration import interpenetrating_solids
 from wpcal.seam.record import seams_csv, seams_record
 
 Progress = Callable[[str], None]
@@ -74,6 +76,8 @@ class Workpiece:
         The STEP file; None for shapes handed over from a script.
     shapes : tuple
         The shapes handed over, as they came.
+    solids : tuple of kernel shapes
+        The solids of the graph, in its order.
     """
 
     graph: BrepGraph
@@ -81,6 +85,7 @@ class Workpiece:
     issues: tuple[Issue, ...] = ()
     source: Any = None
     shapes: tuple[Any, ...] = ()
+    solids: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -164,14 +169,15 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
 
         progress(f"reading {Path(step).name}")
         part = read_step(step)
+        solids = tuple(solid.shape for solid in part.solids)
         graph = to_brep((solid.name, solid.shape) for solid in part.solids)
-        return Workpiece(graph, find_features(graph), part.issues, part)
+        return Workpiece(graph, find_features(graph), part.issues, part, solids=solids)
     shapes = tuple(step) if isinstance(step, Iterable) and not hasattr(step, "wrapped") else (step,)
     named = _named_solids(shapes)
     if not named:
         raise InputError("the shapes handed over hold no solid")
     graph = to_brep(named)
-    return Workpiece(graph, find_features(graph), shapes=shapes)
+    return Workpiece(graph, find_features(graph), shapes=shapes, solids=tuple(shape for _, shape in named))
 
 
 def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:
@@ -189,6 +195,32 @@ def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:
             taken.add(name)
             named.append((name, solid))
     return named
+
+
+def find_seams(workpiece: Workpiece, options: SeamOptions) -> tuple[tuple[Seam, ...], Workpiece]:
+    """Find the seams of a workpiece; solids that run into each other are cut by the kernel first.
+
+    Parameters
+    ----------
+    workpiece : Workpiece
+    options : SeamOptions
+
+    Returns
+    -------
+    seams : tuple of Seam
+        With frames in `part`.
+    workpiece : Workpiece
+        With the section curves in its graph, and what went wrong with them among its issues.
+    """
+    trimmed = TrimmedFaces.of(workpiece.graph)
+    pairs = interpenetrating_solids(workpiece.graph, trimmed)
+    if len(pairs) == 0:
+        return detect_seams(workpiece.graph, options, trimmed=trimmed), workpiece
+    from cad.section import add_sections
+
+    graph, sections, issues = add_sections(workpiece.graph, workpiece.solids, pairs)
+    wider = replace(workpiece, graph=graph, issues=(*workpiece.issues, *issues))
+    return detect_seams(graph, options, trimmed=replace(trimmed, graph=graph), sections=sections), wider
 
 
 def calibrate_workpiece(
@@ -242,21 +274,22 @@ def calibrate_workpiece(
     workpiece = open_workpiece(step, progress=progress)
     pairs, check = pair_points(points, workpiece.features)
     progress("finding seams")
-    seams = detect_seams(workpiece.graph, options.seams)
+    seams, workpiece = find_seams(workpiece, options.seams)
     frames = [seam.frames.p for seam in seams if seam.accepted]
     progress("fitting")
-    result = calibrate(
-        pairs,
-        criterion=options.criterion,
-        solver=options.solver,
-        seed=options.seed,
-        tolerance_mm=options.tolerance_mm,
-        T_nominal_part=T_nominal_part,
-        teaching=options.teaching,
-        check=check,
-        certify=options.certify,
-        seam_points=np.concatenate(frames) if frames else None,
-    )
+    with blamed_on(points.path):
+        result = calibrate(
+            pairs,
+            criterion=options.criterion,
+            solver=options.solver,
+            seed=options.seed,
+            tolerance_mm=options.tolerance_mm,
+            T_nominal_part=T_nominal_part,
+            teaching=options.teaching,
+            check=check,
+            certify=options.certify,
+            seam_points=np.concatenate(frames) if frames else None,
+        )
     u95 = tuple(result.predict_error_mm(seam.frames.p) for seam in seams)
     return WorkpieceCalibration(workpiece, result, seams, u95, points)
 
@@ -347,4 +380,4 @@ def list_seams(step: Path, *, options: SeamOptions, progress: Progress = no_prog
     """Return the seams of a STEP file, frames in `part`."""
     workpiece = open_workpiece(step, progress=progress)
     progress("finding seams")
-    return detect_seams(workpiece.graph, options)
+    return find_seams(workpiece, options)[0]

@@ -180,7 +180,7 @@ def _knots(pairs: Sequence[tuple[float, int]]) -> FloatArray:
 
 
 def _add_edge(rows: _Rows, edge: Any, vertex_map: VertexMap) -> None:
-    row, span, nurbs = _curve(edge)
+    row, span, nurbs = curve_row(edge)
     rows.edges.append(row)
     rows.edge_range.append(span)
     rows.edge_vertices.append(vertex_map.ends(edge))
@@ -189,7 +189,8 @@ def _add_edge(rows: _Rows, edge: Any, vertex_map: VertexMap) -> None:
         rows.curves.append(nurbs)
 
 
-def _curve(edge: Any) -> tuple[Row, tuple[float, float], NurbsCurve | None]:
+def curve_row(edge: Any) -> tuple[Row, tuple[float, float], NurbsCurve | None]:
+    """Return an edge's curve as a row of a `BrepGraph`, its first and last parameter, and the NURBS where it is one."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.GeomAbs import GeomAbs_CurveType as T

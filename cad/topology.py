@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Literal
 
 import numpy as np
@@ -48,6 +48,23 @@ class _NumberedShapes:
 
     def _at(self, number: int) -> Any:
         return self._map.FindKey(number + 1)
+
+
+class FaceMap(_NumberedShapes):
+    """Faces by number."""
+
+    @classmethod
+    def of(cls, shapes: Iterable[Any]) -> FaceMap:
+        """Number the faces of shapes as `cad.to_brep.to_brep` does."""
+        faces = cls()
+        for shape in shapes:
+            for face, _ in explore(shape, "face"):
+                faces.add(face)
+        return faces
+
+    def number(self, face: Any) -> int:
+        """Return the number of a face that was added."""
+        return int(self._map.FindIndex(face)) - 1
 
 
 class EdgeMap(_NumberedShapes):

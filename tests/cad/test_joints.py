@@ -105,3 +105,21 @@ def test_the_saddle_has_an_outer_loop_and_an_inner_one_out_of_reach() -> None:
 
 def test_the_saddle_of_60_degrees_has_both_loops() -> None:
     assert [(seam.closed, seam.accepted) for seam in seams_of(saddle(30.0))] == [(True, True), (True, False)]
+
+
+@pytest.mark.parametrize("tilt_deg", [0.0, 30.0])
+def test_an_untrimmed_branch_has_the_seams_of_the_trimmed_one(tilt_deg: float) -> None:
+    from cad.convert import Workpiece, find_seams
+    from wpcal.seam import SeamOptions
+
+    tilt = math.radians(tilt_deg)
+    axis = (math.sin(tilt), 0.0, math.cos(tilt))
+    run, trimmed_branch = saddle(tilt_deg)
+    branch = cut(cylinder(35, 160, (0, 0, 0), axis), cylinder(31, 170, (0, 0, 0), axis))
+    graph = to_brep([("run", run), ("branch", branch)])
+    found, _ = find_seams(Workpiece(graph, (), solids=(run, branch)), SeamOptions())
+    expected = seams_of([run, trimmed_branch])
+    assert [seam.accepted for seam in found] == [True, False]
+    for mine, other in zip(found, expected, strict=True):
+        assert mine.closed
+        assert mine.length_mm == pytest.approx(other.length_mm, rel=0, abs=LENGTH_MM)

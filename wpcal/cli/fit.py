@@ -46,22 +46,24 @@ def fit(
     check, no). Ends with code 1 when a residual is larger than the tolerance.
     """
     from wpcal.calibrate import Criterion, Solver, TeachingError, calibrate, read_pairs
+    from wpcal.core.errors import blamed_on
     from wpcal.core.records import to_json
     from wpcal.optim import AnnealingSchedule
 
     teaching = TeachingError(sigma_mm=sigma_mm, bound_mm=bound_mm, tcp_bias_mm=tcp_bias_mm)
     pairs, check = read_pairs(pairs_csv)
-    result = calibrate(
-        pairs,
-        criterion=Criterion(criterion),
-        solver=Solver(solver),
-        schedule=AnnealingSchedule.yin2003() if schedule == "yin2003" else None,
-        seed=seed,
-        tolerance_mm=tolerance_mm,
-        teaching=teaching,
-        check=check,
-        certify=certify,
-    )
+    with blamed_on(str(pairs_csv)):
+        result = calibrate(
+            pairs,
+            criterion=Criterion(criterion),
+            solver=Solver(solver),
+            schedule=AnnealingSchedule.yin2003() if schedule == "yin2003" else None,
+            seed=seed,
+            tolerance_mm=tolerance_mm,
+            teaching=teaching,
+            check=check,
+            certify=certify,
+        )
     if as_json:
         click.echo(to_json(result.to_record()), nl=False)
     else:

@@ -9,6 +9,7 @@ from wpcal.core.errors import (
     KernelError,
     UnitError,
     WpcalError,
+    blamed_on,
 )
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
@@ -28,4 +29,5 @@ __all__ = [
     "SixTuple",
     "UnitError",
     "WpcalError",
+    "blamed_on",
 ]

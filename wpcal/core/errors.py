@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 
@@ -56,6 +58,23 @@ class FormatError(InputError):
             if part
         )
         super().__init__(f"{place}: {message}" if place else message)
+
+
+@contextmanager
+def blamed_on(path: str) -> Iterator[None]:
+    """Name the file that the data came from in a `GeometryError` or `UnitError` raised inside; no file, no change.
+
+    Parameters
+    ----------
+    path : str
+        The file, as the user named it; may be empty.
+    """
+    try:
+        yield
+    except (GeometryError, UnitError) as error:
+        if not path:
+            raise
+        raise type(error)(f"{path}: {error}") from None
 
 
 class ConvergenceError(WpcalError, RuntimeError):

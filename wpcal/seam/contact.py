@@ -11,7 +11,6 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.seam import SeamPieces
 
 SAMPLES = 33
 """Points at which an edge is compared with a face, inside the face's box: a contact of 1/32 of that is seen."""
@@ -68,7 +67,7 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
     Cost: pairs whose boxes meet, times `SAMPLES` points, as arrays.
     """
     edge, face = candidate_pairs(graph, trimmed, gap_mm)
-    low, high = _clipped_range(graph, trimmed, edge, face, gap_mm)
+    low, high = clipped_range(graph, trimmed, edge, face, gap_mm)
     keep = high > low
     edge, face, low, high = edge[keep], face[keep], low[keep], high[keep]
     t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
@@ -86,8 +85,13 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
     return Contacts(e, f, t0, t1, _gaps(graph, e, f, t0, t1))
 
 
-def candidate_pairs(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> tuple[IntArray, IntArray]:
-    """Return pairs of an edge and a face of different solids whose boxes come nearer than the gap."""
+def candidate_pairs(
+    graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float, *, seam_edges: bool = False
+) -> tuple[IntArray, IntArray]:
+    """Return pairs of an edge and a face of different solids whose boxes come nearer than the gap.
+
+    `seam_edges` says whether edges that close a face onto itself take part.
+    """
     face_low, face_high = trimmed.face_box
     edge_low, edge_high = edge_boxes(graph)
     edge_low, edge_high = edge_low - gap_mm, edge_high + gap_mm
@@ -95,7 +99,8 @@ def candidate_pairs(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> t
     solid_low, solid_high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(solid_low, graph.face_solid, face_low)
     np.maximum.at(solid_high, graph.face_solid, face_high)
-    usable = np.flatnonzero((graph.edge_kind != CurveKind.DEGENERATE) & ~graph.is_seam_edge & (graph.edge_solid >= 0))
+    real = (graph.edge_kind != CurveKind.DEGENERATE) & (graph.edge_solid >= 0)
+    usable = np.flatnonzero(real if seam_edges else real & ~graph.is_seam_edge)
     edges_of = _grouped(usable, graph.edge_solid[usable], count)
     faces_of = _grouped(np.arange(graph.face_count), graph.face_solid, count)
     found: list[tuple[IntArray, IntArray]] = []
@@ -133,10 +138,13 @@ def edge_boxes(graph: BrepGraph) -> tuple[FloatArray, FloatArray]:
     return low, high
 
 
-def _clipped_range(
+def clipped_range(
     graph: BrepGraph, trimmed: TrimmedFaces, edge: IntArray, face: IntArray, gap_mm: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Cut the range of a straight edge to the face's box: a short contact on a long edge is not stepped over."""
+    """Return the parameter range of each edge, of a straight one cut to the face's box.
+
+    So a short contact on a long edge is not stepped over.
+    """
     low, high = graph.edge_range[edge].T.copy()
     rows = graph.edge_kind[edge] == CurveKind.LINE
     box_low, box_high = (corner[face] for corner in trimmed.face_box)
@@ -237,9 +245,3 @@ def _gaps(graph: BrepGraph, edge: IntArray, face: IntArray, t0: FloatArray, t1: 
     foot = project_to_faces(graph, np.repeat(face, SAMPLES), points)
     off = np.linalg.norm(foot.p - points, axis=1).reshape(t.shape)
     return np.stack([off.min(axis=1), off.mean(axis=1), off.max(axis=1)], axis=1)
-
-
-def no_pieces() -> SeamPieces:
-    """Return an empty set of pieces."""
-    i, f = np.zeros(0, dtype=np.int64), np.zeros(0)
-    return SeamPieces(i, f, f, i, i, np.zeros((0, 3)))

@@ -64,13 +64,23 @@ class SeamOptions:
         return min(LARGEST_GAP_MM, GAP_SHARE * graph.size_mm) if self.gap_mm is None else self.gap_mm
 
 
-def detect_seams(graph: BrepGraph, options: SeamOptions | None = None) -> tuple[Seam, ...]:
+def detect_seams(
+    graph: BrepGraph,
+    options: SeamOptions | None = None,
+    *,
+    trimmed: TrimmedFaces | None = None,
+    sections: SeamPieces | None = None,
+) -> tuple[Seam, ...]:
     """Find the weld seams of a part.
 
     Parameters
     ----------
     graph : BrepGraph
     options : SeamOptions, optional
+    trimmed : TrimmedFaces, optional
+        Of the same graph, where a caller has it already.
+    sections : SeamPieces, optional
+        Curves in which solids that run into each other meet; a CAD kernel computes them.
 
     Returns
     -------
@@ -79,11 +89,15 @@ def detect_seams(graph: BrepGraph, options: SeamOptions | None = None) -> tuple[
         every run. Seams that no torch reaches are there, too, and not accepted.
     """
     options = options or SeamOptions()
-    trimmed = TrimmedFaces.of(graph)
+    trimmed = trimmed or TrimmedFaces.of(graph)
     gap_mm = options.gap_for(graph)
     joined = join_contacts(graph, trimmed, find_contacts(graph, trimmed, gap_mm=gap_mm), gap_mm=gap_mm)
     joined = _without_twins(graph, joined, gap_mm)
     found = _seams(graph, trimmed, joined, options, "contact of two solids")
+    if sections is not None and len(sections):
+        n = len(sections)
+        crossing = JoinedPieces(sections, (JointType.TEE,) * n, (WeldType.FILLET,) * n)
+        found += _seams(graph, trimmed, crossing, options, "section of two solids that run into each other")
     if options.concave is not ConcaveEdges.NEVER:
         concave = _wanted_concave(graph, find_concave_edges(graph), joined, options.concave)
         found += _seams(graph, trimmed, concave, options, "concave edge inside one solid")

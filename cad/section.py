@@ -1,0 +1,89 @@
+"""The curves in which two solids that run into each other meet, from the kernel, as pieces of seams."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from cad.kernel import kernel_call
+from cad.to_brep import curve_row
+from cad.topology import FaceMap, explore
+from wpcal.brep import BrepGraph
+from wpcal.brep.nurbs import NurbsCurve
+from wpcal.core.arrays import IntArray
+from wpcal.core.errors import KernelError
+from wpcal.core.issue import Issue
+from wpcal.seam.seam import SeamPieces
+
+
+def add_sections(
+    graph: BrepGraph, shapes: Sequence[Any], pairs: IntArray
+) -> tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]:
+    """Add the section curves of pairs of solids to a graph, as edges without faces of their own.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    shapes : sequence of kernel shapes
+        The solids that the graph was made from, in its order.
+    pairs : ndarray of int, shape (k, 2)
+        Numbers of solids.
+
+    Returns
+    -------
+    graph : BrepGraph
+    pieces : SeamPieces
+        Wall and base are the two faces that meet.
+    issues : tuple of Issue
+        Pairs that the kernel could not section; the others are delivered.
+    """
+    faces = FaceMap.of(shapes)
+    rows: list[tuple[Any, tuple[float, float], NurbsCurve | None, int, int]] = []
+    issues = []
+    for a, b in pairs:
+        names = (graph.solid_names[a], graph.solid_names[b])
+        try:
+            rows += _section(shapes[a], shapes[b], faces)
+        except KernelError as error:
+            issues.append(Issue("no-section", f"{' and '.join(names)} run into each other: {error}", names))
+    return (*_with_edges(graph, rows), tuple(issues))
+
+
+def _section(first: Any, second: Any, faces: FaceMap) -> list[Any]:
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Section
+    from OCP.TopoDS import TopoDS_Face
+
+    rows = []
+    with kernel_call("cutting two solids with each other"):
+        section = BRepAlgoAPI_Section(first, second, False)
+        section.Approximation(True)
+        section.Build()
+        for edge, _ in explore(section.Shape(), "edge"):
+            on_first, on_second = TopoDS_Face(), TopoDS_Face()
+            if section.HasAncestorFaceOn1(edge, on_first) and section.HasAncestorFaceOn2(edge, on_second):
+                rows.append((*curve_row(edge), faces.number(on_first), faces.number(on_second)))
+    return rows
+
+
+def _with_edges(graph: BrepGraph, rows: list[Any]) -> tuple[BrepGraph, SeamPieces]:
+    n, first = len(rows), graph.edge_count
+    nurbs = [row[2] for row in rows]
+    curves = [curve for curve in nurbs if curve is not None]
+    index = np.cumsum([curve is not None for curve in nurbs]) - 1 + len(graph.nurbs_curves)
+    spans = np.array([row[1] for row in rows], dtype=np.float64).reshape(n, 2)
+    wider = replace(
+        graph,
+        edge_kind=np.append(graph.edge_kind, [row[0][0] for row in rows]).astype(np.int64),
+        edge_frame=np.concatenate([graph.edge_frame, np.array([row[0][1] for row in rows]).reshape(n, 4, 3)]),
+        edge_param=np.concatenate([graph.edge_param, np.array([row[0][2] for row in rows]).reshape(n, 2)]),
+        edge_nurbs=np.append(graph.edge_nurbs, np.where([c is not None for c in nurbs], index, -1)).astype(np.int64),
+        edge_range=np.concatenate([graph.edge_range, spans]),
+        edge_vertices=np.concatenate([graph.edge_vertices, np.full((n, 2), -1, dtype=np.int64)]),
+        nurbs_curves=(*graph.nurbs_curves, *curves),
+    )
+    wall, base = (np.array([row[k] for row in rows], dtype=np.int64) for k in (3, 4))
+    edges = np.arange(first, first + n)
+    return wider, SeamPieces(edges, spans[:, 0], spans[:, 1], wall, base, np.zeros((n, 3)))

@@ -1,0 +1,223 @@
+"""The hostile user: every wrong input is one line on stderr and exit code 2, and nothing is written."""
+
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+TEE = ROOT / "fixtures" / "tee"
+SHARED = ROOT.parent / "shared" / "step"
+
+
+def run_wpcal(*arguments: Path | str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, timeout=300)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name in ("tee.step", "taught.csv"):
+        shutil.copy(TEE / name, tmp_path / name)
+    return tmp_path
+
+
+def assert_refused(folder: Path, *arguments: Path | str, says: str) -> None:
+    before = sorted(folder.rglob("*"))
+    done = run_wpcal(*arguments, cwd=folder)
+    assert (done.returncode, done.stdout) == (2, ""), done.stderr
+    assert done.stderr.startswith("wpcal: ")
+    assert done.stderr.count("\n") == 1
+    assert says in done.stderr
+    assert sorted(folder.rglob("*")) == before
+
+
+def empty(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+def truncated(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:20000])
+
+
+def pdf(path: Path) -> None:
+    path.write_bytes(b"%PDF-1.7\n" + bytes(range(200)))
+
+
+def pointer(path: Path) -> None:
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 12\n")
+
+
+def directory(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+def missing(path: Path) -> None:
+    path.unlink()
+
+
+def without_solid(path: Path) -> None:
+    text = path.read_text()
+    head, data = text.split("DATA;", 1)
+    path.write_text(f"{head}DATA;\n#1=CARTESIAN_POINT('',(0.,0.,0.));\nENDSEC;\nEND-ISO-10303-21;\n")
+    assert data
+
+
+@pytest.mark.parametrize(
+    ("spoil", "says"),
+    [
+        (missing, "no such file"),
+        (directory, "is a folder"),
+        (empty, "is empty"),
+        (truncated, "cut off"),
+        (pdf, "is a PDF"),
+        (pointer, "Git LFS pointer"),
+        (without_solid, "tee.step"),
+    ],
+)
+@pytest.mark.parametrize("command", [("calibrate", "taught.csv", "-o", "out"), ("features",), ("seams",)])
+def test_a_part_that_is_none(folder: Path, spoil: Callable[[Path], None], says: str, command: tuple[str, ...]) -> None:
+    spoil(folder / "tee.step")
+    assert_refused(folder, command[0], "tee.step", *command[1:], says=says)
+
+
+def rows(path: Path) -> list[str]:
+    return path.read_text().splitlines()
+
+
+def too_few(path: Path) -> None:
+    path.write_text("\n".join(rows(path)[:3]) + "\n")
+
+
+def unknown_feature(path: Path) -> None:
+    path.write_text(path.read_text().replace("V16", "V99"))
+
+
+def not_a_number(path: Path) -> None:
+    lines = rows(path)
+    lines[2] = "V4,nan,1,2,yes"
+    path.write_text("\n".join(lines))
+
+
+def twice(path: Path) -> None:
+    path.write_text("\n".join([*rows(path), rows(path)[1]]))
+
+
+def wrong_header(path: Path) -> None:
+    path.write_text(path.read_text().replace("x_mm", "x"))
+
+
+def metres(path: Path) -> None:
+    head, *body = rows(path)
+    cells = [line.split(",") for line in body]
+    path.write_text(
+        "\n".join([head, *(f"{c[0]},{','.join(str(float(v) / 1000) for v in c[1:4])},{c[4]}" for c in cells)])
+    )
+
+
+def collinear(path: Path) -> None:
+    header = "name,x_mm,y_mm,z_mm,model_x_mm,model_y_mm,model_z_mm"
+    path.write_text("\n".join([header, *(f"p{i},{i}00,0,0,{i}00,0,0" for i in range(4))]))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "says"),
+    [
+        (missing, "taught.csv: no such file"),
+        (empty, "taught.csv: the file is empty"),
+        (too_few, "at least 3 points"),
+        (unknown_feature, "near: V"),
+        (not_a_number, "line 3, column x_mm"),
+        (twice, "appears twice, first in line 2"),
+        (wrong_header, "missing column x_mm"),
+        (metres, "look like metres"),
+        (collinear, "on one line"),
+    ],
+)
+def test_taught_points_that_cannot_be_used(folder: Path, spoil: Callable[[Path], None], says: str) -> None:
+    spoil(folder / "taught.csv")
+    assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "out", says=says)
+
+
+@pytest.mark.parametrize(
+    ("option", "says"),
+    [
+        (("--chord-mm", "0"), "chord_mm must be positive"),
+        (("--max-step-mm", "nan"), "max_step_mm"),
+        (("--gap-mm", "-1"), "--gap-mm"),
+        (("--tolerance-mm", "nan"), "tolerance"),
+        (("--nominal", "somewhere"), "--nominal"),
+        (("--nominal", "1,2,3,4,5,nan"), "finite"),
+        (("--criterion", "best"), "criterion"),
+        (("--seed", "-1"), "seed"),
+    ],
+)
+def test_options_without_meaning(folder: Path, option: tuple[str, str], says: str) -> None:
+    assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "out", *option, says=says)
+
+
+def test_an_output_folder_that_holds_something(folder: Path) -> None:
+    (folder / "out").mkdir()
+    (folder / "out" / "mine.txt").write_text("keep")
+    assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "out", says="--force")
+    done = run_wpcal("calibrate", "tee.step", "taught.csv", "-o", "out", "--force", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert (folder / "out" / "mine.txt").read_text() == "keep"
+
+
+def test_an_output_that_is_a_file(folder: Path) -> None:
+    assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "tee.step", says="is a file")
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs /proc, a file system nobody can write to")
+def test_a_disk_that_cannot_be_written(folder: Path) -> None:
+    assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "/proc/out", says="cannot be written")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_leaves_no_half_file(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from wpcal.core.errors import InputError
+    from wpcal.core.records import new_directory
+
+    def write() -> None:
+        with new_directory(folder / "out", overwrite=False) as place:
+            (place / "first.json").write_text("{}")
+            Path("/dev/full").write_text("x" * 100_000)
+
+    with pytest.raises(InputError, match="no space left"):
+        write()
+    assert sorted(path.name for path in folder.iterdir()) == ["taught.csv", "tee.step"]
+
+
+def test_a_residual_above_the_tolerance_is_a_result(folder: Path) -> None:
+    lines = rows(folder / "taught.csv")
+    name, x, *rest = lines[1].split(",")
+    lines[1] = ",".join([name, str(float(x) + 5.0), *rest])
+    (folder / "taught.csv").write_text("\n".join(lines))
+    done = run_wpcal("calibrate", "tee.step", "taught.csv", "-o", "out", "--json", cwd=folder)
+    assert done.returncode == 1
+    assert json.loads(done.stdout)["verdict"] == "FAIL"
+    written = {path.name for path in (folder / "out").iterdir()}
+    assert written == {"calibration.json", "seams.json", "seams.csv", "tee.calibrated.step"}
+
+
+def test_json_on_stdout_is_the_file(folder: Path) -> None:
+    done = run_wpcal("calibrate", "tee.step", "taught.csv", "-o", "out", "--json", cwd=folder)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == (folder / "out" / "calibration.json").read_text()
+
+
+def test_an_unknown_command_is_one_line(folder: Path) -> None:
+    assert_refused(folder, "calibrat", says="calibrat")
+
+
+@pytest.mark.parametrize("name", ["odd_lfs_pointer.stp", "odd_truncated_nist_ctc_01.stp", "s1-c5-214.stp"])
+def test_odd_files_of_others(folder: Path, name: str) -> None:
+    if not (SHARED / name).is_file():
+        pytest.skip("the shared STEP files do not stand beside the project")
+    assert_refused(folder, "features", SHARED / name, says=name)

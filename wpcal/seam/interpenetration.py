@@ -1,0 +1,54 @@
+"""Solids that run into each other: an untrimmed branch pipe. No edge lies on a face there, but some pierce one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import IntArray
+from wpcal.seam.contact import SAMPLES, candidate_pairs, clipped_range
+
+DEEP_MM = 0.5
+"""An edge must stand this far out on both sides of a face to pierce it: members in contact overlap by less."""
+
+
+def interpenetrating_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
+    """Find pairs of solids of which an edge of one pierces a face of the other.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    trimmed : TrimmedFaces
+        Of the same graph.
+
+    Returns
+    -------
+    ndarray of int, shape (k, 2)
+        Numbers of solids, the smaller first, sorted.
+
+    Notes
+    -----
+    Edges that close a face onto itself take part: of two crossing pipes they alone pierce the other's wall.
+    """
+    edge, face = candidate_pairs(graph, trimmed, 0.0, seam_edges=True)
+    low, high = clipped_range(graph, trimmed, edge, face, 2.0 * DEEP_MM)
+    keep = high > low
+    edge, face, low, high = edge[keep], face[keep], low[keep], high[keep]
+    t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
+    faces = np.repeat(face, SAMPLES)
+    points = evaluate_edges(graph, np.repeat(edge, SAMPLES), t.ravel())[0]
+    foot = project_to_faces(graph, faces, points)
+    height = np.einsum("ki,ki->k", points - foot.p, foot.normal).reshape(t.shape)
+    row, column = np.nonzero((height[:, :-1] > 0) != (height[:, 1:] > 0))
+    deep = (height.max(axis=1)[row] > DEEP_MM) & (height.min(axis=1)[row] < -DEEP_MM)
+    row, column = row[deep], column[deep]
+    share = height[row, column] / (height[row, column] - height[row, column + 1])
+    at = t[row, column] + share * (t[row, column + 1] - t[row, column])
+    hit = project_to_faces(graph, face[row], evaluate_edges(graph, edge[row], at)[0])
+    inside, distance = trimmed.inside(face[row], hit.p, hit.uv)
+    pierced = row[inside & (distance > DEEP_MM)]
+    pairs = np.stack([graph.edge_solid[edge[pierced]], graph.face_solid[face[pierced]]], axis=1)
+    return np.unique(np.sort(pairs, axis=1), axis=0)
