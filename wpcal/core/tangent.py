@@ -53,7 +53,9 @@ def log_rotation(R: ArrayLike) -> FloatArray:
     v, w = q[..., :3], q[..., 3:]
     sin_half = np.linalg.norm(v, axis=-1, keepdims=True)
     small = sin_half < SMALL_ANGLE_RAD / 2
-    factor = np.where(small, 2.0 / np.where(small, w, 1.0), 2.0 * np.arctan2(sin_half, w) / np.where(small, 1.0, sin_half))
+    factor = np.where(
+        small, 2.0 / np.where(small, w, 1.0), 2.0 * np.arctan2(sin_half, w) / np.where(small, 1.0, sin_half)
+    )
     return np.asarray(factor * v, dtype=np.float64)
 
 

@@ -75,7 +75,7 @@ def solve_inverse(arm: Arm, T_base_flange: ArrayLike) -> JointSolutions:
         theta = _newton(arm.chain, np.repeat(T, theta.shape[1], axis=0), theta.reshape(-1, 6)).reshape(theta.shape)
     joints = arm.shown_angles(theta)
     joints -= TURN * np.ceil(joints / TURN - 0.5)
-    return JointSolutions(joints, np.isfinite(joints).all(axis=-1))
+    return JointSolutions(joints, np.asarray(np.isfinite(joints).all(axis=-1)))
 
 
 def _as_poses(T: ArrayLike) -> FloatArray:

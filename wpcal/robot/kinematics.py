@@ -37,7 +37,8 @@ class Frames(NamedTuple):
 
     def rotations(self) -> FloatArray:
         """Return rotation matrices, shape (..., 3, 3)."""
-        return np.moveaxis(np.stack([self.x, self.y, self.z], axis=1), (0, 1), (-2, -1))
+        columns = np.moveaxis(np.stack([self.x, self.y, self.z], axis=1), (0, 1), (-2, -1))
+        return np.asarray(columns, dtype=np.float64)
 
     def matrices(self) -> FloatArray:
         """Return homogeneous matrices, shape (..., 4, 4)."""

@@ -203,13 +203,13 @@ def solve_opw(geometry: OPWGeometry, T_base_flange: ArrayLike) -> FloatArray:
     angles[0], angles[1], angles[2] = t1[:, None, None], t2[:, :, None], t3[:, :, None]
     angles[3, :, :, 0], angles[4, :, :, 0], angles[5, :, :, 0] = t4, t5, t6
     angles[3, :, :, 1], angles[4, :, :, 1], angles[5, :, :, 1] = t4 + np.pi, -t5, t6 + np.pi
-    # a joint that reaches the arm at all is NaN for all six angles where it does not
+    # where the elbow does not reach, the shoulder's angle is no answer either
     angles[0] = np.where(np.isnan(angles[1]), np.nan, angles[0])
-    for row, sign, offset in zip(angles, geometry.signs, geometry.offsets, strict=True):
-        row -= offset
-        row *= sign
-        row -= 2 * np.pi * np.ceil(row / (2 * np.pi) - 0.5)  # into (-π, π]
-    return np.ascontiguousarray(angles.reshape(6, BRANCHES, -1).transpose(2, 1, 0))
+    flat = angles.reshape(6, BRANCHES, -1)
+    flat -= geometry.offsets[:, None, None]
+    flat *= geometry.signs[:, None, None]
+    flat -= 2 * np.pi * np.ceil(flat / (2 * np.pi) - 0.5)  # into (-π, π]
+    return np.ascontiguousarray(flat.transpose(2, 1, 0))
 
 
 def _solve_arm(g: OPWGeometry, wrist: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

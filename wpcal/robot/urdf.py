@@ -128,10 +128,10 @@ def _arm(name: str, joints: dict[str, _UrdfJoint], base_link: str | None, tip_li
     for link in (base, tip):
         if link not in links:
             raise FormatError(f"there is no link {link!r}")
-    T_base_root = np.linalg.inv(_fixed_pose(joints, base))
+    T_base_root = np.asarray(np.linalg.inv(_fixed_pose(joints, base)), dtype=np.float64)
     T, moving, points, directions = T_base_root, [], [], []
     for joint in _way(joints, tip):
-        T = T @ joint.T_parent_child
+        T = np.asarray(T @ joint.T_parent_child, dtype=np.float64)
         if joint.kind in ("revolute", "continuous"):
             moving.append(joint)
             points.append(T[:3, 3])
@@ -201,8 +201,13 @@ def chain_from_axes(points: FloatArray, directions: FloatArray, T_base_flange: F
         rows.append(row)
         parallel.append(hayati)
         frame = frame @ _link_matrix(row)
+    theta, d, a, alpha, beta = np.array(rows).T
     return MDHChain(
-        *np.array(rows).T,
+        theta,
+        d,
+        a,
+        alpha,
+        beta,
         tuple(parallel),
         T_base_dh0=RigidTransform.from_matrix(T_base_dh0, target="base", source="dh0"),
         T_dhn_flange=RigidTransform.from_matrix(np.linalg.inv(frame) @ T_base_flange, target="dhn", source="flange"),

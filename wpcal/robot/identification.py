@@ -1,0 +1,302 @@
+"""Identify an arm from measured poses, and judge the answer on poses that it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.errors import InputError
+from wpcal.core.issue import Issue
+from wpcal.robot.arm import Arm
+from wpcal.robot.error_summary import PoseErrorSummary, Verdict, judge, summarise
+from wpcal.robot.genetic_tabu import EXPECTED_MM, EXPECTED_RAD, GeneticTabuFit, solve_genetic_tabu
+from wpcal.robot.identifiability import Noise, split_determined
+from wpcal.robot.least_squares import LeastSquaresFit, assess, pose_errors, solve_least_squares
+from wpcal.robot.observations import PoseObservations
+from wpcal.robot.parameters import (
+    KinematicModel,
+    Parameter,
+    base_parameters,
+    link_parameters,
+    parameters_by_name,
+    reflector_parameters,
+    tool_parameters,
+)
+from wpcal.robot.registration import register
+
+TEST_SHARE = 20 / 70
+"""Share of the poses kept back for the test: the paper's 20 of 70."""
+
+REACH_SLACK = 1.05
+"""A measured position may be this much further away than all lengths of the arm together: real lengths differ."""
+
+
+class Solver(Enum):
+    """How the parameters are found."""
+
+    LEAST_SQUARES = "least-squares"
+    GENETIC_TABU = "ga-tabu"
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifyOptions:
+    """What is known and how to proceed.
+
+    Parameters
+    ----------
+    solver : Solver
+    free_base : bool
+        Whether the frame of the measurement is unknown to the robot (a tracker set up anywhere).
+    free_tool : bool
+        Whether what was measured (a probe, reflectors) hangs at an unknown place on the flange.
+    parameters : tuple of str, optional
+        Link parameters by name; all four of every link unless given.
+    noise : Noise, optional
+        Of the instrument; estimated from the residuals unless given.
+    folds : int, optional
+        Judge by so many folds of the poses; every pose is then tested once, and the arm is identified from all.
+    seed : int
+        For the choice of test poses, and for `GENETIC_TABU`.
+    expected_mm, expected_rad : float
+        Expected errors of a length and an angle, for the bounds of `GENETIC_TABU`.
+    """
+
+    solver: Solver = Solver.LEAST_SQUARES
+    free_base: bool = False
+    free_tool: bool = False
+    parameters: tuple[str, ...] | None = None
+    noise: Noise | None = None
+    folds: int | None = None
+    seed: int = 0
+    expected_mm: float = EXPECTED_MM
+    expected_rad: float = EXPECTED_RAD
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Identification:
+    """An identified arm and the proof.
+
+    Parameters
+    ----------
+    arm : Arm
+        The identified arm, with the base and flange frames of the nominal one.
+    fit : LeastSquaresFit
+        Rank, covariance and noise. After `GENETIC_TABU` it belongs to the point that the search found.
+    search : GeneticTabuFit or None
+    nominal : KinematicModel
+        Nominal links with the base and tool that suit them best.
+    train, test : ndarray of int
+        Rows that were fitted, and rows that were judged.
+    errors_before, errors_after : ndarray, shape (len(test), 3 or 6)
+        Errors of the test poses: turn (rad, where measured), then distance (mm).
+    verdict : Verdict
+    issues : tuple of Issue
+    """
+
+    arm: Arm
+    fit: LeastSquaresFit
+    search: GeneticTabuFit | None
+    nominal: KinematicModel
+    train: IntArray
+    test: IntArray
+    errors_before: FloatArray
+    errors_after: FloatArray
+    verdict: Verdict
+    options: IdentifyOptions
+    issues: tuple[Issue, ...] = field(default=())
+
+    @property
+    def before(self) -> PoseErrorSummary:
+        """Errors of the nominal arm on the test poses."""
+        return summarise(self.errors_before)
+
+    @property
+    def after(self) -> PoseErrorSummary:
+        """Errors of the identified arm on the test poses."""
+        return summarise(self.errors_after)
+
+
+def identify_arm(
+    arm: Arm,
+    observations: PoseObservations,
+    *,
+    options: IdentifyOptions | None = None,
+    test: BoolArray | None = None,
+) -> Identification:
+    """Identify the parameters of an arm and judge them on held-out poses.
+
+    Parameters
+    ----------
+    arm : Arm
+        Nominal, or identified before (its controller's model is then the nominal one to start from).
+    observations : PoseObservations
+    options : IdentifyOptions, optional
+    test : ndarray of bool, shape (N,), optional
+        Rows to keep back; two sevenths of the poses drawn with the seed unless given, or unless `folds` is set.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    GeometryError
+        When there are too few poses for the parameters that they determine.
+    InputError
+        When a position is out of the arm's reach, or options exclude each other.
+    """
+    o = options or IdentifyOptions()
+    nominal = arm.as_nominal()
+    task = _Task(nominal, nominal.model_angles(observations.joints), observations, o)
+    task.check_reach()
+    everything = np.arange(len(observations))
+    tested, before, after = [], [], []
+    if o.folds is None:
+        train_rows, test_rows = _split(observations, test, o.seed)
+        fit, search, start = task.identify(train_rows)
+        rounds = [(fit.model, start, test_rows)]
+    else:
+        if test is not None:
+            raise InputError("give either a column `set` or a number of folds, not both")
+        train_rows = everything
+        rounds = []
+        for rows in _folds(observations, o.folds, o.seed):
+            part, _, part_start = task.identify(np.setdiff1d(everything, rows))
+            rounds.append((part.model, part_start, rows))
+        fit, search, start = task.identify(everything)
+    for model, fold_start, rows in rounds:
+        tested.append(rows)
+        before.append(task.errors(fold_start, rows))
+        after.append(task.errors(model, rows))
+    errors_before, errors_after = np.concatenate(before), np.concatenate(after)
+    return Identification(
+        arm=nominal.as_identified(nominal.chain.with_table(fit.model.chain.table)),
+        fit=fit,
+        search=search,
+        nominal=start,
+        train=train_rows,
+        test=np.concatenate(tested),
+        errors_before=errors_before,
+        errors_after=errors_after,
+        verdict=judge(errors_before, errors_after),
+        options=o,
+        issues=_issues(fit),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Task:
+    """One identification problem; its methods take the rows to use."""
+
+    arm: Arm
+    theta: FloatArray
+    observations: PoseObservations
+    options: IdentifyOptions
+
+    def surroundings(self) -> tuple[Parameter, ...]:
+        """Parameters of the base and of the tool or reflectors that are unknown."""
+        names: tuple[Parameter, ...] = base_parameters() if self.options.free_base else ()
+        if not self.options.free_tool:
+            return names
+        if self.observations.has_orientations:
+            return names + tool_parameters()
+        return names + reflector_parameters(self.observations.reflectors)
+
+    def links(self) -> tuple[Parameter, ...]:
+        """Link parameters, last link first: of two that cannot be told apart the one nearer the base stays fixed."""
+        wanted = self.options.parameters
+        chosen = link_parameters(self.arm.chain) if wanted is None else parameters_by_name(self.arm.chain, wanted)
+        return tuple(sorted(chosen, key=lambda parameter: -parameter.index))
+
+    def check_reach(self) -> None:
+        """Refuse positions that no pose of the arm can have."""
+        chain = self.arm.chain
+        reach = REACH_SLACK * float(np.abs(chain.a).sum() + np.abs(chain.d).sum())
+        if self.options.free_tool:
+            return  # a long tool may reach anywhere
+        p = self.observations.p_base
+        if self.options.free_base:
+            middle, what = p.mean(axis=0), "the middle of the measured positions"
+            reach *= 2.0
+        else:
+            middle, what = chain.T_base_dh0.t_mm, "the base"
+        distance = np.linalg.norm(p - middle, axis=1)
+        if distance.max() > reach:
+            row = int(np.argmax(distance))
+            raise InputError(
+                f"the position in row {self.observations.rows[row]} is {distance[row]:.0f} mm from {what}, out of "
+                f"reach of {self.arm.name} ({reach:.0f} mm): check the unit, and whether base and tool are known"
+            )
+
+    def identify(self, rows: IntArray) -> tuple[LeastSquaresFit, GeneticTabuFit | None, KinematicModel]:
+        """Fit the given rows; return the fit, the search if any, and the nominal model in its best place."""
+        o, theta, seen = self.options, self.theta[rows], self.observations.select(rows)
+        start = register(self.arm.chain, theta, seen, free_base=o.free_base, free_tool=o.free_tool)
+        surroundings = self.surroundings()
+        if surroundings:
+            start = solve_least_squares(start, surroundings, theta, seen, noise=o.noise).model
+        if o.solver is Solver.LEAST_SQUARES:
+            return solve_least_squares(start, (*surroundings, *self.links()), theta, seen, noise=o.noise), None, start
+        if surroundings:
+            raise InputError("the ga-tabu solver needs a known base and tool; use least-squares to identify those too")
+        kept, unseen = split_determined(start, self.links(), theta, seen)
+        search = solve_genetic_tabu(
+            start,
+            kept,
+            theta,
+            seen,
+            rng=np.random.default_rng(o.seed),
+            expected_mm=o.expected_mm,
+            expected_rad=o.expected_rad,
+        )
+        return assess(start, search.model, kept, theta, seen, unseen=unseen, noise=o.noise), search, start
+
+    def errors(self, model: KinematicModel, rows: IntArray) -> FloatArray:
+        """Errors of the given rows."""
+        return pose_errors(model, self.theta[rows], self.observations.select(rows))
+
+
+def _split(observations: PoseObservations, test: BoolArray | None, seed: int) -> tuple[IntArray, IntArray]:
+    """Rows to fit and rows to keep back; reflectors of one pose stay together."""
+    if test is not None:
+        return np.flatnonzero(~test), np.flatnonzero(test)
+    poses = _poses(observations)
+    count = poses.max() + 1
+    kept_back = max(1, round(TEST_SHARE * count))
+    chosen = np.random.default_rng(seed).permutation(count)[:kept_back]
+    away = np.isin(poses, chosen)
+    return np.flatnonzero(~away), np.flatnonzero(away)
+
+
+def _folds(observations: PoseObservations, folds: int, seed: int) -> Iterator[IntArray]:
+    """Rows of each fold; as many folds as poses leave one out at a time."""
+    poses = _poses(observations)
+    count = int(poses.max()) + 1
+    if not 2 <= folds <= count:
+        raise InputError(f"expected 2 to {count} folds for {count} poses, got {folds}")
+    order = np.random.default_rng(seed).permutation(count)
+    for fold in range(folds):
+        yield np.flatnonzero(np.isin(poses, order[fold::folds]))
+
+
+def _poses(observations: PoseObservations) -> IntArray:
+    """Number of the pose of each row: rows with equal joint angles are one pose seen by several reflectors."""
+    return np.asarray(np.unique(observations.joints, axis=0, return_inverse=True)[1], dtype=np.int64).ravel()
+
+
+def _issues(fit: LeastSquaresFit) -> tuple[Issue, ...]:
+    issues = [
+        Issue("unseen-parameter", f"{unseen}; it keeps its nominal value", (unseen.name, *unseen.like))
+        for unseen in fit.unseen
+    ]
+    issues += [
+        Issue("strong-correlation", f"{first} and {second} go together (correlation {value:+.3f})", (first, second))
+        for first, second, value in fit.strong_correlations()
+    ]
+    if not fit.converged:
+        issues.append(Issue("not-converged", f"the fit had not settled after {fit.iterations} steps"))
+    return tuple(issues)
