@@ -1,1 +1,27 @@
-"""Solvers that know no geometry: they see a batched cost function and bounds."""
+"""Solvers that know no geometry: a cost of an array of states goes in, the best state and the way there come out."""
+
+from wpcal.optim.annealing import (
+    AnnealingReport,
+    AnnealingSchedule,
+    AnnealingTrace,
+    Neighbourhood,
+    StopReason,
+    anneal,
+)
+from wpcal.optim.genetic import GeneticOptions, GeneticResult, solve_genetic
+from wpcal.optim.tabu import TabuOptions, TabuResult, solve_tabu
+
+__all__ = [
+    "AnnealingReport",
+    "AnnealingSchedule",
+    "AnnealingTrace",
+    "GeneticOptions",
+    "GeneticResult",
+    "Neighbourhood",
+    "StopReason",
+    "TabuOptions",
+    "TabuResult",
+    "anneal",
+    "solve_genetic",
+    "solve_tabu",
+]

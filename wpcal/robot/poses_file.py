@@ -83,9 +83,7 @@ def read_joints(table: Table, arm: Arm) -> FloatArray:
         )
     degrees = table.numbers(columns)
     if len(degrees) > 1 and np.abs(degrees).max() < RADIANS_BELOW:
-        raise UnitError(
-            f"{table.path}: no joint angle is above {np.abs(degrees).max():.3g}: radians? Expected degrees"
-        )
+        raise UnitError(f"{table.path}: no joint angle is above {np.abs(degrees).max():.3g}: radians? Expected degrees")
     low, high = np.rad2deg(arm.limits)
     beyond = (degrees < low - LIMIT_SLACK_DEG) | (degrees > high + LIMIT_SLACK_DEG)
     if beyond.any():

@@ -1,0 +1,110 @@
+"""B-splines that are planes, cylinders, cones, spheres, lines or circles, recognised as what they are.
+
+Some exporters write every surface as a B-spline; without this such a file has no hole and no datum plane at all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from wpcal.brep import CurveKind, SurfaceKind
+from wpcal.core.arrays import FloatArray
+
+SAME_MM = 1e-3
+"""A B-spline this near to a plane, cylinder, circle … is one: exporters approximate to 1e-4 mm, a weld sees 0.1 mm."""
+
+
+def recognise_surface(face: Any) -> tuple[int, Any] | None:
+    """Return the kind and the kernel's elementary surface, or None where the face is none within `SAME_MM`."""
+    from OCP.gp import gp_Cone, gp_Cylinder, gp_Pln, gp_Sphere
+    from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
+
+    analysis = ShapeAnalysis_CanonicalRecognition(face)
+    for kind, surface, matches in (
+        (SurfaceKind.PLANE, gp_Pln(), analysis.IsPlane),
+        (SurfaceKind.CYLINDER, gp_Cylinder(), analysis.IsCylinder),
+        (SurfaceKind.CONE, gp_Cone(), analysis.IsCone),
+        (SurfaceKind.SPHERE, gp_Sphere(), analysis.IsSphere),
+    ):
+        if matches(SAME_MM, surface):
+            return int(kind), surface
+    return None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RecognisedCurve:
+    """A line or circle found in a curve of another kind, with a parameter of its own that runs the same way.
+
+    Parameters
+    ----------
+    kind : CurveKind
+    frame : ndarray, shape (4, 3)
+        As in `BrepGraph.edge_frame`: a line starts at its first point, a circle has it on its x axis.
+    radius : float
+        mm; 0 for a line.
+    span : tuple of float
+        First and last parameter.
+    """
+
+    kind: CurveKind
+    frame: FloatArray
+    radius: float
+    span: tuple[float, float]
+
+
+SAMPLES = 9
+"""Points that a curve is judged by: a B-spline of one span that agrees with a circle at nine points is the circle."""
+
+
+def recognise_curve(adaptor: Any) -> RecognisedCurve | None:
+    """Return the line or circle that an edge's curve is within `SAME_MM`, or None."""
+    first, last = adaptor.FirstParameter(), adaptor.LastParameter()
+    samples = SAMPLES * max(1, _span_count(adaptor))
+    values = [adaptor.Value(t) for t in np.linspace(first, last, samples)]
+    points = np.array([(p.X(), p.Y(), p.Z()) for p in values])
+    return _as_line(points) or _as_circle(points)
+
+
+def _span_count(adaptor: Any) -> int:
+    from OCP.GeomAbs import GeomAbs_CurveType
+
+    return adaptor.NbKnots() - 1 if adaptor.GetType() == GeomAbs_CurveType.GeomAbs_BSplineCurve else 1
+
+
+def _as_line(points: FloatArray) -> RecognisedCurve | None:
+    run = points[-1] - points[0]
+    length = float(np.linalg.norm(run))
+    if length <= SAME_MM:
+        return None
+    x = run / length
+    along = (points - points[0]) @ x
+    off = np.linalg.norm(points - points[0] - along[:, None] * x, axis=1)
+    if off.max() > SAME_MM or (np.diff(along) <= 0).any():
+        return None
+    return RecognisedCurve(CurveKind.LINE, np.array([points[0], x, np.zeros(3), np.zeros(3)]), 0.0, (0.0, length))
+
+
+def _as_circle(points: FloatArray) -> RecognisedCurve | None:
+    centre0 = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - centre0)
+    flat = (points - centre0) @ axes.T
+    if np.abs(flat[:, 2]).max() > SAME_MM:
+        return None
+    # |p - c|² = r² is linear in c and r² - |c|²
+    solution = np.linalg.lstsq(np.column_stack([2 * flat[:, :2], np.ones(len(flat))]), (flat[:, :2] ** 2).sum(1))[0]
+    centre = centre0 + solution[:2] @ axes[:2]
+    arms = points - centre
+    radius = float(np.linalg.norm(arms, axis=1).mean())
+    if np.abs(np.linalg.norm(arms, axis=1) - radius).max() > SAME_MM:
+        return None
+    x = arms[0] / np.linalg.norm(arms[0])
+    z = np.cross(arms[0], arms[1])
+    z /= np.linalg.norm(z)
+    y = np.cross(z, x)
+    angle = np.unwrap(np.arctan2(arms @ y, arms @ x))
+    if (np.diff(angle) <= 0).any() or angle[-1] > 2 * np.pi + 1e-6:
+        return None
+    return RecognisedCurve(CurveKind.CIRCLE, np.array([centre, x, y, z]), radius, (0.0, float(angle[-1])))

@@ -1,0 +1,224 @@
+"""The values inside a STEP file (ISO 10303-21): tokens, instances as plain values, its strings and reals."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import NoReturn, TypeAlias
+
+from wpcal.core.errors import FormatError
+
+_TOKEN = re.compile(
+    rb"""\s+
+    |(?P<string>'(?:[^']|'')*')
+    |(?P<ref>\#[0-9]+)
+    |(?P<number>[+-]?[0-9]+(?:\.[0-9]*(?:[eE][+-]?[0-9]+)?)?)
+    |(?P<enumeration>\.[A-Za-z_][A-Za-z0-9_]*\.)
+    |(?P<keyword>!?[A-Za-z_][A-Za-z0-9_]*)
+    |(?P<binary>"[0-9A-Fa-f]*")
+    |(?P<mark>[()=,$*])""",
+    re.VERBOSE,
+)
+
+
+class Ref(int):
+    """A reference to an instance: ``#12``."""
+
+    __slots__ = ()
+
+
+class Enumeration(str):
+    """An enumeration without its dots: ``.METRE.``; also ``*``, a value that is derived."""
+
+    __slots__ = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """One ``KEYWORD(arguments)``, as a whole instance, a part of a complex one, or a typed argument."""
+
+    keyword: str
+    arguments: tuple[Value, ...]
+
+
+Value: TypeAlias = "int | float | str | bytes | Ref | Enumeration | Record | tuple[Value, ...] | None"
+
+
+@dataclass(frozen=True, slots=True)
+class Instance:
+    """One instance: its number and its record, or the several records of a complex instance."""
+
+    id: int
+    records: tuple[Record, ...]
+
+    @property
+    def keyword(self) -> str:
+        """Keyword of a simple instance; of a complex one the first."""
+        return self.records[0].keyword
+
+    def record(self, keyword: str) -> Record | None:
+        """Return the record with this keyword, or None."""
+        return next((record for record in self.records if record.keyword == keyword), None)
+
+    def references(self) -> tuple[int, ...]:
+        """All references in the arguments, at any depth, in the order written."""
+        found: list[int] = []
+        stack: list[Value] = list(reversed(self.records))
+        while stack:
+            value = stack.pop()
+            if isinstance(value, Ref):
+                found.append(int(value))
+            elif isinstance(value, Record | tuple):
+                stack.extend(reversed(value.arguments if isinstance(value, Record) else value))
+        return tuple(found)
+
+
+def parse_instance(statement: bytes) -> Instance:
+    """Read ``#12=KEYWORD(…)`` or the complex ``#12=(A(…)B(…))``, without comments and semicolon.
+
+    Raises
+    ------
+    FormatError
+        When the text is none of these.
+
+    Examples
+    --------
+    >>> parse_instance(b"#7=DIRECTION('',(0.,0.,1.))")
+    Instance(id=7, records=(Record(keyword='DIRECTION', arguments=('', (0.0, 0.0, 1.0))),))
+    """
+    left, _, right = statement.partition(b"=")
+    number = left.strip()
+    if not (number[:1] == b"#" and number[1:].isdigit()):
+        _refuse(statement, "expected an instance #number=")
+    value = parse_value(right)
+    if isinstance(value, Record):
+        return Instance(int(number[1:]), (value,))
+    if isinstance(value, tuple) and value and all(isinstance(part, Record) for part in value):
+        return Instance(int(number[1:]), tuple(part for part in value if isinstance(part, Record)))
+    return _refuse(statement, "expected a keyword with arguments")
+
+
+def parse_value(text: bytes) -> Value:
+    """Read one value: a number, string, reference, enumeration, record or list, nested as deep as it likes.
+
+    Raises
+    ------
+    FormatError
+        When the text is not exactly one value.
+    """
+    root: list[Value] = []
+    stack: list[tuple[str | None, list[Value]]] = [(None, root)]
+    keyword: str | None = None
+    position = 0
+    while position < len(text):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            _refuse(text[position:], "expected a value")
+        position, kind = match.end(), match.lastgroup
+        if kind is None:
+            continue
+        token = match.group()
+        if keyword is not None and token != b"(":
+            _refuse(text, f"expected ( after {keyword}")
+        if kind == "keyword":
+            keyword = token.decode("ascii").upper()
+        elif token == b"(":
+            stack.append((keyword, []))
+            keyword = None
+        elif token == b")":
+            if len(stack) == 1:
+                _refuse(text, "a bracket closes that was not opened")
+            name, values = stack.pop()
+            stack[-1][1].append(tuple(values) if name is None else Record(name, tuple(values)))
+        elif token == b"=":
+            _refuse(text, "an equals sign inside a value")
+        elif token != b",":
+            stack[-1][1].append(_plain(kind, token))
+    if len(stack) > 1 or keyword is not None or len(root) != 1:
+        _refuse(text, "expected one whole value")
+    return root[0]
+
+
+def _plain(kind: str, token: bytes) -> Value:
+    if kind == "number":
+        return float(token) if b"." in token else int(token)
+    if kind == "ref":
+        return Ref(token[1:])
+    if kind == "string":
+        return decode_string(token[1:-1])
+    if kind == "enumeration":
+        return Enumeration(token.strip(b".").decode("ascii").upper())
+    if kind == "binary":
+        return token[1:-1]
+    return None if token == b"$" else Enumeration("*")
+
+
+def _refuse(text: bytes, what: str) -> NoReturn:
+    shown = text[:60].decode("utf-8", errors="replace")
+    raise FormatError(f"{what}, found {shown!r}")
+
+
+_ESCAPE = re.compile(
+    r"\\X2\\((?:[0-9A-Fa-f]{4})*)\\X0\\|\\X4\\((?:[0-9A-Fa-f]{8})*)\\X0\\|\\X\\([0-9A-Fa-f]{2})|\\S\\(.)|\\P[A-I]\\|(\\\\)|('')",
+    re.DOTALL,
+)
+
+
+def decode_string(raw: bytes) -> str:
+    r"""Turn the inside of a Part 21 string into text.
+
+    Known are ``''``, ``\\``, ``\X2\…\X0\``, ``\X4\…\X0\``, ``\X\hh``, ``\S\c`` and ``\PA\``.
+
+    Bytes above 127, which the standard forbids and exporters write, are read as UTF-8, or else as Latin-1.
+    """
+    try:
+        text = raw.decode("utf-8")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")
+    return _ESCAPE.sub(_unescape, text) if "\\" in text or "''" in text else text
+
+
+def _unescape(match: re.Match[str]) -> str:
+    utf16, utf32, latin, shifted, backslash, quote = match.groups()
+    if utf16 is not None:
+        return bytes.fromhex(utf16).decode("utf-16-be", errors="replace")
+    if utf32 is not None:
+        return bytes.fromhex(utf32).decode("utf-32-be", errors="replace")
+    if latin is not None:
+        return chr(int(latin, 16))
+    if shifted is not None:  # the character 128 places further on in ISO 8859-1 (clause 6.4.3.2)
+        return chr(ord(shifted) + 128) if ord(shifted) < 128 else shifted
+    return "\\" if backslash else "'" if quote else ""
+
+
+def encode_string(text: str) -> bytes:
+    r"""Turn text into a Part 21 string with its quotes, in plain ASCII.
+
+    Examples
+    --------
+    >>> encode_string("Träger 'A'")
+    b"'Tr\\X2\\00E4\\X0\\ger ''A'''"
+    """
+    pieces = []
+    for run in re.findall(r"[ -~]+|[^ -~]+", text):
+        if " " <= run[0] <= "~":
+            pieces.append(run.replace("\\", "\\\\").replace("'", "''"))
+        else:
+            pieces.append(f"\\X2\\{run.encode('utf-16-be', errors='replace').hex().upper()}\\X0\\")
+    return f"'{''.join(pieces)}'".encode("ascii")
+
+
+def format_real(value: float) -> str:
+    """Write a real as Part 21 wants it: a decimal point always, the exponent as ``E``; reads back to the same float64.
+
+    Examples
+    --------
+    >>> format_real(1.0), format_real(1e-05), format_real(-2.5e+20)
+    ('1.', '1.E-05', '-2.5E+20')
+    """
+    mantissa, _, exponent = repr(float(value)).partition("e")
+    if mantissa.endswith(".0"):
+        mantissa = mantissa[:-1]
+    elif "." not in mantissa:
+        mantissa += "."
+    return f"{mantissa}E{exponent}" if exponent else mantissa

@@ -1,0 +1,129 @@
+"""Points and exact tangents on edges, many at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.core.arrays import FloatArray, IntArray
+
+CHORD_MM = 0.01
+"""Sag of the polylines that stand for curved edges in searches; ends found on them are refined on the exact curve."""
+MOST_PER_TURN = 256
+"""A polyline needs no more pieces a turn: at a radius of 100 mm this is a sag of 0.0075 mm."""
+LEAST_PER_TURN = 32
+"""Fewer pieces would let neighbouring normals differ by more than 11 degrees."""
+PER_NURBS_SPAN = 8
+"""Pieces a knot span of a NURBS edge."""
+
+
+def evaluate_edges(graph: BrepGraph, edges: ArrayLike, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return points and derivatives on edges.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    edges : array_like of int, shape (m,)
+    t : array_like, shape (m,)
+        Parameters on those edges.
+
+    Returns
+    -------
+    points : ndarray, shape (m, 3)
+        In `part`, mm.
+    slopes : ndarray, shape (m, 3)
+        Derivatives with respect to t, mm per unit of t.
+    """
+    e, t = np.asarray(edges, dtype=np.int64), np.asarray(t, dtype=np.float64)
+    kind = graph.edge_kind[e]
+    o, x, y = graph.edge_frame[e, 0], graph.edge_frame[e, 1], graph.edge_frame[e, 2]
+    ab = graph.edge_param[e]
+    is_line = (kind == CurveKind.LINE)[:, None]
+    cos, sin = np.cos(t)[:, None], np.sin(t)[:, None]
+    ax, by = ab[:, :1] * x, ab[:, 1:] * y
+    points = np.where(is_line, o + t[:, None] * x, o + cos * ax + sin * by)
+    slopes = np.where(is_line, x, cos * by - sin * ax)
+    for edge in np.unique(e[kind == CurveKind.NURBS]):
+        rows = e == edge
+        points[rows], slopes[rows] = graph.nurbs_curves[graph.edge_nurbs[edge]].evaluate(t[rows])
+    return points, slopes
+
+
+def piece_counts(graph: BrepGraph) -> IntArray:
+    """Return into how many pieces each edge is cut for a polyline within `CHORD_MM`; shape (E,)."""
+    kind, turn = graph.edge_kind, np.ptp(graph.edge_range, axis=1)
+    radius = graph.edge_param.max(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        angle = 2.0 * np.arccos(np.clip(1.0 - CHORD_MM / radius, -1.0, 1.0))
+    per_turn = np.clip(2 * np.pi / np.where(angle > 0, angle, 1.0), LEAST_PER_TURN, MOST_PER_TURN)
+    counts = np.ones(graph.edge_count, dtype=np.int64)
+    round_ = (kind == CurveKind.CIRCLE) | (kind == CurveKind.ELLIPSE)
+    counts[round_] = np.maximum(np.ceil(turn * per_turn / (2 * np.pi)), 2).astype(np.int64)[round_]
+    for edge in np.flatnonzero(kind == CurveKind.NURBS):
+        curve = graph.nurbs_curves[graph.edge_nurbs[edge]]
+        counts[edge] = PER_NURBS_SPAN * max(curve.span_count, 2)
+    return counts
+
+
+def edge_polylines(graph: BrepGraph) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Sample every edge once as a polyline.
+
+    Returns
+    -------
+    start : ndarray of int, shape (E + 1,)
+        The samples of edge e are ``start[e]:start[e + 1]``; a degenerate edge has none.
+    t : ndarray, shape (m,)
+        Their parameters.
+    points : ndarray, shape (m, 3)
+        In `part`, mm.
+    """
+    samples = np.where(graph.edge_kind == CurveKind.DEGENERATE, 0, piece_counts(graph) + 1)
+    start = np.concatenate([[0], np.cumsum(samples)])
+    edges = np.repeat(np.arange(graph.edge_count), samples)
+    fraction = (np.arange(start[-1]) - start[edges]) / np.maximum(samples[edges] - 1, 1)
+    first, last = graph.edge_range[edges].T
+    t = first * (1.0 - fraction) + last * fraction
+    return start, t, evaluate_edges(graph, edges, t)[0]
+
+
+def edge_lengths(graph: BrepGraph) -> FloatArray:
+    """Return the length of every edge, mm, shape (E,): closed form, or Gauss-Legendre on the pieces of a polyline."""
+    first, last = graph.edge_range.T
+    lengths = np.zeros(graph.edge_count)
+    line, circle = graph.edge_kind == CurveKind.LINE, graph.edge_kind == CurveKind.CIRCLE
+    lengths[line] = (last - first)[line]
+    lengths[circle] = ((last - first) * graph.edge_param[:, 0])[circle]
+    for edge in np.flatnonzero((graph.edge_kind == CurveKind.ELLIPSE) | (graph.edge_kind == CurveKind.NURBS)):
+        lengths[edge] = arc_length(graph, int(edge), first[edge], last[edge])
+    return lengths
+
+
+GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(8)
+"""Eight nodes a piece integrate the speed of a piece of an eighth of a knot span to about 1e-12."""
+
+
+def arc_length(graph: BrepGraph, edge: int, t0: float, t1: float) -> float:
+    """Return the length of one edge between two parameters, mm."""
+    return float(cumulative_length(graph, edge, np.array([t0, t1]))[-1])
+
+
+def cumulative_length(graph: BrepGraph, edge: int, t: FloatArray) -> FloatArray:
+    """Return the length of one edge from t[0] to each t, mm, shape (m,); negative where t falls."""
+    whole = graph.edge_range[edge, 1] - graph.edge_range[edge, 0]
+    share = float(np.abs(np.diff(t)).max()) / whole if whole > 0 else 0.0
+    pieces = max(1, int(np.ceil(share * piece_counts_of(graph, edge))))
+    low, step = t[:-1], np.diff(t) / pieces
+    left = low[:, None] + step[:, None] * np.arange(pieces)
+    nodes = left[..., None] + step[:, None, None] * (GAUSS_X + 1.0) / 2.0
+    slopes = evaluate_edges(graph, np.full(nodes.size, edge), nodes.ravel())[1]
+    speed = np.linalg.norm(slopes, axis=1).reshape(nodes.shape)
+    lengths = (speed @ GAUSS_W).sum(axis=1) * step / 2.0
+    return np.concatenate([[0.0], np.cumsum(lengths)])
+
+
+def piece_counts_of(graph: BrepGraph, edge: int) -> int:
+    """Return into how many pieces one edge is cut for its length: enough for eight Gauss nodes each."""
+    if graph.edge_kind[edge] == CurveKind.NURBS:
+        return PER_NURBS_SPAN * int(graph.nurbs_curves[graph.edge_nurbs[edge]].span_count)
+    return 1 if graph.edge_kind[edge] == CurveKind.LINE else PER_NURBS_SPAN

@@ -1,0 +1,155 @@
+"""`BrepGraph`: the boundary of a part as plain arrays, with no kernel object inside.
+
+Words: a *face* is a trimmed piece of a surface, an *edge* a trimmed piece of a curve, a *vertex* a point; a *coedge* is
+one use of an edge by a face. Seen from outside the material, a face lies to the left of its coedges. A *seam edge*
+closes a face onto itself (the generatrix where a cylinder begins and ends): two coedges of one face on one edge.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+
+import numpy as np
+
+from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+
+
+class SurfaceKind(IntEnum):
+    """What a face lies on; the parameters of each kind stand in `BrepGraph.face_param`."""
+
+    PLANE = 0
+    """No parameter; the normal is the z axis of the frame."""
+    CYLINDER = 1
+    """Radius; the axis is z."""
+    CONE = 2
+    """Radius at the frame's origin, half angle (rad): the radius at height h is ``r + h tan(angle)``."""
+    SPHERE = 3
+    """Radius."""
+    TORUS = 4
+    """Radius of the circle of centres, radius of the tube."""
+    NURBS = 5
+    """Stored in `BrepGraph.nurbs_surfaces`."""
+    NONE = 6
+    """A face without a surface (tessellated only)."""
+
+
+class CurveKind(IntEnum):
+    """What an edge lies on; points are ``o + t x``, ``o + a cos t x + b sin t y`` or a NURBS curve."""
+
+    LINE = 0
+    CIRCLE = 1
+    """Radius, radius."""
+    ELLIPSE = 2
+    """The two half axes along x and y."""
+    NURBS = 3
+    """Stored in `BrepGraph.nurbs_curves`."""
+    DEGENERATE = 4
+    """No curve: the apex of a cone or the pole of a sphere."""
+
+
+@dataclass(frozen=True, eq=False)
+class BrepGraph:
+    """The faces, edges, vertices and coedges of a part; lengths in mm, coordinates in the frame `part`.
+
+    Parameters
+    ----------
+    solid_names : tuple of str, length S
+        Names of the placed solids, unique.
+    face_solid : ndarray of int, shape (F,)
+        The solid that a face bounds.
+    face_kind : ndarray of int, shape (F,)
+        `SurfaceKind`.
+    face_frame : ndarray, shape (F, 4, 3)
+        Rows: origin, x, y, z of the surface's frame.
+    face_param : ndarray, shape (F, 2)
+    face_outward : ndarray, shape (F,)
+        +1 or -1: the outward normal is this times the surface's own (plane: z; others: away from the axis or centre;
+        NURBS: du × dv).
+    face_nurbs : ndarray of int, shape (F,)
+        Index into `nurbs_surfaces`, or -1.
+    edge_kind, edge_frame, edge_param, edge_nurbs :
+        The same for edges, shapes (E,), (E, 4, 3), (E, 2), (E,).
+    edge_range : ndarray, shape (E, 2)
+        First and last parameter.
+    edge_vertices : ndarray of int, shape (E, 2)
+        Vertices at the first and the last parameter.
+    vertex_p : ndarray, shape (V, 3)
+    coedge_face, coedge_edge : ndarray of int, shape (C,)
+    coedge_forward : ndarray of bool, shape (C,)
+        Whether the coedge runs with its edge's parameter.
+    nurbs_surfaces, nurbs_curves : tuple
+    """
+
+    solid_names: tuple[str, ...]
+    face_solid: IntArray
+    face_kind: IntArray
+    face_frame: FloatArray
+    face_param: FloatArray
+    face_outward: FloatArray
+    face_nurbs: IntArray
+    edge_kind: IntArray
+    edge_frame: FloatArray
+    edge_param: FloatArray
+    edge_nurbs: IntArray
+    edge_range: FloatArray
+    edge_vertices: IntArray
+    vertex_p: FloatArray
+    coedge_face: IntArray
+    coedge_edge: IntArray
+    coedge_forward: BoolArray
+    nurbs_surfaces: tuple[NurbsSurface, ...] = ()
+    nurbs_curves: tuple[NurbsCurve, ...] = ()
+
+    @property
+    def face_count(self) -> int:
+        """Number of faces."""
+        return len(self.face_kind)
+
+    @property
+    def edge_count(self) -> int:
+        """Number of edges."""
+        return len(self.edge_kind)
+
+    @cached_property
+    def edge_faces(self) -> IntArray:
+        """The face to the left and to the right of each edge, -1 where there is none; shape (E, 2).
+
+        Column 0 uses the edge forward, column 1 reversed. Of an edge shared by more than two faces (not a manifold)
+        the last ones are kept.
+        """
+        faces = np.full((self.edge_count, 2), -1, dtype=np.int64)
+        side = np.where(self.coedge_forward, 0, 1)
+        faces[self.coedge_edge, side] = self.coedge_face
+        return faces
+
+    @cached_property
+    def is_seam_edge(self) -> BoolArray:
+        """Whether both coedges of an edge belong to one face; shape (E,)."""
+        left, right = self.edge_faces.T
+        return np.asarray((left == right) & (left >= 0), dtype=bool)
+
+    @cached_property
+    def edge_solid(self) -> IntArray:
+        """The solid of each edge's faces, -1 for an edge without a face; shape (E,)."""
+        solid = np.full(self.edge_count, -1, dtype=np.int64)
+        solid[self.coedge_edge] = self.face_solid[self.coedge_face]
+        return solid
+
+    @cached_property
+    def vertex_solid(self) -> IntArray:
+        """The solid of each vertex's edges, -1 for a free vertex; shape (V,)."""
+        solid = np.full(len(self.vertex_p), -1, dtype=np.int64)
+        for column in (0, 1):
+            used = self.edge_vertices[:, column] >= 0
+            solid[self.edge_vertices[used, column]] = self.edge_solid[used]
+        return solid
+
+    @cached_property
+    def size_mm(self) -> float:
+        """Diagonal of the box around the vertices, mm."""
+        if len(self.vertex_p) == 0:
+            return 0.0
+        return float(np.linalg.norm(self.vertex_p.max(axis=0) - self.vertex_p.min(axis=0)))

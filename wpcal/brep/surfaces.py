@@ -1,0 +1,154 @@
+"""Nearest points and outward normals on faces' surfaces, many at once; closed form but for NURBS.
+
+Parameters (u, v) of a point: plane x, y (mm); cylinder and cone: angle about z and height along z; sphere: longitude
+and latitude; torus: angle about z and angle about the tube; NURBS: its own. They serve the trimming test (`trim.py`)
+and are not those of the file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.core.arrays import FloatArray, IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Foot:
+    """The nearest points of surfaces (not trimmed) to given points.
+
+    Parameters
+    ----------
+    p : ndarray, shape (m, 3)
+        In `part`, mm.
+    normal : ndarray, shape (m, 3)
+        Outward unit normal of the face there, in `part`.
+    uv : ndarray, shape (m, 2)
+    """
+
+    p: FloatArray
+    normal: FloatArray
+    uv: FloatArray
+
+
+def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> Foot:
+    """Find the nearest point of each face's whole surface to a point.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    faces : array_like of int, shape (m,)
+    points : array_like, shape (m, 3)
+        In `part`, mm.
+
+    Returns
+    -------
+    Foot
+        A point on the axis or at the centre, where all directions are equally near, takes the frame's x direction.
+    """
+    f, points = np.asarray(faces, dtype=np.int64), np.asarray(points, dtype=np.float64)
+    frame = graph.face_frame[f]
+    kinds = graph.face_kind[f]
+    p, n, uv = _project_elementary(kinds, frame, graph.face_param[f], points)
+    for face in np.unique(f[kinds == SurfaceKind.NURBS]):
+        rows = f == face
+        surface = graph.nurbs_surfaces[graph.face_nurbs[face]]
+        uv[rows] = surface.project(points[rows])
+        p[rows], du, dv = surface.evaluate(uv[rows])
+        n[rows] = _unit(np.cross(du, dv))
+    return Foot(p, n * graph.face_outward[f][:, None], uv)
+
+
+def surface_normals(kinds: IntArray, frames: FloatArray, params: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the own normals (plane: z; others: away from axis or centre) of elementary surfaces nearest to points.
+
+    Parameters
+    ----------
+    kinds, frames, params : ndarray, shapes (m,), (m, 4, 3), (m, 2)
+        As `face_kind`, `face_frame` and `face_param` of a `BrepGraph`.
+    points : ndarray, shape (m, 3)
+        In `part`, mm.
+
+    Returns
+    -------
+    ndarray, shape (m, 3)
+        Unit vectors in `part`.
+    """
+    return _project_elementary(kinds, frames, params, points)[1]
+
+
+def _project_elementary(
+    kinds: IntArray, frame: FloatArray, param: FloatArray, points: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return feet, own normals and parameters; zero for kinds without a closed form."""
+    local = np.einsum("mij,mj->mi", frame[:, 1:], points - frame[:, 0])
+    foot, normal, uv = np.zeros_like(local), np.zeros_like(local), np.zeros((len(local), 2))
+    for kind, solve in _CLOSED_FORMS.items():
+        rows = kinds == kind
+        if rows.any():
+            foot[rows], normal[rows], uv[rows] = solve(local[rows], param[rows])
+    axes = frame[:, 1:]
+    return frame[:, 0] + np.einsum("mij,mi->mj", axes, foot), np.einsum("mij,mi->mj", axes, normal), uv
+
+
+def _unit(v: FloatArray) -> FloatArray:
+    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    return np.asarray(v / np.where(length > 0, length, 1.0), dtype=np.float64)
+
+
+def _radial(local: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the unit direction away from the z axis (m, 2) and the angle about it (m,)."""
+    angle = np.arctan2(local[:, 1], local[:, 0])
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1), angle
+
+
+def _on_plane(local: FloatArray, _: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    uv = local[:, :2]
+    return np.column_stack([uv, np.zeros(len(uv))]), np.broadcast_to([0.0, 0.0, 1.0], local.shape), uv
+
+
+def _on_cylinder(local: FloatArray, param: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    out, angle = _radial(local)
+    z = local[:, 2]
+    foot = np.column_stack([out * param[:, :1], z])
+    return foot, np.column_stack([out, np.zeros(len(z))]), np.column_stack([angle, z])
+
+
+def _on_cone(local: FloatArray, param: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    out, angle = _radial(local)
+    r0, half = param.T
+    rho, z = np.linalg.norm(local[:, :2], axis=1), local[:, 2]
+    along = (rho - r0) * np.sin(half) + z * np.cos(half)
+    r, h = r0 + along * np.sin(half), along * np.cos(half)
+    # beyond the apex the other nappe begins: r < 0 turns the radial direction over
+    normal = np.column_stack([out * np.cos(half)[:, None], -np.sin(half)])
+    return np.column_stack([out * r[:, None], h]), normal, np.column_stack([angle, h])
+
+
+def _on_sphere(local: FloatArray, param: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    length = np.linalg.norm(local, axis=1, keepdims=True)
+    out = np.where(length > 0, local / np.where(length > 0, length, 1.0), [1.0, 0.0, 0.0])
+    uv = np.column_stack([np.arctan2(out[:, 1], out[:, 0]), np.arcsin(np.clip(out[:, 2], -1.0, 1.0))])
+    return out * param[:, :1], out, uv
+
+
+def _on_torus(local: FloatArray, param: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    out, angle = _radial(local)
+    centre = np.column_stack([out * param[:, :1], np.zeros(len(local))])
+    tube = local - centre
+    length = np.linalg.norm(tube, axis=1, keepdims=True)
+    normal = np.where(length > 0, tube / np.where(length > 0, length, 1.0), np.column_stack([out, np.zeros(len(out))]))
+    v = np.arctan2(normal[:, 2], (normal[:, :2] * out).sum(axis=1))
+    return centre + normal * param[:, 1:], normal, np.column_stack([angle, v])
+
+
+_CLOSED_FORMS = {
+    SurfaceKind.PLANE: _on_plane,
+    SurfaceKind.CYLINDER: _on_cylinder,
+    SurfaceKind.CONE: _on_cone,
+    SurfaceKind.SPHERE: _on_sphere,
+    SurfaceKind.TORUS: _on_torus,
+}

@@ -1,0 +1,127 @@
+"""The published search put to the annealer: six variables, the largest distance, and the box they move in.
+
+Two parametrisations of one motion ``p_target = Rz(γ) Ry(β) Rx(α) p_source + t``. `about_centroid` turns the cloud about
+its own centroid, so a small angle is a small motion wherever the base stands. `about_origin` is the paper's: the six
+variables are those of the operator itself, about the origin of the base.
+
+References
+----------
+Yin, Chen, Lu (2003), eq. (5) and (6).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.optim.annealing import Cost
+
+HALF_TURN = np.pi
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SearchProblem:
+    """A cost and its box, and how a state becomes a rigid motion.
+
+    Parameters
+    ----------
+    cost : callable
+        States (m, 6) to largest distances (m,), mm.
+    lower, upper : ndarray, shape (6,)
+        x, y, z in mm; α, β, γ in rad.
+    periodic : tuple of bool
+        The variables that are full turns.
+    start : ndarray, shape (6,), optional
+        Where the paper's single chain starts.
+    pivot_source, pivot_target : ndarray, shape (3,)
+        The point the source turns about, and where it goes at zero translation.
+    """
+
+    cost: Cost
+    lower: FloatArray
+    upper: FloatArray
+    periodic: tuple[bool, ...]
+    start: FloatArray | None
+    pivot_source: FloatArray
+    pivot_target: FloatArray
+
+    def motion(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rotation (3, 3) and translation (3,) of a state, in the frames of the points given."""
+        R = rotation_from_zyx(state[3], state[4], state[5])
+        t = self.pivot_target + state[:3] - R @ self.pivot_source
+        return R, np.asarray(t, dtype=np.float64)
+
+
+def about_centroid(p: FloatArray, q: FloatArray) -> SearchProblem:
+    """Search every rotation, with the centroid within one radius of the cloud of its counterpart.
+
+    At the optimum the centroids are no further apart than the largest distance, and the best fit is never worse than
+    the cloud's radius, which both clouds put at one point would give.
+
+    Parameters
+    ----------
+    p, q : ndarray, shape (n, 3)
+        Source and target points, mm.
+    """
+    pivot_p, pivot_q = p.mean(axis=0), q.mean(axis=0)
+    radius = max(float(np.linalg.norm(c, axis=1).max()) for c in (p - pivot_p, q - pivot_q))
+    high = np.array([radius, radius, radius, HALF_TURN, HALF_TURN, HALF_TURN])
+    cost = largest_distance_cost(p - pivot_p, q - pivot_q)
+    return SearchProblem(cost, -high, high, (False,) * 3 + (True,) * 3, None, pivot_p, pivot_q)
+
+
+def about_origin(p: FloatArray, q: FloatArray) -> SearchProblem:
+    """Search the six-tuple itself, about the base's origin, starting where the model puts the part.
+
+    The paper does not print R_i and the start. Ours: the start is the identity (the part stands about where the model
+    says). A part that was only shifted moves all points alike, so the angles may turn the cloud by twice what the
+    displacements differ from their mean, and the translations may undo what that turn does at the part's distance
+    from the origin.
+
+    Parameters
+    ----------
+    p, q : ndarray, shape (n, 3)
+        Modelled and taught points, both in base coordinates, mm.
+    """
+    shift = (q - p).mean(axis=0)
+    differing = float(np.linalg.norm(q - p - shift, axis=1).max())
+    radius = float(np.linalg.norm(p - p.mean(axis=0), axis=1).max())
+    angle = min(HALF_TURN, 2.0 * max(differing, LEAST_RANGE_MM) / radius)
+    lever = 2.0 * np.sin(angle / 2.0) * float(np.linalg.norm(p.mean(axis=0)))
+    reach = LEAST_RANGE_MM + float(np.linalg.norm(shift)) + lever
+    high = np.array([reach, reach, reach, angle, angle, angle])
+    zero = np.zeros(3)
+    return SearchProblem(largest_distance_cost(p, q), -high, high, (False,) * 6, np.zeros(6), zero, zero)
+
+
+LEAST_RANGE_MM = 1.0
+"""A part that stands where it was modelled still needs a range to search: larger than any teaching error."""
+
+
+def largest_distance_cost(p: FloatArray, q: FloatArray) -> Cost:
+    """Return the cost of Yin 2003, eq. (5), of many states at once.
+
+    Parameters
+    ----------
+    p, q : ndarray, shape (n, 3)
+        Source and target points, mm.
+
+    Returns
+    -------
+    callable
+        States (m, 6), (x, y, z, α, β, γ) in mm and rad, to largest distances (m,), mm.
+    """
+    p_columns, q_columns = np.ascontiguousarray(frozen(p).T), np.ascontiguousarray(frozen(q).T)
+
+    def cost(states: FloatArray) -> FloatArray:
+        R = rotation_from_zyx(states[:, 3], states[:, 4], states[:, 5])
+        residuals = (R.reshape(-1, 3) @ p_columns).reshape(len(states), 3, -1)
+        residuals += states[:, :3, None]
+        residuals -= q_columns
+        np.multiply(residuals, residuals, out=residuals)
+        return np.asarray(np.sqrt(residuals.sum(axis=1).max(axis=1)), dtype=np.float64)
+
+    return cost

@@ -1,0 +1,48 @@
+"""The file of point pairs: the same points of the model and of the real part, one row a point."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from wpcal.core.errors import FormatError
+from wpcal.core.pairs import PointPairs
+from wpcal.core.tables import read_table
+
+MODEL_COLUMNS = ("model_x_mm", "model_y_mm", "model_z_mm")
+REAL_COLUMNS = ("real_x_mm", "real_y_mm", "real_z_mm")
+USES = ("yes", "check", "no")
+
+
+def read_pairs(path: Path) -> tuple[PointPairs, PointPairs | None]:
+    """Read ``name,model_x_mm,model_y_mm,model_z_mm,real_x_mm,real_y_mm,real_z_mm[,use]``.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    pairs : PointPairs
+        The rows to fit (use ``yes`` or empty), source ``part``, target ``base``, mm.
+    check : PointPairs or None
+        The rows with use ``check``: touched to judge the fit and left out of it. Rows with ``no`` are not read on.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened.
+    FormatError
+        When a column is missing, a cell is no finite number, a name appears twice, or fewer than 3 rows are to fit.
+    """
+    table = read_table(path)
+    table.require(("name", *MODEL_COLUMNS, *REAL_COLUMNS))
+    names = np.array(table.unique_names("name"), dtype=object)
+    model, real = table.numbers(MODEL_COLUMNS), table.numbers(REAL_COLUMNS)
+    use = np.array(table.choices("use", USES, default="yes"))
+    fitted = np.count_nonzero(use == "yes")
+    if fitted < 3:
+        raise FormatError(f"a fit needs at least 3 points, got {fitted}", path=str(path), line=table.lines[-1])
+    groups = [PointPairs(tuple(names[use == word]), model[use == word], real[use == word]) for word in USES[:2]]
+    return groups[0], groups[1] if len(groups[1]) else None

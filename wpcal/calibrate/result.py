@@ -1,0 +1,252 @@
+"""`CalibrationResult`: where the part stands, how good the fit and any fit could be, what a weld will see."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.calibrate.criteria import CriteriaComparison, Criterion
+from wpcal.calibrate.minimax import CERTIFIED_MM
+from wpcal.calibrate.uncertainty import POSTURE_FACTOR, TeachingError, error_95
+from wpcal.core.arrays import FloatArray, as_points, frozen
+from wpcal.core.issue import Issue
+from wpcal.core.pairs import PointPairs, Residuals
+from wpcal.core.transform import RigidTransform
+from wpcal.optim.annealing import AnnealingTrace
+
+SCHEMA = "wpcal/calibration/1"
+
+
+class Solver(Enum):
+    """Where the minimax search starts."""
+
+    ANNEALING = "annealing"
+    """The published annealer over the whole box, its best then polished to the optimum."""
+
+    EXACT = "exact"
+    """The least-squares fit, polished to the optimum."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SolverReport:
+    """How the answer was found.
+
+    Parameters
+    ----------
+    solver : Solver
+    method : str
+        In words.
+    seed : int
+        Of every random number used.
+    evaluations : int
+        Largest distances computed by the annealer.
+    temperatures : int
+    starts : int
+        Local solves of the polish.
+    schedule : str or None
+        ``default``, ``yin2003`` or ``custom`` for the annealer.
+    trace : AnnealingTrace or None
+        f and best f per temperature: the paper's figure 2.
+    """
+
+    solver: Solver
+    method: str
+    seed: int
+    evaluations: int = 0
+    temperatures: int = 0
+    starts: int = 0
+    schedule: str | None = None
+    trace: AnnealingTrace | None = None
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        record: dict[str, Any] = {
+            "name": self.solver.value,
+            "method": self.method,
+            "schedule": self.schedule,
+            "seed": self.seed,
+            "evaluations": self.evaluations,
+            "temperatures": self.temperatures,
+            "starts": self.starts,
+        }
+        if self.trace is not None:
+            columns = {
+                "temperature_mm": "temperature",
+                "f_mm": "cost",
+                "best_f_mm": "best_cost",
+                "accepted": "accepted",
+            }
+            record["trace"] = {key: getattr(self.trace, name).tolist() for key, name in columns.items()}
+        return record
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CalibrationResult:
+    """The answer of `calibrate`.
+
+    Parameters
+    ----------
+    pairs, check : PointPairs
+        What was fitted, and what was touched to judge the fit.
+    T_base_part, T_nominal_part, T_base_nominal : RigidTransform
+        The result, where the model says the part is, and the correction: the first is the last times the second.
+    criterion : Criterion
+    objective_mm : float
+        What the criterion makes small: the largest distance (minimax) or a root mean square.
+    annealed_objective_mm : float or None
+        The raw best of the annealer, before the polish.
+    lower_bound_mm : float
+        No rigid transform has a smaller objective.
+    covariance : ndarray, shape (6, 6)
+        Of the small motion ξ = (ω, v) of the part **about the origin of the base**, as in `wpcal.core.tangent`:
+        ``T_true = exp(ξ) T_base_part``; rad², rad·mm, mm².
+    degrees_of_freedom : float
+        Behind the scale of the covariance; infinite where the teaching error is stated.
+    teaching : TeachingError
+    solver : SolverReport
+    criteria : CriteriaComparison or None
+        None for very large clouds.
+    warnings : tuple of Issue
+    tolerance_mm : float
+    versions : dict of str to str
+        wpcal, numpy, scipy.
+    """
+
+    pairs: PointPairs
+    check: PointPairs | None
+    T_base_part: RigidTransform
+    T_nominal_part: RigidTransform
+    T_base_nominal: RigidTransform
+    criterion: Criterion
+    objective_mm: float
+    annealed_objective_mm: float | None
+    lower_bound_mm: float
+    covariance: FloatArray
+    degrees_of_freedom: float
+    teaching: TeachingError
+    solver: SolverReport
+    criteria: CriteriaComparison | None
+    warnings: tuple[Issue, ...]
+    tolerance_mm: float
+    versions: dict[str, str]
+
+    @property
+    def residuals(self) -> Residuals:
+        """Of the fitted points, base frame."""
+        return Residuals.of(self.pairs, self.T_base_part)
+
+    @property
+    def check_residuals(self) -> Residuals | None:
+        """Of the points that were touched to judge the fit."""
+        return None if self.check is None else Residuals.of(self.check, self.T_base_part)
+
+    @property
+    def gap_mm(self) -> float:
+        """Objective minus lower bound, mm."""
+        return max(self.objective_mm - self.lower_bound_mm, 0.0)
+
+    @property
+    def certified(self) -> bool:
+        """Whether the bound proves that no rigid transform is better by more than 1e-6 mm."""
+        return self.gap_mm <= CERTIFIED_MM
+
+    @property
+    def rms_mm(self) -> float:
+        """Root of the mean squared distance of the fitted points, mm."""
+        return self.residuals.rms_mm
+
+    @property
+    def largest_mm(self) -> float:
+        """Largest distance of a fitted or a check point, mm."""
+        check = self.check_residuals
+        return max(self.residuals.largest_mm, 0.0 if check is None else check.largest_mm)
+
+    @property
+    def verdict(self) -> str:
+        """``PASS`` when no point is further off than the tolerance, else ``FAIL``."""
+        return "PASS" if self.largest_mm <= self.tolerance_mm else "FAIL"
+
+    def predict_error_mm(self, points_part: ArrayLike) -> FloatArray:
+        """Length that the error of points of the part stays below with 95 % probability.
+
+        A stated bias of the tool centre point adds √2 times its length: the weld's posture may be a quarter turn from
+        the posture of the touch.
+
+        Parameters
+        ----------
+        points_part : array_like, shape (k, 3)
+            Part frame, mm.
+
+        Returns
+        -------
+        ndarray, shape (k,)
+            mm.
+        """
+        moved = self.T_base_part.apply(as_points(points_part, name="points"))
+        fit = error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
+        return frozen(fit + POSTURE_FACTOR * self.teaching.tcp_bias_mm)
+
+    def to_record(self) -> dict[str, Any]:
+        """Return the record of ``calibration.json``, without the fields of the part's file."""
+        issues = [issue.to_record() for issue in self.warnings]
+        return {
+            "schema": SCHEMA,
+            "verdict": self.verdict,
+            "tolerance_mm": self.tolerance_mm,
+            "criterion": self.criterion.value,
+            "objective_mm": self.objective_mm,
+            "annealed_objective_mm": self.annealed_objective_mm,
+            "lower_bound_mm": self.lower_bound_mm,
+            "gap_mm": self.gap_mm,
+            "certified": self.certified,
+            "rms_mm": self.rms_mm,
+            "T_base_part": self.T_base_part.matrix.tolist(),
+            "correction": {
+                "T_base_nominal": self.T_base_nominal.matrix.tolist(),
+                "T_nominal_part": self.T_nominal_part.matrix.tolist(),
+                "six_tuple": self.T_base_nominal.six_tuple.to_record(),
+            },
+            "points": self._point_records(),
+            "covariance": {
+                "order": ["omega_x_rad", "omega_y_rad", "omega_z_rad", "v_x_mm", "v_y_mm", "v_z_mm"],
+                "about": "origin of base",
+                "degrees_of_freedom": None if np.isinf(self.degrees_of_freedom) else self.degrees_of_freedom,
+                "values": self.covariance.tolist(),
+            },
+            "teaching_error": {
+                "sigma_mm": self.teaching.sigma_mm,
+                "bound_mm": self.teaching.bound_mm,
+                "tcp_bias_mm": self.teaching.tcp_bias_mm,
+            },
+            "criteria": None if self.criteria is None else self.criteria.to_record(),
+            "warnings": issues,
+            "issues": issues,
+            "solver": self.solver.to_record(),
+            "seed": self.solver.seed,
+            "versions": self.versions,
+        }
+
+    def _point_records(self) -> list[dict[str, Any]]:
+        records = []
+        for pairs, use in ((self.pairs, "yes"), (self.check, "check")):
+            if pairs is None:
+                continue
+            vectors = pairs.p_target - self.T_base_part.apply(pairs.p_source)
+            columns = (pairs.p_source, pairs.p_target, vectors, self.predict_error_mm(pairs.p_source))
+            for name, p_part, p_base, vector, error in zip(pairs.names, *columns, strict=True):
+                records.append(
+                    {
+                        "name": name,
+                        "use": use,
+                        "p_part_mm": p_part.tolist(),
+                        "p_base_mm": p_base.tolist(),
+                        "residual_mm": vector.tolist(),
+                        "distance_mm": float(np.linalg.norm(vector)),
+                        "error_95_mm": float(error),
+                    }
+                )
+        return records

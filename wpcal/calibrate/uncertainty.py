@@ -1,0 +1,236 @@
+r"""From the error of a taught point to the error of a weld.
+
+A taught point is off by a small random vector. The fit turns these into a small motion
+:math:`\xi = (\omega, v)` of the part (`wpcal.core.tangent`: rotation first, about the base's origin), and a point
+:math:`p` of the part is then off by :math:`\omega \times p + v`.
+
+For least squares the map is linear. The minimax fit is the least-squares fit plus a motion that depends on the
+residuals only; that motion is simulated with a fixed seed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import chdtri, fdtri
+
+from wpcal.calibrate.interior_point import solve_interior_point
+from wpcal.calibrate.least_squares import kabsch
+from wpcal.core.arrays import FloatArray, as_points, frozen
+from wpcal.core.errors import InputError
+from wpcal.core.tangent import point_jacobian
+
+COVERAGE = 0.95
+"""Share of the errors that the predicted error is meant to hold."""
+
+EXCESS_SAMPLES = 256
+"""Simulated fits behind the part of the minimax covariance that has no closed form: its scale is then good to 5 %."""
+
+EXCESS_GOAL = 1e-8
+"""Scaled optimality error of a simulated fit: far below the sampling error."""
+
+EXCESS_POINTS = 512
+"""Larger clouds simulate that part on this many of their points; more points only make it smaller."""
+
+POSTURE_FACTOR = math.sqrt(2.0)
+"""A bias fixed in the tool moves by 2 sin(angle / 2) times its length when the wrist turns: √2 for a quarter turn."""
+
+
+@dataclass(frozen=True, slots=True)
+class TeachingError:
+    """What is known of the error of a taught point, per axis of the base.
+
+    Parameters
+    ----------
+    sigma_mm : float, optional
+        Standard deviation per axis, Gaussian.
+    bound_mm : float, optional
+        Every axis is off by at most this, evenly spread. One of the two, or none: the residuals then tell.
+    tcp_bias_mm : float
+        Length of an error of the tool centre point, the same in every taught point. It leaves no residual while the
+        torch keeps its posture.
+
+    Raises
+    ------
+    InputError
+        When both are given, or one is negative or not finite.
+    """
+
+    sigma_mm: float | None = None
+    bound_mm: float | None = None
+    tcp_bias_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("sigma_mm", "bound_mm", "tcp_bias_mm"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value >= 0):
+                raise InputError(f"teaching error: {name} is a length that is not negative, got {value}")
+        if self.sigma_mm is not None and self.bound_mm is not None:
+            raise InputError("teaching error: give sigma_mm or bound_mm, not both")
+
+    @property
+    def per_axis_mm(self) -> float | None:
+        """Standard deviation per axis, mm; that of an even spread is bound / √3."""
+        return self.bound_mm / math.sqrt(3.0) if self.bound_mm is not None else self.sigma_mm
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether the error is evenly spread within a bound."""
+        return self.bound_mm is not None
+
+
+def residual_sigma(residuals_mm: FloatArray) -> tuple[float, int]:
+    """Estimate the error per axis from least-squares residuals.
+
+    Parameters
+    ----------
+    residuals_mm : ndarray, shape (n, 3)
+
+    Returns
+    -------
+    sigma_mm : float
+        √(Σ d² / (3 n - 6)): six of the 3 n numbers went into the fit.
+    degrees_of_freedom : int
+        3 n - 6. For n = 3 these are the three side lengths: nothing normal to the plane of the points is seen.
+    """
+    freedom = residuals_mm.size - 6
+    return float(np.sqrt(np.sum(residuals_mm**2) / freedom)), freedom
+
+
+def least_squares_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArray:
+    """Covariance of ξ for the least-squares fit of points with the given covariances.
+
+    Parameters
+    ----------
+    p_base : ndarray, shape (n, 3)
+        Moved model points, base frame, mm.
+    covariances : ndarray, shape (n, 3, 3)
+        Of the taught points, mm².
+
+    Returns
+    -------
+    ndarray, shape (6, 6)
+        About the base's origin: rad², rad·mm, mm².
+    """
+    J, origin = _scaled_jacobian(p_base)
+    information = np.linalg.inv(np.einsum("nik,nil->kl", J, J))
+    middle = np.einsum("nik,nij,njl->kl", J, covariances, J)
+    return np.asarray(origin @ information @ middle @ information @ origin.T)
+
+
+def weighted_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArray:
+    """Covariance of ξ for the fit weighted with the inverse covariances; shapes as `least_squares_covariance`."""
+    J, origin = _scaled_jacobian(p_base)
+    information = np.einsum("nik,nij,njl->kl", J, np.linalg.inv(covariances), J)
+    return np.asarray(origin @ np.linalg.inv(information) @ origin.T)
+
+
+def minimax_covariance(p_base: FloatArray, sigma_mm: float, *, bounded: bool = False, seed: int = 0) -> FloatArray:
+    """Covariance of ξ for the minimax fit of points that are off by `sigma_mm` per axis.
+
+    For Gaussian errors the least-squares motion and the residuals are independent, so that the covariance is that of
+    least squares plus that of the further motion to the minimax fit. For bounded errors their product is added.
+
+    Parameters
+    ----------
+    p_base : ndarray, shape (n, 3)
+        Moved model points, base frame, mm.
+    sigma_mm : float
+        Standard deviation per axis, mm.
+    bounded : bool
+        Errors evenly spread within √3 sigma instead of Gaussian ones.
+    seed : int
+        Of the simulated errors.
+
+    Returns
+    -------
+    ndarray, shape (6, 6)
+        About the base's origin: rad², rad·mm, mm².
+    """
+    linear = least_squares_covariance(p_base, np.broadcast_to(sigma_mm**2 * np.eye(3), (len(p_base), 3, 3)))
+    if sigma_mm == 0:
+        return linear
+    rng = np.random.default_rng(seed)
+    used = p_base if len(p_base) <= EXCESS_POINTS else rng.choice(p_base, EXCESS_POINTS, replace=False)
+    _, origin = _scaled_jacobian(p_base)
+    first, further = _simulated_motions(used - p_base.mean(axis=0), sigma_mm, bounded, rng)
+    excess = further.T @ further
+    if bounded:
+        excess += first.T @ further + further.T @ first
+    return np.asarray(linear + origin @ _rescaled(excess / len(further), p_base) @ origin.T)
+
+
+def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf) -> FloatArray:
+    """Length that the error of a point stays below with 95 % probability.
+
+    The squared length of a Gaussian vector with covariance C is close to tr C · F(m, ν) with
+    m = (tr C)² / tr C² (Satterthwaite), ν the degrees of freedom behind the scale of C.
+
+    Parameters
+    ----------
+    points_base : array_like, shape (k, 3)
+        Base frame, mm.
+    covariance : ndarray, shape (6, 6)
+        Of ξ, about the base's origin.
+    degrees_of_freedom : float
+        Infinite where the teaching error is stated.
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        mm.
+    """
+    J = point_jacobian(as_points(points_base, name="points"))
+    C = J @ covariance @ J.transpose(0, 2, 1)
+    trace = np.trace(C, axis1=1, axis2=2)
+    square = np.einsum("kij,kij->k", C, C)
+    m = np.divide(trace**2, square, out=np.ones_like(trace), where=square > 0)
+    if math.isinf(degrees_of_freedom):
+        quantile = chdtri(m, 1.0 - COVERAGE) / m
+    else:
+        quantile = fdtri(m, degrees_of_freedom, COVERAGE)
+    return frozen(np.sqrt(np.maximum(trace, 0.0) * quantile))
+
+
+def _scaled_jacobian(p_base: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Jacobian about the centroid with the rotation in mm at the cloud's radius, and the way back to the origin."""
+    centre = p_base.mean(axis=0)
+    size = _size(p_base)
+    J = point_jacobian(p_base - centre)
+    J[:, :, :3] /= size
+    origin = np.eye(6)
+    origin[:3, :3] /= size
+    # ω × (p - c) + v_c = ω × p + (v_c + c × ω)
+    origin[3:, :3] = -point_jacobian(centre[None])[0, :, :3] / size
+    return J, origin
+
+
+def _rescaled(covariance: FloatArray, p_base: FloatArray) -> FloatArray:
+    scale = np.repeat([_size(p_base), 1.0], 3)
+    return np.asarray(scale[:, None] * covariance * scale)
+
+
+def _size(p_base: FloatArray) -> float:
+    return float(np.sqrt(np.mean(np.sum((p_base - p_base.mean(axis=0)) ** 2, axis=1))))
+
+
+def _simulated_motions(
+    p: FloatArray, sigma_mm: float, bounded: bool, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Least-squares motions of simulated errors, and the further motions to the minimax fit; shapes (m, 6)."""
+    shape = (EXCESS_SAMPLES, *p.shape)
+    errors = rng.uniform(-math.sqrt(3.0), math.sqrt(3.0), shape) if bounded else rng.standard_normal(shape)
+    q = p + sigma_mm * errors
+    source = np.broadcast_to(p, shape)
+    R, t = kabsch(source, q, np.full(shape[:2], 1.0 / len(p)))
+    state = solve_interior_point(source, q, R, t, goal=EXCESS_GOAL)
+    first = np.hstack([_small_rotation(R), t])
+    return first, np.hstack([_small_rotation(state.R), state.t]) - first
+
+
+def _small_rotation(R: FloatArray) -> FloatArray:
+    """Rotation vectors of small rotations, shape (m, 3)."""
+    return 0.5 * np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)

@@ -1,0 +1,70 @@
+"""What the commands show of a calibration: the points, the verdict and the criteria, as tables on stdout."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from wpcal.calibrate import CalibrationResult
+
+
+def show_calibration(result: CalibrationResult, console: Console) -> None:
+    """Print a calibration: one row a point, the proof, the correction, the criteria and the warnings."""
+    console.print(_points(result))
+    console.print(_verdict(result))
+    if result.criteria is not None:
+        console.print(_criteria(result))
+        console.print(f"least predicted error: {result.criteria.best.value} ({result.criteria.why})")
+    for issue in result.warnings:
+        console.print(f"warning: {issue.message}", highlight=False, markup=False)
+    colour = "green" if result.verdict == "PASS" else "red"
+    what = f"largest residual {result.largest_mm:.4f} mm, tolerance {result.tolerance_mm:g} mm"
+    console.print(f"[bold {colour}]{result.verdict}[/] {what}")
+
+
+def _points(result: CalibrationResult) -> Table:
+    table = Table(title="Points (residual = taught - fitted, base frame)")
+    table.add_column("point")
+    for heading in ("x mm", "y mm", "z mm", "distance mm", "95 % error mm"):
+        table.add_column(heading, justify="right")
+    for pairs, residuals, mark in (
+        (result.pairs, result.residuals, ""),
+        (result.check, result.check_residuals, " (check)"),
+    ):
+        if pairs is None or residuals is None:
+            continue
+        errors = result.predict_error_mm(pairs.p_source)
+        for name, vector, distance, error in zip(
+            pairs.names, residuals.vectors_mm, residuals.norms_mm, errors, strict=True
+        ):
+            table.add_row(name + mark, *(f"{v:+.4f}" for v in vector), f"{distance:.4f}", f"{error:.4f}")
+    return table
+
+
+def _verdict(result: CalibrationResult) -> Table:
+    table = Table(title="Fit", show_header=False)
+    six = result.T_base_nominal.six_tuple
+    table.add_row("criterion", result.criterion.value)
+    table.add_row("objective", f"{result.objective_mm:.9f} mm")
+    if result.annealed_objective_mm is not None:
+        table.add_row("annealed, before the polish", f"{result.annealed_objective_mm:.9f} mm")
+    table.add_row("no rigid fit is below", f"{result.lower_bound_mm:.9f} mm")
+    table.add_row("gap", f"{result.gap_mm:.2e} mm ({'certified' if result.certified else 'not certified'})")
+    table.add_row("RMS", f"{result.rms_mm:.6f} mm")
+    table.add_row("correction x, y, z", f"{six.x_mm:.6f}, {six.y_mm:.6f}, {six.z_mm:.6f} mm")
+    table.add_row("correction α, β, γ", f"{six.alpha_rad:.8f}, {six.beta_rad:.8f}, {six.gamma_rad:.8f} rad")
+    return table
+
+
+def _criteria(result: CalibrationResult) -> Table:
+    table = Table(title="Criteria on the same data")
+    table.add_column("criterion")
+    for heading in ("largest mm", "RMS mm", "95 % error mm"):
+        table.add_column(heading, justify="right")
+    for row in result.criteria.rows if result.criteria else ():
+        numbers = (row["largest_mm"], row["rms_mm"], row["seam_error_95_mm"])
+        table.add_row(row["criterion"], *(f"{number:.4f}" for number in numbers))
+    return table

@@ -1,0 +1,73 @@
+"""`wpcal fit`: the rigid transform of point pairs in a file, without any CAD."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("pairs_csv", metavar="PAIRS.csv", type=click.Path(path_type=Path))
+@click.option(
+    "--criterion",
+    type=click.Choice(["minimax", "least_squares", "robust"]),
+    default="minimax",
+    show_default=True,
+    help="What is made small: the largest distance (the published criterion), the sum of squares, or the sum of "
+    "squares over the points that agree.",
+)
+@click.option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True)
+@click.option("--schedule", type=click.Choice(["default", "yin2003"]), default="default", show_default=True)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number.")
+@click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1.")
+@click.option("--sigma-mm", type=float, help="Teaching error: standard deviation per axis.")
+@click.option("--bound-mm", type=float, help="Teaching error: greatest error per axis.")
+@click.option("--tcp-bias-mm", type=float, default=0.0, show_default=True, help="Error of the tool centre point.")
+@click.option("--certify", is_flag=True, help="Close a gap by branch and bound over all rotations (slow).")
+@click.option("--json", "as_json", is_flag=True, help="Print the record of calibration.json on stdout.")
+def fit(
+    *,
+    pairs_csv: Path,
+    criterion: str,
+    solver: str,
+    schedule: str,
+    seed: int,
+    tolerance_mm: float,
+    sigma_mm: float | None,
+    bound_mm: float | None,
+    tcp_bias_mm: float,
+    certify: bool,
+    as_json: bool,
+) -> int:
+    """Fit the rigid transform of the point pairs in PAIRS.csv.
+
+    Columns: name, model_x_mm, model_y_mm, model_z_mm, real_x_mm, real_y_mm, real_z_mm, and where wanted use (yes,
+    check, no). Ends with code 1 when a residual is larger than the tolerance.
+    """
+    from wpcal.calibrate import Criterion, Solver, TeachingError, calibrate, read_pairs
+    from wpcal.core.records import to_json
+    from wpcal.optim import AnnealingSchedule
+
+    teaching = TeachingError(sigma_mm=sigma_mm, bound_mm=bound_mm, tcp_bias_mm=tcp_bias_mm)
+    pairs, check = read_pairs(pairs_csv)
+    result = calibrate(
+        pairs,
+        criterion=Criterion(criterion),
+        solver=Solver(solver),
+        schedule=AnnealingSchedule.yin2003() if schedule == "yin2003" else None,
+        seed=seed,
+        tolerance_mm=tolerance_mm,
+        teaching=teaching,
+        check=check,
+        certify=certify,
+    )
+    if as_json:
+        click.echo(to_json(result.to_record()), nl=False)
+    else:
+        from rich.console import Console
+
+        from wpcal.cli.calibration_tables import show_calibration
+
+        show_calibration(result, Console())
+    return 0 if result.verdict == "PASS" else 1

@@ -1,0 +1,66 @@
+"""Concave edges inside one solid: where a part modelled as one piece was welded together from several."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.brep.curves import edge_lengths, evaluate_edges
+from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.core.arrays import BoolArray, IntArray
+from wpcal.seam.joint import JoinedPieces
+from wpcal.seam.seam import JointType, SeamPieces, WeldType
+
+LEAST_TURN_SIN = 0.139
+"""Sine of 8 degrees: below that the faces of an edge run into each other (a round's border, not a corner)."""
+LEAST_LENGTH_MM = 10.0
+"""A shorter concave edge is a step in a machined part, not a weld run."""
+
+
+def find_concave_edges(graph: BrepGraph) -> JoinedPieces:
+    """Find the concave edges between two faces of one solid, at least `LEAST_LENGTH_MM` long.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+
+    Returns
+    -------
+    JoinedPieces
+        The left face of an edge as wall, the right one as base, gap zero; joint unknown, weld fillet.
+    """
+    edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
+    edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
+    edges = edges[edge_lengths(graph)[edges] >= LEAST_LENGTH_MM]
+    edges = edges[_is_concave(graph, edges)]
+    wall, base = graph.edge_faces[edges].T
+    t0, t1 = graph.edge_range[edges].T
+    pieces = SeamPieces(edges, t0, t1, wall, base, np.zeros((len(edges), 3)))
+    return JoinedPieces(pieces, (JointType.UNKNOWN,) * len(edges), (WeldType.FILLET,) * len(edges))
+
+
+def _is_concave(graph: BrepGraph, edges: IntArray) -> BoolArray:
+    """Tell which edges are concave at their middle: seen from outside, the right face rises above the left one.
+
+    With the left face to the left of tangent x, its inside runs along n × x; the edge is concave where the right face's
+    normal leans towards it.
+    """
+    p, slope = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))
+    x = slope / np.linalg.norm(slope, axis=1, keepdims=True)
+    left, right = (project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1))
+    turn = np.einsum("ki,ki->k", np.cross(left, right), x)
+    return np.asarray(turn < -LEAST_TURN_SIN, dtype=bool)
+
+
+def looks_machined(graph: BrepGraph, solid: int) -> bool:
+    """Tell whether a solid was cut from one piece rather than welded together.
+
+    The rule: a weldment is made of plates, bars and tubes, so nearly all its faces are planes and cylinders, and its
+    concave edges lie between outer faces. Cones, spheres, tori and free-form faces (chamfers, rounds, countersinks) on
+    more than a tenth of the faces, or more than a third of the faces being walls of holes, say machined.
+    """
+    faces = graph.face_solid == solid
+    kinds = graph.face_kind[faces]
+    shaped = np.isin(kinds, (SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS, SurfaceKind.NURBS)).mean()
+    walls = ((kinds == SurfaceKind.CYLINDER) & (graph.face_outward[faces] < 0)).mean()
+    return bool(shaped > 0.1 or walls > 1 / 3)

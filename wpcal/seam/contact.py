@@ -1,0 +1,245 @@
+"""Where an edge of one solid lies on a face of another: the contact edges along which two members can be welded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.brep.curves import edge_polylines, evaluate_edges
+from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.seam import SeamPieces
+
+SAMPLES = 33
+"""Points at which an edge is compared with a face, inside the face's box: a contact of 1/32 of that is seen."""
+BISECTIONS = 44
+"""Halvings of an interval's end: from 1000 mm to below 1e-9 mm."""
+LEAST_LENGTH_MM = 1.0
+"""A contact shorter than this is no seam: an arc needs more to start."""
+FLUSH_MM = 0.02
+"""An edge nearer than this to the boundary runs along it: twice the sag of the boundary's polylines."""
+PARAMETER_ROUND_OFF = 1e-12
+"""Relative round-off of an interpolated parameter."""
+OPPOSED = -0.87
+"""Cosine between the normals of two faces in contact: within 30 degrees of opposite."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contacts:
+    """Intervals of edges that lie on faces of other solids.
+
+    Parameters
+    ----------
+    edge, face : ndarray of int, shape (k,)
+    t0, t1 : ndarray, shape (k,)
+        Parameters on the edge, t0 < t1.
+    gap_mm : ndarray, shape (k, 3)
+        Least, mean and largest distance of the edge from the face.
+    """
+
+    edge: IntArray
+    face: IntArray
+    t0: FloatArray
+    t1: FloatArray
+    gap_mm: FloatArray
+
+
+def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> Contacts:
+    """Find every interval of an edge that lies on a face of another solid within a gap.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    trimmed : TrimmedFaces
+        Of the same graph.
+    gap_mm : float
+        Largest distance between edge and face, mm.
+
+    Returns
+    -------
+    Contacts
+        Ends are refined by bisection on the exact edge, or stand at the corner of the face that ends a flush contact.
+
+    Notes
+    -----
+    Cost: pairs whose boxes meet, times `SAMPLES` points, as arrays.
+    """
+    edge, face = candidate_pairs(graph, trimmed, gap_mm)
+    low, high = _clipped_range(graph, trimmed, edge, face, gap_mm)
+    keep = high > low
+    edge, face, low, high = edge[keep], face[keep], low[keep], high[keep]
+    t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
+    on = _Touching(graph, trimmed, gap_mm)
+    state = on(np.repeat(edge, SAMPLES), np.repeat(face, SAMPLES), t.ravel())
+    touching, deep = state.touching.reshape(t.shape), state.deep.reshape(t.shape)
+    pair, first, last = _runs(touching)
+    t0 = on.refine_end(edge[pair], face[pair], t[pair], deep[pair], first, -1)
+    t1 = on.refine_end(edge[pair], face[pair], t[pair], deep[pair], last, +1)
+    e, f = edge[pair], face[pair]
+    chord = np.linalg.norm(evaluate_edges(graph, e, t1)[0] - evaluate_edges(graph, e, t0)[0], axis=1)
+    middle = np.linalg.norm(evaluate_edges(graph, e, (t0 + t1) / 2)[0] - evaluate_edges(graph, e, t0)[0], axis=1)
+    long_enough = np.maximum(chord, middle) >= max(LEAST_LENGTH_MM, 2.0 * gap_mm)
+    e, f, t0, t1 = e[long_enough], f[long_enough], t0[long_enough], t1[long_enough]
+    return Contacts(e, f, t0, t1, _gaps(graph, e, f, t0, t1))
+
+
+def candidate_pairs(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> tuple[IntArray, IntArray]:
+    """Return pairs of an edge and a face of different solids whose boxes come nearer than the gap."""
+    face_low, face_high = trimmed.face_box
+    edge_low, edge_high = edge_boxes(graph)
+    edge_low, edge_high = edge_low - gap_mm, edge_high + gap_mm
+    count = len(graph.solid_names)
+    solid_low, solid_high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(solid_low, graph.face_solid, face_low)
+    np.maximum.at(solid_high, graph.face_solid, face_high)
+    usable = np.flatnonzero((graph.edge_kind != CurveKind.DEGENERATE) & ~graph.is_seam_edge & (graph.edge_solid >= 0))
+    edges_of = _grouped(usable, graph.edge_solid[usable], count)
+    faces_of = _grouped(np.arange(graph.face_count), graph.face_solid, count)
+    found: list[tuple[IntArray, IntArray]] = []
+    for a in range(count):
+        near = (solid_low - gap_mm <= solid_high[a]).all(axis=1) & (solid_high + gap_mm >= solid_low[a]).all(axis=1)
+        near[a] = False
+        if not near.any():
+            continue
+        faces = np.concatenate([faces_of[b] for b in np.flatnonzero(near)])
+        meets = (face_low[faces] - gap_mm <= solid_high[a]).all(axis=1)
+        faces = faces[meets & (face_high[faces] + gap_mm >= solid_low[a]).all(axis=1)]
+        edges = edges_of[a]
+        lap = (edge_low[edges][:, None] <= face_high[faces][None]).all(axis=2)
+        lap &= (edge_high[edges][:, None] >= face_low[faces][None]).all(axis=2)
+        i, j = np.nonzero(lap)
+        found.append((edges[i], faces[j]))
+    if not found:
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    edge, face = (np.concatenate(column) for column in zip(*found, strict=True))
+    return edge, face
+
+
+def _grouped(items: IntArray, groups: IntArray, count: int) -> list[IntArray]:
+    order = np.argsort(groups, kind="stable")
+    return np.split(items[order], np.searchsorted(groups[order], np.arange(1, count)))
+
+
+def edge_boxes(graph: BrepGraph) -> tuple[FloatArray, FloatArray]:
+    """Return the least and greatest corner of the polyline of each edge, two arrays (E, 3), mm."""
+    start, _, points = edge_polylines(graph)
+    low, high = np.full((graph.edge_count, 3), np.inf), np.full((graph.edge_count, 3), -np.inf)
+    edges = np.repeat(np.arange(graph.edge_count), np.diff(start))
+    np.minimum.at(low, edges, points)
+    np.maximum.at(high, edges, points)
+    return low, high
+
+
+def _clipped_range(
+    graph: BrepGraph, trimmed: TrimmedFaces, edge: IntArray, face: IntArray, gap_mm: float
+) -> tuple[FloatArray, FloatArray]:
+    """Cut the range of a straight edge to the face's box: a short contact on a long edge is not stepped over."""
+    low, high = graph.edge_range[edge].T.copy()
+    rows = graph.edge_kind[edge] == CurveKind.LINE
+    box_low, box_high = (corner[face] for corner in trimmed.face_box)
+    o, d = graph.edge_frame[edge, 0], graph.edge_frame[edge, 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a, b = (box_low - gap_mm - o) / d, (box_high + gap_mm - o) / d
+    a, b = np.where(d == 0, -np.inf, a), np.where(d == 0, np.inf, b)
+    low = np.where(rows, np.maximum(low, np.minimum(a, b).max(axis=1)), low)
+    high = np.where(rows, np.minimum(high, np.maximum(a, b).min(axis=1)), high)
+    return low, high
+
+
+def _runs(on: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the row and the first and last column of every run of true values longer than one."""
+    padded = np.pad(on, ((0, 0), (1, 1))).astype(np.int8)
+    change = np.diff(padded, axis=1)
+    row, first = np.nonzero(change == 1)
+    last = np.nonzero(change == -1)[1] - 1
+    long = last > first
+    return row[long], first[long], last[long]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _State:
+    """Of points of edges: within the gap of the trimmed face; with the foot inside it; and well inside it."""
+
+    touching: BoolArray
+    inside: BoolArray
+    deep: BoolArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Touching:
+    """Tells whether points of edges touch faces, and where along an edge that ends."""
+
+    graph: BrepGraph
+    trimmed: TrimmedFaces
+    gap_mm: float
+
+    def __call__(self, edge: IntArray, face: IntArray, t: FloatArray) -> _State:
+        points = evaluate_edges(self.graph, edge, t)[0]
+        foot = project_to_faces(self.graph, face, points)
+        rows = np.flatnonzero(np.linalg.norm(foot.p - points, axis=1) <= self.gap_mm)
+        inside, touching, deep = (np.zeros(len(t), dtype=bool) for _ in range(3))
+        inside[rows], distance = self.trimmed.inside(face[rows], foot.p[rows], foot.uv[rows])
+        touching[rows] = inside[rows] | (distance <= self.gap_mm)
+        deep[rows] = inside[rows] & (distance > FLUSH_MM)
+        return _State(touching, inside, deep)
+
+    def refine_end(
+        self, edge: IntArray, face: IntArray, t: FloatArray, deep: BoolArray, at: IntArray, way: int
+    ) -> FloatArray:
+        """Find where contacts end beyond their outermost touching sample.
+
+        Parameters
+        ----------
+        edge, face : ndarray of int, shape (k,)
+        t : ndarray, shape (k, SAMPLES)
+            Parameters of the samples.
+        deep : ndarray of bool, shape (k, SAMPLES)
+        at : ndarray of int, shape (k,)
+            Column of the outermost touching sample.
+        way : int
+            -1 for the start, +1 for the end.
+        """
+        rows = np.arange(len(edge))
+        inward = np.clip(at - way, 0, SAMPLES - 1)
+        anchor = np.where(deep[rows, at], at, inward)
+        crosses = deep[rows, anchor]
+        good = np.where(crosses, t[rows, anchor], t[rows, at])
+        bad = t[rows, np.clip(at + way, 0, SAMPLES - 1)]
+        for _ in range(BISECTIONS):
+            middle = (good + bad) / 2
+            state = self(edge, face, middle)
+            holds = np.where(crosses, state.inside, state.touching)
+            good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
+        own_end = self.graph.edge_range[edge, (way + 1) // 2]
+        at_own_end = np.abs(t[rows, at] - own_end) <= PARAMETER_ROUND_OFF * (1.0 + np.abs(own_end))
+        return self._at_corners(edge, face, np.where(at_own_end, own_end, good), ~at_own_end & ~crosses)
+
+    def _at_corners(self, edge: IntArray, face: IntArray, t: FloatArray, flush: BoolArray) -> FloatArray:
+        """Move the ends of flush contacts on straight edges to the foot of the face's corner: there they end."""
+        t = t.copy()
+        points = evaluate_edges(self.graph, edge, t)[0]
+        for row in np.flatnonzero(flush & (self.graph.edge_kind[edge] == CurveKind.LINE)):
+            corners = self.trimmed.p0[self.trimmed.start[face[row]] : self.trimmed.start[face[row] + 1]]
+            off = np.linalg.norm(corners - points[row], axis=1)
+            nearest = int(np.argmin(off))
+            if off[nearest] <= 2.0 * self.gap_mm:
+                frame = self.graph.edge_frame[edge[row]]
+                t[row] = float((corners[nearest] - frame[0]) @ frame[1])
+        return t
+
+
+def _gaps(graph: BrepGraph, edge: IntArray, face: IntArray, t0: FloatArray, t1: FloatArray) -> FloatArray:
+    t = t0[:, None] + (t1 - t0)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
+    points = evaluate_edges(graph, np.repeat(edge, SAMPLES), t.ravel())[0]
+    foot = project_to_faces(graph, np.repeat(face, SAMPLES), points)
+    off = np.linalg.norm(foot.p - points, axis=1).reshape(t.shape)
+    return np.stack([off.min(axis=1), off.mean(axis=1), off.max(axis=1)], axis=1)
+
+
+def no_pieces() -> SeamPieces:
+    """Return an empty set of pieces."""
+    i, f = np.zeros(0, dtype=np.int64), np.zeros(0)
+    return SeamPieces(i, f, f, i, i, np.zeros((0, 3)))

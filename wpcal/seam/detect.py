@@ -1,0 +1,190 @@
+"""The weld seams of a part: contacts between solids and concave edges inside them, named, in order, with frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+import numpy as np
+
+from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import IntArray
+from wpcal.seam.chain import chain_pieces, directed, groups, rounded
+from wpcal.seam.concave import find_concave_edges, looks_machined
+from wpcal.seam.contact import find_contacts
+from wpcal.seam.discretise import StepOptions, discretise, run_length
+from wpcal.seam.frames import seam_frames
+from wpcal.seam.joint import JoinedPieces, join_contacts
+from wpcal.seam.reach import LEAST_FREE, free_share
+from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
+
+LARGEST_GAP_MM = 0.5
+"""A gap that a fillet of usual size bridges."""
+GAP_SHARE = 1e-3
+"""On small parts the gap is this share of the part's diagonal: 0.5 mm would join everything on a 3 mm sheet part."""
+REACH_STATIONS = 5
+"""Places along a seam at which its reach is felt."""
+FULL_TURN_SIN = 1e-6
+"""A loop whose end meets its start this nearly is closed."""
+
+
+class ConcaveEdges(Enum):
+    """Whether concave edges inside one solid are taken as seams."""
+
+    ALWAYS = "always"
+    NEVER = "never"
+    AUTO = "auto"
+
+
+@dataclass(frozen=True, slots=True)
+class SeamOptions:
+    """How seams are found and cut into frames.
+
+    Parameters
+    ----------
+    gap_mm : float, optional
+        Largest gap between members; by default 0.5 mm, on parts smaller than 500 mm a thousandth of their diagonal.
+    concave : ConcaveEdges
+        `AUTO` takes concave edges of solids that touch no other solid and do not look machined
+        (`concave.looks_machined`).
+    split_rad : float
+        A seam ends where its direction turns by more, rad.
+    steps : StepOptions
+    """
+
+    gap_mm: float | None = None
+    concave: ConcaveEdges = ConcaveEdges.AUTO
+    split_rad: float = float(np.radians(30.0))
+    steps: StepOptions = field(default_factory=StepOptions)
+
+    def gap_for(self, graph: BrepGraph) -> float:
+        """Return the gap to use on a part, mm."""
+        return min(LARGEST_GAP_MM, GAP_SHARE * graph.size_mm) if self.gap_mm is None else self.gap_mm
+
+
+def detect_seams(graph: BrepGraph, options: SeamOptions | None = None) -> tuple[Seam, ...]:
+    """Find the weld seams of a part.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    options : SeamOptions, optional
+
+    Returns
+    -------
+    tuple of Seam
+        Named ``W1``, ``W2``, … by the place of their start (x, then y, then z), with frames in `part`; the same at
+        every run. Seams that no torch reaches are there, too, and not accepted.
+    """
+    options = options or SeamOptions()
+    trimmed = TrimmedFaces.of(graph)
+    gap_mm = options.gap_for(graph)
+    joined = join_contacts(graph, trimmed, find_contacts(graph, trimmed, gap_mm=gap_mm), gap_mm=gap_mm)
+    joined = _without_twins(graph, joined, gap_mm)
+    found = _seams(graph, trimmed, joined, options, "contact of two solids")
+    if options.concave is not ConcaveEdges.NEVER:
+        concave = _wanted_concave(graph, find_concave_edges(graph), joined, options.concave)
+        found += _seams(graph, trimmed, concave, options, "concave edge inside one solid")
+    found.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
+    return tuple(replace(seam, name=f"W{number}") for number, seam in enumerate(found, 1))
+
+
+def _pick(joined: JoinedPieces, rows: IntArray) -> JoinedPieces:
+    joints, welds = [joined.joint[i] for i in rows], [joined.weld[i] for i in rows]
+    return JoinedPieces(joined.pieces.select(rows), tuple(joints), tuple(welds))
+
+
+def _without_twins(graph: BrepGraph, joined: JoinedPieces, gap_mm: float) -> JoinedPieces:
+    """Keep one of the pieces that both members claim (edge of A on B, edge of B on A), the fillet before the groove."""
+    pieces = joined.pieces
+    order = sorted(range(len(pieces)), key=lambda i: (joined.weld[i] is not WeldType.FILLET, pieces.gap_mm[i, 1], i))
+    place = [evaluate_edges(graph, pieces.edge, t)[0] for t in (pieces.t0, (pieces.t0 + pieces.t1) / 2, pieces.t1)]
+    solids = np.sort(np.stack([graph.face_solid[pieces.wall], graph.face_solid[pieces.base]], axis=1), axis=1)
+    near = 3.0 * gap_mm
+    kept: list[int] = []
+    for i in order:
+        if not any(
+            np.linalg.norm(place[1][i] - place[1][j]) <= near
+            and min(
+                max(np.linalg.norm(place[0][i] - place[a][j]), np.linalg.norm(place[2][i] - place[2 - a][j]))
+                for a in (0, 2)
+            )
+            <= near
+            for j in kept
+            if (solids[i] == solids[j]).all()
+        ):
+            kept.append(i)
+    return _pick(joined, np.array(sorted(kept), dtype=np.int64))
+
+
+def _wanted_concave(
+    graph: BrepGraph, concave: JoinedPieces, contacts: JoinedPieces, choice: ConcaveEdges
+) -> JoinedPieces:
+    if choice is ConcaveEdges.ALWAYS:
+        return concave
+    touching = set(graph.face_solid[np.concatenate([contacts.pieces.wall, contacts.pieces.base])].tolist())
+    wanted = [solid not in touching and not looks_machined(graph, solid) for solid in range(len(graph.solid_names))]
+    solid_of = graph.face_solid[concave.pieces.wall]
+    return _pick(concave, np.flatnonzero(np.array(wanted, dtype=bool)[solid_of]))
+
+
+def _seams(
+    graph: BrepGraph, trimmed: TrimmedFaces, joined: JoinedPieces, options: SeamOptions, reason: str
+) -> list[Seam]:
+    pieces = joined.pieces
+    if len(pieces) == 0:
+        return []
+    solids = np.sort(np.stack([graph.face_solid[pieces.wall], graph.face_solid[pieces.base]], axis=1), axis=1)
+    keys = [(*pair, joint, weld) for pair, joint, weld in zip(solids.tolist(), joined.joint, joined.weld, strict=True)]
+    seams = []
+    for chain in chain_pieces(graph, pieces, groups(keys), split_rad=options.split_rad):
+        row = int(chain.rows[0])
+        run = directed(graph, pieces, chain)
+        closed = chain.closed or _meets_itself(graph, run)
+        names = tuple(graph.solid_names[i] for i in dict.fromkeys(solids[row].tolist()))
+        seams.append(_seam(graph, run, joined.joint[row], joined.weld[row], names, closed, options, reason))
+    return _with_reach(graph, trimmed, seams)
+
+
+def _meets_itself(graph: BrepGraph, run: SeamPieces) -> bool:
+    ends = evaluate_edges(graph, run.edge[[0, -1]], np.array([run.t0[0], run.t1[-1]]))[0]
+    return bool(np.linalg.norm(ends[1] - ends[0]) <= FULL_TURN_SIN)
+
+
+def _seam(
+    graph: BrepGraph,
+    run: SeamPieces,
+    joint: JointType,
+    weld: WeldType,
+    solids: tuple[str, ...],
+    closed: bool,
+    options: SeamOptions,
+    reason: str,
+) -> Seam:
+    frames = seam_frames(graph, run, discretise(graph, run, options.steps))
+    if closed:
+        frames = _closed(frames)
+    length = run_length(graph, run)
+    return Seam("", joint, weld, solids, run, closed, length, True, True, (reason,), frames)
+
+
+def _closed(frames: SeamFrames) -> SeamFrames:
+    """Let the last frame of a loop equal the first to the bit."""
+    p, R, angle = frames.p.copy(), frames.R.copy(), frames.angle_rad.copy()
+    p[-1], R[-1], angle[-1] = p[0], R[0], angle[0]
+    return SeamFrames(frames.s_mm, p, R, angle, frames.frame)
+
+
+def _with_reach(graph: BrepGraph, trimmed: TrimmedFaces, seams: list[Seam]) -> list[Seam]:
+    at = [np.unique(np.linspace(0, len(seam.frames) - 1, REACH_STATIONS + 2).astype(int)[1:-1]) for seam in seams]
+    p = np.concatenate([seam.frames.p[rows] for seam, rows in zip(seams, at, strict=True)])
+    R = np.concatenate([seam.frames.R[rows] for seam, rows in zip(seams, at, strict=True)])
+    shares = np.split(free_share(graph, trimmed, p, R), np.cumsum([len(rows) for rows in at])[:-1])
+    judged = []
+    for seam, share in zip(seams, shares, strict=True):
+        free = bool(np.median(share) >= LEAST_FREE)
+        reason = f"{np.median(share):.0%} of the rays out of the joint are free"
+        judged.append(replace(seam, reachable=free, accepted=free, reasons=(*seam.reasons, reason)))
+    return judged

@@ -1,0 +1,112 @@
+"""Can a torch get at a seam: rays out of the joint that leave the part."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.rotations import rotation_from_zyx
+
+START_MM = 1.0
+"""Rays start this far out of the joint, clear of the gap and of the faces they leave between."""
+CONE_RAD = np.radians(25.0)
+"""Rays beside the bisector, as far as a welder tilts the torch before he calls a joint unreachable."""
+LEAST_FREE = 0.6
+"""Share of the rays that must be free: a single ray that slips out through a pipe's end does not make a way."""
+STEPS = 12
+"""Samples of a ray inside the box of a face; between two on different sides it goes through."""
+SECANT_ROUNDS = 4
+
+
+def cone_of_rays(R: FloatArray) -> FloatArray:
+    """Return the z axis of each frame and four directions around it.
+
+    Parameters
+    ----------
+    R : ndarray, shape (n, 3, 3)
+
+    Returns
+    -------
+    ndarray, shape (n, 5, 3)
+    """
+    tilt = [(0.0, 0.0), (CONE_RAD, 0.0), (-CONE_RAD, 0.0), (0.0, CONE_RAD), (0.0, -CONE_RAD)]
+    z = np.array([rotation_from_zyx(a, b, 0.0)[:, 2] for a, b in tilt])
+    return np.asarray(np.einsum("nij,kj->nki", R, z), dtype=np.float64)
+
+
+def free_share(graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, R: FloatArray) -> FloatArray:
+    """Return the share of the rays of each frame that leave the part; shape (n,).
+
+    Parameters
+    ----------
+    p : ndarray, shape (n, 3)
+        Origins on the seam, in `part`, mm.
+    R : ndarray, shape (n, 3, 3)
+        Seam frames in `part`.
+    """
+    rays = cone_of_rays(R)
+    origins = p[:, None] + START_MM * rays
+    blocked = is_blocked(graph, trimmed, origins.reshape(-1, 3), rays.reshape(-1, 3))
+    return np.asarray(1.0 - blocked.reshape(rays.shape[:2]).mean(axis=1), dtype=np.float64)
+
+
+def is_blocked(graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray) -> BoolArray:
+    """Tell which rays hit a face of the part.
+
+    Parameters
+    ----------
+    origins, rays : ndarray, shape (m, 3)
+        Starts and unit directions in `part`, mm.
+    """
+    ray, face, low, high = _through_boxes(trimmed, origins, rays, graph.size_mm)
+    blocked = np.zeros(len(origins), dtype=bool)
+    t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, STEPS)
+    side = _height(graph, np.repeat(face, STEPS), origins, rays, np.repeat(ray, STEPS), t.ravel()).reshape(t.shape)
+    row, column = np.nonzero((side[:, :-1] > 0) != (side[:, 1:] > 0))
+    a, b = t[row, column], t[row, column + 1]
+    ha, hb = side[row, column], side[row, column + 1]
+    for _ in range(SECANT_ROUNDS):
+        middle = a - ha * (b - a) / np.where(hb == ha, 1.0, hb - ha)
+        hm = _height(graph, face[row], origins, rays, ray[row], middle)
+        same = (hm > 0) == (ha > 0)
+        a, ha = np.where(same, middle, a), np.where(same, hm, ha)
+        b, hb = np.where(same, b, middle), np.where(same, hb, hm)
+    hit = origins[ray[row]] + ((a + b) / 2)[:, None] * rays[ray[row]]
+    foot = project_to_faces(graph, face[row], hit)
+    blocked[ray[row][trimmed.inside(face[row], foot.p, foot.uv)[0]]] = True
+    return blocked
+
+
+def _height(
+    graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray, ray: IntArray, t: FloatArray
+) -> FloatArray:
+    points = origins[ray] + t[:, None] * rays[ray]
+    foot = project_to_faces(graph, face, points)
+    return np.asarray(np.einsum("ki,ki->k", points - foot.p, foot.normal), dtype=np.float64)
+
+
+def _through_boxes(
+    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, reach_mm: float
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Return pairs of a ray and a face whose box it goes through, and where it enters and leaves."""
+    low, high = trimmed.face_box
+    found = []
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for number, (o, d) in enumerate(zip(origins, rays, strict=True)):
+            a, b = (low - THIN_MM - o) / d, (high + THIN_MM - o) / d
+            enter = np.maximum(np.fmin(a, b).max(axis=1), 0.0)
+            leave = np.minimum(np.fmax(a, b).min(axis=1), 2.0 * reach_mm)
+            faces = np.flatnonzero(leave > enter)
+            found.append((np.full(len(faces), number), faces, enter[faces], leave[faces]))
+    if not found:
+        i, f = np.zeros(0, dtype=np.int64), np.zeros(0)
+        return i, i, f, f
+    ray, face, enter, leave = (np.concatenate(column) for column in zip(*found, strict=True))
+    return ray, face, enter, leave
+
+
+THIN_MM = 0.1
+"""Boxes of plane faces are thickened by this, so that a ray across one has samples on both sides."""

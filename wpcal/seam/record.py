@@ -1,0 +1,148 @@
+"""Seams as `seams.json` (every number with all digits) and `seams.csv` (one row a frame)."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import FormatError
+from wpcal.core.rotations import quaternion_from_rotation
+from wpcal.core.transform import RigidTransform
+from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
+
+SEAMS_SCHEMA = "wpcal/seams/1"
+CSV_COLUMNS = ("seam", "point", "s_mm", "x_mm", "y_mm", "z_mm", "qx", "qy", "qz", "qw", "accepted")
+
+
+def seams_record(
+    seams: Sequence[Seam], T_base_part: RigidTransform | None = None, u95_mm: Sequence[FloatArray] | None = None
+) -> dict[str, Any]:
+    """Return the record of ``seams.json``.
+
+    Parameters
+    ----------
+    seams : sequence of Seam
+        With frames in `part`.
+    T_base_part : RigidTransform, optional
+        When given, frames are written in `base`; otherwise in `part`.
+    u95_mm : sequence of ndarray, optional
+        The 95 % error at every frame of each seam, mm.
+
+    Returns
+    -------
+    dict
+        The columns of ``R`` are the axes x, y, z of the seam in `frame`; quaternions are x, y, z, w with w >= 0.
+    """
+    return {
+        "schema": SEAMS_SCHEMA,
+        "frame": "part" if T_base_part is None else T_base_part.target,
+        "units": {"length": "mm", "angle": "deg"},
+        "z_sense": "outward",
+        "robot_space": "nominal",
+        "T_base_part": None if T_base_part is None else T_base_part.matrix.tolist(),
+        "seams": [
+            _seam_record(seam, T_base_part, None if u95_mm is None else u95_mm[row]) for row, seam in enumerate(seams)
+        ],
+    }
+
+
+def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatArray | None) -> dict[str, Any]:
+    frames = seam.frames if T_base_part is None else seam.frames.moved(T_base_part)
+    least, mean, largest = seam.gap_mm
+    return {
+        "name": seam.name,
+        "joint": seam.joint.value,
+        "weld": seam.weld.value,
+        "solids": list(seam.solids),
+        "closed": seam.closed,
+        "length_mm": seam.length_mm,
+        "accepted": seam.accepted,
+        "reachable": seam.reachable,
+        "reasons": list(seam.reasons),
+        "gap_mm": {"min": least, "mean": mean, "max": largest},
+        "frames": _frame_records(frames, u95_mm),
+    }
+
+
+def _frame_records(frames: SeamFrames, u95_mm: FloatArray | None) -> list[dict[str, Any]]:
+    q = quaternion_from_rotation(frames.R)
+    angle = np.degrees(frames.angle_rad)
+    records = []
+    for i in range(len(frames)):
+        record = {
+            "s_mm": float(frames.s_mm[i]),
+            "p_mm": frames.p[i].tolist(),
+            "R": frames.R[i].tolist(),
+            "q_xyzw": q[i].tolist(),
+            "angle_deg": float(angle[i]),
+        }
+        if u95_mm is not None:
+            record["u95_mm"] = float(u95_mm[i])
+        records.append(record)
+    return records
+
+
+def seams_csv(record: dict[str, Any]) -> str:
+    """Return ``seams.csv``: one row a frame, in the frame that the record states.
+
+    Parameters
+    ----------
+    record : dict
+        As `seams_record` gives it.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(CSV_COLUMNS)
+    for seam in record["seams"]:
+        for point, frame in enumerate(seam["frames"]):
+            place = [f"{v:.9g}" for v in (frame["s_mm"], *frame["p_mm"])]
+            turn = [f"{v:.12g}" for v in frame["q_xyzw"]]
+            writer.writerow([seam["name"], point, *place, *turn, "yes" if seam["accepted"] else "no"])
+    return text.getvalue()
+
+
+def seams_from_record(record: dict[str, Any], *, path: str) -> tuple[Seam, ...]:
+    """Return the seams of a ``seams.json``, with frames in the frame it states and without pieces of edges.
+
+    Raises
+    ------
+    FormatError
+        When a field is missing or of the wrong shape.
+    """
+    try:
+        return tuple(_seam_from_record(seam, record["frame"]) for seam in record["seams"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise FormatError(f"is no complete seams file: {type(error).__name__} {error}", path=path) from None
+
+
+def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
+    rows = seam["frames"]
+    n = len(rows)
+    frames = SeamFrames(
+        np.array([row["s_mm"] for row in rows], dtype=np.float64),
+        np.array([row["p_mm"] for row in rows], dtype=np.float64).reshape(n, 3),
+        np.array([row["R"] for row in rows], dtype=np.float64).reshape(n, 3, 3),
+        np.radians([row["angle_deg"] for row in rows]),
+        frame,
+    )
+    gap = seam["gap_mm"]
+    i, f = np.zeros(0, dtype=np.int64), np.zeros(0)
+    pieces = SeamPieces(i, f, f, i, i, np.array([[gap["min"], gap["mean"], gap["max"]]], dtype=np.float64))
+    return Seam(
+        seam["name"],
+        JointType(seam["joint"]),
+        WeldType(seam["weld"]),
+        tuple(seam["solids"]),
+        pieces,
+        bool(seam["closed"]),
+        float(seam["length_mm"]),
+        bool(seam["reachable"]),
+        bool(seam["accepted"]),
+        tuple(seam["reasons"]),
+        frames,
+    )

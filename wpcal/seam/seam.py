@@ -1,0 +1,155 @@
+"""What a weld seam is: pieces of edges in a row, the faces it joins, and afterwards its frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.transform import RigidTransform
+
+
+class JointType(Enum):
+    """How two members meet (ISO 17659)."""
+
+    TEE = "tee"
+    LAP = "lap"
+    BUTT = "butt"
+    CORNER = "corner"
+    EDGE = "edge"
+    UNKNOWN = "unknown"
+
+
+class WeldType(Enum):
+    """What is laid into the joint."""
+
+    FILLET = "fillet"
+    GROOVE = "groove"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeamPieces:
+    """k pieces of edges along which two faces can be welded.
+
+    Parameters
+    ----------
+    edge : ndarray of int, shape (k,)
+    t0, t1 : ndarray, shape (k,)
+        Parameters at the start and the end of each piece; t1 < t0 runs against the edge.
+    wall : ndarray of int, shape (k,)
+        The face that the edge bounds and that leaves the joint.
+    base : ndarray of int, shape (k,)
+        The other face of the joint.
+    gap_mm : ndarray, shape (k, 3)
+        Least, mean and largest distance between the edge and the base.
+    """
+
+    edge: IntArray
+    t0: FloatArray
+    t1: FloatArray
+    wall: IntArray
+    base: IntArray
+    gap_mm: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.edge)
+
+    def select(self, rows: IntArray | BoolArray) -> SeamPieces:
+        """Return the pieces at `rows` (integers or a mask)."""
+        return SeamPieces(
+            self.edge[rows], self.t0[rows], self.t1[rows], self.wall[rows], self.base[rows], self.gap_mm[rows]
+        )
+
+    def reversed_where(self, flip: BoolArray) -> SeamPieces:
+        """Return the same pieces, those marked in `flip` (bool) run backwards."""
+        t0, t1 = np.where(flip, self.t1, self.t0), np.where(flip, self.t0, self.t1)
+        return SeamPieces(self.edge, t0, t1, self.wall, self.base, self.gap_mm)
+
+    @staticmethod
+    def joined(parts: list[SeamPieces]) -> SeamPieces:
+        """Return all pieces of `parts` in one."""
+        names = ("edge", "t0", "t1", "wall", "base", "gap_mm")
+        return SeamPieces(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeamFrames:
+    """The frames along a seam (DESIGN §3): x travel, z out of the joint, y = z × x.
+
+    Parameters
+    ----------
+    s_mm : ndarray, shape (n,)
+        Arc length from the start.
+    p : ndarray, shape (n, 3)
+        Origins, mm.
+    R : ndarray, shape (n, 3, 3)
+        Columns are the axes x, y, z.
+    angle_rad : ndarray, shape (n,)
+        Between the outward normals of the two faces.
+    frame : str
+        The frame in which `p` and `R` stand.
+    """
+
+    s_mm: FloatArray
+    p: FloatArray
+    R: FloatArray
+    angle_rad: FloatArray
+    frame: str = "part"
+
+    def __len__(self) -> int:
+        return len(self.s_mm)
+
+    def moved(self, transform: RigidTransform) -> SeamFrames:
+        """Return the frames in the target frame of `transform`."""
+        return SeamFrames(
+            self.s_mm, transform.apply(self.p), transform.R @ self.R, self.angle_rad, frame=transform.target
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seam:
+    """One seam: a curve with a direction that a torch can follow in one run.
+
+    Parameters
+    ----------
+    name : str
+        ``W1``, ``W2``, … by the place of the start.
+    joint, weld : JointType, WeldType
+    solids : tuple of str
+        Names of the solids it joins; one for an edge inside a solid.
+    pieces : SeamPieces
+        In order, each run in the seam's direction.
+    closed : bool
+    length_mm : float
+    reachable : bool
+        Whether rays out of the joint leave the part.
+    accepted : bool
+        Whether it is taken as a weld unless the user says otherwise.
+    reasons : tuple of str
+        Why it is a candidate and what speaks against it.
+    frames : SeamFrames
+        Empty until discretised.
+    """
+
+    name: str
+    joint: JointType
+    weld: WeldType
+    solids: tuple[str, ...]
+    pieces: SeamPieces
+    closed: bool
+    length_mm: float
+    reachable: bool
+    accepted: bool
+    reasons: tuple[str, ...]
+    frames: SeamFrames = field(
+        default_factory=lambda: SeamFrames(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros(0))
+    )
+
+    @property
+    def gap_mm(self) -> tuple[float, float, float]:
+        """Least, mean and largest gap along the seam, mm."""
+        gap = self.pieces.gap_mm
+        return float(gap[:, 0].min()), float(gap[:, 1].mean()), float(gap[:, 2].max())
