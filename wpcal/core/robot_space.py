@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from enum import Enum
 
 from wpcal.core.errors import FrameError, InputError
+from wpcal.core.tables import Table
 
 
 class RobotSpace(Enum):
@@ -61,3 +62,18 @@ def common_space(spaces: Iterable[tuple[str, RobotSpace]]) -> RobotSpace:
                 "neither, a position of one model is off by the robot's error in the other"
             )
     return first
+
+
+def space_of_table(table: Table) -> RobotSpace:
+    """Return the robot space of a table of points: its column ``robot_space``, or nominal where there is none.
+
+    Raises
+    ------
+    FormatError
+        When a word is neither ``nominal`` nor ``identified``.
+    FrameError
+        When rows of both spaces stand in one table.
+    """
+    words = table.choices("robot_space", [space.value for space in RobotSpace], default=RobotSpace.NOMINAL.value)
+    rows = zip(table.lines, words, strict=True)
+    return common_space((f"{table.path}, line {line},", RobotSpace(word)) for line, word in rows)

@@ -17,15 +17,7 @@ from wpcal.robot.genetic_tabu import EXPECTED_MM, EXPECTED_RAD, GeneticTabuFit, 
 from wpcal.robot.identifiability import Noise, split_determined
 from wpcal.robot.least_squares import LeastSquaresFit, assess, pose_errors, solve_least_squares
 from wpcal.robot.observations import PoseObservations
-from wpcal.robot.parameters import (
-    KinematicModel,
-    Parameter,
-    base_parameters,
-    link_parameters,
-    parameters_by_name,
-    reflector_parameters,
-    tool_parameters,
-)
+from wpcal.robot.parameters import KinematicModel, last_link_first, surrounding_parameters
 from wpcal.robot.registration import register
 
 TEST_SHARE = 20 / 70
@@ -197,21 +189,6 @@ class _Task:
     observations: PoseObservations
     options: IdentifyOptions
 
-    def surroundings(self) -> tuple[Parameter, ...]:
-        """Parameters of the base and of the tool or reflectors that are unknown."""
-        names: tuple[Parameter, ...] = base_parameters() if self.options.free_base else ()
-        if not self.options.free_tool:
-            return names
-        if self.observations.has_orientations:
-            return names + tool_parameters()
-        return names + reflector_parameters(self.observations.reflectors)
-
-    def links(self) -> tuple[Parameter, ...]:
-        """Link parameters, last link first: of two that cannot be told apart the one nearer the base stays fixed."""
-        wanted = self.options.parameters
-        chosen = link_parameters(self.arm.chain) if wanted is None else parameters_by_name(self.arm.chain, wanted)
-        return tuple(sorted(chosen, key=lambda parameter: -parameter.index))
-
     def check_reach(self) -> None:
         """Refuse positions that no pose of the arm can have."""
         chain = self.arm.chain
@@ -236,14 +213,19 @@ class _Task:
         """Fit the given rows; return the fit, the search if any, and the nominal model in its best place."""
         o, theta, seen = self.options, self.theta[rows], self.observations.select(rows)
         start = register(self.arm.chain, theta, seen, free_base=o.free_base, free_tool=o.free_tool)
-        surroundings = self.surroundings()
+        surroundings = surrounding_parameters(
+            free_base=o.free_base,
+            free_tool=o.free_tool,
+            reflectors=None if seen.has_orientations else seen.reflectors,
+        )
+        links = last_link_first(self.arm.chain, o.parameters)
         if surroundings:
             start = solve_least_squares(start, surroundings, theta, seen, noise=o.noise).model
         if o.solver is Solver.LEAST_SQUARES:
-            return solve_least_squares(start, (*surroundings, *self.links()), theta, seen, noise=o.noise), None, start
+            return solve_least_squares(start, (*surroundings, *links), theta, seen, noise=o.noise), None, start
         if surroundings:
             raise InputError("the ga-tabu solver needs a known base and tool; use least-squares to identify those too")
-        kept, unseen = split_determined(start, self.links(), theta, seen)
+        kept, unseen = split_determined(start, links, theta, seen)
         search = solve_genetic_tabu(
             start,
             kept,

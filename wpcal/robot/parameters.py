@@ -111,6 +111,33 @@ def parameters_by_name(chain: MDHChain, names: Sequence[str]) -> tuple[Parameter
     return tuple(known[name] for name in names)
 
 
+def surrounding_parameters(
+    *, free_base: bool, free_tool: bool, reflectors: Sequence[str] | None
+) -> tuple[Parameter, ...]:
+    """Return the numbers of an unknown base and an unknown tool.
+
+    Parameters
+    ----------
+    free_base, free_tool : bool
+    reflectors : sequence of str or None
+        Names of the reflectors on the tool, where only positions are measured; None where full poses are.
+    """
+    base = base_parameters() if free_base else ()
+    if not free_tool:
+        return base
+    return base + (tool_parameters() if reflectors is None else reflector_parameters(reflectors))
+
+
+def last_link_first(chain: MDHChain, names: Sequence[str] | None) -> tuple[Parameter, ...]:
+    """Return all link parameters, or those named, in the order in which identification keeps them.
+
+    Of two that cannot be told apart the one nearer the base stays fixed: of parallel axes 2 and 3 that is d2, the one
+    which Hayati's link drops.
+    """
+    chosen = link_parameters(chain) if names is None else parameters_by_name(chain, names)
+    return tuple(sorted(chosen, key=lambda parameter: -parameter.index))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class KinematicModel:
     """A chain from the frame of the measurement to the tool, and the reflectors on the tool.

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import csv
+import io
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import FormatError, InputError, UnitError
+from wpcal.core.robot_space import RobotSpace
 from wpcal.core.rotations import rotation_from_quaternion, rotation_from_zyx
 from wpcal.core.tables import Table, read_table
+from wpcal.core.transform import RigidTransform
 from wpcal.robot.arm import Arm
 from wpcal.robot.observations import PoseObservations
 
@@ -171,3 +176,58 @@ def read_taught_joints(path: Path, arm: Arm) -> tuple[tuple[str, ...], FloatArra
     rest = [column for column in table.columns if column not in taken]
     others = [{column: table.columns[column][i] for column in rest} for i in range(len(table))]
     return names, joints, others
+
+
+def corrected_table(
+    names: Sequence[str], points: FloatArray, others: Sequence[dict[str, str]], space: RobotSpace
+) -> str:
+    """Return the CSV of corrected points: ``name,x_mm,y_mm,z_mm,robot_space`` and the columns passed on.
+
+    Parameters
+    ----------
+    names : sequence of str, length N
+    points : ndarray, shape (N, 3)
+        In the base, mm; written to 1e-6 mm.
+    others : sequence of dict
+        Cells of the other columns.
+    space : RobotSpace
+    """
+    rest = list(others[0]) if others else []
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["name", *POSITION_COLUMNS, "robot_space", *rest])
+    for name, point, cells in zip(names, points, others, strict=True):
+        writer.writerow([name, *(f"{value:.6f}" for value in point), space.value, *(cells[key] for key in rest)])
+    return text.getvalue()
+
+
+def plan_table(arm: Arm, joints: FloatArray) -> str:
+    """Return the CSV of planned poses: joint angles, and where the nominal flange then is, to place the instrument."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(
+        [*(f"q{i + 1}_deg" for i in range(joints.shape[1])), "nominal_x_mm", "nominal_y_mm", "nominal_z_mm"]
+    )
+    for q, p in zip(np.rad2deg(joints), arm.forward(joints)[:, :3, 3], strict=True):
+        writer.writerow([*(f"{angle:.4f}" for angle in q), *(f"{value:.1f}" for value in p)])
+    return text.getvalue()
+
+
+def parse_tool(text: str | None) -> RigidTransform:
+    """Read a tool centre point ``x,y,z`` or ``x,y,z,rx,ry,rz`` (mm, degrees); no text is the flange itself.
+
+    Raises
+    ------
+    InputError
+        When it is not three or six finite numbers.
+    """
+    if text is None:
+        return RigidTransform.identity(target="flange", source="tool")
+    try:
+        values = np.array([float(cell) for cell in text.split(",")])
+    except ValueError:
+        values = np.array([np.nan])
+    if values.shape not in ((3,), (6,)) or not np.isfinite(values).all():
+        raise InputError(f"a tool is three or six numbers x,y,z[,rx,ry,rz] in mm and degrees, got {text!r}")
+    turn = np.deg2rad(values[3:]) if len(values) == 6 else np.zeros(3)
+    return RigidTransform(rotation_from_zyx(*turn), values[:3], "flange", "tool")
