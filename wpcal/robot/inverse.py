@@ -27,6 +27,10 @@ NEWTON_MM = 1e-9
 NEWTON_RAD = 1e-12
 """... and its axes are: at arm's length the same distance."""
 
+START_BEND = 0.2
+"""Sine of the elbow angle below which Newton steps start from this bend: an arm of a metre that is really some
+millimetres longer than nominal reaches poses which the nominal one does not, and a stretched start leads nowhere."""
+
 DAMPING = 1e-9
 """Added to the squared, length-scaled Jacobian: bounds a step at an exact singularity, changes no other in effect."""
 
@@ -70,8 +74,11 @@ def solve_inverse(arm: Arm, T_base_flange: ArrayLike) -> JointSolutions:
     """
     T = _as_poses(T_base_flange)
     nominal = arm.as_nominal().chain
-    theta = solve_opw(OPWGeometry.of_chain(nominal), T)
-    if arm.chain is not nominal:
+    geometry = OPWGeometry.of_chain(nominal)
+    if arm.chain is nominal:
+        theta = solve_opw(geometry, T)
+    else:
+        theta = solve_opw(geometry, T, least_bend=START_BEND)
         theta = _newton(arm.chain, np.repeat(T, theta.shape[1], axis=0), theta.reshape(-1, 6)).reshape(theta.shape)
     joints = arm.shown_angles(theta)
     joints -= TURN * np.ceil(joints / TURN - 0.5)

@@ -169,7 +169,7 @@ def _about_y(angle: FloatArray) -> FloatArray:
     return R
 
 
-def solve_opw(geometry: OPWGeometry, T_base_flange: ArrayLike) -> FloatArray:
+def solve_opw(geometry: OPWGeometry, T_base_flange: ArrayLike, *, least_bend: float = 0.0) -> FloatArray:
     """Return all eight solutions for every pose.
 
     Parameters
@@ -177,6 +177,9 @@ def solve_opw(geometry: OPWGeometry, T_base_flange: ArrayLike) -> FloatArray:
     geometry : OPWGeometry
     T_base_flange : array_like, shape (N, 4, 4)
         Flange poses, mm.
+    least_bend : float, optional
+        Sine of the elbow angle that a start for other steps keeps off the stretched arm; poses that are out of reach
+        by as little get this bend instead of NaN. With 0 the answers are exact.
 
     Returns
     -------
@@ -198,7 +201,7 @@ def solve_opw(geometry: OPWGeometry, T_base_flange: ArrayLike) -> FloatArray:
     wrist = np.einsum("ikn,k->in", columns[:, :3], to_wrist[:3, 3]) + columns[:, 3]
 
     angles = np.empty((6, 2, 2, 2, T.shape[0]))
-    t1, t2, t3 = _solve_arm(geometry, wrist)
+    t1, t2, t3 = _solve_arm(geometry, wrist, least_bend)
     t4, t5, t6 = _solve_wrist(R, t1[:, None], t2 + t3)
     angles[0], angles[1], angles[2] = t1[:, None, None], t2[:, :, None], t3[:, :, None]
     angles[3, :, :, 0], angles[4, :, :, 0], angles[5, :, :, 0] = t4, t5, t6
@@ -212,7 +215,7 @@ def solve_opw(geometry: OPWGeometry, T_base_flange: ArrayLike) -> FloatArray:
     return np.ascontiguousarray(flat.transpose(2, 1, 0))
 
 
-def _solve_arm(g: OPWGeometry, wrist: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _solve_arm(g: OPWGeometry, wrist: FloatArray, least_bend: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Angles 1 (2, N), 2 and 3 (2, 2, N) that put the wrist centre in its place; NaN where they cannot."""
     x, y, z = wrist
     rho = _root(x * x + y * y - g.b * g.b, scale=g.c2 * g.c2)
@@ -222,7 +225,8 @@ def _solve_arm(g: OPWGeometry, wrist: FloatArray) -> tuple[FloatArray, FloatArra
     kappa2 = g.a2 * g.a2 + g.c3 * g.c3
     kappa = np.sqrt(kappa2)
     cos3 = (r * r + h * h - g.c2 * g.c2 - kappa2) / (2.0 * g.c2 * kappa)
-    sin3 = _root((1.0 - cos3) * (1.0 + cos3), scale=1.0)
+    square = (1.0 - cos3) * (1.0 + cos3)
+    sin3 = _root(np.where(np.abs(square) < least_bend**2, least_bend**2, square), scale=1.0)
     sin3 = np.stack([sin3, -sin3], axis=1)
     t3 = np.arctan2(sin3, cos3[:, None])
     t2 = np.arctan2(r, h)[:, None] - np.arctan2(kappa * sin3, (g.c2 + kappa * cos3)[:, None])
