@@ -14,7 +14,8 @@ from wpcal.robot.chain import MDHChain
 from wpcal.robot.error_summary import distances_mm, judge
 from wpcal.robot.identifiability import Noise
 from wpcal.robot.identification import IdentifyOptions, Solver, identify_arm
-from wpcal.robot.least_squares import pose_errors, solve_least_squares
+from wpcal.robot.least_squares import solve_least_squares
+from wpcal.robot.levenberg_marquardt import pose_errors
 from wpcal.robot.observations import PoseObservations
 from wpcal.robot.parameters import KinematicModel, link_parameters
 from wpcal.robot.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from wpcal.robot.error_summary import distances_mm, turns_deg
 from wpcal.robot.genetic_tabu import GeneticTabuFit
@@ -46,6 +47,7 @@ def _errors(result: Identification, path: Path) -> None:
         poses = np.arange(1, len(first) + 1)
         axes.semilogy(poses, first, "o-", color=BEFORE, label="nominal")
         axes.semilogy(poses, second, "s-", color=AFTER, label="identified")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("test pose")
         axes.set_ylabel(label)
         axes.grid(visible=True, alpha=0.3)

@@ -15,9 +15,10 @@ from wpcal.robot.arm import Arm
 from wpcal.robot.error_summary import PoseErrorSummary, Verdict, judge, summarise
 from wpcal.robot.genetic_tabu import EXPECTED_MM, EXPECTED_RAD, GeneticTabuFit, solve_genetic_tabu
 from wpcal.robot.identifiability import Noise, split_determined
-from wpcal.robot.least_squares import LeastSquaresFit, assess, pose_errors, solve_least_squares
+from wpcal.robot.least_squares import LeastSquaresFit, assess, solve_least_squares
+from wpcal.robot.levenberg_marquardt import pose_errors
 from wpcal.robot.observations import PoseObservations
-from wpcal.robot.parameters import KinematicModel, last_link_first, surrounding_parameters
+from wpcal.robot.parameters import KinematicModel, Parameter, last_link_first, surrounding_parameters
 from wpcal.robot.registration import register
 
 TEST_SHARE = 20 / 70
@@ -25,6 +26,11 @@ TEST_SHARE = 20 / 70
 
 REACH_SLACK = 1.05
 """A measured position may be this much further away than all lengths of the arm together: real lengths differ."""
+
+
+NOMINAL_NOISE = Noise(sigma_mm=1.0, sigma_rad=float(np.deg2rad(0.25)))
+"""What a nominal arm is off by in one coordinate, roughly: weights for placing it in its best base and tool, so that
+the errors before identification are not made larger than they need be."""
 
 
 class Solver(Enum):
@@ -145,39 +151,41 @@ def identify_arm(
     nominal = arm.as_nominal()
     task = _Task(nominal, nominal.model_angles(observations.joints), observations, o)
     task.check_reach()
-    everything = np.arange(len(observations))
-    tested, before, after = [], [], []
     if o.folds is None:
-        train_rows, test_rows = _split(observations, test, o.seed)
-        fit, search, start = task.identify(train_rows)
-        rounds = [(fit.model, start, test_rows)]
+        train, kept_back = _split(observations, test, o.seed)
+        final = task.identify(train)
+        rounds = [(final, kept_back)]
     else:
         if test is not None:
             raise InputError("give either a column `set` or a number of folds, not both")
-        train_rows = everything
-        rounds = []
-        for rows in _folds(observations, o.folds, o.seed):
-            part, _, part_start = task.identify(np.setdiff1d(everything, rows))
-            rounds.append((part.model, part_start, rows))
-        fit, search, start = task.identify(everything)
-    for model, fold_start, rows in rounds:
-        tested.append(rows)
-        before.append(task.errors(fold_start, rows))
-        after.append(task.errors(model, rows))
-    errors_before, errors_after = np.concatenate(before), np.concatenate(after)
+        train = np.arange(len(observations))
+        folds = list(_folds(observations, o.folds, o.seed))
+        rounds = [(task.identify(np.setdiff1d(train, rows)), rows) for rows in folds]
+        final = task.identify(train)
+    before = np.concatenate([task.errors(found.nominal, rows) for found, rows in rounds])
+    after = np.concatenate([task.errors(found.fit.model, rows) for found, rows in rounds])
     return Identification(
-        arm=nominal.as_identified(nominal.chain.with_table(fit.model.chain.table)),
-        fit=fit,
-        search=search,
-        nominal=start,
-        train=train_rows,
-        test=np.concatenate(tested),
-        errors_before=errors_before,
-        errors_after=errors_after,
-        verdict=judge(errors_before, errors_after),
+        arm=nominal.as_identified(nominal.chain.with_table(final.fit.model.chain.table)),
+        fit=final.fit,
+        search=final.search,
+        nominal=final.nominal,
+        train=train,
+        test=np.concatenate([rows for _, rows in rounds]),
+        errors_before=before,
+        errors_after=after,
+        verdict=judge(before, after),
         options=o,
-        issues=_issues(fit),
+        issues=_issues(final.fit),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """One fit, the search before it if any, and the nominal links in their best place."""
+
+    fit: LeastSquaresFit
+    search: GeneticTabuFit | None
+    nominal: KinematicModel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -209,10 +217,10 @@ class _Task:
                 f"reach of {self.arm.name} ({reach:.0f} mm): check the unit, and whether base and tool are known"
             )
 
-    def identify(self, rows: IntArray) -> tuple[LeastSquaresFit, GeneticTabuFit | None, KinematicModel]:
-        """Fit the given rows; return the fit, the search if any, and the nominal model in its best place."""
+    def identify(self, rows: IntArray) -> _Found:
+        """Fit the given rows."""
         o, theta, seen = self.options, self.theta[rows], self.observations.select(rows)
-        start = register(self.arm.chain, theta, seen, free_base=o.free_base, free_tool=o.free_tool)
+        nominal = register(self.arm.chain, theta, seen, free_base=o.free_base, free_tool=o.free_tool)
         surroundings = surrounding_parameters(
             free_base=o.free_base,
             free_tool=o.free_tool,
@@ -220,14 +228,22 @@ class _Task:
         )
         links = last_link_first(self.arm.chain, o.parameters)
         if surroundings:
-            start = solve_least_squares(start, surroundings, theta, seen, noise=o.noise).model
+            nominal = solve_least_squares(nominal, surroundings, theta, seen, noise=NOMINAL_NOISE).model
         if o.solver is Solver.LEAST_SQUARES:
-            return solve_least_squares(start, (*surroundings, *links), theta, seen, noise=o.noise), None, start
+            fit = solve_least_squares(nominal, (*surroundings, *links), theta, seen, noise=o.noise)
+            return _Found(fit, None, nominal)
         if surroundings:
             raise InputError("the ga-tabu solver needs a known base and tool; use least-squares to identify those too")
-        kept, unseen = split_determined(start, links, theta, seen)
+        return self._search(nominal, links, theta, seen)
+
+    def _search(
+        self, nominal: KinematicModel, links: tuple[Parameter, ...], theta: FloatArray, seen: PoseObservations
+    ) -> _Found:
+        """Genetic algorithm and tabu search, and what least squares says of the place they found."""
+        o = self.options
+        kept, unseen = split_determined(nominal, links, theta, seen)
         search = solve_genetic_tabu(
-            start,
+            nominal,
             kept,
             theta,
             seen,
@@ -235,7 +251,7 @@ class _Task:
             expected_mm=o.expected_mm,
             expected_rad=o.expected_rad,
         )
-        return assess(start, search.model, kept, theta, seen, unseen=unseen, noise=o.noise), search, start
+        return _Found(assess(nominal, search.model, kept, theta, seen, unseen=unseen, noise=o.noise), search, nominal)
 
     def errors(self, model: KinematicModel, rows: IntArray) -> FloatArray:
         """Errors of the given rows."""

@@ -27,8 +27,8 @@ class Frames(NamedTuple):
 
     def point(self, offset: ArrayLike) -> FloatArray:
         """Return the points at `offset` in these frames: ``p + u x + v y + w z``; offset has shape (3,) or (3, ...)."""
-        u: FloatArray = np.asarray(offset, dtype=np.float64)
-        return self.p + u[0] * self.x + u[1] * self.y + u[2] * self.z
+        u, v, w = np.asarray(offset, dtype=np.float64)
+        return np.asarray(self.p + u * self.x + v * self.y + w * self.z, dtype=np.float64)
 
     def then(self, transform: RigidTransform) -> Frames:
         """Return the frames `transform` further on: each times ``T``."""

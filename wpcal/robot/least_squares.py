@@ -13,27 +13,14 @@ from wpcal.core.errors import GeometryError
 from wpcal.core.tangent import log_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.chain import LINK_SYMBOLS
-from wpcal.robot.identifiability import TRACKER, Noise, Unseen, split_determined, whitened
+from wpcal.robot.identifiability import TRACKER, Noise, Unseen, split_determined
+from wpcal.robot.levenberg_marquardt import Minimum, estimate_noise, evaluate, minimise
 from wpcal.robot.observations import PoseObservations
 from wpcal.robot.parameters import POSE_SYMBOLS, Group, KinematicModel, Parameter
 
 STRONG_CORRELATION = 0.95
-"""Pairs of parameters above this are reported by name (issue: 'correlations above 0.95')."""
-
-MAX_STEPS = 40
-"""Steps of Levenberg-Marquardt: four to six are usual; measurements that belong to other poses use them up."""
-
-STILL_SIGMAS = 1e-8
-"""The last step moves the poses by less than this part of their noise (root mean square): nobody could see it ..."""
-
-ROUND_OFF_MM = 1e-11
-"""... or by less than the round-off of positions metres away, where simulated noise is smaller than any real one."""
-
-FIRST_DAMPING, DAMPING_FACTOR, MOST_DAMPING = 1e-6, 10.0, 1e6
-"""Part of the scaled diagonal that is added at first, how it changes after a step, and where no step helps."""
-
-LEAST_MM, LEAST_RAD = 1e-6, 1e-9
-"""Noise is never taken as smaller: no instrument is better, and simulated poses without noise have none to estimate."""
+"""Pairs of parameters above this are reported by name: their sum or difference is known three times worse than the
+other combination at 0.8 and six times at 0.95."""
 
 NOISE_ROUNDS = 6
 """Rounds of fit and noise estimate; the ratio of the two settles within three or four."""
@@ -106,19 +93,6 @@ class LeastSquaresFit:
         return sorted(pairs, key=lambda pair: -abs(pair[2]))
 
 
-def pose_errors(model: KinematicModel, theta: FloatArray, observations: PoseObservations) -> FloatArray:
-    """Return measured minus modelled poses, shape (N, 6) or (N, 3).
-
-    Columns: turn (rad, only where orientations were measured), then distance (mm), in the frame of the measurement.
-    """
-    p, R = model.poses(theta, observations.reflector)
-    shift = observations.p_base - p
-    if observations.R_base_flange is None:
-        return shift
-    turn = log_rotation(observations.R_base_flange @ np.swapaxes(R, 1, 2))
-    return np.concatenate([turn, shift], axis=1)
-
-
 def solve_least_squares(
     start: KinematicModel,
     parameters: Sequence[Parameter],
@@ -166,29 +140,16 @@ def solve_least_squares(
             f"too few poses: {len(observations)} give {rows} numbers for {len(kept)} parameters; "
             f"{-(-(len(kept) + 1) * len(observations) // rows)} poses are the least, three times as many are advisable"
         )
-    fit = _minimise(start, kept, theta, observations, first)
+    fit = minimise(start, kept, theta, observations, first)
     iterations = fit.iterations
     for _ in range(NOISE_ROUNDS if noise is None else 0):
-        estimate = _estimate_noise(fit, observations)
+        estimate = estimate_noise(fit, observations)
         ratio = (estimate.sigma_mm / estimate.sigma_rad) / (fit.noise.sigma_mm / fit.noise.sigma_rad)
-        fit = _minimise(fit.model, kept, theta, observations, estimate)
+        fit = minimise(fit.model, kept, theta, observations, estimate)
         iterations += fit.iterations
         if abs(np.log(ratio)) < NOISE_SETTLED:
             break
     return _finish(fit, start, unseen, iterations)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Minimum:
-    """Where Levenberg-Marquardt stopped, with the whitened residuals and Jacobian there."""
-
-    model: KinematicModel
-    parameters: tuple[Parameter, ...]
-    noise: Noise
-    r: FloatArray
-    J: FloatArray
-    iterations: int
-    converged: bool
 
 
 def assess(
@@ -202,31 +163,13 @@ def assess(
     noise: Noise | None = None,
 ) -> LeastSquaresFit:
     """Report rank, covariance and noise at a model that another solver found; nothing is moved."""
-    found = _at(model, parameters, theta, observations, noise or TRACKER)
+    found = evaluate(model, parameters, theta, observations, noise or TRACKER)
     if noise is None:
-        found = _at(model, parameters, theta, observations, _estimate_noise(found, observations))
+        found = evaluate(model, parameters, theta, observations, estimate_noise(found, observations))
     return _finish(found, start, unseen, 0)
 
 
-def _at(
-    model: KinematicModel,
-    parameters: tuple[Parameter, ...],
-    theta: FloatArray,
-    observations: PoseObservations,
-    noise: Noise,
-) -> _Minimum:
-    r = (pose_errors(model, theta, observations) * _weights(observations, noise)).ravel()
-    J = whitened(model.jacobian(parameters, theta, observations.reflector), observations, noise)
-    return _Minimum(model, parameters, noise, r, J, 0, converged=True)
-
-
-def _weights(observations: PoseObservations, noise: Noise) -> FloatArray:
-    """One over the noise of each column of `pose_errors`."""
-    sigmas = [noise.sigma_rad, noise.sigma_mm] if observations.has_orientations else [noise.sigma_mm]
-    return 1.0 / np.repeat(sigmas, 3)
-
-
-def _finish(fit: _Minimum, start: KinematicModel, unseen: tuple[Unseen, ...], iterations: int) -> LeastSquaresFit:
+def _finish(fit: Minimum, start: KinematicModel, unseen: tuple[Unseen, ...], iterations: int) -> LeastSquaresFit:
     norms = np.linalg.norm(fit.J, axis=0)
     _, singular, Vt = np.linalg.svd(fit.J / norms, full_matrices=False)
     half = Vt.T / singular / norms[:, None]
@@ -242,56 +185,6 @@ def _finish(fit: _Minimum, start: KinematicModel, unseen: tuple[Unseen, ...], it
         iterations=iterations,
         converged=fit.converged,
     )
-
-
-def _minimise(
-    model: KinematicModel,
-    parameters: tuple[Parameter, ...],
-    theta: FloatArray,
-    observations: PoseObservations,
-    noise: Noise,
-) -> _Minimum:
-    """Levenberg-Marquardt with columns scaled to length one."""
-    weights = _weights(observations, noise)
-    still = max(STILL_SIGMAS, ROUND_OFF_MM / noise.sigma_mm) * np.sqrt(observations.equations)
-    r = (pose_errors(model, theta, observations) * weights).ravel()
-    damping, small, iteration = FIRST_DAMPING, False, 0
-    while True:
-        J = whitened(model.jacobian(parameters, theta, observations.reflector), observations, noise)
-        if small or iteration == MAX_STEPS or damping >= MOST_DAMPING:
-            return _Minimum(model, parameters, noise, r, J, iteration, converged=small)
-        norms = np.linalg.norm(J, axis=0)
-        scaled = J / norms
-        normal, gradient = scaled.T @ scaled, scaled.T @ r
-        while damping < MOST_DAMPING:
-            scaled_step = np.linalg.solve(normal + damping * np.eye(len(normal)), gradient)
-            small = bool(np.linalg.norm(scaled @ scaled_step) <= still) and damping <= FIRST_DAMPING
-            candidate = model.moved(parameters, scaled_step / norms)
-            trial = (pose_errors(candidate, theta, observations) * weights).ravel()
-            if small or trial @ trial <= r @ r:
-                model, r = candidate, trial
-                break
-            damping *= DAMPING_FACTOR
-        damping /= DAMPING_FACTOR
-        iteration += 1
-
-
-def _estimate_noise(fit: _Minimum, observations: PoseObservations) -> Noise:
-    """Variance components: the squared residuals of each kind over its share of the degrees of freedom."""
-    Q = np.linalg.qr(fit.J)[0]
-    freedom = 1.0 - np.sum(Q * Q, axis=1)
-    if not observations.has_orientations:
-        return Noise(max(LEAST_MM, fit.noise.sigma_mm * _scale(fit.r, freedom)), fit.noise.sigma_rad)
-    r, freedom = fit.r.reshape(-1, 2, 3), freedom.reshape(-1, 2, 3)
-    return Noise(
-        max(LEAST_MM, fit.noise.sigma_mm * _scale(r[:, 1], freedom[:, 1])),
-        max(LEAST_RAD, fit.noise.sigma_rad * _scale(r[:, 0], freedom[:, 0])),
-    )
-
-
-def _scale(r: FloatArray, freedom: FloatArray) -> float:
-    """Root of the sum of squares of whitened residuals over what is expected of it; 1 where the noise was right."""
-    return float(np.sqrt(np.sum(r * r) / max(float(np.sum(freedom)), np.finfo(float).eps)))
 
 
 def _difference(parameters: Sequence[Parameter], start: KinematicModel, end: KinematicModel) -> FloatArray:
