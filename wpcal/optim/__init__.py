@@ -8,5 +8,20 @@ from wpcal.optim.annealing import (
     StopReason,
     anneal,
 )
+from wpcal.optim.genetic import GeneticOptions, GeneticResult, solve_genetic
+from wpcal.optim.tabu import TabuOptions, TabuResult, solve_tabu
 
-__all__ = ["AnnealingReport", "AnnealingSchedule", "AnnealingTrace", "Neighbourhood", "StopReason", "anneal"]
+__all__ = [
+    "AnnealingReport",
+    "AnnealingSchedule",
+    "AnnealingTrace",
+    "GeneticOptions",
+    "GeneticResult",
+    "Neighbourhood",
+    "StopReason",
+    "TabuOptions",
+    "TabuResult",
+    "anneal",
+    "solve_genetic",
+    "solve_tabu",
+]

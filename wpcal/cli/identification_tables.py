@@ -1,0 +1,99 @@
+"""What `wpcal identify` shows: errors before and after, parameters, verdict; or a plan of poses."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from wpcal.robot.error_summary import ErrorFigures
+    from wpcal.robot.identification import Identification
+    from wpcal.robot.observability import PosePlan
+    from wpcal.robot.observations import PoseObservations
+
+
+def show_identification(result: Identification, observations: PoseObservations, console: Console) -> None:
+    """Print the errors of the test poses, the parameters, the warnings and the verdict."""
+    console.print(_errors(result))
+    console.print(_parameters(result))
+    fit = result.fit
+    noise = f"noise {fit.noise.sigma_mm:.3g} mm"
+    if observations.has_orientations:
+        noise += f", {np.rad2deg(fit.noise.sigma_rad):.3g} deg"
+    asked = fit.rank + len(fit.unseen)
+    console.print(f"rank {fit.rank} of {asked}, condition {fit.condition:.3g}, {noise}", highlight=False)
+    for issue in result.issues:
+        console.print(f"note: {issue.message}", highlight=False, markup=False)
+    if result.verdict.improved:
+        console.print("[bold green]IMPROVED[/] on poses that were not fitted")
+    else:
+        console.print("[bold red]NOT IMPROVED[/] " + "; ".join(result.verdict.reasons), highlight=False)
+
+
+def _errors(result: Identification) -> Table:
+    folds = result.options.folds
+    how = f"{folds} folds" if folds else f"{len(result.train)} rows fitted"
+    table = Table(title=f"{result.arm.name}: errors on {len(result.test)} test rows ({how})")
+    for heading in ("", "mean", "rms", "95 %", "largest"):
+        table.add_column(heading, justify="right" if heading else "left")
+    _row(table, "nominal, mm", result.before.distance_mm)
+    _row(table, "identified, mm", result.after.distance_mm)
+    if result.before.turn_deg is not None and result.after.turn_deg is not None:
+        _row(table, "nominal, deg", result.before.turn_deg)
+        _row(table, "identified, deg", result.after.turn_deg)
+    return table
+
+
+def _row(table: Table, name: str, figures: ErrorFigures) -> None:
+    values = (figures.mean, figures.rms, figures.percentile_95, figures.largest)
+    table.add_row(name, *(f"{value:.4f}" for value in values))
+
+
+def _parameters(result: Identification) -> Table:
+    from wpcal.robot.identification_record import parameter_rows
+
+    table = Table(title="Link parameters")
+    for heading in ("parameter", "unit", "nominal", "identified", "change", "± 95 %"):
+        table.add_column(heading, justify="left" if heading in ("parameter", "unit") else "right")
+    for row in parameter_rows(result):
+        table.add_row(
+            row["name"],
+            row["unit"],
+            f"{row['nominal']:.4f}",
+            f"{row['identified']:.4f}",
+            f"{row['change']:+.4f}",
+            f"{row['half_width_95']:.4f}",
+        )
+    return table
+
+
+def show_plan(plan: PosePlan, console: Console) -> None:
+    """Print the planned poses and what they are expected to tell."""
+    table = Table(title=f"{len(plan.joints)} poses to measure (joint angles, degrees)")
+    table.add_column("pose", justify="right")
+    for joint in range(plan.joints.shape[1]):
+        table.add_column(f"q{joint + 1}", justify="right")
+    for number, joints in enumerate(np.rad2deg(plan.joints), start=1):
+        table.add_row(str(number), *(f"{angle:.2f}" for angle in joints))
+    console.print(table)
+    gain = plan.index / plan.random_index
+    console.print(f"observability O1 {plan.index:.3f}, {gain:.2f} times that of random poses", highlight=False)
+    worst = _largest(plan)
+    console.print(f"with a laser tracker's noise the least certain parameters: {worst}", highlight=False)
+
+
+def _largest(plan: PosePlan) -> str:
+    parts = []
+    for is_length, factor, unit in ((True, 1.0, "mm"), (False, float(np.rad2deg(1.0)), "deg")):
+        found = [
+            (sigma * factor, parameter.name)
+            for sigma, parameter in zip(plan.expected_sigma, plan.parameters, strict=True)
+            if parameter.is_length == is_length
+        ]
+        if found:
+            sigma, name = max(found)
+            parts.append(f"{name} ± {1.96 * sigma:.2g} {unit}")
+    return ", ".join(parts)

@@ -1,0 +1,192 @@
+"""`wpcal identify`: a robot's real parameters from measured poses, and which poses to measure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from wpcal.robot.arm import Arm
+    from wpcal.robot.identification import Identification, IdentifyOptions
+
+
+@click.command()
+@click.argument("robot", metavar="ROBOT")
+@click.argument("poses_csv", metavar="[POSES.csv]", type=click.Path(path_type=Path), required=False)
+@click.option("-o", "--output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Folder to write.")
+@click.option("--solver", type=click.Choice(["least-squares", "ga-tabu"]), default="least-squares", show_default=True)
+@click.option(
+    "--unknown-base", is_flag=True, help="The frame of the measurement is not the robot's base: find it, too."
+)
+@click.option(
+    "--unknown-tool", is_flag=True, help="What was measured hangs at an unknown place on the flange: find it."
+)
+@click.option("--parameters", metavar="NAMES", help="Link parameters to identify, as theta1,d1,…; all unless given.")
+@click.option("--folds", type=click.IntRange(min=2), help="Judge by so many folds instead of one set of test poses.")
+@click.option("--noise-mm", type=click.FloatRange(min=0, min_open=True), help="Of a measured coordinate (one sigma).")
+@click.option("--noise-deg", type=click.FloatRange(min=0, min_open=True), help="Of a measured turn (one sigma).")
+@click.option(
+    "--expected-mm",
+    type=click.FloatRange(min=0, min_open=True),
+    default=2.0,
+    show_default=True,
+    help="Expected error of a length; ga-tabu searches three times as far.",
+)
+@click.option(
+    "--expected-deg",
+    type=click.FloatRange(min=0, min_open=True),
+    default=0.2,
+    show_default=True,
+    help="Expected error of an angle; ga-tabu searches three times as far.",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number.")
+@click.option("--plan", metavar="N", type=click.IntRange(min=1), help="Pick N poses to measure instead.")
+@click.option("--positions-only", is_flag=True, help="With --plan: the instrument gives no orientations.")
+@click.option("--above-mm", type=float, help="With --plan: height in the base that the flange stays above.")
+@click.option("--charts/--no-charts", default=True, show_default=True)
+@click.option("--force", is_flag=True, help="Write into a folder that holds something.")
+@click.option("--json", "as_json", is_flag=True, help="Print the record of identification.json on stdout.")
+def identify(
+    *,
+    robot: str,
+    poses_csv: Path | None,
+    output: Path,
+    solver: str,
+    unknown_base: bool,
+    unknown_tool: bool,
+    parameters: str | None,
+    folds: int | None,
+    noise_mm: float | None,
+    noise_deg: float | None,
+    expected_mm: float,
+    expected_deg: float,
+    seed: int,
+    plan: int | None,
+    positions_only: bool,
+    above_mm: float | None,
+    charts: bool,
+    force: bool,
+    as_json: bool,
+) -> int:
+    """Identify the parameters of ROBOT from measured poses, and prove it on poses kept back.
+
+    ROBOT is an arm file or the name of a shipped arm (mh6, m10ia, …). POSES.csv has the columns q1_deg…q6_deg, x_mm,
+    y_mm, z_mm, and where measured qx, qy, qz, qw or rx_deg, ry_deg, rz_deg; reflector where several hang on the tool;
+    set (train, test) to say which poses are kept back.
+
+    Writes identified.json (an arm file), identification.json and charts. Ends with code 1, without identified.json,
+    when the test poses show no improvement.
+    """
+    import numpy as np
+
+    from wpcal.core.errors import InputError
+    from wpcal.core.records import check_writable
+    from wpcal.robot.arm_file import find_arm
+    from wpcal.robot.identifiability import Noise
+    from wpcal.robot.identification import IdentifyOptions, Solver
+
+    if (noise_mm is None) != (noise_deg is None):
+        raise InputError("give --noise-mm and --noise-deg together, or neither")
+    check_writable(output, overwrite=force)
+    arm = find_arm(robot)
+    names = None if parameters is None else tuple(name.strip() for name in parameters.split(","))
+    options = IdentifyOptions(
+        solver=Solver(solver),
+        free_base=unknown_base,
+        free_tool=unknown_tool,
+        parameters=names,
+        noise=None if noise_mm is None or noise_deg is None else Noise(noise_mm, float(np.deg2rad(noise_deg))),
+        folds=folds,
+        seed=seed,
+        expected_mm=expected_mm,
+        expected_rad=float(np.deg2rad(expected_deg)),
+    )
+    if plan is not None:
+        if poses_csv is not None:
+            raise InputError("--plan picks poses to measure; leave out POSES.csv")
+        return _plan(arm, plan, options, output, positions_only=positions_only, above_mm=above_mm, force=force)
+    if poses_csv is None:
+        raise InputError("POSES.csv is missing; give the measured poses, or --plan N to pick some")
+    return _identify(arm, poses_csv, options, output, charts=charts, force=force, as_json=as_json)
+
+
+def _identify(
+    arm: Arm, poses_csv: Path, options: IdentifyOptions, output: Path, *, charts: bool, force: bool, as_json: bool
+) -> int:
+    from importlib.util import find_spec
+
+    from rich.console import Console
+
+    from wpcal.core.errors import InputError
+    from wpcal.core.records import to_json
+    from wpcal.robot.identification import identify_arm
+    from wpcal.robot.identification_record import identification_record
+    from wpcal.robot.poses_file import read_poses
+
+    if charts and find_spec("matplotlib") is None:
+        raise InputError("the charts need matplotlib: install wpcal[plots], or give --no-charts")
+    observations, test = read_poses(poses_csv, arm.as_nominal())
+    with Console(stderr=True).status("identifying"):
+        result = identify_arm(arm, observations, options=options, test=test)
+    record = identification_record(result, observations)
+    _write(result, to_json(record), output, charts=charts, force=force)
+    if as_json:
+        click.echo(to_json(record), nl=False)
+    else:
+        from wpcal.cli.identification_tables import show_identification
+
+        show_identification(result, observations, Console())
+    return 0 if result.verdict.improved else 1
+
+
+def _write(result: Identification, record: str, output: Path, *, charts: bool, force: bool) -> None:
+    from wpcal.core.records import new_directory, to_json, write_file
+    from wpcal.robot.arm_file import arm_record
+
+    with new_directory(output, overwrite=force) as folder:
+        write_file(folder / "identification.json", record, overwrite=True)
+        if result.verdict.improved:
+            write_file(folder / "identified.json", to_json(arm_record(result.arm)), overwrite=True)
+        if charts:
+            from wpcal.robot.charts import write_charts
+
+            write_charts(result, folder)
+
+
+def _plan(
+    arm: Arm,
+    count: int,
+    options: IdentifyOptions,
+    output: Path,
+    *,
+    positions_only: bool,
+    above_mm: float | None,
+    force: bool,
+) -> int:
+    import numpy as np
+    from rich.console import Console
+
+    from wpcal.cli.identification_tables import show_plan
+    from wpcal.core.records import new_directory, write_file
+    from wpcal.robot.observability import plan_poses
+    from wpcal.robot.parameters import last_link_first, surrounding_parameters
+    from wpcal.robot.poses_file import plan_table
+
+    nominal = arm.as_nominal()
+    surroundings = surrounding_parameters(
+        free_base=options.free_base, free_tool=options.free_tool, reflectors=("",) if positions_only else None
+    )
+    plan = plan_poses(
+        nominal,
+        count,
+        parameters=(*surroundings, *last_link_first(nominal.chain, options.parameters)),
+        rng=np.random.default_rng(options.seed),
+        positions_only=positions_only,
+        above_mm=above_mm,
+    )
+    with new_directory(output, overwrite=force) as folder:
+        write_file(folder / "plan.csv", plan_table(nominal, plan.joints), overwrite=True)
+    show_plan(plan, Console())
+    return 0

@@ -1,0 +1,123 @@
+"""Pose errors in numbers that people compare, and the verdict whether an identification made them smaller."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import wilcoxon
+
+from wpcal.core.arrays import FloatArray
+
+LEAST_TEST_POSES = 7
+"""Below seven poses even a gain in every one of them has a chance of 2⁻⁶ or more to be luck."""
+
+CHANCE = 0.01
+"""A gain on the test poses counts when luck alone would show it once in a hundred times or less."""
+
+LARGEST_LEFT_MM = 5.0
+"""Identified arms leave tenths of a millimetre. More than this (root mean square) on the test poses means that the
+measurements are not of these joint angles, even where a bent model comes nearer to them than the nominal one."""
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorFigures:
+    """Mean, root mean square, largest, and 95th percentile of one kind of error."""
+
+    mean: float
+    rms: float
+    largest: float
+    percentile_95: float
+
+
+@dataclass(frozen=True, slots=True)
+class PoseErrorSummary:
+    """Errors of a set of poses.
+
+    Parameters
+    ----------
+    distance_mm : ErrorFigures
+        Of the position.
+    turn_deg : ErrorFigures or None
+        Of the orientation, as one angle; None where only positions were measured.
+    """
+
+    distance_mm: ErrorFigures
+    turn_deg: ErrorFigures | None
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Whether the identified arm is better, judged on poses that were not fitted.
+
+    Parameters
+    ----------
+    improved : bool
+    chance : float
+        Probability of such a gain by luck (Wilcoxon's signed-rank test on the paired distances).
+    reasons : tuple of str
+        Why not, when not.
+    """
+
+    improved: bool
+    chance: float
+    reasons: tuple[str, ...]
+
+
+def distances_mm(errors: FloatArray) -> FloatArray:
+    """Return position errors, shape (N,), mm, of errors as `pose_errors` gives them."""
+    return np.asarray(np.linalg.norm(errors[:, -3:], axis=1), dtype=np.float64)
+
+
+def turns_deg(errors: FloatArray) -> FloatArray | None:
+    """Return orientation errors, shape (N,), degrees; None where only positions were measured."""
+    return np.rad2deg(np.linalg.norm(errors[:, :3], axis=1)) if errors.shape[1] == 6 else None
+
+
+def summarise(errors: FloatArray) -> PoseErrorSummary:
+    """Return the figures of errors, shape (N, 3 or 6), as `pose_errors` gives them."""
+    turns = turns_deg(errors)
+    return PoseErrorSummary(_figures(distances_mm(errors)), None if turns is None else _figures(turns))
+
+
+def _figures(values: FloatArray) -> ErrorFigures:
+    return ErrorFigures(
+        mean=float(np.mean(values)),
+        rms=float(np.sqrt(np.mean(values**2))),
+        largest=float(np.max(values)),
+        percentile_95=float(np.percentile(values, 95.0)),
+    )
+
+
+def judge(before: FloatArray, after: FloatArray) -> Verdict:
+    """Judge whether position errors of the same test poses became smaller.
+
+    Parameters
+    ----------
+    before, after : ndarray, shape (N, 3 or 6)
+        Errors of the nominal and of the identified arm, as `pose_errors` gives them.
+
+    Returns
+    -------
+    Verdict
+    """
+    gain = distances_mm(before) - distances_mm(after)
+    left = float(np.sqrt(np.mean(distances_mm(after) ** 2)))
+    chance = float(wilcoxon(gain, alternative="greater", method="approx").pvalue) if gain.any() else 1.0
+    reasons = []
+    if len(gain) < LEAST_TEST_POSES:
+        reasons.append(
+            f"{len(gain)} test poses are too few to tell a gain from luck; keep back {LEAST_TEST_POSES} or use folds"
+        )
+    if chance > CHANCE:
+        reasons.append(f"a gain like this comes by luck with a probability of {chance:.2g}")
+    if left > LARGEST_LEFT_MM:
+        reasons.append(
+            f"{left:.3g} mm are left on the test poses: the measurements are not of these joint angles and this arm"
+        )
+    return Verdict(not reasons, chance, tuple(reasons))

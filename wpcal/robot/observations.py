@@ -1,0 +1,91 @@
+"""`PoseObservations`: where the tool really was, measured, for joint angles that the controller showed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.core.arrays import FloatArray, IntArray, as_points, frozen
+from wpcal.core.errors import InputError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseObservations:
+    """N measurements: joint angles, a measured position, and where the tracker gives it an orientation.
+
+    Parameters
+    ----------
+    joints : array_like, shape (N, n)
+        Joint angles as the controller shows them, rad.
+    p_base : array_like, shape (N, 3)
+        Measured positions of the flange (or tool, or reflector), mm, in the frame of the measurement.
+    R_base_flange : array_like, shape (N, 3, 3), optional
+        Measured orientations.
+    reflectors : tuple of str
+        Names of the reflectors on the tool; one, unnamed, when there is only one.
+    reflector : array_like of int, shape (N,), optional
+        Which reflector each row saw, an index into `reflectors`; the first unless given.
+    rows : tuple of int, optional
+        Where each measurement stands in its file (line numbers), for messages.
+
+    Raises
+    ------
+    InputError
+        When shapes differ, a value is not finite, or orientations come with more than one reflector.
+    """
+
+    joints: FloatArray
+    p_base: FloatArray
+    R_base_flange: FloatArray | None = None
+    reflectors: tuple[str, ...] = ("",)
+    reflector: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    rows: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        joints, p_base = frozen(self.joints), as_points(self.p_base, name="measured positions")
+        if joints.ndim != 2 or len(joints) != len(p_base):
+            raise InputError(f"{len(p_base)} positions, but joint angles of shape {joints.shape}")
+        if not np.isfinite(joints).all():
+            raise InputError("joint angles: a value is not finite")
+        if self.R_base_flange is not None and np.shape(self.R_base_flange) != (len(joints), 3, 3):
+            raise InputError(f"expected orientations of shape ({len(joints)}, 3, 3)")
+        if self.R_base_flange is not None and len(self.reflectors) > 1:
+            raise InputError("orientations belong to the tool; with several reflectors give positions only")
+        object.__setattr__(self, "joints", joints)
+        object.__setattr__(self, "p_base", p_base)
+        if self.R_base_flange is not None:
+            object.__setattr__(self, "R_base_flange", frozen(self.R_base_flange))
+        index = np.zeros(len(joints), np.int64) if np.size(self.reflector) == 0 else np.array(self.reflector, np.int64)
+        if index.shape != (len(joints),) or not np.isin(index, range(len(self.reflectors))).all():
+            raise InputError(f"expected {len(joints)} reflector numbers below {len(self.reflectors)}")
+        index.setflags(write=False)
+        object.__setattr__(self, "reflector", index)
+        object.__setattr__(self, "rows", tuple(self.rows) or tuple(range(1, len(joints) + 1)))
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    @property
+    def has_orientations(self) -> bool:
+        """Whether full poses were measured."""
+        return self.R_base_flange is not None
+
+    @property
+    def equations(self) -> int:
+        """How many numbers were measured: six a full pose, three a position."""
+        return len(self) * (6 if self.has_orientations else 3)
+
+    def select(self, indices: Sequence[int] | ArrayLike) -> PoseObservations:
+        """Return the measurements at `indices` (integers), in that order."""
+        i = np.asarray(indices, dtype=np.int64)
+        return PoseObservations(
+            self.joints[i],
+            self.p_base[i],
+            None if self.R_base_flange is None else self.R_base_flange[i],
+            self.reflectors,
+            self.reflector[i],
+            tuple(self.rows[k] for k in i),
+        )
