@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.optim.annealing import Cost
 
@@ -114,14 +114,32 @@ def largest_distance_cost(p: FloatArray, q: FloatArray) -> Cost:
     callable
         States (m, 6), (x, y, z, α, β, γ) in mm and rad, to largest distances (m,), mm.
     """
-    p_columns, q_columns = np.ascontiguousarray(frozen(p).T), np.ascontiguousarray(frozen(q).T)
+    p_rows = np.ascontiguousarray(p, dtype=np.float64)
+    q_columns = np.ascontiguousarray(np.asarray(q, dtype=np.float64).T)[:, :, None]
 
     def cost(states: FloatArray) -> FloatArray:
-        R = rotation_from_zyx(states[:, 3], states[:, 4], states[:, 5])
-        residuals = (R.reshape(-1, 3) @ p_columns).reshape(len(states), 3, -1)
-        residuals += states[:, :3, None]
+        columns = np.ascontiguousarray(states.T)  # the states along the last axis: long inner loops
+        residuals = p_rows @ _rotations(columns[3:])  # (3, n, m)
+        residuals += columns[:3, None, :]
         residuals -= q_columns
-        np.multiply(residuals, residuals, out=residuals)
-        return np.asarray(np.sqrt(residuals.sum(axis=1).max(axis=1)), dtype=np.float64)
+        residuals *= residuals
+        return np.asarray(np.sqrt(residuals.sum(axis=0).max(axis=0)), dtype=np.float64)
 
     return cost
+
+
+def _rotations(angles: FloatArray) -> FloatArray:
+    """`rotation_from_zyx` of angles (3, m) for the inner loop: row i of every matrix, transposed, shape (3, 3, m)."""
+    (ca, cb, cg), (sa, sb, sg) = np.cos(angles), np.sin(angles)
+    R = np.empty((3, 3, angles.shape[1]))
+    cg_sb, sg_sb = cg * sb, sg * sb
+    np.multiply(cg, cb, out=R[0, 0])
+    np.subtract(cg_sb * sa, sg * ca, out=R[0, 1])
+    np.add(cg_sb * ca, sg * sa, out=R[0, 2])
+    np.multiply(sg, cb, out=R[1, 0])
+    np.add(sg_sb * sa, cg * ca, out=R[1, 1])
+    np.subtract(sg_sb * ca, cg * sa, out=R[1, 2])
+    np.negative(sb, out=R[2, 0])
+    np.multiply(cb, sa, out=R[2, 1])
+    np.multiply(cb, ca, out=R[2, 2])
+    return R

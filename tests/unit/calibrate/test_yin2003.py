@@ -13,6 +13,7 @@ TABLE1 = Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv"
 OPTIMUM_MM = 0.2198230047896
 PAPER_MM = 0.221581
 REACHED_MM = 1e-9  # asked of the polished answer
+ONE_CHAIN_MM = 0.006  # spread of a single chain's end over seeds; the paper's value is one draw, too
 PRINTED = 1e-5  # digits of the six-tuple in the issue that asked for it
 
 
@@ -60,9 +61,7 @@ def test_the_annealer_finds_a_part_that_lies_upside_down(pairs):
 def test_the_published_schedule_ends_where_the_paper_did(pairs):
     T, report, name = anneal_pairs(pairs, schedule=AnnealingSchedule.yin2003(), seed=0)
     assert name == "yin2003"
-    assert (
-        OPTIMUM_MM <= report.cost <= PAPER_MM + 0.01
-    )  # one chain of 60 temperatures; the paper's run is one draw, too
+    assert OPTIMUM_MM <= report.cost <= PAPER_MM + ONE_CHAIN_MM
     assert (np.diff(report.trace.best_cost) <= 0).all()
     largest = np.linalg.norm(pairs.p_target - T.apply(pairs.p_source), axis=1).max()
     assert largest == pytest.approx(report.cost, rel=0, abs=REACHED_MM)
