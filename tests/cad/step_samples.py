@@ -31,8 +31,9 @@ def cylinder():
 
 
 def unsewn_box():
-    """Six faces that share no edge."""
-    return kernel.compound([BRepBuilderAPI_Copy(face).Shape() for face in kernel.sub_shapes(box(), kernel.FACE)])
+    """Six faces that share no edge and look inwards."""
+    faces = [BRepBuilderAPI_Copy(face).Shape().Reversed() for face in kernel.sub_shapes(box(), kernel.FACE)]
+    return kernel.compound(faces)
 
 
 def open_box():

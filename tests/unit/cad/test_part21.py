@@ -32,7 +32,8 @@ def part21(body: str) -> bytes:
 
 # Values ---------------------------------------------------------------------------------------------------------------
 
-texts = st.text(st.characters(codec="utf-8", exclude_characters="\x00"), max_size=30)
+plain_texts = st.text(st.characters(codec="utf-8", exclude_characters="\x00"), max_size=30)
+texts = plain_texts | st.lists(st.sampled_from(["/*", "*/", "'", ";", "#1=A();", "\\", "ä"]), max_size=6).map("".join)
 names = st.from_regex(r"[A-Z][A-Z0-9_]{0,15}", fullmatch=True)
 leaves = st.one_of(
     st.floats(allow_nan=False, allow_infinity=False),
