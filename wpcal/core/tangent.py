@@ -39,21 +39,24 @@ def exp_rotation(omega: ArrayLike) -> FloatArray:
 
 
 def log_rotation(R: ArrayLike) -> FloatArray:
-    """Rotation vector of one rotation matrix, rad, of length at most pi.
+    """Rotation vectors of rotation matrices, rad, of length at most pi.
 
     Parameters
     ----------
-    R : array_like, shape (3, 3)
+    R : array_like, shape (..., 3, 3)
 
     Returns
     -------
-    ndarray, shape (3,)
+    ndarray, shape (..., 3)
     """
     q = quaternion_from_rotation(R)
-    sin_half = float(np.linalg.norm(q[:3]))
-    if sin_half < SMALL_ANGLE_RAD / 2:
-        return np.asarray(2.0 * q[:3] / q[3], dtype=np.float64)
-    return np.asarray(q[:3] / sin_half * (2.0 * np.arctan2(sin_half, q[3])), dtype=np.float64)
+    v, w = q[..., :3], q[..., 3:]
+    sin_half = np.linalg.norm(v, axis=-1, keepdims=True)
+    small = sin_half < SMALL_ANGLE_RAD / 2
+    factor = np.where(
+        small, 2.0 / np.where(small, w, 1.0), 2.0 * np.arctan2(sin_half, w) / np.where(small, 1.0, sin_half)
+    )
+    return np.asarray(factor * v, dtype=np.float64)
 
 
 def point_jacobian(points: ArrayLike) -> FloatArray:
