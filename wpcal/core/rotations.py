@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray
 
-GIMBAL_SIN = 1.0 - 1e-14
-"""Above this |sin beta| the angles alpha and gamma turn about one axis: alpha is set to zero, gamma carries both."""
+GIMBAL_COS = 1e-12
+"""Below this cos beta the angles alpha and gamma turn about one axis: alpha is set to zero, gamma carries both.
+Products of rotations are off by some 1e-15, so that a quarter turn stays below; the answer is off by no more than this.
+"""
 
 
 def rotation_from_zyx(alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike) -> FloatArray:
@@ -62,12 +64,32 @@ def zyx_from_rotation(R: ArrayLike) -> tuple[float, float, float]:
     tuple of float
         Angles about x, y, z, rad. At beta = ±90° only a sum or difference of alpha and gamma is defined: alpha is 0.
     """
+    alpha, beta, gamma = (float(angle) for angle in zyx_angles(R))
+    return alpha, beta, gamma
+
+
+def zyx_angles(R: ArrayLike) -> FloatArray:
+    """Return the angles of many rotation matrices, as `zyx_from_rotation` does of one.
+
+    Parameters
+    ----------
+    R : array_like, shape (..., 3, 3)
+        Rotation matrices.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        Angles alpha, beta, gamma about x, y, z, rad.
+    """
     m = np.asarray(R, dtype=np.float64)
-    sin_beta = float(-m[2, 0])
-    if abs(sin_beta) > GIMBAL_SIN:
-        return 0.0, float(np.copysign(np.pi / 2, sin_beta)), float(np.arctan2(-m[0, 1], m[1, 1]))
-    beta = np.arctan2(sin_beta, np.hypot(m[0, 0], m[1, 0]))
-    return float(np.arctan2(m[2, 1], m[2, 2])), float(beta), float(np.arctan2(m[1, 0], m[0, 0]))
+    cos_beta = np.hypot(m[..., 0, 0], m[..., 1, 0])
+    gimbal = cos_beta < GIMBAL_COS
+    beta = np.arctan2(-m[..., 2, 0], np.where(gimbal, 0.0, cos_beta))
+    gamma = np.where(gimbal, np.arctan2(-m[..., 0, 1], m[..., 1, 1]), np.arctan2(m[..., 1, 0], m[..., 0, 0]))
+    # Rz(-gamma) R = Ry(beta) Rx(alpha): its second row is 0, cos alpha, -sin alpha, also where gamma is uncertain
+    c, s = np.cos(gamma), np.sin(gamma)
+    alpha = np.arctan2(s * m[..., 0, 2] - c * m[..., 1, 2], c * m[..., 1, 1] - s * m[..., 0, 1])
+    return np.stack([np.where(gimbal, 0.0, alpha), beta, gamma], axis=-1)
 
 
 def quaternion_from_rotation(R: ArrayLike) -> FloatArray:

@@ -1,0 +1,102 @@
+"""`wpcal export` and `wpcal taught` as a user calls them."""
+
+import json
+
+import pytest
+
+from wpcal.cli.main import run
+
+
+def call(capsys, *arguments):
+    with pytest.raises(SystemExit) as ended:
+        run([str(argument) for argument in arguments])
+    out, err = capsys.readouterr()
+    return ended.value.code, out, err
+
+
+def files_below(folder):
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def test_programs_are_written_below_the_calibration(finished_folder, capsys):
+    folder = finished_folder()
+    code, out, err = call(capsys, "export", folder, "-f", "rapid", "-f", "krl", "--json")
+    assert (code, err) == (0, "")
+    assert json.loads(out)["seams"] == ["W1", "Kehlnaht Ü/3"]
+    expected = ["calibration.json", "krl/WPCAL.dat", "krl/WPCAL.src", "rapid/WPCAL.mod", "seams.json"]
+    assert files_below(folder) == expected
+
+
+def test_the_same_call_twice_gives_the_same_bytes_and_needs_force(finished_folder, capsys):
+    folder = finished_folder()
+    assert call(capsys, "export", folder, "-f", "krl")[0] == 0
+    first = (folder / "krl" / "WPCAL.src").read_bytes()
+    code, _, err = call(capsys, "export", folder, "-f", "krl")
+    assert code == 2
+    assert "--force" in err
+    assert call(capsys, "export", folder, "-f", "krl", "--force")[0] == 0
+    assert (folder / "krl" / "WPCAL.src").read_bytes() == first
+
+
+def test_a_missed_tolerance_ends_with_one_and_the_files_say_so(finished_folder, capsys):
+    folder = finished_folder(verdict="FAIL")
+    code, _, err = call(capsys, "export", folder, "-f", "rapid")
+    assert code == 1
+    assert "missed its tolerance" in err
+    assert "calibration FAIL" in (folder / "rapid" / "WPCAL.mod").read_text()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["-f", "fortran"], "unknown format 'fortran'; known: "),
+        (["-f", "rapid", "--seams", "W9"], "unknown seam W9"),
+        (["-f", "rapid", "--all", "--seams", "W1"], "either --seams or --all"),
+        (["-f", "rapid", "--work-angle-deg", "80"], "work angle: expected -60 to 60 deg, got 80"),
+        (["-f", "rapid", "--speed-mm-s", "0"], "speed_mm_s: expected a positive number"),
+    ],
+)
+def test_wrong_use_ends_with_two_in_one_line_and_writes_nothing(finished_folder, capsys, options, message):
+    folder = finished_folder()
+    code, out, err = call(capsys, "export", folder, *options)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+    assert files_below(folder) == ["calibration.json", "seams.json"]
+
+
+def test_the_formats_are_listed(capsys, tmp_path):
+    code, out, _ = call(capsys, "export", tmp_path, "-f", "list")
+    assert code == 0
+    assert "rapid" in out
+
+
+def test_taught_points_become_a_table(tmp_path, capsys):
+    program = tmp_path / "teach.dat"
+    program.write_text("DEFDAT T\nDECL E6POS XP1={X 10,Y 20,Z 30,A 0,B 0,C 0}\nENDDAT\n")
+    table = tmp_path / "taught.csv"
+    code, _, err = call(capsys, "taught", program, "-o", table)
+    assert code == 2
+    assert "does not say its user frame" in err
+    assert not table.exists()
+    assert call(capsys, "taught", program, "--uframe", "100,0,0,90,0,0", "-o", table)[0] == 0
+    assert table.read_text() == "name,x_mm,y_mm,z_mm,feature\nXP1,80.000000,10.000000,30.000000,XP1\n"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--uframe", "base", "--uframe", "base"], "is given twice"),
+        (["--uframe", "3="], "expected [NAME=]VALUES"),
+        (["--uframe", "wobj7"], "the file carries no such frame; it carries none"),
+        (["--uframe", "1,2"], "expected X,Y,Z,A,B,C as on the pendant"),
+        (["--uframe", "base", "--tool", "1,2"], "expected x, y, z in mm"),
+        (["--uframe", "base", "--points", "P9"], "has no point P9; it has XP1"),
+    ],
+)
+def test_wrong_frames_end_with_two(tmp_path, capsys, options, message):
+    program = tmp_path / "teach.dat"
+    program.write_text("DEFDAT T\nDECL E6POS XP1={X 10,Y 20,Z 30,A 0,B 0,C 0}\nENDDAT\n")
+    code, out, err = call(capsys, "taught", program, *options)
+    assert (code, out) == (2, "")
+    assert message in err

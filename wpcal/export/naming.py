@@ -1,0 +1,101 @@
+"""Names from a CAD file made safe for a controller, with the table that says which became which."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from wpcal.core.errors import InputError
+
+SHORTEST_STEM = 2
+"""A stem needs at least a letter and a digit to stay apart from another."""
+
+
+@dataclass(frozen=True, slots=True)
+class NameRules:
+    """What a language takes as a name: a letter, then letters, digits and underscores; case does not matter.
+
+    Parameters
+    ----------
+    language : str
+        For messages.
+    longest : int
+        Characters.
+    keywords : str
+        Reserved words, lower case, with spaces between them.
+    """
+
+    language: str
+    longest: int
+    keywords: str = ""
+
+
+def safe_names(names: Sequence[str], rules: NameRules, *, room: int = 0) -> dict[str, str]:
+    """Find a name that the language takes for every original name.
+
+    Parameters
+    ----------
+    names : sequence of str
+        As in the part; any text.
+    rules : NameRules
+    room : int
+        Characters to keep free for a suffix.
+
+    Returns
+    -------
+    dict of str to str
+        From the original to the written name, in the order given. The written names differ in more than case.
+
+    Raises
+    ------
+    InputError
+        When an original name appears twice or the suffix leaves no room.
+    """
+    if len(set(names)) < len(names):
+        raise InputError(f"names must be unique: {', '.join(sorted({n for n in names if names.count(n) > 1}))}")
+    longest = rules.longest - room
+    if longest < SHORTEST_STEM:
+        raise InputError(f"{rules.language} names have {rules.longest} characters, {room} of them for numbers")
+    table: dict[str, str] = {}
+    taken = set(rules.keywords.split())
+    for name in names:
+        stem = _plain_stem(name)
+        written, number = stem[:longest], 1
+        while written.lower() in taken:
+            number += 1
+            mark = f"_{number}"
+            written = stem[: longest - len(mark)] + mark
+        taken.add(written.lower())
+        table[name] = written
+    return table
+
+
+def safe_name(name: str, rules: NameRules) -> str:
+    """Return one name that the language takes."""
+    return safe_names([name], rules)[name]
+
+
+def printable(text: str) -> str:
+    """Return a text in one line of ASCII; control characters and those of other scripts are written as escapes."""
+    ascii_text = text.encode("ascii", "backslashreplace").decode("ascii")
+    return "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in ascii_text)
+
+
+def comment_lines(lines: Sequence[str], *, mark: str, longest: int) -> list[str]:
+    """Return comments: each line made `printable`, folded at `longest` characters, and `mark` before each."""
+    folded = (
+        part
+        for line in lines
+        for part in textwrap.wrap(printable(line), longest, subsequent_indent="  ", drop_whitespace=True) or [""]
+    )
+    return [f"{mark}{part}".rstrip() for part in folded]
+
+
+def _plain_stem(name: str) -> str:
+    """Strip accents and replace what is no letter, digit or underscore."""
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode("ascii")
+    stem = re.sub(r"\W+", "_", plain, flags=re.ASCII).strip("_")
+    return stem if stem[:1].isalpha() else f"W_{stem}".rstrip("_")

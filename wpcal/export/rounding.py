@@ -1,0 +1,52 @@
+"""Numbers with the digits that a controller keeps."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.rotations import rotation_from_zyx, zyx_angles
+from wpcal.core.transform import RigidTransform
+
+
+def rounded(values: ArrayLike, decimals: int) -> FloatArray:
+    """Round to decimals; a zero has no sign."""
+    return np.asarray(np.round(np.asarray(values, dtype=np.float64), decimals) + 0.0, dtype=np.float64)
+
+
+def zyx_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
+    r"""Return the angles of ``R = Rz(γ) Ry(β) Rx(α)`` in degrees, rounded so that the rotation is kept best.
+
+    An error e of γ turns by e about z and one of α about the rotated x, and :math:`z\cdot x'' = -\sin\beta`. α is
+    therefore moved by :math:`e_\gamma \sin\beta` before it is rounded. The rotation is then off by at most √3/2 units
+    of the last digit; rounding each angle alone gives up to √5/2 near β = ±90°.
+
+    Parameters
+    ----------
+    R : array_like, shape (..., 3, 3)
+    decimals : int
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        α, β, γ about x, y, z. Where β is written as ±90° only γ ∓ α counts, and α is 0.
+    """
+    angles = np.degrees(zyx_angles(R))
+    alpha, beta, gamma = (angles[..., i] for i in range(3))
+    b = rounded(beta, decimals)
+    locked = np.abs(b) == 90.0
+    both = np.remainder(gamma - np.sign(b) * alpha + 180.0, 360.0) - 180.0
+    alpha, gamma = np.where(locked, 0.0, alpha), np.where(locked, both, gamma)
+    g = rounded(gamma, decimals)
+    a = np.where(locked, 0.0, alpha + (g - gamma) * np.sin(np.radians(beta)))
+    return np.stack([rounded(a, decimals), b, g], axis=-1)
+
+
+def rounded_frame(T: RigidTransform, *, mm_decimals: int, deg_decimals: int) -> RigidTransform:
+    """Return the frame that a controller has when it is given the rounded numbers of a frame.
+
+    Points are written relative to this frame: its own rounding then does not move them in `base`.
+    """
+    alpha, beta, gamma = np.radians(zyx_degrees(T.R, decimals=deg_decimals))
+    return RigidTransform(rotation_from_zyx(alpha, beta, gamma), rounded(T.t_mm, mm_decimals), T.target, T.source)

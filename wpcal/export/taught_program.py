@@ -1,0 +1,215 @@
+"""Taught points from a program on the controller: coordinates turned into the robot's base, or said what is missing."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.transform import RigidTransform
+from wpcal.export.program_points import BASE, ProgramLanguage, ProgramPoint, ProgramPoints
+from wpcal.match.taught import TaughtPoints
+
+LANGUAGES = {
+    ".mod": "wpcal.export.read_rapid",
+    ".prg": "wpcal.export.read_rapid",
+    ".sys": "wpcal.export.read_rapid",
+    ".dat": "wpcal.export.read_krl",
+}
+"""Suffix of a file and the module that reads it; the module's `LANGUAGE` is a `ProgramLanguage`."""
+ANY_FRAME = ""
+"""Key of the user frame that holds for every point whose frame is not known otherwise."""
+ENCODING = "latin-1"
+"""Controllers write one byte a character; every byte is a character of Latin-1, and only names can hold such bytes."""
+
+
+def is_program(path: Path) -> bool:
+    """Tell by the suffix whether a file is a controller's program."""
+    return path.suffix.lower() in LANGUAGES
+
+
+def read_taught_program(
+    path: Path,
+    *,
+    uframes: Mapping[str, str | Sequence[float]] | None = None,
+    tool: Sequence[float] | None = None,
+    points: Sequence[str] | None = None,
+) -> TaughtPoints:
+    """Read the taught points of a program as points in `base`.
+
+    Parameters
+    ----------
+    path : Path
+        RAPID ``.mod``, KRL ``.dat``, FANUC ``.ls`` or INFORM ``.jbi``.
+    uframes : mapping of str to (sequence of float or str), optional
+        User frames by name or number as the program calls them; the key ``""`` holds for every point whose frame is not
+        known otherwise. Values are numbers in the order of that controller's pendant (mm and degrees; RAPID: mm and
+        q1 to q4), ``base``, or the name of a frame that the file carries.
+    tool : sequence of float, optional
+        x, y, z of the tool centre point in the flange, mm, for points recorded without a tool.
+    points : sequence of str, optional
+        Only these.
+
+    Returns
+    -------
+    TaughtPoints
+        The name of each point is its feature; all are to be used.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened, its suffix is unknown, or what is given is not usable.
+    FormatError
+        When it breaks its format, holds no points or no such points, or does not say in which frame a point stands.
+    """
+    language = _language(path)
+    shown = str(path)
+    found = language.read(_read_text(path), shown)
+    chosen = _chosen(found, points, shown)
+    given = {key: _given_frame(key, value, language, found) for key, value in (uframes or {}).items()}
+    if tool is not None and (len(tool) != 3 or not all(math.isfinite(v) for v in tool)):
+        raise InputError(f"tool: expected x, y, z in mm, got {list(tool)}")
+    p_base = [_in_base(point, given, tool, found, language, shown) for point in chosen]
+    names = tuple(point.name for point in chosen)
+    return TaughtPoints(
+        names,
+        frozen(p_base),
+        names,
+        frozen(np.full((len(names), 3), np.nan)),
+        ("yes",) * len(names),
+        shown,
+        tuple(point.line for point in chosen),
+    )
+
+
+def parse_uframes(texts: Sequence[str]) -> dict[str, str | Sequence[float]]:
+    """Read ``[NAME=]VALUES``: numbers with commas between them, or a word.
+
+    Raises
+    ------
+    InputError
+        When the same frame is given twice or VALUES is empty.
+    """
+    frames: dict[str, str | Sequence[float]] = {}
+    for text in texts:
+        name, _, values = text.rpartition("=")
+        if not values.strip():
+            raise InputError(f"--uframe: expected [NAME=]VALUES, got {text!r}")
+        if name.strip() in frames:
+            raise InputError(f"--uframe: {name.strip() or 'the frame without a name'} is given twice")
+        try:
+            frames[name.strip()] = [float(value) for value in values.split(",")]
+        except ValueError:
+            frames[name.strip()] = values.strip()
+    return frames
+
+
+def taught_csv(taught: TaughtPoints) -> str:
+    """Return the table that `wpcal calibrate` reads: name, coordinates in `base`, feature."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("name", "x_mm", "y_mm", "z_mm", "feature"))
+    for name, p, feature in zip(taught.names, taught.p_base, taught.features, strict=True):
+        writer.writerow([name, *(f"{v:.6f}" for v in p), feature])
+    return text.getvalue()
+
+
+def _language(path: Path) -> ProgramLanguage:
+    if not is_program(path):
+        known = ", ".join(LANGUAGES)
+        raise InputError(f"{path}: unknown kind of program {path.suffix or '(no suffix)'!r}; known: {known}")
+    language: ProgramLanguage = import_module(LANGUAGES[path.suffix.lower()]).LANGUAGE
+    return language
+
+
+def _read_text(path: Path) -> str:
+    try:
+        return path.read_bytes().decode(ENCODING)
+    except OSError as error:
+        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+
+
+def _chosen(found: ProgramPoints, points: Sequence[str] | None, path: str) -> list[ProgramPoint]:
+    if not found.points:
+        raise FormatError("holds no stored positions", path=path)
+    seen: dict[str, int] = {}
+    for point in found.points:
+        if point.name in seen:
+            what = f"the point {point.name!r} appears twice, first in line {seen[point.name]}"
+            raise FormatError(what, path=path, line=point.line)
+        seen[point.name] = point.line
+    missing = [name for name in points or () if name not in seen]
+    if missing:
+        raise FormatError(f"has no point {', '.join(missing)}; it has {', '.join(seen)}", path=path)
+    return [point for point in found.points if points is None or point.name in points]
+
+
+def _given_frame(
+    key: str, value: str | Sequence[float], language: ProgramLanguage, found: ProgramPoints
+) -> RigidTransform:
+    if isinstance(value, str):
+        if value == BASE:
+            return RigidTransform.identity(target="base", source="frame")
+        if value not in found.frames:
+            carried = ", ".join(found.frames) or "none"
+            raise InputError(f"user frame {value!r}: the file carries no such frame; it carries {carried}")
+        return found.frames[value]
+    try:
+        return language.pose([float(v) for v in value])
+    except InputError as error:
+        what = f"user frame {key or list(value)}: {error}"
+        raise InputError(f"{what}; expected {language.pose_words} as on the pendant") from None
+
+
+def _in_base(
+    point: ProgramPoint,
+    given: Mapping[str, RigidTransform],
+    tool: Sequence[float] | None,
+    found: ProgramPoints,
+    language: ProgramLanguage,
+    path: str,
+) -> FloatArray:
+    if point.fault:
+        raise FormatError(f"point {point.name}: {point.fault}", path=path, line=point.line)
+    p = point.p_mm
+    if point.at_flange:
+        if tool is None:
+            what = "was recorded without a tool, so that its position is the flange's; give --tool X,Y,Z"
+            raise FormatError(
+                f"point {point.name}: {what} of the tool centre point in the flange", path=path, line=point.line
+            )
+        p = p + point.R @ np.asarray(tool, dtype=np.float64)
+    return _frame_of(point, given, found, language, path).apply(p)
+
+
+def _frame_of(
+    point: ProgramPoint,
+    given: Mapping[str, RigidTransform],
+    found: ProgramPoints,
+    language: ProgramLanguage,
+    path: str,
+) -> RigidTransform:
+    """Find ``T_base_frame``: given by its name, base, carried by the file, given for any; in this order."""
+    if point.frame is not None and point.frame in given:
+        return given[point.frame]
+    if point.frame == BASE:
+        return RigidTransform.identity(target="base", source="frame")
+    if point.frame is not None and point.frame in found.frames:
+        return found.frames[point.frame]
+    if ANY_FRAME in given:
+        return given[ANY_FRAME]
+    if point.frame is None:
+        what = f"the file does not say its user frame; give --uframe {language.pose_words} or --uframe base"
+        if found.frames:
+            what += f", or one that the file carries: {', '.join(found.frames)}"
+    else:
+        what = f"stands in user frame {point.frame}, whose values the file does not carry; "
+        what += f"give --uframe {point.frame}={language.pose_words}"
+    raise FormatError(f"point {point.name}: {what}", path=path, line=point.line)

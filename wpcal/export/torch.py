@@ -1,0 +1,126 @@
+"""How the torch stands on a seam: work angle, travel angle, stick-out, and both angles measured back.
+
+At zero angles the wire points against z of the seam frame, which is the bisector of the joint, so that a fillet between
+square plates is met at 45 degrees to both.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.core.rotations import rotation_from_zyx
+
+LARGEST_WORK_RAD = math.radians(60.0)
+"""A torch turned further out of the bisector of a square fillet would lie on a plate (45 degrees) and beyond it."""
+LARGEST_TRAVEL_RAD = math.radians(45.0)
+"""Welding uses up to about 25 degrees of push or drag; a larger request than this is taken for a mistake."""
+
+
+class ToolAxis(Enum):
+    """The axis of the controller's tool frame along which the wire leaves the tip."""
+
+    Z = "z"
+    X = "x"
+
+
+@dataclass(frozen=True, slots=True)
+class TorchSettings:
+    """How the torch is held.
+
+    Parameters
+    ----------
+    work_rad : float
+        Turns the wire about x of the seam, positive towards its y.
+    travel_rad : float
+        Tilts the wire in the plane of travel; positive is push (the wire points forward), negative is drag.
+    stick_out_mm : float
+        Distance of the tool centre point from the seam, back along the wire; 0 where it is the wire's tip.
+    tool_axis : ToolAxis
+
+    Raises
+    ------
+    InputError
+        When an angle is outside its range or the stick-out is negative or not finite.
+    """
+
+    work_rad: float = 0.0
+    travel_rad: float = 0.0
+    stick_out_mm: float = 0.0
+    tool_axis: ToolAxis = ToolAxis.Z
+
+    def __post_init__(self) -> None:
+        limits = (("work", self.work_rad, LARGEST_WORK_RAD), ("travel", self.travel_rad, LARGEST_TRAVEL_RAD))
+        for name, angle, largest in limits:
+            if not abs(angle) <= largest:
+                most = math.degrees(largest)
+                raise InputError(f"{name} angle: expected -{most:g} to {most:g} deg, got {math.degrees(angle):g}")
+        if not 0.0 <= self.stick_out_mm < math.inf:
+            raise InputError(f"stick-out: expected 0 or more mm, got {self.stick_out_mm:g}")
+
+
+def tool_rotations(R_seam: ArrayLike, torch: TorchSettings) -> FloatArray:
+    r"""Return the axes of the tool on every frame of a seam.
+
+    At zero angles the tool is the seam frame turned by π about x. In general
+    :math:`R_{tool} = R_{seam}\,R_x(w)\,R_y(-v)\,R_x(\pi)`, whose z is the wire direction
+    :math:`d = (\sin v, \cos v \sin w, -\cos v \cos w)` in the seam frame (work angle w, travel angle v).
+
+    Parameters
+    ----------
+    R_seam : array_like, shape (n, 3, 3)
+        Columns x (travel), y, z (out of the joint), in any frame.
+    torch : TorchSettings
+
+    Returns
+    -------
+    ndarray, shape (n, 3, 3)
+        Columns are the tool's axes in that same frame. With ``ToolAxis.X`` the tool's x is the wire direction, y stays
+        and z is against the travel.
+    """
+    turn = rotation_from_zyx(torch.work_rad, 0.0, 0.0) @ rotation_from_zyx(0.0, -torch.travel_rad, 0.0)
+    R = np.asarray(R_seam, dtype=np.float64) @ (turn @ np.diag([1.0, -1.0, -1.0]))
+    if torch.tool_axis is ToolAxis.X:
+        return np.stack([R[..., 2], R[..., 1], -R[..., 0]], axis=-1)
+    return np.asarray(R, dtype=np.float64)
+
+
+def wire_directions(R_tool: ArrayLike, tool_axis: ToolAxis) -> FloatArray:
+    """Return the unit vectors along which the wire leaves the tip.
+
+    Parameters
+    ----------
+    R_tool : array_like, shape (..., 3, 3)
+    tool_axis : ToolAxis
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+    """
+    R = np.asarray(R_tool, dtype=np.float64)
+    return R[..., 2] if tool_axis is ToolAxis.Z else R[..., 0]
+
+
+def measure_torch(R_seam: ArrayLike, wire: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Measure the angles at which wires meet a seam: v = asin(d·x), w = the signed angle about x from -z.
+
+    Parameters
+    ----------
+    R_seam : array_like, shape (n, 3, 3)
+        Columns x, y, z of the seam frames.
+    wire : array_like, shape (n, 3)
+        Unit wire directions in the frame of `R_seam`.
+
+    Returns
+    -------
+    work_rad, travel_rad : ndarray, shape (n,)
+    """
+    d = np.einsum("nij,ni->nj", np.asarray(R_seam, dtype=np.float64), np.asarray(wire, dtype=np.float64))
+    travel = np.arctan2(d[:, 0], np.hypot(d[:, 1], d[:, 2]))  # asin(d·x), exact near ±90° too
+    return np.arctan2(d[:, 1], -d[:, 2]), travel
