@@ -13,6 +13,8 @@ from wpcal.core.arrays import FloatArray
 
 SEEDS_PER_SPAN = 3
 """Grid points a knot span and direction from which the nearest point is sought: a span bends less than a third turn."""
+SETTLED = 1e-13
+"""Share of the parameter range below which a step is round-off."""
 NEWTON_ROUNDS = 12
 """Gauss-Newton halves the digits' distance each round; from a seed within a third of a span 6 rounds were enough."""
 
@@ -118,7 +120,8 @@ class NurbsSurface:
             det = np.where(a * c - b * b == 0, 1.0, a * c - b * b)
             step = np.stack([(c * f - b * g) / det, (a * g - b * f) / det], axis=1)
             moved = np.clip(uv + step, low, high)
-            if np.array_equal(moved, uv):
-                break
+            settled = np.abs(moved - uv).max(initial=0.0) <= SETTLED * np.abs(high - low).max()
             uv = moved
+            if settled:
+                break
         return uv

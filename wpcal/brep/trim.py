@@ -100,79 +100,83 @@ class TrimmedFaces:
             reach[face] = float(np.ptp(poles, axis=0).max()) / 8.0  # a curved patch between its own boundary curves
         return reach[:, None]
 
-    def inside(self, faces: IntArray, points: FloatArray, uv: FloatArray) -> tuple[BoolArray, FloatArray]:
-        """Tell which points of surfaces lie on the trimmed faces, and how far from the boundary.
+    def contains(self, faces: IntArray, uv: FloatArray) -> BoolArray:
+        """Tell which points of surfaces lie inside the trimmed faces.
+
+        Parameters
+        ----------
+        faces : ndarray of int, shape (m,)
+        uv : ndarray, shape (m, 2)
+            Parameters of points on the faces' surfaces (`project_to_faces`).
+
+        Returns
+        -------
+        ndarray of bool, shape (m,)
+            True on a face without boundary (a whole sphere).
+        """
+        inside = np.asarray(self.start[faces + 1] == self.start[faces], dtype=bool)
+        for row, piece in self._pairs(faces):
+            _decide(inside, *self._crossings(faces, uv, row, piece))
+        return inside
+
+    def boundary_distance(self, faces: IntArray, points: FloatArray) -> FloatArray:
+        """Return how far points are from the boundaries of faces, mm, shape (m,); infinite where there is none.
 
         Parameters
         ----------
         faces : ndarray of int, shape (m,)
         points : ndarray, shape (m, 3)
-            Feet on the faces' surfaces (`project_to_faces`), in `part`, mm.
-        uv : ndarray, shape (m, 2)
-            Their parameters.
-
-        Returns
-        -------
-        inside : ndarray of bool, shape (m,)
-        distance_mm : ndarray, shape (m,)
-            To the nearest piece of boundary; infinite for a face without one (a whole sphere: all of it is inside).
+            In `part`, mm.
         """
-        order = np.argsort(faces, kind="stable")
-        inside, distance = np.zeros(len(faces), dtype=bool), np.full(len(faces), np.inf)
-        for rows in self._chunks(faces, order):
-            inside[rows], distance[rows] = self._inside(faces[rows], points[rows], uv[rows])
-        return inside, distance
-
-    def _chunks(self, faces: IntArray, order: IntArray) -> Iterator[IntArray]:
-        load = np.cumsum((self.start[faces + 1] - self.start[faces])[order])
-        if len(load):
-            yield from np.split(order, np.flatnonzero(np.diff(load // MOST_PAIRS)) + 1)
-
-    def _inside(self, faces: IntArray, points: FloatArray, uv: FloatArray) -> tuple[BoolArray, FloatArray]:
-        graph, counts = self.graph, self.start[faces + 1] - self.start[faces]
-        row = np.repeat(np.arange(len(faces)), counts)
-        piece = self.start[faces][row] + np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
         distance = np.full(len(faces), np.inf)
-        np.minimum.at(distance, row, distance_to_segments(points[row], self.p0[piece], self.p1[piece]))
-        kind = graph.face_kind[faces]
-        a0, a1 = self.uv0[piece] - uv[row], self.uv1[piece] - uv[row]
-        for axis, kinds in ((0, PERIODIC_U), (1, (SurfaceKind.TORUS,))):
-            turn = np.isin(kind[row], kinds)
-            if turn.any():
-                run = wrap_angle(a1[turn, axis] - a0[turn, axis])
-                a0[turn, axis] = wrap_angle(a0[turn, axis])
-                a1[turn, axis] = a0[turn, axis] + run
-        return _below_nearest(row, a0, a1, kind, counts), distance
+        for row, piece in self._pairs(faces):
+            first = np.flatnonzero(np.diff(row, prepend=-1))
+            off = distance_to_segments(points[row], self.p0[piece], self.p1[piece])
+            distance[row[first]] = np.minimum.reduceat(off, first)
+        return distance
+
+    def _pairs(self, faces: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+        """Yield pairs of a row of `faces` and a piece of that face's boundary, rows ascending, in chunks."""
+        counts = self.start[faces + 1] - self.start[faces]
+        chunk = np.cumsum(counts) // MOST_PAIRS
+        for rows in np.split(np.arange(len(faces)), np.flatnonzero(np.diff(chunk)) + 1):
+            count = counts[rows]
+            row = np.repeat(rows, count)
+            before = np.cumsum(count) - count
+            piece = np.arange(len(row)) + np.repeat(self.start[faces[rows]] - before, count)
+            if len(row):
+                yield row, piece
+
+    def _crossings(
+        self, faces: IntArray, uv: FloatArray, row: IntArray, piece: IntArray
+    ) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Return rows, relative v and run along u of the pieces that cross the meridian of their point."""
+        kind = self.graph.face_kind[faces]
+        u0, run = self.uv0[piece, 0] - uv[row, 0], self.uv1[piece, 0] - self.uv0[piece, 0]
+        turning = np.isin(kind, PERIODIC_U)
+        if turning.any():
+            turn = turning[row]
+            u0[turn], run[turn] = wrap_angle(u0[turn]), wrap_angle(run[turn])
+        crosses = np.flatnonzero((u0 <= 0) != (u0 + run <= 0))
+        row, piece, u0, run = row[crosses], piece[crosses], u0[crosses], run[crosses]
+        v0, rise = self.uv0[piece, 1] - uv[row, 1], self.uv1[piece, 1] - self.uv0[piece, 1]
+        torus = kind[row] == SurfaceKind.TORUS
+        rise = np.where(torus, wrap_angle(rise), rise)
+        v = v0 - u0 / run * rise
+        return row, np.where(torus, np.mod(v, 2 * np.pi), v), run
 
 
-def _below_nearest(row: IntArray, a0: FloatArray, a1: FloatArray, kind: IntArray, counts: IntArray) -> BoolArray:
+def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray) -> None:
     """Decide by the piece of boundary next above each point, or next below where none is above.
 
-    `a0`, `a1` are the ends of pieces relative to the point they are compared with. A face lies to the left of its
-    boundary: below a piece that runs towards -u, above one that runs towards +u. Where no piece crosses the point's
-    meridian at all, a sphere or torus is taken as a whole (no piece) and any other surface as missed.
+    A face lies to the left of its boundary: below a piece that runs towards -u, above one that runs towards +u. Where
+    no piece crosses a point's meridian its value stays: a surface without boundary is whole, any other is missed.
     """
-    u0, u1 = a0[:, 0], a1[:, 0]
-    crosses = (u0 <= 0) != (u1 <= 0)
-    run = np.where(crosses, u1 - u0, 1.0)
-    v = a0[:, 1] - u0 / run * (a1[:, 1] - a0[:, 1])
-    torus = kind[row] == SurfaceKind.TORUS
-    v = np.where(torus, np.mod(v, 2 * np.pi), v)
-    found = counts == 0
-    n = len(kind)
     for above in (False, True):  # the piece above has the last word
-        hit = np.flatnonzero(crosses & ((v > 0) if above else (v <= 0)))
-        key = np.abs(v[hit])
-        order = np.lexsort((key, row[hit]))
-        hit = hit[order]
-        rows, first = np.unique(row[hit], return_index=True)
-        towards_minus = (u1 - u0)[hit[first]] < 0
-        decided = np.zeros(n, dtype=bool)
-        decided[rows] = True
-        value = np.zeros(n, dtype=bool)
-        value[rows] = towards_minus if above else ~towards_minus
-        found = np.where(decided, value, found)
-    return np.asarray(found, dtype=bool)
+        hit = np.flatnonzero((v > 0) == above)
+        hit = hit[np.lexsort((np.abs(v[hit]), row[hit]))]
+        nearest = hit[np.flatnonzero(np.diff(row[hit], prepend=-1))]
+        inside[row[nearest]] = (run[nearest] < 0) == above
 
 
 def is_on_axis(graph: BrepGraph, faces: IntArray, points: FloatArray) -> BoolArray:
@@ -193,6 +197,8 @@ def wrap_angle(angle: FloatArray) -> FloatArray:
 def distance_to_segments(points: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
     """Return the distance of each point to its own segment, all arrays (m, 3), mm."""
     d, r = p1 - p0, points - p0
-    square = (d * d).sum(axis=1)
-    share = np.clip((r * d).sum(axis=1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    return np.asarray(np.linalg.norm(r - share[:, None] * d, axis=1), dtype=np.float64)
+    square = np.einsum("ki,ki->k", d, d)
+    along = np.einsum("ki,ki->k", r, d)
+    share = np.clip(along / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    off = r - share[:, None] * d
+    return np.asarray(np.sqrt(np.einsum("ki,ki->k", off, off)), dtype=np.float64)

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from wpcal.brep.curves import edge_polylines, evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind
-from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.surfaces import Foot, project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 SAMPLES = 33
 """Points at which an edge is compared with a face, inside the face's box: a contact of 1/32 of that is seen."""
-BISECTIONS = 44
-"""Halvings of an interval's end: from 1000 mm to below 1e-9 mm."""
+BISECTIONS = 34
+"""Halvings of an interval's end: from the 31 mm between samples of an edge of 1000 mm to 2e-9 mm."""
 LEAST_LENGTH_MM = 1.0
 """A contact shorter than this is no seam: an arc needs more to start."""
 FLUSH_MM = 0.02
@@ -24,6 +26,10 @@ PARAMETER_ROUND_OFF = 1e-12
 """Relative round-off of an interpolated parameter."""
 OPPOSED = -0.87
 """Cosine between the normals of two faces in contact: within 30 degrees of opposite."""
+
+
+Holds: TypeAlias = Callable[[IntArray, IntArray, FloatArray], BoolArray]
+"""Whether something holds at parameters of edges with respect to faces."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +78,7 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
     edge, face, low, high = edge[keep], face[keep], low[keep], high[keep]
     t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
     on = _Touching(graph, trimmed, gap_mm)
-    state = on(np.repeat(edge, SAMPLES), np.repeat(face, SAMPLES), t.ravel())
+    state = on.states(np.repeat(edge, SAMPLES), np.repeat(face, SAMPLES), t.ravel())
     touching, deep = state.touching.reshape(t.shape), state.deep.reshape(t.shape)
     pair, first, last = _runs(touching)
     t0 = on.refine_end(edge[pair], face[pair], t[pair], deep[pair], first, -1)
@@ -184,15 +190,21 @@ class _Touching:
     trimmed: TrimmedFaces
     gap_mm: float
 
-    def __call__(self, edge: IntArray, face: IntArray, t: FloatArray) -> _State:
-        points = evaluate_edges(self.graph, edge, t)[0]
-        foot = project_to_faces(self.graph, face, points)
-        rows = np.flatnonzero(np.linalg.norm(foot.p - points, axis=1) <= self.gap_mm)
+    def states(self, edge: IntArray, face: IntArray, t: FloatArray) -> _State:
+        """Compare points of edges with faces."""
+        near, foot = self._near(edge, face, t)
+        rows = np.flatnonzero(near)
         inside, touching, deep = (np.zeros(len(t), dtype=bool) for _ in range(3))
-        inside[rows], distance = self.trimmed.inside(face[rows], foot.p[rows], foot.uv[rows])
+        inside[rows] = self.trimmed.contains(face[rows], foot.uv[rows])
+        distance = self.trimmed.boundary_distance(face[rows], foot.p[rows])
         touching[rows] = inside[rows] | (distance <= self.gap_mm)
         deep[rows] = inside[rows] & (distance > FLUSH_MM)
         return _State(touching, inside, deep)
+
+    def _near(self, edge: IntArray, face: IntArray, t: FloatArray) -> tuple[BoolArray, Foot]:
+        points = evaluate_edges(self.graph, edge, t)[0]
+        foot = project_to_faces(self.graph, face, points)
+        return np.linalg.norm(foot.p - points, axis=1) <= self.gap_mm, foot
 
     def refine_end(
         self, edge: IntArray, face: IntArray, t: FloatArray, deep: BoolArray, at: IntArray, way: int
@@ -214,22 +226,35 @@ class _Touching:
         inward = np.clip(at - way, 0, SAMPLES - 1)
         anchor = np.where(deep[rows, at], at, inward)
         crosses = deep[rows, anchor]
-        good = np.where(crosses, t[rows, anchor], t[rows, at])
-        bad = t[rows, np.clip(at + way, 0, SAMPLES - 1)]
+        end: FloatArray = self.graph.edge_range[edge, (way + 1) // 2].copy()
+        inner = np.abs(t[rows, at] - end) > PARAMETER_ROUND_OFF * (1.0 + np.abs(end))
+        beyond = t[rows, np.clip(at + way, 0, SAMPLES - 1)]
+        cut, flush = np.flatnonzero(inner & crosses), np.flatnonzero(inner & ~crosses)
+        end[cut] = self._bisected(edge[cut], face[cut], t[cut, anchor[cut]], beyond[cut], self._is_inside)
+        end[flush] = self._bisected(edge[flush], face[flush], t[flush, at[flush]], beyond[flush], self._is_touching)
+        end[flush] = self._at_corners(edge[flush], face[flush], end[flush])
+        return end
+
+    def _bisected(self, edge: IntArray, face: IntArray, good: FloatArray, bad: FloatArray, holds: Holds) -> FloatArray:
+        """Halve the ranges from parameters where something holds to ones where it does not."""
         for _ in range(BISECTIONS):
             middle = (good + bad) / 2
-            state = self(edge, face, middle)
-            holds = np.where(crosses, state.inside, state.touching)
-            good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
-        own_end = self.graph.edge_range[edge, (way + 1) // 2]
-        at_own_end = np.abs(t[rows, at] - own_end) <= PARAMETER_ROUND_OFF * (1.0 + np.abs(own_end))
-        return self._at_corners(edge, face, np.where(at_own_end, own_end, good), ~at_own_end & ~crosses)
+            here = holds(edge, face, middle)
+            good, bad = np.where(here, middle, good), np.where(here, bad, middle)
+        return good
 
-    def _at_corners(self, edge: IntArray, face: IntArray, t: FloatArray, flush: BoolArray) -> FloatArray:
+    def _is_inside(self, edge: IntArray, face: IntArray, t: FloatArray) -> BoolArray:
+        near, foot = self._near(edge, face, t)
+        return near & self.trimmed.contains(face, foot.uv)
+
+    def _is_touching(self, edge: IntArray, face: IntArray, t: FloatArray) -> BoolArray:
+        return self.states(edge, face, t).touching
+
+    def _at_corners(self, edge: IntArray, face: IntArray, t: FloatArray) -> FloatArray:
         """Move the ends of flush contacts on straight edges to the foot of the face's corner: there they end."""
         t = t.copy()
         points = evaluate_edges(self.graph, edge, t)[0]
-        for row in np.flatnonzero(flush & (self.graph.edge_kind[edge] == CurveKind.LINE)):
+        for row in np.flatnonzero(self.graph.edge_kind[edge] == CurveKind.LINE):
             corners = self.trimmed.p0[self.trimmed.start[face[row]] : self.trimmed.start[face[row] + 1]]
             off = np.linalg.norm(corners - points[row], axis=1)
             nearest = int(np.argmin(off))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
@@ -113,24 +114,32 @@ def _pick(joined: JoinedPieces, rows: IntArray) -> JoinedPieces:
 def _without_twins(graph: BrepGraph, joined: JoinedPieces, gap_mm: float) -> JoinedPieces:
     """Keep one of the pieces that both members claim (edge of A on B, edge of B on A), the fillet before the groove."""
     pieces = joined.pieces
-    order = sorted(range(len(pieces)), key=lambda i: (joined.weld[i] is not WeldType.FILLET, pieces.gap_mm[i, 1], i))
-    place = [evaluate_edges(graph, pieces.edge, t)[0] for t in (pieces.t0, (pieces.t0 + pieces.t1) / 2, pieces.t1)]
+    groove = np.array([weld is not WeldType.FILLET for weld in joined.weld], dtype=bool)
+    rank = np.empty(len(pieces), dtype=np.int64)
+    rank[np.lexsort((np.arange(len(pieces)), pieces.gap_mm[:, 1], groove))] = np.arange(len(pieces))
+    twins = _twins(graph, pieces, near=3.0 * gap_mm)
+    better, worse = np.where((rank[twins[:, 0]] < rank[twins[:, 1]])[:, None], twins, twins[:, ::-1]).T
+    kept = np.ones(len(pieces), dtype=bool)
+    for row in np.lexsort((rank[worse], rank[better])):
+        if kept[better[row]]:
+            kept[worse[row]] = False
+    return _pick(joined, np.flatnonzero(kept))
+
+
+def _twins(graph: BrepGraph, pieces: SeamPieces, *, near: float) -> IntArray:
+    """Return pairs of pieces between the same solids whose middles and ends lie nearer than `near`; shape (k, 2)."""
+    if len(pieces) == 0:
+        return np.zeros((0, 2), dtype=np.int64)
+    start, middle, end = (
+        evaluate_edges(graph, pieces.edge, t)[0] for t in (pieces.t0, (pieces.t0 + pieces.t1) / 2, pieces.t1)
+    )
     solids = np.sort(np.stack([graph.face_solid[pieces.wall], graph.face_solid[pieces.base]], axis=1), axis=1)
-    near = 3.0 * gap_mm
-    kept: list[int] = []
-    for i in order:
-        if not any(
-            np.linalg.norm(place[1][i] - place[1][j]) <= near
-            and min(
-                max(np.linalg.norm(place[0][i] - place[a][j]), np.linalg.norm(place[2][i] - place[2 - a][j]))
-                for a in (0, 2)
-            )
-            <= near
-            for j in kept
-            if (solids[i] == solids[j]).all()
-        ):
-            kept.append(i)
-    return _pick(joined, np.array(sorted(kept), dtype=np.int64))
+    pairs = cKDTree(middle).query_pairs(near, output_type="ndarray").astype(np.int64)
+    i, j = pairs[:, 0], pairs[:, 1]
+    along = np.maximum(np.linalg.norm(start[i] - start[j], axis=1), np.linalg.norm(end[i] - end[j], axis=1))
+    against = np.maximum(np.linalg.norm(start[i] - end[j], axis=1), np.linalg.norm(end[i] - start[j], axis=1))
+    same = (solids[i] == solids[j]).all(axis=1) & (np.minimum(along, against) <= near)
+    return np.asarray(pairs[same], dtype=np.int64)
 
 
 def _wanted_concave(

@@ -48,7 +48,7 @@ def interpenetrating_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray
     share = height[row, column] / (height[row, column] - height[row, column + 1])
     at = t[row, column] + share * (t[row, column + 1] - t[row, column])
     hit = project_to_faces(graph, face[row], evaluate_edges(graph, edge[row], at)[0])
-    inside, distance = trimmed.inside(face[row], hit.p, hit.uv)
-    pierced = row[inside & (distance > DEEP_MM)]
+    inside = trimmed.contains(face[row], hit.uv)
+    pierced = row[inside & (trimmed.boundary_distance(face[row], hit.p) > DEEP_MM)]
     pairs = np.stack([graph.edge_solid[edge[pierced]], graph.face_solid[face[pierced]]], axis=1)
     return np.unique(np.sort(pairs, axis=1), axis=0)

@@ -78,8 +78,12 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *
     patch_pair = np.stack([contact_face, f], axis=1)
     width = _extent(graph, trimmed, contact_face, p, inward, gap_mm)
     stands = _extent(graph, trimmed, wall, p, up, gap_mm) >= _thickness(patch_pair, width)
-    other_width = _extent(graph, trimmed, f, p, inward, gap_mm)
-    other_stands = _extent(graph, trimmed, base, p, -up, gap_mm) >= _thickness(patch_pair, other_width)
+    other_width, other_height = np.zeros(len(e)), np.zeros(len(e))
+    flush = np.flatnonzero(~continues)  # only there the other member's view is asked for
+    other_width[flush] = _extent(graph, trimmed, f[flush], p[flush], inward[flush], gap_mm)
+    other_height[flush] = _extent(graph, trimmed, base[flush], p[flush], -up[flush], gap_mm)
+    other_stands = np.zeros(len(e), dtype=bool)
+    other_stands[flush] = other_height[flush] >= _thickness(patch_pair[flush], other_width[flush])
     beyond = _is_on(graph, trimmed, f, p + (width[:, None] + 2.0 * gap_mm + 0.1) * inward)
     side_by_side = np.einsum("ki,ki->k", n_wall, n_base) > FLAT_COS
     concave = np.einsum("ki,ki->k", up, n_base) > 1 - FLAT_COS
@@ -161,7 +165,7 @@ def _face_around_corner(graph: BrepGraph, trimmed: TrimmedFaces, face: int, p: F
 def _is_on(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> BoolArray:
     """Tell whether the feet of points lie inside trimmed faces."""
     foot = project_to_faces(graph, face, points)
-    return trimmed.inside(face, foot.p, foot.uv)[0]
+    return trimmed.contains(face, foot.uv)
 
 
 def _extent(
