@@ -80,3 +80,10 @@ def test_a_start_that_is_the_answer_stays():
 def test_wrong_bounds_and_sizes_are_refused(call):
     with pytest.raises(InputError):
         call(np.random.default_rng(0))
+
+
+def test_selection_alone_lets_the_best_take_over():
+    options = GeneticOptions(crossover=0.0, mutation_first=0.0, mutation_last=0.0, elite=0)
+    result = solve_genetic(bowl, LOW, HIGH, rng=np.random.default_rng(4), options=options)
+    np.testing.assert_allclose(result.mean_costs[-1], result.best_costs[-1], rtol=0, atol=1e-12)  # a mean of equals
+    assert result.best_costs[-1] < 0.5 * result.mean_costs[0]
