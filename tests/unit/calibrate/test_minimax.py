@@ -60,6 +60,17 @@ def test_a_mirrored_body_keeps_a_gap_and_says_so():
     assert found.starts > 1
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_branch_and_bound_closes_the_gap_of_mirrored_bodies(seed):
+    rng = np.random.default_rng(seed)
+    p = 100 * rng.normal(size=(8, 3))
+    pairs = named(p, p * [1, 1, -1])
+    before, after = solve_minimax(pairs), solve_minimax(pairs, certify=True)
+    assert before.gap_mm > 0.1
+    assert after.certified
+    assert after.lower_bound_mm <= after.objective_mm <= before.objective_mm
+
+
 def test_the_cube_turns_into_itself_in_24_ways():
     R = cube_rotations()
     assert np.allclose(np.abs(R).round(), np.abs(R), rtol=0, atol=1e-12)
@@ -74,7 +85,8 @@ def test_the_bound_of_a_ball_of_rotations_holds_for_rotations_in_it():
     centres = exp_rotation(rng.normal(size=(20, 3)))
     pool = rng.dirichlet(np.ones(6), size=3)
     for angle in (0.02, 0.3, 2.0):
-        bounds, _ = bound_cells(p, q, centres, angle=angle, pool=pool, goal=np.inf)
+        weights = np.broadcast_to(pool, (20, *pool.shape))
+        bounds = bound_cells(p, q, centres, weights, angle=angle, goal=np.inf).bound
         for R0, bound in zip(centres, bounds, strict=True):
             R = exp_rotation(angle * rng.uniform(0, 1) ** (1 / 3) * _unit(rng)) @ R0
             assert np.linalg.norm(log_rotation(R @ R0.T)) <= angle + 1e-9
