@@ -94,6 +94,23 @@ def test_the_bound_of_a_ball_of_rotations_holds_for_rotations_in_it():
             assert bound <= best + ROUND_OFF_MM
 
 
+def test_the_bound_of_a_small_ball_is_nearly_reached_in_it():
+    rng = np.random.default_rng(3)
+    p, q = 100 * rng.normal(size=(2, 6, 3))
+    p, q = p - p.mean(axis=0), q - q.mean(axis=0)
+    w, angle = rng.dirichlet(np.ones(6)), 0.01
+    cell = bound_cells(
+        p, q, np.eye(3)[None], w[None, None], angle=angle, goal=0.0
+    )  # goal 0: these weights and no other
+    turns = exp_rotation(angle * np.array([_unit(rng) for _ in range(4000)]))
+    r = q - p @ turns.transpose(0, 2, 1)
+    squares = np.sum((r - (w @ r)[:, None, :]) ** 2, axis=2) @ w
+    at_centre = w @ np.sum((q - p - w @ (q - p)) ** 2, axis=1)
+    fall = at_centre - squares.min()
+    assert cell.bound[0] ** 2 <= squares.min()
+    assert at_centre - cell.bound[0] ** 2 <= 1.05 * fall  # the slack is of second order in the angle
+
+
 def _unit(rng):
     v = rng.normal(size=3)
     return v / np.linalg.norm(v)
