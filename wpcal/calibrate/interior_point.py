@@ -58,6 +58,8 @@ class InteriorPointState:
     largest : ndarray, shape (B,)
         Largest distance, mm.
     converged : ndarray of bool, shape (B,)
+    steps : int
+        Newton steps until the last problem of the batch was done.
     """
 
     R: FloatArray
@@ -65,6 +67,7 @@ class InteriorPointState:
     weights: FloatArray
     largest: FloatArray
     converged: BoolArray
+    steps: int
 
 
 def solve_interior_point(
@@ -91,8 +94,10 @@ def solve_interior_point(
     weights, done = np.full((batch, n), 1.0 / n), best <= EXACT * np.abs(q).max(axis=(1, 2))
     rows = np.flatnonzero(~done)
     work = _Work(p[rows], q[rows], R[rows], t[rows])
-    for _ in range(MAX_STEPS if len(rows) else 0):
+    steps = 0
+    while len(rows) and steps < MAX_STEPS:
         work.step()
+        steps += 1
         largest = np.sqrt(work.largest_squared) * work.unit
         better = largest < best[rows]
         kept = rows[better]
@@ -102,12 +107,10 @@ def solve_interior_point(
         done[rows[reached]] = True
         if reached.any():
             rows = rows[~reached]
-            if not len(rows):
-                break
             work.keep(~reached)
     weights = np.maximum(weights, 0.0)
     weights /= weights.sum(axis=1, keepdims=True)
-    return InteriorPointState(best_R, best_t, weights, best, done)
+    return InteriorPointState(best_R, best_t, weights, best, done, steps)
 
 
 class _Work:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 if TYPE_CHECKING:
     from wpcal.calibrate import CalibrationResult
+
+MOST_ROWS = 60
+"""Points shown: more than a person has taught; of a larger set those that fit worst."""
 
 
 def show_calibration(result: CalibrationResult, console: Console) -> None:
@@ -36,11 +40,14 @@ def _points(result: CalibrationResult) -> Table:
     ):
         if pairs is None or residuals is None:
             continue
-        errors = result.predict_error_mm(pairs.p_source)
-        for name, vector, distance, error in zip(
-            pairs.names, residuals.vectors_mm, residuals.norms_mm, errors, strict=True
-        ):
-            table.add_row(name + mark, *(f"{v:+.4f}" for v in vector), f"{distance:.4f}", f"{error:.4f}")
+        distances = residuals.norms_mm
+        shown = range(len(pairs)) if len(pairs) <= MOST_ROWS else np.argsort(-distances, kind="stable")[:MOST_ROWS]
+        errors = result.predict_error_mm(pairs.p_source[list(shown)])
+        for i, error in zip(shown, errors, strict=True):
+            vector = (f"{v:+.4f}" for v in residuals.vectors_mm[i])
+            table.add_row(pairs.names[i] + mark, *vector, f"{distances[i]:.4f}", f"{error:.4f}")
+        if len(shown) < len(pairs):
+            table.caption = f"the {MOST_ROWS} largest distances of {len(pairs)} points"
     return table
 
 

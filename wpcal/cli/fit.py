@@ -50,6 +50,8 @@ def fit(
     from wpcal.core.records import to_json
     from wpcal.optim import AnnealingSchedule
 
+    if schedule != "default" and (solver, criterion) != ("annealing", "minimax"):
+        raise click.UsageError("--schedule is one of the annealer: it needs --solver annealing and --criterion minimax")
     teaching = TeachingError(sigma_mm=sigma_mm, bound_mm=bound_mm, tcp_bias_mm=tcp_bias_mm)
     pairs, check = read_pairs(pairs_csv)
     with blamed_on(str(pairs_csv)):

@@ -60,6 +60,17 @@ def test_a_mirrored_body_keeps_a_gap_and_says_so():
     assert found.starts > 1
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_branch_and_bound_closes_the_gap_of_mirrored_bodies(seed):
+    rng = np.random.default_rng(seed)
+    p = 100 * rng.normal(size=(8, 3))
+    pairs = named(p, p * [1, 1, -1])
+    before, after = solve_minimax(pairs), solve_minimax(pairs, certify=True)
+    assert before.gap_mm > 0.1
+    assert after.certified
+    assert after.lower_bound_mm <= after.objective_mm <= before.objective_mm
+
+
 def test_the_cube_turns_into_itself_in_24_ways():
     R = cube_rotations()
     assert np.allclose(np.abs(R).round(), np.abs(R), rtol=0, atol=1e-12)
@@ -74,12 +85,30 @@ def test_the_bound_of_a_ball_of_rotations_holds_for_rotations_in_it():
     centres = exp_rotation(rng.normal(size=(20, 3)))
     pool = rng.dirichlet(np.ones(6), size=3)
     for angle in (0.02, 0.3, 2.0):
-        bounds, _ = bound_cells(p, q, centres, angle=angle, pool=pool, goal=np.inf)
+        weights = np.broadcast_to(pool, (20, *pool.shape))
+        bounds = bound_cells(p, q, centres, weights, angle=angle, goal=np.inf).bound
         for R0, bound in zip(centres, bounds, strict=True):
             R = exp_rotation(angle * rng.uniform(0, 1) ** (1 / 3) * _unit(rng)) @ R0
             assert np.linalg.norm(log_rotation(R @ R0.T)) <= angle + 1e-9
             best = _least_over_translation(p, q, R)
             assert bound <= best + ROUND_OFF_MM
+
+
+def test_the_bound_of_a_small_ball_is_nearly_reached_in_it():
+    rng = np.random.default_rng(3)
+    p, q = 100 * rng.normal(size=(2, 6, 3))
+    p, q = p - p.mean(axis=0), q - q.mean(axis=0)
+    w, angle = rng.dirichlet(np.ones(6)), 0.01
+    cell = bound_cells(
+        p, q, np.eye(3)[None], w[None, None], angle=angle, goal=0.0
+    )  # goal 0: these weights and no other
+    turns = exp_rotation(angle * np.array([_unit(rng) for _ in range(4000)]))
+    r = q - p @ turns.transpose(0, 2, 1)
+    squares = np.sum((r - (w @ r)[:, None, :]) ** 2, axis=2) @ w
+    at_centre = w @ np.sum((q - p - w @ (q - p)) ** 2, axis=1)
+    fall = at_centre - squares.min()
+    assert cell.bound[0] ** 2 <= squares.min()
+    assert at_centre - cell.bound[0] ** 2 <= 1.05 * fall  # the slack is of second order in the angle
 
 
 def _unit(rng):
