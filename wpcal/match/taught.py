@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.pairs import PointPairs
+from wpcal.core.robot_space import RobotSpace, space_of_table
 from wpcal.core.tables import read_table
 from wpcal.features.reference import ReferenceFeature, feature_named
 
@@ -39,6 +40,8 @@ class TaughtPoints:
         The file, for messages.
     lines : tuple of int, length n
         Line of each point in the file.
+    space : RobotSpace
+        With which model of the robot the points were computed.
     """
 
     names: tuple[str, ...]
@@ -48,6 +51,7 @@ class TaughtPoints:
     use: tuple[str, ...]
     path: str
     lines: tuple[int, ...]
+    space: RobotSpace = RobotSpace.NOMINAL
 
     @classmethod
     def of_features(cls, names: Sequence[str], p_base: ArrayLike) -> TaughtPoints:
@@ -73,7 +77,7 @@ class TaughtPoints:
 
 
 def read_taught(path: Path) -> TaughtPoints:
-    """Read ``name,x_mm,y_mm,z_mm[,feature | model_x_mm,model_y_mm,model_z_mm][,use]``.
+    """Read ``name,x_mm,y_mm,z_mm[,feature | model_x_mm,model_y_mm,model_z_mm][,use][,robot_space]``.
 
     Without the columns `feature` and `model_…` the name is the feature's name.
 
@@ -83,6 +87,8 @@ def read_taught(path: Path) -> TaughtPoints:
         When the file cannot be opened.
     FormatError
         When a column is missing, a number is none, a name appears twice or a word of `use` is unknown.
+    FrameError
+        When points of the nominal and of the identified robot stand in one file.
     """
     table = read_table(path)
     table.require(("name", *TAUGHT_COLUMNS))
@@ -94,9 +100,8 @@ def read_taught(path: Path) -> TaughtPoints:
     p_part = table.numbers(MODEL_COLUMNS) if by_model else np.full(p_base.shape, np.nan)
     features = tuple(table.columns["feature"]) if table.has("feature") else names
     use = table.choices("use", USES, default="yes")
-    return TaughtPoints(
-        names, p_base, ("",) * len(names) if by_model else features, p_part, use, table.path, table.lines
-    )
+    named = ("",) * len(names) if by_model else features
+    return TaughtPoints(names, p_base, named, p_part, use, table.path, table.lines, space_of_table(table))
 
 
 def pair_points(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> tuple[PointPairs, PointPairs | None]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError
+from wpcal.core.robot_space import RobotSpace
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.position import WeldPositions, weld_positions
@@ -21,7 +22,11 @@ CSV_COLUMNS = ("seam", "point", "s_mm", "x_mm", "y_mm", "z_mm", "qx", "qy", "qz"
 
 
 def seams_record(
-    seams: Sequence[Seam], T_base_part: RigidTransform | None = None, u95_mm: Sequence[FloatArray] | None = None
+    seams: Sequence[Seam],
+    T_base_part: RigidTransform | None = None,
+    u95_mm: Sequence[FloatArray] | None = None,
+    *,
+    space: RobotSpace = RobotSpace.NOMINAL,
 ) -> dict[str, Any]:
     """Return the record of ``seams.json``.
 
@@ -33,6 +38,8 @@ def seams_record(
         When given, frames are written in `base`; otherwise in `part`.
     u95_mm : sequence of ndarray, optional
         The 95 % error at every frame of each seam, mm.
+    space : RobotSpace
+        With which model of the robot the points behind `T_base_part` were computed.
 
     Returns
     -------
@@ -45,7 +52,7 @@ def seams_record(
         "frame": "part" if T_base_part is None else T_base_part.target,
         "units": {"length": "mm", "angle": "deg"},
         "z_sense": "outward",
-        "robot_space": "nominal",
+        "robot_space": space.value,
         "T_base_part": None if T_base_part is None else T_base_part.matrix.tolist(),
         "seams": [
             _seam_record(seam, T_base_part, None if u95_mm is None else u95_mm[row]) for row, seam in enumerate(seams)
