@@ -170,11 +170,13 @@ def write_sample(sample: Sample, folder: Path, *, overwrite: bool = False) -> No
     InputError
         When a file exists and `overwrite` is false, or cannot be written.
     """
+    from cad.kernel import kernel_call  # first: it says in one line what is missing where the kernel cannot load
     from cad.to_brep import to_brep
     from wpcal.features import feature_named, find_features
 
     folder.mkdir(parents=True, exist_ok=True)
-    members = sample.build()
+    with kernel_call(f"making {sample.name}"):
+        members = sample.build()
     write_file(folder / f"{sample.name}.step", step_text(members, sample.name), overwrite=overwrite)
     features = find_features(to_brep((name, shape) for name, shape, _ in members))
     p_part = np.array([feature_named(features, name).p_mm for name in sample.taught])

@@ -166,6 +166,14 @@ class CalibrationResult:
         return max(self.residuals.largest_mm, 0.0 if check is None else check.largest_mm)
 
     @property
+    def worst(self) -> str:
+        """Name of the fitted or check point with the largest distance."""
+        check = self.check_residuals
+        if check is not None and check.largest_mm > self.residuals.largest_mm:
+            return check.worst
+        return self.residuals.worst
+
+    @property
     def verdict(self) -> str:
         """``PASS`` when no point is further off than the tolerance, else ``FAIL``."""
         return "PASS" if self.largest_mm <= self.tolerance_mm else "FAIL"

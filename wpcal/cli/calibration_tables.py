@@ -25,7 +25,7 @@ def show_calibration(result: CalibrationResult, console: Console) -> None:
     for issue in result.warnings:
         console.print(f"warning: {issue.message}", highlight=False, markup=False)
     colour = "green" if result.verdict == "PASS" else "red"
-    what = f"largest residual {result.largest_mm:.4f} mm, tolerance {result.tolerance_mm:g} mm"
+    what = f"largest residual {result.largest_mm:.4f} mm at {result.worst}, tolerance {result.tolerance_mm:g} mm"
     console.print(f"[bold {colour}]{result.verdict}[/] {what}")
 
 
