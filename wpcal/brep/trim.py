@@ -117,62 +117,90 @@ class TrimmedFaces:
         distance_mm : ndarray, shape (m,)
             To the nearest piece of boundary; infinite for a face without one (a whole sphere: all of it is inside).
         """
-        order = np.argsort(faces, kind="stable")
-        inside, distance = np.zeros(len(faces), dtype=bool), np.full(len(faces), np.inf)
-        for rows in self._chunks(faces, order):
-            inside[rows], distance[rows] = self._inside(faces[rows], points[rows], uv[rows])
+        inside, distance = self.covers(faces, uv), np.full(len(faces), np.inf)
+        for rows in self._chunks(faces):
+            row, piece = self._pairs(faces[rows])
+            off = distance_to_segments(points[rows[row]], self.p0[piece], self.p1[piece])
+            np.minimum.at(distance, rows[row], off)
         return inside, distance
 
-    def _chunks(self, faces: IntArray, order: IntArray) -> Iterator[IntArray]:
+    def covers(self, faces: IntArray, uv: FloatArray) -> BoolArray:
+        """Tell which points of surfaces lie on the trimmed faces: `inside` without the distance.
+
+        Parameters
+        ----------
+        faces : ndarray of int, shape (m,)
+        uv : ndarray, shape (m, 2)
+            Parameters of the points (`project_to_faces`).
+
+        Returns
+        -------
+        ndarray of bool, shape (m,)
+        """
+        covered = np.zeros(len(faces), dtype=bool)
+        for rows in self._chunks(faces):
+            covered[rows] = self._covers(faces[rows], uv[rows])
+        return covered
+
+    def _chunks(self, faces: IntArray) -> Iterator[IntArray]:
+        """Yield rows of `faces`, sorted by face, that make at most about `MOST_PAIRS` pairs."""
+        order = np.argsort(faces, kind="stable")
         load = np.cumsum((self.start[faces + 1] - self.start[faces])[order])
         if len(load):
             yield from np.split(order, np.flatnonzero(np.diff(load // MOST_PAIRS)) + 1)
 
-    def _inside(self, faces: IntArray, points: FloatArray, uv: FloatArray) -> tuple[BoolArray, FloatArray]:
-        graph, counts = self.graph, self.start[faces + 1] - self.start[faces]
+    def _pairs(self, faces: IntArray) -> tuple[IntArray, IntArray]:
+        """Return every pair of a row of `faces` and a piece of that face's boundary."""
+        counts = self.start[faces + 1] - self.start[faces]
         row = np.repeat(np.arange(len(faces)), counts)
-        piece = self.start[faces][row] + np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
-        distance = np.full(len(faces), np.inf)
-        np.minimum.at(distance, row, distance_to_segments(points[row], self.p0[piece], self.p1[piece]))
-        kind = graph.face_kind[faces]
-        a0, a1 = self.uv0[piece] - uv[row], self.uv1[piece] - uv[row]
-        for axis, kinds in ((0, PERIODIC_U), (1, (SurfaceKind.TORUS,))):
-            turn = np.isin(kind[row], kinds)
-            if turn.any():
-                run = wrap_angle(a1[turn, axis] - a0[turn, axis])
-                a0[turn, axis] = wrap_angle(a0[turn, axis])
-                a1[turn, axis] = a0[turn, axis] + run
-        return _below_nearest(row, a0, a1, kind, counts), distance
+        return row, self.start[faces][row] + np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
+
+    def _covers(self, faces: IntArray, uv: FloatArray) -> BoolArray:
+        kind = self.graph.face_kind[faces]
+        row, piece = self._pairs(faces)
+        u0, u1 = self._relative(0, np.isin(kind, PERIODIC_U)[row], piece, uv[row, 0])
+        crosses = np.flatnonzero((u0 <= 0) != (u1 <= 0))
+        row, piece, u0, u1 = row[crosses], piece[crosses], u0[crosses], u1[crosses]
+        v0, v1 = self._relative(1, (kind == SurfaceKind.TORUS)[row], piece, uv[row, 1])
+        v = v0 - u0 / (u1 - u0) * (v1 - v0)
+        v = np.where(kind[row] == SurfaceKind.TORUS, np.mod(v, 2 * np.pi), v)
+        whole = self.start[faces + 1] == self.start[faces]
+        return _below_nearest(row, v, u1 < u0, whole)
+
+    def _relative(self, axis: int, turns: BoolArray, piece: IntArray, own: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return one parameter of the ends of pieces relative to points, the nearest way round where it turns."""
+        a0, a1 = self.uv0[piece, axis] - own, self.uv1[piece, axis] - own
+        if turns.any():
+            run = wrap_angle(a1[turns] - a0[turns])
+            a0[turns] = wrap_angle(a0[turns])
+            a1[turns] = a0[turns] + run
+        return a0, a1
 
 
-def _below_nearest(row: IntArray, a0: FloatArray, a1: FloatArray, kind: IntArray, counts: IntArray) -> BoolArray:
+def _below_nearest(row: IntArray, v: FloatArray, towards_minus: BoolArray, whole: BoolArray) -> BoolArray:
     """Decide by the piece of boundary next above each point, or next below where none is above.
 
-    `a0`, `a1` are the ends of pieces relative to the point they are compared with. A face lies to the left of its
-    boundary: below a piece that runs towards -u, above one that runs towards +u. Where no piece crosses the point's
-    meridian at all, a sphere or torus is taken as a whole (no piece) and any other surface as missed.
+    A face lies to the left of its boundary: below a piece that runs to -u, above one that runs to +u. Where no
+    piece crosses the point's meridian at all, a surface without boundary is taken as a whole and any other as missed.
+
+    Parameters
+    ----------
+    row : ndarray of int, shape (k,)
+        The point whose meridian a piece crosses.
+    v : ndarray, shape (k,)
+        How far above the point it crosses.
+    towards_minus : ndarray of bool, shape (k,)
+        Which way the piece runs.
+    whole : ndarray of bool, shape (n,)
+        Of every point, whether its face has no boundary.
     """
-    u0, u1 = a0[:, 0], a1[:, 0]
-    crosses = (u0 <= 0) != (u1 <= 0)
-    run = np.where(crosses, u1 - u0, 1.0)
-    v = a0[:, 1] - u0 / run * (a1[:, 1] - a0[:, 1])
-    torus = kind[row] == SurfaceKind.TORUS
-    v = np.where(torus, np.mod(v, 2 * np.pi), v)
-    found = counts == 0
-    n = len(kind)
+    found = whole.copy()
     for above in (False, True):  # the piece above has the last word
-        hit = np.flatnonzero(crosses & ((v > 0) if above else (v <= 0)))
-        key = np.abs(v[hit])
-        order = np.lexsort((key, row[hit]))
-        hit = hit[order]
+        hit = np.flatnonzero(v > 0 if above else v <= 0)
+        hit = hit[np.lexsort((np.abs(v[hit]), row[hit]))]
         rows, first = np.unique(row[hit], return_index=True)
-        towards_minus = (u1 - u0)[hit[first]] < 0
-        decided = np.zeros(n, dtype=bool)
-        decided[rows] = True
-        value = np.zeros(n, dtype=bool)
-        value[rows] = towards_minus if above else ~towards_minus
-        found = np.where(decided, value, found)
-    return np.asarray(found, dtype=bool)
+        found[rows] = towards_minus[hit[first]] == above
+    return found
 
 
 def is_on_axis(graph: BrepGraph, faces: IntArray, points: FloatArray) -> BoolArray:
@@ -193,6 +221,7 @@ def wrap_angle(angle: FloatArray) -> FloatArray:
 def distance_to_segments(points: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
     """Return the distance of each point to its own segment, all arrays (m, 3), mm."""
     d, r = p1 - p0, points - p0
-    square = (d * d).sum(axis=1)
-    share = np.clip((r * d).sum(axis=1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    return np.asarray(np.linalg.norm(r - share[:, None] * d, axis=1), dtype=np.float64)
+    square = np.einsum("mi,mi->m", d, d)
+    share = np.clip(np.einsum("mi,mi->m", r, d) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    r -= share[:, None] * d
+    return np.asarray(np.sqrt(np.einsum("mi,mi->m", r, r)), dtype=np.float64)

@@ -215,15 +215,23 @@ class _Touching:
         anchor = np.where(deep[rows, at], at, inward)
         crosses = deep[rows, anchor]
         good = np.where(crosses, t[rows, anchor], t[rows, at])
+        own_end = self.graph.edge_range[edge, (way + 1) // 2]
+        at_own_end = np.abs(t[rows, at] - own_end) <= PARAMETER_ROUND_OFF * (1.0 + np.abs(own_end))
         bad = t[rows, np.clip(at + way, 0, SAMPLES - 1)]
+        inner = np.flatnonzero(~at_own_end)
+        good[inner] = self._bisect(edge[inner], face[inner], good[inner], bad[inner], crosses[inner])
+        return self._at_corners(edge, face, np.where(at_own_end, own_end, good), ~at_own_end & ~crosses)
+
+    def _bisect(
+        self, edge: IntArray, face: IntArray, good: FloatArray, bad: FloatArray, crosses: BoolArray
+    ) -> FloatArray:
+        """Return the last parameter from `good` towards `bad` that is inside the face, or touches it where flush."""
         for _ in range(BISECTIONS):
             middle = (good + bad) / 2
             state = self(edge, face, middle)
             holds = np.where(crosses, state.inside, state.touching)
             good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
-        own_end = self.graph.edge_range[edge, (way + 1) // 2]
-        at_own_end = np.abs(t[rows, at] - own_end) <= PARAMETER_ROUND_OFF * (1.0 + np.abs(own_end))
-        return self._at_corners(edge, face, np.where(at_own_end, own_end, good), ~at_own_end & ~crosses)
+        return good
 
     def _at_corners(self, edge: IntArray, face: IntArray, t: FloatArray, flush: BoolArray) -> FloatArray:
         """Move the ends of flush contacts on straight edges to the foot of the face's corner: there they end."""

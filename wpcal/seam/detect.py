@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import IntArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.chain import chain_pieces, directed, groups, rounded
 from wpcal.seam.concave import find_concave_edges, looks_machined
 from wpcal.seam.contact import find_contacts
@@ -26,7 +28,9 @@ GAP_SHARE = 2.5e-3
 """On parts smaller than 200 mm the gap is this share of the diagonal: 0.5 mm would join everything on a small part."""
 REACH_STATIONS = 5
 """Places along a seam at which its reach is felt."""
-FULL_TURN_SIN = 1e-6
+TWIN_GAPS = 3.0
+"""Two pieces are twins when middles and ends lie within so many gaps: each may be off the joint's line by one gap."""
+CLOSED_MM = 1e-6
 """A loop whose end meets its start this nearly is closed."""
 
 
@@ -113,24 +117,28 @@ def _pick(joined: JoinedPieces, rows: IntArray) -> JoinedPieces:
 def _without_twins(graph: BrepGraph, joined: JoinedPieces, gap_mm: float) -> JoinedPieces:
     """Keep one of the pieces that both members claim (edge of A on B, edge of B on A), the fillet before the groove."""
     pieces = joined.pieces
-    order = sorted(range(len(pieces)), key=lambda i: (joined.weld[i] is not WeldType.FILLET, pieces.gap_mm[i, 1], i))
-    place = [evaluate_edges(graph, pieces.edge, t)[0] for t in (pieces.t0, (pieces.t0 + pieces.t1) / 2, pieces.t1)]
     solids = np.sort(np.stack([graph.face_solid[pieces.wall], graph.face_solid[pieces.base]], axis=1), axis=1)
-    near = 3.0 * gap_mm
-    kept: list[int] = []
-    for i in order:
-        if not any(
-            np.linalg.norm(place[1][i] - place[1][j]) <= near
-            and min(
-                max(np.linalg.norm(place[0][i] - place[a][j]), np.linalg.norm(place[2][i] - place[2 - a][j]))
-                for a in (0, 2)
-            )
-            <= near
-            for j in kept
-            if (solids[i] == solids[j]).all()
-        ):
-            kept.append(i)
+    start, middle, end = (
+        evaluate_edges(graph, pieces.edge, t)[0] for t in (pieces.t0, (pieces.t0 + pieces.t1) / 2, pieces.t1)
+    )
+    near = TWIN_GAPS * gap_mm
+    i, j = cKDTree(middle).query_pairs(near, output_type="ndarray").T
+    along = np.maximum(_distance(start[i], start[j]), _distance(end[i], end[j]))
+    against = np.maximum(_distance(start[i], end[j]), _distance(end[i], start[j]))
+    twins = (np.minimum(along, against) <= near) & (solids[i] == solids[j]).all(axis=1)
+    rivals: dict[int, list[int]] = defaultdict(list)
+    for a, b in zip(i[twins].tolist(), j[twins].tolist(), strict=True):
+        rivals[a].append(b)
+        rivals[b].append(a)
+    kept: set[int] = set()
+    for row in np.lexsort((pieces.gap_mm[:, 1], [weld is not WeldType.FILLET for weld in joined.weld])).tolist():
+        if kept.isdisjoint(rivals[row]):
+            kept.add(row)
     return _pick(joined, np.array(sorted(kept), dtype=np.int64))
+
+
+def _distance(p: FloatArray, q: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.norm(p - q, axis=1), dtype=np.float64)
 
 
 def _wanted_concave(
@@ -164,7 +172,7 @@ def _seams(
 
 def _meets_itself(graph: BrepGraph, run: SeamPieces) -> bool:
     ends = evaluate_edges(graph, run.edge[[0, -1]], np.array([run.t0[0], run.t1[-1]]))[0]
-    return bool(np.linalg.norm(ends[1] - ends[0]) <= FULL_TURN_SIN)
+    return bool(np.linalg.norm(ends[1] - ends[0]) <= CLOSED_MM)
 
 
 def _seam(

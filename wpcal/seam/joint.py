@@ -161,7 +161,7 @@ def _face_around_corner(graph: BrepGraph, trimmed: TrimmedFaces, face: int, p: F
 def _is_on(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> BoolArray:
     """Tell whether the feet of points lie inside trimmed faces."""
     foot = project_to_faces(graph, face, points)
-    return trimmed.inside(face, foot.p, foot.uv)[0]
+    return trimmed.covers(face, foot.uv)
 
 
 def _extent(

@@ -78,7 +78,7 @@ def is_blocked(graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, ray
         b, hb = np.where(same, b, middle), np.where(same, hb, hm)
     hit = origins[ray[row]] + ((a + b) / 2)[:, None] * rays[ray[row]]
     foot = project_to_faces(graph, face[row], hit)
-    blocked[ray[row][trimmed.inside(face[row], foot.p, foot.uv)[0]]] = True
+    blocked[ray[row][trimmed.covers(face[row], foot.uv)]] = True
     return blocked
 
 
