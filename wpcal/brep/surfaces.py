@@ -53,9 +53,10 @@ def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> F
     frame = graph.face_frame[f]
     kinds = graph.face_kind[f]
     p, n, uv = _project_elementary(kinds, frame, graph.face_param[f], points)
-    for face in np.unique(f[kinds == SurfaceKind.NURBS]):
-        rows = f == face
-        surface = graph.nurbs_surfaces[graph.face_nurbs[face]]
+    free = np.flatnonzero(kinds == SurfaceKind.NURBS)
+    free = free[np.argsort(f[free], kind="stable")]
+    for rows in np.split(free, np.flatnonzero(np.diff(f[free])) + 1) if len(free) else ():
+        surface = graph.nurbs_surfaces[graph.face_nurbs[f[rows[0]]]]
         uv[rows] = surface.project(points[rows])
         p[rows], du, dv = surface.evaluate(uv[rows])
         n[rows] = _unit(np.cross(du, dv))
