@@ -14,7 +14,9 @@ def main() -> None:
     for path in sorted(Path(__file__).parent.glob("bench_*.py")):
         if sys.argv[1:] and path.stem.removeprefix("bench_") not in sys.argv[1:]:
             continue
-        console.print(importlib.import_module(f"tests.benchmarks.{path.stem}").main())
+        table = importlib.import_module(f"tests.benchmarks.{path.stem}").main()
+        if table is not None:  # a module may print its own
+            console.print(table)
 
 
 main()

@@ -160,8 +160,11 @@ def _covariance(
         return weighted_covariance(moved, pairs.covariances[rows]), math.inf
     if sigma is None:
         p, q = pairs.p_source[rows], pairs.p_target[rows]
-        R, t = kabsch(p, q, np.full(len(rows), 1.0 / len(rows)))
-        sigma, freedom = residual_sigma(q - p @ R.T - t)
+        if criterion is Criterion.MINIMAX:  # its residuals are not the ones whose sum of squares is χ²
+            R, t = kabsch(p, q, np.full(len(rows), 1.0 / len(rows)))
+            sigma, freedom = residual_sigma(q - p @ R.T - t)
+        else:
+            sigma, freedom = residual_sigma(q - moved)
     if criterion is Criterion.MINIMAX:
         return minimax_covariance(moved, sigma, bounded=teaching.is_bounded, seed=seed), freedom
     return isotropic_covariance(moved, sigma), freedom
