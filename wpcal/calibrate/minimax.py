@@ -17,6 +17,7 @@ import numpy as np
 from wpcal.calibrate.branch_and_bound import search_rotations
 from wpcal.calibrate.interior_point import InteriorPointState, solve_interior_point
 from wpcal.calibrate.least_squares import distances, kabsch, require_spread, weighted_rms
+from wpcal.calibrate.tie_break import break_ties
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.pairs import PointPairs
 from wpcal.core.rotations import rotation_from_quaternion
@@ -95,6 +96,7 @@ def solve_minimax(pairs: PointPairs, *, start: RigidTransform | None = None, cer
 
     Notes
     -----
+    Where several fits have the least largest distance, the one of least sum of squares is returned (`tie_break`).
     One iteration on a subset of m points costs a 7×7 solve and O(m); one round on the cloud costs O(n).
     """
     require_spread(pairs)
@@ -106,6 +108,7 @@ def solve_minimax(pairs: PointPairs, *, start: RigidTransform | None = None, cer
         found = cloud.solve_from_many(found)
     if found.gap > CERTIFIED_MM and certify:
         found = cloud.search_all(found)
+    found = cloud.without_ties(found)
     return MinimaxSolution(
         cloud.outside(found.R, found.t, pairs), found.value, found.bound, frozen(found.weights), found.starts
     )
@@ -178,6 +181,11 @@ class _Cloud:
         whole = np.zeros(len(self.p))
         whole[rows] = weights
         return _Found(R, t, whole, float(d.max()), float(weighted_rms(p, q, weights)))
+
+    def without_ties(self, found: _Found) -> _Found:
+        """Take the fit of least sum of squares among those with the same largest distance."""
+        R, t = break_ties(self.p[None], self.q[None], found.R[None], found.t[None], found.weights[None])
+        return replace(found, R=R[0], t=t[0], value=float(distances(self.p, self.q, R[0], t[0]).max()))
 
     def solve_from_many(self, first: _Found) -> _Found:
         """Solve from 24 rotations about the first answer, and raise the bound by ascent."""

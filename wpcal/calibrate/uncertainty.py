@@ -19,6 +19,7 @@ from scipy.special import chdtri, fdtri
 
 from wpcal.calibrate.interior_point import solve_interior_point
 from wpcal.calibrate.least_squares import kabsch
+from wpcal.calibrate.tie_break import break_ties
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import cross_matrix
@@ -221,7 +222,8 @@ def _simulated_motions(
     R, t = kabsch(source, q, np.full(shape[:2], 1.0 / len(p)))
     state = solve_interior_point(source, q, R, t, goal=EXCESS_GOAL)
     first = np.hstack([_small_rotation(R), t])
-    return first, np.hstack([_small_rotation(state.R), state.t]) - first
+    R, t = break_ties(source, q, state.R, state.t, state.weights)
+    return first, np.hstack([_small_rotation(R), t]) - first
 
 
 def _small_rotation(R: FloatArray) -> FloatArray:

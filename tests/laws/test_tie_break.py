@@ -1,0 +1,61 @@
+"""Where the least largest distance leaves a freedom, the answer is still one: that of least squares among the best."""
+
+import numpy as np
+import pytest
+
+from wpcal.calibrate.least_squares import distances
+from wpcal.calibrate.minimax import solve_minimax
+from wpcal.core.pairs import PointPairs
+from wpcal.core.tangent import exp_rotation
+from wpcal.core.transform import RigidTransform
+
+SAME_VALUE_MM = 1e-9  # the certified accuracy of the largest distance
+SAME_PLACE_MM = 1e-5  # the solver stops at a gap of 1e-13; across a flat optimum that is a few 1e-6 mm
+
+CORNERS = np.array([[0, 0, 0], [200, 0, 0], [200, 120, 0], [0, 120, 0], [90, 60, 80]], dtype=float)
+
+
+def pulled_apart(rng: np.random.Generator) -> PointPairs:
+    """Two points off by 1 mm along their line, the others by a tenth: the part may turn about that line."""
+    q = CORNERS + rng.uniform(-0.1, 0.1, CORNERS.shape)
+    along = (CORNERS[2] - CORNERS[0]) / np.linalg.norm(CORNERS[2] - CORNERS[0])
+    q[0], q[2] = CORNERS[0] - along, CORNERS[2] + along
+    return PointPairs(tuple("abcde"), CORNERS, q)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_answer_does_not_depend_on_the_start(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    pairs = pulled_apart(rng)
+    base = solve_minimax(pairs)
+    assert base.certified
+    assert np.count_nonzero(base.weights > 1e-3) == 2
+    for _ in range(4):
+        off = RigidTransform(exp_rotation(rng.normal(0, 0.2, 3)), rng.normal(0, 20, 3), "base", "part")
+        other = solve_minimax(pairs, start=off)
+        assert other.objective_mm == pytest.approx(base.objective_mm, rel=0, abs=SAME_VALUE_MM)
+        np.testing.assert_allclose(other.T.apply(CORNERS), base.T.apply(CORNERS), rtol=0, atol=SAME_PLACE_MM)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_turn_about_the_line_has_a_smaller_sum_of_squares(seed: int) -> None:
+    pairs = pulled_apart(np.random.default_rng(seed))
+    found = solve_minimax(pairs)
+    a, b = found.T.apply(CORNERS[[0, 2]])
+    axis = (b - a) / np.linalg.norm(b - a)
+    best = np.sum(distances(CORNERS, pairs.p_target, found.T.R, found.T.t_mm) ** 2)
+    for angle in np.linspace(-0.02, 0.02, 401):
+        turn = exp_rotation(angle * axis)
+        R, t = turn @ found.T.R, a + turn @ (found.T.t_mm - a)
+        d = distances(CORNERS, pairs.p_target, R, t)
+        if d.max() <= found.objective_mm + SAME_VALUE_MM:
+            assert np.sum(d**2) >= best - SAME_VALUE_MM
+
+
+def test_a_point_that_would_be_further_off_holds_the_turn() -> None:
+    pairs = pulled_apart(np.random.default_rng(3))
+    q = np.array(pairs.p_target)
+    q[4] += [0.0, 0.0, 3.0]  # least squares would turn for it until another point is further off than the pair
+    found = solve_minimax(PointPairs(pairs.names, CORNERS, q))
+    assert found.certified
+    assert found.objective_mm == pytest.approx(found.lower_bound_mm, rel=0, abs=SAME_VALUE_MM)
