@@ -48,12 +48,21 @@ def cases() -> dict[str, tuple[list[Any], dict[tuple[str, str], int], float]]:
             {("lap", "fillet"): 2, ("edge", "groove"): 2},
             200.0,
         ),
+        "pin flush with its plate": (
+            [cut(box(80, 80, 10, (-40, -40, -10)), pin()), pin()],
+            {("corner", "fillet"): 1, ("butt", "groove"): 1},
+            2 * 2 * math.pi * 5,
+        ),
         "rod through a plate": (
             [cut(box(200, 200, 10, (-100, -100, -10)), rod()), rod()],
             {("tee", "fillet"): 2},
             2 * 2 * math.pi * 30,
         ),
     }
+
+
+def pin() -> Any:
+    return cylinder(5, 40, (0, 0, -40), (0, 0, 1))
 
 
 def rod() -> Any:

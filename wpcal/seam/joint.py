@@ -78,12 +78,11 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *
     patch_pair = np.stack([contact_face, f], axis=1)
     width = _extent(graph, trimmed, contact_face, p, inward, gap_mm)
     stands = _extent(graph, trimmed, wall, p, up, gap_mm) >= _thickness(patch_pair, width)
-    other_width, other_height = np.zeros(len(e)), np.zeros(len(e))
+    other_thickness = _thickness(patch_pair, _extent(graph, trimmed, f, p, inward, gap_mm))
     flush = np.flatnonzero(~continues)  # only there the other member's view is asked for
-    other_width[flush] = _extent(graph, trimmed, f[flush], p[flush], inward[flush], gap_mm)
-    other_height[flush] = _extent(graph, trimmed, base[flush], p[flush], -up[flush], gap_mm)
     other_stands = np.zeros(len(e), dtype=bool)
-    other_stands[flush] = other_height[flush] >= _thickness(patch_pair[flush], other_width[flush])
+    other_height = _extent(graph, trimmed, base[flush], p[flush], -up[flush], gap_mm)
+    other_stands[flush] = other_height >= other_thickness[flush]
     beyond = _is_on(graph, trimmed, f, p + (width[:, None] + 2.0 * gap_mm + 0.1) * inward)
     side_by_side = np.einsum("ki,ki->k", n_wall, n_base) > FLAT_COS
     concave = np.einsum("ki,ki->k", up, n_base) > 1 - FLAT_COS
