@@ -18,6 +18,9 @@ from wpcal.seam.seam import Seam
 SAME_POSE = 1e-9
 """Both files are written with all digits from one result: anything beyond round-off means two calibrations."""
 
+CONTROLLER_SPACE = "nominal"
+"""A controller computes joint angles with its own nominal model of the robot."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FinishedCalibration:
@@ -76,7 +79,7 @@ def read_finished(folder: Path) -> FinishedCalibration:
     InputError
         When the folder or a file is not there.
     FrameError
-        When the seams are not in `base`.
+        When the seams are not in `base`, or not in the space of the controller's own robot model.
     FormatError
         When a file breaks its format, or the two do not come from one calibration.
     """
@@ -87,6 +90,11 @@ def read_finished(folder: Path) -> FinishedCalibration:
     record = read_json(path, schema=SEAMS_SCHEMA)
     if record.get("frame") != "base" or record.get("T_base_part") is None:
         raise FrameError(f"{path}: expected seams in the frame 'base', got {record.get('frame')!r}")
+    if record.get("robot_space") != CONTROLLER_SPACE:
+        what = (
+            f"the seams are in the robot space {record.get('robot_space')!r}; a controller takes {CONTROLLER_SPACE!r}"
+        )
+        raise FrameError(f"{path}: {what}")
     T_base_part = RigidTransform.from_matrix(record["T_base_part"], target="base", source="part")
     fitted = RigidTransform.from_matrix(calibration.get("T_base_part", ()), target="base", source="part")
     if not T_base_part.is_close(fitted, atol_mm=SAME_POSE, atol_rad=SAME_POSE):
