@@ -11,15 +11,13 @@ from wpcal.calibrate.result import SCHEMA as CALIBRATION_SCHEMA
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import FormatError, FrameError, InputError
 from wpcal.core.records import read_json
+from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 from wpcal.seam.seam import Seam
 
 SAME_POSE = 1e-9
 """Both files are written with all digits from one result: anything beyond round-off means two calibrations."""
-
-CONTROLLER_SPACE = "nominal"
-"""A controller computes joint angles with its own nominal model of the robot."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,10 +88,8 @@ def read_finished(folder: Path) -> FinishedCalibration:
     record = read_json(path, schema=SEAMS_SCHEMA)
     if record.get("frame") != "base" or record.get("T_base_part") is None:
         raise FrameError(f"{path}: expected seams in the frame 'base', got {record.get('frame')!r}")
-    if record.get("robot_space") != CONTROLLER_SPACE:
-        what = (
-            f"the seams are in the robot space {record.get('robot_space')!r}; a controller takes {CONTROLLER_SPACE!r}"
-        )
+    if RobotSpace.parse(record.get("robot_space", "")) is not RobotSpace.NOMINAL:
+        what = "the seams are meant in the identified robot's space; a controller computes with its nominal model"
         raise FrameError(f"{path}: {what}")
     T_base_part = RigidTransform.from_matrix(record["T_base_part"], target="base", source="part")
     fitted = RigidTransform.from_matrix(calibration.get("T_base_part", ()), target="base", source="part")
