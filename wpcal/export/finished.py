@@ -11,6 +11,7 @@ from wpcal.calibrate.result import SCHEMA as CALIBRATION_SCHEMA
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import FormatError, FrameError, InputError
 from wpcal.core.records import read_json
+from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 from wpcal.seam.seam import Seam
@@ -76,7 +77,7 @@ def read_finished(folder: Path) -> FinishedCalibration:
     InputError
         When the folder or a file is not there.
     FrameError
-        When the seams are not in `base`.
+        When the seams are not in `base`, or not in the space of the controller's own robot model.
     FormatError
         When a file breaks its format, or the two do not come from one calibration.
     """
@@ -87,6 +88,9 @@ def read_finished(folder: Path) -> FinishedCalibration:
     record = read_json(path, schema=SEAMS_SCHEMA)
     if record.get("frame") != "base" or record.get("T_base_part") is None:
         raise FrameError(f"{path}: expected seams in the frame 'base', got {record.get('frame')!r}")
+    if RobotSpace.parse(record.get("robot_space", "")) is not RobotSpace.NOMINAL:
+        what = "the seams are meant in the identified robot's space; a controller computes with its nominal model"
+        raise FrameError(f"{path}: {what}")
     T_base_part = RigidTransform.from_matrix(record["T_base_part"], target="base", source="part")
     fitted = RigidTransform.from_matrix(calibration.get("T_base_part", ()), target="base", source="part")
     if not T_base_part.is_close(fitted, atol_mm=SAME_POSE, atol_rad=SAME_POSE):

@@ -14,7 +14,8 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
-from wpcal.core.rotations import quaternion_from_rotation
+from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
+from wpcal.core.transform import RigidTransform
 from wpcal.export.naming import NameRules, comment_lines, safe_name, safe_names
 from wpcal.export.program import WeldPath, WeldProgram, describe, describe_path
 from wpcal.export.registry import Exporter
@@ -56,11 +57,12 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
     """
     width = program.label_width
     module = safe_name(program.controller.program_name, NAMES)
+    T_base_frame = _frame_as_written(program.T_base_part)
     names = safe_names([path.seam.name for path in program.paths], NAMES, room=max(width + 1, len(PROCEDURE)))
-    lines = [f"MODULE {module}", *_header(program, names), *_data(program)]
+    lines = [f"MODULE {module}", *_header(program, names), *_data(program, T_base_frame)]
     for path in program.paths:
         labels = path.labels(names[path.seam.name], width=width)
-        poses = _poses(*path.poses_in(program.T_base_part))
+        poses = _poses(*path.poses_in(T_base_frame))
         lines += [
             f"  LOCAL CONST robtarget {label}:=[{pose},[0,0,0,0],{NO_EXTERNAL_AXES}];"
             for label, pose in zip(labels, poses, strict=True)
@@ -87,9 +89,14 @@ def _header(program: WeldProgram, names: dict[str, str]) -> list[str]:
     return comment_lines(text, mark="  ! ", longest=LONGEST_COMMENT)
 
 
-def _data(program: WeldProgram) -> list[str]:
-    T = program.T_base_part
-    frame = _poses(T.t_mm[None], T.R[None])[0]
+def _frame_as_written(T: RigidTransform) -> RigidTransform:
+    """Return the frame of the written digits, so that its own rounding does not move the targets in the base."""
+    q = rounded(quaternion_from_rotation(T.R), QUATERNION_DECIMALS)
+    return RigidTransform(rotation_from_quaternion(q), rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
+
+
+def _data(program: WeldProgram, T_base_frame: RigidTransform) -> list[str]:
+    frame = _poses(T_base_frame.t_mm[None], T_base_frame.R[None])[0]
     lines = [f'  PERS wobjdata wpPart:=[FALSE,TRUE,"",[{frame}],[[0,0,0],[1,0,0,0]]];']
     for name, speed in (("vWeld", program.motion.speed_mm_s), ("vAir", program.motion.air_speed_mm_s)):
         lines.append(f"  LOCAL CONST speeddata {name}:=[{speed:g},{TURN_DEG_S},{speed:g},{TURN_DEG_S}];")

@@ -22,6 +22,8 @@ LANGUAGES = {
     ".prg": "wpcal.export.read_rapid",
     ".sys": "wpcal.export.read_rapid",
     ".dat": "wpcal.export.read_krl",
+    ".ls": "wpcal.export.read_fanuc",
+    ".jbi": "wpcal.export.read_inform",
 }
 """Suffix of a file and the module that reads it; the module's `LANGUAGE` is a `ProgramLanguage`."""
 ANY_FRAME = ""

@@ -12,8 +12,8 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.export import ControllerSettings, read_taught_program
 from wpcal.export.rapid import write_rapid
 
-ATOL_MM = 2.5e-5
-"""Five decimals of a target and of the work object (0.87e-5 each), nine of its quaternion at 3.5 m (0.7e-5)."""
+ATOL_MM = 1e-5
+"""Five decimals in three coordinates: 0.9e-5. The frame's own rounding does not count: targets are relative to it."""
 ATOL_DEG = 2e-7
 """Nine decimals of two quaternions: each turns by at most 2e-9 rad."""
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:E[-+]?\d+)?"
