@@ -36,6 +36,13 @@ if TYPE_CHECKING:
 @click.option("--tool-number", type=int, default=1, show_default=True, help="Where they have numbers.")
 @click.option("--frame-number", type=int, default=1, show_default=True, help="User frame that the part becomes.")
 @click.option("--config", "configuration", help="Configuration of the arm as the pendant shows it (FANUC, INFORM).")
+@click.option(
+    "--robot", metavar="ARM.json", help="Identified arm: write the targets that make it go to the true poses."
+)
+@click.option(
+    "--near", metavar="Q1,…,Q6", help="With --robot: shown angles near the seam, deg; they say how it stands."
+)
+@click.option("--tool", metavar="X,Y,Z[,RX,RY,RZ]", help="With --robot: tool as set in the controller, mm and deg.")
 @click.option("--force", is_flag=True, help="Write into folders that exist and hold files.")
 @click.option("--json", "as_json", is_flag=True, help="Print what was written as JSON on stdout.")
 def export(
@@ -86,6 +93,7 @@ def _program(folder: Path, values: dict[str, Any]) -> WeldProgram:
     import math
 
     from wpcal.core.errors import InputError
+    from wpcal.core.robot_space import RobotSpace
     from wpcal.export import (
         ControllerSettings,
         MotionSettings,
@@ -107,8 +115,29 @@ def _program(folder: Path, values: dict[str, Any]) -> WeldProgram:
     motion = MotionSettings(*(values[key] for key in ("approach_mm", "retract_mm", "speed_mm_s", "air_speed_mm_s")))
     keys = ("program_name", "tool_name", "tool_number", "frame_number", "configuration")
     controller = ControllerSettings(*(values[key] for key in keys))
-    finished = read_finished(folder).select(names, everything=values["everything"])
-    return build_program(finished, torch=torch, motion=motion, controller=controller)
+    space = RobotSpace.NOMINAL if values["robot"] is None else RobotSpace.IDENTIFIED
+    finished = read_finished(folder, space=space).select(names, everything=values["everything"])
+    program = build_program(finished, torch=torch, motion=motion, controller=controller)
+    return program if values["robot"] is None else _compensated(program, values)
+
+
+def _compensated(program: WeldProgram, values: dict[str, Any]) -> WeldProgram:
+    """Replace the poses by what an identified robot has to be sent."""
+    import numpy as np
+
+    from wpcal.core.errors import InputError
+    from wpcal.export.compensation import compensate_program
+    from wpcal.robot.arm_file import find_arm
+    from wpcal.robot.poses_file import parse_tool
+
+    arm = find_arm(values["robot"])
+    try:
+        near = np.radians([float(cell) for cell in (values["near"] or "").split(",")])
+    except ValueError:
+        near = np.zeros(0)
+    if near.shape != (6,) or not np.isfinite(near).all():
+        raise InputError(f"--robot needs --near: six joint angles in degrees near the seam, got {values['near']!r}")
+    return compensate_program(program, arm, near=near, T_flange_tool=parse_tool(values["tool"]))
 
 
 def _show(

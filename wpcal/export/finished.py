@@ -16,6 +16,12 @@ from wpcal.core.transform import RigidTransform
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 from wpcal.seam.seam import Seam
 
+_WRONG_SPACE = {
+    RobotSpace.IDENTIFIED: "the points were taught through an identified robot; give its file with --robot, or the "
+    "robot's error comes back when the controller replays the seams with its nominal model",
+    RobotSpace.NOMINAL: "the points were taught through the controller's own nominal model; leave --robot away: "
+    "corrected at one end only, the robot's error comes back",
+}
 SAME_POSE = 1e-9
 """Both files are written with all digits from one result: anything beyond round-off means two calibrations."""
 
@@ -64,20 +70,22 @@ class FinishedCalibration:
         return FinishedCalibration(self.T_base_part, seams, tuple(self.u95_mm[row] for row in rows), self.calibration)
 
 
-def read_finished(folder: Path) -> FinishedCalibration:
+def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> FinishedCalibration:
     """Read ``calibration.json`` and ``seams.json``.
 
     Parameters
     ----------
     folder : Path
         As `wpcal calibrate` wrote it.
+    space : RobotSpace
+        In which robot space the seams are expected.
 
     Raises
     ------
     InputError
         When the folder or a file is not there.
     FrameError
-        When the seams are not in `base`, or not in the space of the controller's own robot model.
+        When the seams are not in `base`, or in another robot space than expected.
     FormatError
         When a file breaks its format, or the two do not come from one calibration.
     """
@@ -88,9 +96,9 @@ def read_finished(folder: Path) -> FinishedCalibration:
     record = read_json(path, schema=SEAMS_SCHEMA)
     if record.get("frame") != "base" or record.get("T_base_part") is None:
         raise FrameError(f"{path}: expected seams in the frame 'base', got {record.get('frame')!r}")
-    if RobotSpace.parse(record.get("robot_space", "")) is not RobotSpace.NOMINAL:
-        what = "the seams are meant in the identified robot's space; a controller computes with its nominal model"
-        raise FrameError(f"{path}: {what}")
+    found = RobotSpace.parse(record.get("robot_space", ""))
+    if found is not space:
+        raise FrameError(f"{path}: {_WRONG_SPACE[found]}")
     T_base_part = RigidTransform.from_matrix(record["T_base_part"], target="base", source="part")
     fitted = RigidTransform.from_matrix(calibration.get("T_base_part", ()), target="base", source="part")
     if not T_base_part.is_close(fitted, atol_mm=SAME_POSE, atol_rad=SAME_POSE):
