@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import IO, Any
 
+from cad.system_libraries import libgl_explained
 from wpcal.core.errors import KernelError, WpcalError
 
 DEFAULT_TIMEOUT_S = 600.0
@@ -197,7 +198,8 @@ def _outcome(target: str, arguments: dict[str, Any]) -> bytes:
     """Call the function; its result, its error, or a defect, as one frame."""
     try:
         module, _, function = target.partition(":")
-        return pickle.dumps(("result", getattr(import_module(module), function)(**arguments)))
+        with libgl_explained():
+            return pickle.dumps(("result", getattr(import_module(module), function)(**arguments)))
     except WpcalError as error:
         return pickle.dumps(("error", error))
     except MemoryError:

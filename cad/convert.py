@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from cad.system_libraries import libgl_explained
 from cad.to_brep import to_brep
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
@@ -165,7 +166,8 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
         When the kernel fails.
     """
     if isinstance(step, str | Path):
-        from cad.read_step import read_step
+        with libgl_explained():
+            from cad.read_step import read_step
 
         progress(f"reading {Path(step).name}")
         part = read_step(step)

@@ -12,14 +12,12 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from cad.system_libraries import libgl_explained
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError, KernelError
 from wpcal.core.transform import RigidTransform
 
-LIBGL_HINT = "the CAD kernel needs libGL.so.1, which this system lacks: sudo apt-get install libgl1"
-"""The one system library that the kernel's wheel does not bring along."""
-
-try:
+with libgl_explained():
     import OCP.Standard
     from OCP.BRep import BRep_Builder, BRep_Tool
     from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
@@ -43,10 +41,6 @@ try:
     from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Shell
     from OCP.XCAFApp import XCAFApp_Application
     from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType
-except ImportError as error:
-    if "libGL" in str(error):
-        raise InputError(LIBGL_HINT) from None
-    raise
 
 KernelObject: TypeAlias = Any
 """Any object of the kernel: OCP carries no types."""

@@ -170,7 +170,7 @@ def write_sample(sample: Sample, folder: Path, *, overwrite: bool = False) -> No
     InputError
         When a file exists and `overwrite` is false, or cannot be written.
     """
-    from cad.kernel import kernel_call  # first: it says in one line what is missing where the kernel cannot load
+    from cad.kernel import kernel_call
     from cad.to_brep import to_brep
     from wpcal.features import feature_named, find_features
 
