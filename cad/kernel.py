@@ -14,7 +14,7 @@ import numpy as np
 
 from cad.system_libraries import libgl_explained
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import InputError, KernelError
+from wpcal.core.errors import KernelError
 from wpcal.core.transform import RigidTransform
 
 with libgl_explained():
