@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.core.errors import InputError
+from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
 
 LEVER_MM = 1000.0
@@ -51,21 +51,26 @@ def compare_folders(found: Path, golden: Path, *, atol_mm: float) -> list[Differ
     Raises
     ------
     InputError
-        When the golden folder holds neither file, or a file cannot be read.
+        When the golden folder holds neither file, a file cannot be read or lacks a field, or `atol_mm` is negative.
     """
+    if not 0 <= atol_mm < np.inf:
+        raise InputError(f"atol_mm is a length that is not negative, got {atol_mm}")
     names = [name for name in SCHEMAS if (golden / name).is_file()]
     if not names:
         raise InputError(f"{golden}: holds neither {' nor '.join(SCHEMAS)}")
-    compare = {"calibration.json": compare_calibrations, "seams.json": compare_seams}
-    return [
-        difference
-        for name in names
-        for difference in compare[name](
-            read_json(found / name, schema=SCHEMAS[name]),
-            read_json(golden / name, schema=SCHEMAS[name]),
-            atol_mm=atol_mm,
-        )
-    ]
+    return [difference for name in names for difference in _compare_files(found / name, golden / name, atol_mm)]
+
+
+def _compare_files(found: Path, golden: Path, atol_mm: float) -> list[Difference]:
+    compare = {"calibration.json": compare_calibrations, "seams.json": compare_seams}[golden.name]
+    schema = SCHEMAS[golden.name]
+    mine, kept = read_json(found, schema=schema), read_json(golden, schema=schema)
+    try:
+        return list(compare(mine, kept, atol_mm=atol_mm))
+    except (KeyError, TypeError, ValueError) as error:
+        raise FormatError(
+            f"or {found} is no complete record: {type(error).__name__} {error}", path=str(golden)
+        ) from None
 
 
 def compare_calibrations(
@@ -75,7 +80,7 @@ def compare_calibrations(
     yield from _poses("T_base_part", found["T_base_part"], golden["T_base_part"], atol_mm)
     for name in COMPARED_NUMBERS:
         off = abs(found[name] - golden[name])
-        if off > atol_mm:
+        if not off <= atol_mm:  # NaN differs from everything
             yield Difference(name, f"{found[name]:.6f}", f"{golden[name]:.6f}", f"{off:.6f} mm")
     for name in COMPARED_WORDS:
         if found.get(name) != golden.get(name):
@@ -114,7 +119,7 @@ def _one_seam(found: Mapping[str, Any], golden: Mapping[str, Any], atol_mm: floa
         if found[name] != golden[name]:
             yield Difference(f"{where} {name}", str(found[name]), str(golden[name]))
     off = abs(found["length_mm"] - golden["length_mm"])
-    if off > atol_mm:
+    if not off <= atol_mm:
         yield Difference(
             f"{where} length_mm", f"{found['length_mm']:.6f}", f"{golden['length_mm']:.6f}", f"{off:.6f} mm"
         )
@@ -124,7 +129,7 @@ def _one_seam(found: Mapping[str, Any], golden: Mapping[str, Any], atol_mm: floa
     for number, (mine, frame) in enumerate(zip(found["frames"], golden["frames"], strict=True)):
         yield from _points(f"{where} frame {number} p_mm", mine["p_mm"], frame["p_mm"], atol_mm)
         turn = float(np.abs(np.subtract(mine["R"], frame["R"])).max())
-        if turn * LEVER_MM > atol_mm:
+        if not turn * LEVER_MM <= atol_mm:
             yield Difference(f"{where} frame {number} R", "turned", "", f"{turn:.2e} rad")
 
 
@@ -132,14 +137,14 @@ def _poses(where: str, found: Any, golden: Any, atol_mm: float) -> Iterator[Diff
     a, b = np.asarray(found, dtype=np.float64), np.asarray(golden, dtype=np.float64)
     yield from _points(f"{where} origin", a[:3, 3], b[:3, 3], atol_mm)
     turn = float(np.abs(a[:3, :3] - b[:3, :3]).max())
-    if turn * LEVER_MM > atol_mm:
+    if not turn * LEVER_MM <= atol_mm:
         yield Difference(f"{where} rotation", "turned", "", f"{turn:.2e} rad")
 
 
 def _points(where: str, found: Any, golden: Any, atol_mm: float) -> Iterator[Difference]:
     a, b = np.asarray(found, dtype=np.float64), np.asarray(golden, dtype=np.float64)
     off = float(np.linalg.norm(a - b))
-    if off > atol_mm:
+    if not off <= atol_mm:
         yield Difference(where, _shown(a), _shown(b), f"{off:.6f} mm")
 
 

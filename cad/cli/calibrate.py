@@ -96,12 +96,11 @@ def run_calibration(part_step: Path, taught_csv: Path, out: Path, *, force: bool
 
 def show_written(written: WrittenCalibration, out: Path) -> None:
     """Print the points, the seams, the verdict and what was written."""
-    from rich.console import Console
-
     from cad.cli.tables import seams_table
     from wpcal.cli.calibration_tables import show_calibration
+    from wpcal.cli.console import plain_console
 
-    console = Console()
+    console = plain_console()
     console.print(seams_table(written.seams, "Seams (base frame in the files)", written.u95_mm))
     show_calibration(written.result, console)
     for issue in written.record["issues"][len(written.result.warnings) :]:

@@ -30,9 +30,8 @@ def features(*, part_step: Path, kind: tuple[str, ...], as_json: bool) -> int:
 
         click.echo(to_json(features_record(chosen)), nl=False)
     else:
-        from rich.console import Console
-
         from cad.cli.tables import features_table
+        from wpcal.cli.console import plain_console
 
-        Console().print(features_table(chosen, part_step.name))
+        plain_console().print(features_table(chosen, part_step.name))
     return 0

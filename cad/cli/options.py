@@ -81,4 +81,7 @@ def read_pose(text: str) -> RigidTransform:
     except ValueError:
         raise InputError(f"--nominal: {path}: is not JSON") from None
     matrix: Any = record.get("T_nominal_part") if isinstance(record, dict) else record
-    return RigidTransform.from_matrix(matrix, target="nominal", source="part")
+    try:
+        return RigidTransform.from_matrix(matrix, target="nominal", source="part")
+    except InputError as error:
+        raise InputError(f"--nominal: {path}: {error}") from None

@@ -33,9 +33,8 @@ def seams(*, part_step: Path, as_json: bool, **values: Any) -> int:
 
         click.echo(to_json(seams_record(found)), nl=False)
     else:
-        from rich.console import Console
-
         from cad.cli.tables import seams_table
+        from wpcal.cli.console import plain_console
 
-        Console().print(seams_table(found, f"Seams of {part_step.name} (part frame)"))
+        plain_console().print(seams_table(found, f"Seams of {part_step.name} (part frame)"))
     return 0

@@ -1,6 +1,7 @@
 """The hostile user: every wrong input is one line on stderr and exit code 2, and nothing is written."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -125,10 +126,50 @@ def collinear(path: Path) -> None:
     path.write_text("\n".join([header, *(f"p{i},{i}00,0,0,{i}00,0,0" for i in range(4))]))
 
 
+def as_step(path: Path) -> None:
+    shutil.copy(TEE / "tee.step", path)
+
+
+def misspelt(path: Path) -> None:
+    path.write_text(path.read_text().replace("use", "used"))
+
+
+def half_a_model(path: Path) -> None:
+    path.write_text(path.read_text().replace("use", "model_x_mm").replace("yes", "1").replace("check", "2"))
+
+
+def out_of_this_world(path: Path) -> None:
+    path.write_text(path.read_text().replace("812.29", "1e300"))
+
+
+def inches(path: Path) -> None:
+    path.write_text("\n".join([rows(path)[0], *(f"{name},{point}" for name, point in INCHES.items())]))
+
+
+INCHES = {"V2": "0,0,0,yes", "V4": "0,4.7244,0,yes", "V16": "7.874,4.7244,0,yes", "V12": "6.8898,2.5197,3.1496,yes"}
+"""The tee's corners where it stands in its own coordinates, in inches."""
+
+
+def coinciding(path: Path) -> None:
+    path.write_text("\n".join([rows(path)[0], *(f"{name},1,2,3,yes" for name in INCHES)]))
+
+
+def only_checks(path: Path) -> None:
+    path.write_text(path.read_text().replace("yes", "check"))
+
+
 @pytest.mark.parametrize(
     ("spoil", "says"),
     [
         (missing, "taught.csv: no such file"),
+        (directory, "taught.csv: is a directory"),
+        (as_step, "taught.csv: is a STEP file"),
+        (misspelt, "unknown column 'used'; did you mean use?"),
+        (half_a_model, "missing column model_y_mm, model_z_mm"),
+        (out_of_this_world, "taught.csv, line 2, column x_mm: expected a number of at most 1e+09"),
+        (inches, "taught.csv: the distances between the taught points are 0.0393"),
+        (coinciding, "coincide"),
+        (only_checks, "at least 3 points with use yes, got 0"),
         (empty, "taught.csv: the file is empty"),
         (too_few, "at least 3 points"),
         (unknown_feature, "near: V"),
@@ -148,6 +189,15 @@ def test_taught_points_that_cannot_be_used(folder: Path, spoil: Callable[[Path],
     ("option", "says"),
     [
         (("--chord-mm", "0"), "chord_mm must be positive"),
+        (("--chord-mm", "wide"), "--chord-mm"),
+        (("--min-step-mm", "nan"), "min_step_mm"),
+        (("--min-step-mm", "20"), "min_step_mm"),
+        (("--split-deg", "nan"), "--split-deg"),
+        (("--sigma-mm", "-1"), "sigma_mm"),
+        (("--tcp-bias-mm", "nan"), "tcp_bias_mm"),
+        (("--tolerance-mm", "-1"), "tolerance"),
+        (("--tolerance-mm", "inf"), "tolerance"),
+        (("--nominal", "taught.csv"), "--nominal: taught.csv: is not JSON"),
         (("--max-step-mm", "nan"), "max_step_mm"),
         (("--gap-mm", "-1"), "--gap-mm"),
         (("--tolerance-mm", "nan"), "tolerance"),
@@ -161,6 +211,12 @@ def test_options_without_meaning(folder: Path, option: tuple[str, str], says: st
     assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "out", *option, says=says)
 
 
+def test_a_nominal_pose_that_is_none(folder: Path) -> None:
+    (folder / "pose.json").write_text('{"T_base_part": 1}')
+    command = ("calibrate", "tee.step", "taught.csv", "-o", "out", "--nominal", "pose.json")
+    assert_refused(folder, *command, says="--nominal: pose.json: expected a 4×4 matrix")
+
+
 def test_an_output_folder_that_holds_something(folder: Path) -> None:
     (folder / "out").mkdir()
     (folder / "out" / "mine.txt").write_text("keep")
@@ -172,6 +228,16 @@ def test_an_output_folder_that_holds_something(folder: Path) -> None:
 
 def test_an_output_that_is_a_file(folder: Path) -> None:
     assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "tee.step", says="is a file")
+
+
+def test_an_output_below_a_file(folder: Path) -> None:
+    assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "taught.csv/out", says="cannot be written")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root writes into a folder that nobody may write to")
+def test_a_folder_that_nobody_may_write_to(folder: Path) -> None:
+    (folder / "mine").mkdir(mode=0o555)
+    assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "mine/out", says="permission denied")
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs /proc, a file system nobody can write to")
@@ -210,6 +276,28 @@ def test_json_on_stdout_is_the_file(folder: Path) -> None:
     done = run_wpcal("calibrate", "tee.step", "taught.csv", "-o", "out", "--json", cwd=folder)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == (folder / "out" / "calibration.json").read_text()
+
+
+def test_no_command_is_the_help(folder: Path) -> None:
+    done = run_wpcal(cwd=folder)
+    assert "calibrate" in done.stdout
+    assert done.stdout.count("\n") > 10
+    assert done.stderr == ""
+
+
+def test_names_that_look_like_markup_are_printed(folder: Path) -> None:
+    part = folder / "tee.step"
+    part.write_text(part.read_text().replace("'web'", "'web[/b]'"))
+    done = run_wpcal("seams", "tee.step", cwd=folder)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "web[/b]" in done.stdout
+
+
+def test_a_terminal_without_greek_letters(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONIOENCODING", "ascii")
+    done = run_wpcal("calibrate", "tee.step", "taught.csv", "-o", "out", cwd=folder)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "PASS" in done.stdout
 
 
 def test_an_unknown_command_is_one_line(folder: Path) -> None:

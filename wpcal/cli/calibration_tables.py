@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 if TYPE_CHECKING:
     from wpcal.calibrate import CalibrationResult
@@ -26,7 +27,7 @@ def show_calibration(result: CalibrationResult, console: Console) -> None:
         console.print(f"warning: {issue.message}", highlight=False, markup=False)
     colour = "green" if result.verdict == "PASS" else "red"
     what = f"largest residual {result.largest_mm:.4f} mm at {result.worst}, tolerance {result.tolerance_mm:g} mm"
-    console.print(f"[bold {colour}]{result.verdict}[/] {what}")
+    console.print(Text.assemble((result.verdict, f"bold {colour}"), f" {what}"), highlight=False)
 
 
 def _points(result: CalibrationResult) -> Table:

@@ -21,10 +21,11 @@ def diff(*, out: Path, golden: Path, atol_mm: float, as_json: bool) -> int:
     if as_json:
         click.echo(to_json({"schema": "wpcal/diff/1", "differences": [d.to_record() for d in differences]}), nl=False)
     else:
-        from rich.console import Console
         from rich.table import Table
 
-        console = Console()
+        from wpcal.cli.console import plain_console
+
+        console = plain_console()
         if differences:
             table = Table(title=f"{len(differences)} differences (limit {atol_mm:g} mm)")
             for heading in ("where", "found", "golden", "off by"):

@@ -69,9 +69,8 @@ def fit(
     if as_json:
         click.echo(to_json(result.to_record()), nl=False)
     else:
-        from rich.console import Console
-
         from wpcal.cli.calibration_tables import show_calibration
+        from wpcal.cli.console import plain_console
 
-        show_calibration(result, Console())
+        show_calibration(result, plain_console())
     return 0 if result.verdict == "PASS" else 1

@@ -21,6 +21,10 @@ def frozen(values: ArrayLike) -> FloatArray:
     return array
 
 
+LARGEST_MM = 1e9
+"""No coordinate is larger: beyond a thousand kilometres float64 numbers are more than 1e-7 mm apart."""
+
+
 def as_points(values: ArrayLike, *, name: str) -> FloatArray:
     """Check and freeze an array of points.
 
@@ -39,7 +43,7 @@ def as_points(values: ArrayLike, *, name: str) -> FloatArray:
     Raises
     ------
     InputError
-        When the shape is not (n, 3), or a value is NaN or infinite.
+        When the shape is not (n, 3), or a value is NaN, infinite or larger than `LARGEST_MM`.
     """
     try:
         points = frozen(values)
@@ -50,4 +54,7 @@ def as_points(values: ArrayLike, *, name: str) -> FloatArray:
     if not np.isfinite(points).all():
         row = int(np.argmin(np.isfinite(points).all(axis=1)))
         raise InputError(f"{name}: row {row + 1} holds a value that is not finite: {points[row].tolist()}")
+    if np.abs(points).max(initial=0.0) > LARGEST_MM:
+        row = int(np.argmax(np.abs(points).max(axis=1)))
+        raise InputError(f"{name}: row {row + 1} is farther away than {LARGEST_MM:g} mm: {points[row].tolist()}")
     return points

@@ -7,6 +7,7 @@ read where the separator is not a comma and no number of the table has a point.
 from __future__ import annotations
 
 import csv
+import difflib
 import io
 import math
 from collections.abc import Sequence
@@ -15,11 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.arrays import LARGEST_MM, FloatArray, frozen
 from wpcal.core.errors import FormatError, InputError
 
 SEPARATORS = ";\t,"
 """In the order they are looked for: a header with a semicolon or a tab is not separated by commas."""
+MISSPELT = 0.7
+"""Likeness of two words above which one is taken for a slip of the other: ``used`` and ``use`` have 0.86."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +65,20 @@ class Table:
             what = f"missing column {', '.join(missing)}; found {', '.join(self.columns)}"
             raise FormatError(what, path=self.path, line=1)
 
+    def refuse_misspelt(self, known: Sequence[str]) -> None:
+        """Refuse a table with a column that looks like a known one that is not there; other columns are ignored.
+
+        Raises
+        ------
+        FormatError
+            Naming both.
+        """
+        absent = [name for name in known if name not in self.columns]
+        for name in self.columns:
+            near = [] if name in known else difflib.get_close_matches(name, absent, n=1, cutoff=MISSPELT)
+            if near:
+                raise FormatError(f"unknown column {name!r}; did you mean {near[0]}?", path=self.path, line=1)
+
     def unique_names(self, column: str) -> tuple[str, ...]:
         """Return the cells of a column of names.
 
@@ -99,7 +116,7 @@ class Table:
         return words
 
     def numbers(self, names: Sequence[str]) -> FloatArray:
-        """Return columns of finite numbers.
+        """Return columns of finite numbers of at most `LARGEST_MM`.
 
         Parameters
         ----------
@@ -124,7 +141,7 @@ class Table:
                 values[:, j] = np.array(cells, dtype=np.float64)
             except ValueError:
                 values[:, j] = math.nan
-            if not np.isfinite(values[:, j]).all():
+            if not (np.abs(values[:, j]) <= LARGEST_MM).all():  # NaN is not, either
                 self._refuse(name, cells)
         return frozen(values)
 
@@ -156,7 +173,8 @@ def read_table(path: Path) -> Table:
     InputError
         When the file cannot be opened.
     FormatError
-        When it is no UTF-8 text, empty, has no rows, a column twice, or a row of another length than the header.
+        When it is no UTF-8 text, a STEP file, empty, has no rows, a column twice, or a row of another length than
+        the header.
     """
     shown = str(path)
     try:
@@ -167,6 +185,8 @@ def read_table(path: Path) -> Table:
         raise FormatError(f"is not a UTF-8 text file (byte {error.start})", path=shown) from None
     if not text.strip():
         raise FormatError("the file is empty; expected a header line and one row a point", path=shown)
+    if text.lstrip().startswith("ISO-10303-21"):
+        raise FormatError("is a STEP file, expected a table with a header line; are two files swapped?", path=shown)
     separator = _separator(text.lstrip().splitlines()[0])
     lines, rows = _rows(text, separator, shown)
     header = _header(rows[0], shown, lines[0])
@@ -225,4 +245,6 @@ def _fault(cell: str) -> str | None:
         value = float(cell)
     except ValueError:
         return f"expected a number, got {cell!r}"
-    return None if math.isfinite(value) else f"expected a finite number, got {cell!r}"
+    if not math.isfinite(value):
+        return f"expected a finite number, got {cell!r}"
+    return None if abs(value) <= LARGEST_MM else f"expected a number of at most {LARGEST_MM:g}, got {cell!r}"

@@ -86,12 +86,15 @@ def read_taught(path: Path) -> TaughtPoints:
     InputError
         When the file cannot be opened.
     FormatError
-        When a column is missing, a number is none, a name appears twice or a word of `use` is unknown.
+        When a column is missing or misspelt, a number is none, a name appears twice or a word of `use` is unknown.
     FrameError
         When points of the nominal and of the identified robot stand in one file.
     """
     table = read_table(path)
     table.require(("name", *TAUGHT_COLUMNS))
+    table.refuse_misspelt(("feature", *MODEL_COLUMNS, "use", "robot_space"))
+    if any(column in table.columns for column in MODEL_COLUMNS):
+        table.require(MODEL_COLUMNS)
     if table.has("feature") and table.has(*MODEL_COLUMNS):
         raise FormatError("give either the column feature or model_x_mm, model_y_mm, model_z_mm", path=table.path)
     names = table.unique_names("name")

@@ -1,0 +1,75 @@
+"""The kept results of every fixture, made by the real command from `taught.csv`.
+
+`pytest tests/golden --regenerate` writes them anew; a person then reads the difference before it is committed.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from wpcal.core.records import read_json
+from wpcal.testing import SCHEMAS, assert_calibration_close, assert_seams_close
+
+ROOT = Path(__file__).parents[2]
+FIXTURES = ROOT / "fixtures"
+PARTS = sorted(path.parent.name for path in FIXTURES.glob("*/truth.json"))
+
+GOLDEN_MM = 1e-5
+"""The polish ends within 1e-9 mm of the optimum; other versions of NumPy and of the kernel change last digits, and the
+pose of a minimax fit is a thousand times softer than its value."""
+
+
+def run_wpcal(*arguments: Path | str) -> str:
+    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_a_part_gives_its_golden_results(name: str, tmp_path: Path, regenerate: bool) -> None:
+    folder, golden = FIXTURES / name, FIXTURES / name / "golden"
+    run_wpcal("calibrate", folder / f"{name}.step", folder / "taught.csv", "-o", tmp_path / "out")
+    if regenerate:
+        golden.mkdir(exist_ok=True)
+        for file in SCHEMAS:
+            shutil.copy(tmp_path / "out" / file, golden / file)
+    for file, assert_close in zip(SCHEMAS, (assert_calibration_close, assert_seams_close), strict=True):
+        found, kept = (read_json(place / file, schema=SCHEMAS[file]) for place in (tmp_path / "out", golden))
+        assert_close(found, kept, atol_mm=GOLDEN_MM)
+
+
+def test_the_papers_table_gives_its_golden_result(tmp_path: Path, regenerate: bool) -> None:
+    folder = FIXTURES / "yin2003"
+    golden = folder / "golden" / "calibration.json"
+    (tmp_path / "calibration.json").write_text(run_wpcal("fit", folder / "table1.csv", "--json"), encoding="utf-8")
+    if regenerate:
+        golden.parent.mkdir(exist_ok=True)
+        shutil.copy(tmp_path / "calibration.json", golden)
+    found, kept = (read_json(path, schema=SCHEMAS[golden.name]) for path in (tmp_path / golden.name, golden))
+    assert_calibration_close(found, kept, atol_mm=GOLDEN_MM)
+
+
+def test_the_golden_results_were_made_from_these_files() -> None:
+    import hashlib
+
+    for name in PARTS:
+        record = read_json(FIXTURES / name / "golden" / "calibration.json", schema=SCHEMAS["calibration.json"])
+        for source in record["inputs"].values():
+            path = FIXTURES / name / source["file"]
+            assert hashlib.sha256(path.read_bytes()).hexdigest() == source["sha256"], path
+
+
+def test_regenerating_is_refused_where_ci_is_set() -> None:
+    command = [sys.executable, "-m", "pytest", "tests/golden", "--regenerate", "--collect-only", "-q"]
+    done = subprocess.run(
+        command, cwd=ROOT, env={**os.environ, "CI": "1"}, capture_output=True, text=True, check=False, timeout=300
+    )
+    assert done.returncode == pytest.ExitCode.USAGE_ERROR
+    assert "not regenerated where CI is set" in done.stderr + done.stdout
