@@ -137,6 +137,8 @@ def _compensated(program: WeldProgram, values: dict[str, Any]) -> WeldProgram:
         near = np.zeros(0)
     if near.shape != (6,) or not np.isfinite(near).all():
         raise InputError(f"--robot needs --near: six joint angles in degrees near the seam, got {values['near']!r}")
+    if values["tool"] is None:
+        raise InputError("--robot needs --tool: the tool as set in the controller; 0,0,0 where it is the flange itself")
     return compensate_program(program, arm, near=near, T_flange_tool=parse_tool(values["tool"]))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -205,8 +204,3 @@ def describe_path(path: WeldPath) -> str:
     seam = path.seam
     text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {len(path) - 2} points"
     return text if path.u95_mm is None else f"{text}, 95 % error up to {path.u95_mm.max():.3f} mm"
-
-
-def count_poses(paths: Sequence[WeldPath]) -> int:
-    """Count the poses of all paths, approaches and retracts included."""
-    return sum(len(path) for path in paths)

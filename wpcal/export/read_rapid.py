@@ -57,7 +57,7 @@ def read_rapid(text: str, path: str) -> ProgramPoints:
             frames[name] = _work_object(value, name, path, line)
             continue
         for element, single in _elements(name, match["array"], value, path, line):
-            targets.append((element, line, None if kind == "jointtarget" else _target(single, element, path, line)))
+            targets.append((element, line, None if kind == "jointtarget" else _pose(single, element, path, line)))
     uses = _find_uses(plain)
     points = tuple(_point(*target, uses.get(target[0].split("{")[0].lower(), _Uses()), frames) for target in targets)
     return ProgramPoints(points, {name: T for name, T in frames.items() if T is not None})
@@ -121,10 +121,6 @@ def _transform(place: np.ndarray[Any, Any], q_wxyz: np.ndarray[Any, Any]) -> Rig
     if not abs(np.linalg.norm(q_wxyz) - 1.0) <= UNIT_QUATERNION_ATOL:
         raise InputError(f"the quaternion has length {np.linalg.norm(q_wxyz):.4g}")
     return RigidTransform(rotation_from_quaternion(np.roll(q_wxyz, -1)), place, "base", "frame")
-
-
-def _target(value: Any, name: str, path: str, line: int) -> RigidTransform:
-    return _pose(value, name, path, line)
 
 
 def _work_object(value: Any, name: str, path: str, line: int) -> RigidTransform | None:

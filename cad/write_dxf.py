@@ -1,0 +1,129 @@
+"""DXF: the calibrated seams as 3-D polylines, the taught points with labels, and the residual vectors.
+
+Lengths are mm (the header says so), in the robot's base. A seam has a layer of its own, coloured by its joint. Residual
+vectors are drawn magnified, from the taught point against the residual; their layer's name says how much.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import KernelError
+from wpcal.export import Exporter, WeldProgram
+from wpcal.export.naming import NameRules, printable, safe_name, safe_names
+from wpcal.seam.seam import JointType
+
+NAMES = NameRules("DXF", 60, "0 defpoints taught_points residuals_x100")
+"""Old readers take layer names of 255 characters; a list on a screen shows 60."""
+JOINT_COLOUR = {
+    JointType.TEE: 3,
+    JointType.LAP: 5,
+    JointType.BUTT: 1,
+    JointType.CORNER: 6,
+    JointType.EDGE: 4,
+    JointType.UNKNOWN: 8,
+}
+"""AutoCAD colour index: green, blue, red, magenta, cyan, grey."""
+POINT_COLOUR, RESIDUAL_COLOUR = 7, 30
+"""Black or white by background, and orange."""
+POINT_LAYER = "TAUGHT_POINTS"
+RESIDUAL_LAYER = "RESIDUALS_X100"
+MAGNIFIED = 100.0
+"""Residuals are tenths of a millimetre on parts of some hundred."""
+TEXT_PART = 0.01
+"""Text height as a part of the drawing's diagonal: a label is read when the whole part fills the screen."""
+MILLIMETRES = 4
+"""The value of $INSUNITS for mm."""
+SMALLEST_TEXT_MM = 0.1
+"""Where all points coincide."""
+
+
+def write_dxf(program: WeldProgram) -> dict[str, str]:
+    """Write one DXF file with all seams and taught points.
+
+    Parameters
+    ----------
+    program : WeldProgram
+
+    Returns
+    -------
+    dict of str to str
+        ``NAME.dxf``, R2018.
+
+    Raises
+    ------
+    KernelError
+        When the drawing does not pass the library's audit.
+    """
+    names = safe_names([path.seam.name for path in program.paths], NAMES)
+    with _reproducible():
+        return {f"{safe_name(program.controller.program_name, NAMES)}.dxf": _drawn(program, names)}
+
+
+def _drawn(program: WeldProgram, names: dict[str, str]) -> str:
+    import ezdxf
+
+    document = ezdxf.new("R2018")
+    document.header["$INSUNITS"] = MILLIMETRES
+    space = document.modelspace()
+    points = _points(program)
+    height = _text_height(program, points)
+    for path in program.paths:
+        layer, p = names[path.seam.name], path.seam.frames.p
+        document.layers.add(layer, color=JOINT_COLOUR[path.seam.joint])
+        space.add_polyline3d(p.tolist(), dxfattribs={"layer": layer})
+        _label(space, path.seam.name, p[0], layer, height)
+    document.layers.add(POINT_LAYER, color=POINT_COLOUR)
+    document.layers.add(RESIDUAL_LAYER, color=RESIDUAL_COLOUR)
+    for name, p, residual in points:
+        space.add_point(p.tolist(), dxfattribs={"layer": POINT_LAYER})
+        _label(space, name, p, POINT_LAYER, height)
+        space.add_line(p.tolist(), (p - MAGNIFIED * residual).tolist(), dxfattribs={"layer": RESIDUAL_LAYER})
+    if document.audit().has_errors:
+        raise KernelError("the drawing has audit errors")
+    text = io.StringIO()
+    document.write(text)
+    return text.getvalue()
+
+
+def _points(program: WeldProgram) -> list[tuple[str, FloatArray, FloatArray]]:
+    """Return name, place and residual of the taught points, base frame, mm."""
+    return [
+        (
+            record["name"],
+            np.array(record["p_base_mm"], dtype=np.float64),
+            np.array(record["residual_mm"], dtype=np.float64),
+        )
+        for record in program.calibration.get("points", ())
+    ]
+
+
+def _text_height(program: WeldProgram, points: list[tuple[str, FloatArray, FloatArray]]) -> float:
+    places = np.concatenate([*(path.seam.frames.p for path in program.paths), *(p[None] for _, p, _ in points)])
+    return max(float(np.linalg.norm(np.ptp(places, axis=0))) * TEXT_PART, SMALLEST_TEXT_MM)
+
+
+def _label(space: Any, text: str, p: FloatArray, layer: str, height: float) -> None:
+    space.add_text(printable(text), height=height, dxfattribs={"layer": layer}).set_placement((p + height / 2).tolist())
+
+
+@contextmanager
+def _reproducible() -> Iterator[None]:
+    """Write without the time and with fixed identifiers: the same input gives the same bytes."""
+    from ezdxf import options
+
+    before = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True
+    try:
+        yield
+    finally:
+        options.write_fixed_meta_data_for_testing = before
+
+
+DXF = Exporter("dxf", "DXF: NAME.dxf with seams, taught points and residual vectors", write_dxf)
