@@ -109,17 +109,23 @@ def arc_length(graph: BrepGraph, edge: int, t0: float, t1: float) -> float:
 
 
 def cumulative_length(graph: BrepGraph, edge: int, t: FloatArray) -> FloatArray:
-    """Return the length of one edge from t[0] to each t, mm, shape (m,); negative where t falls."""
+    """Return the length of one edge from t[0] to each t, mm, shape (m,); negative where t falls below t[0].
+
+    No piece of the integral reaches across a knot: there a higher derivative jumps, and Gauss-Legendre loses its order.
+    """
+    knots = graph.nurbs_curves[graph.edge_nurbs[edge]].knots if graph.edge_kind[edge] == CurveKind.NURBS else t[:0]
+    cuts = np.unique(np.concatenate([t, knots[(knots > t.min()) & (knots < t.max())]]))
     whole = graph.edge_range[edge, 1] - graph.edge_range[edge, 0]
-    share = float(np.abs(np.diff(t)).max()) / whole if whole > 0 else 0.0
+    share = float(np.diff(cuts).max(initial=0.0)) / whole if whole > 0 else 0.0
     pieces = max(1, int(np.ceil(share * piece_counts_of(graph, edge))))
-    low, step = t[:-1], np.diff(t) / pieces
-    left = low[:, None] + step[:, None] * np.arange(pieces)
+    step = np.diff(cuts) / pieces
+    left = cuts[:-1, None] + step[:, None] * np.arange(pieces)
     nodes = left[..., None] + step[:, None, None] * (GAUSS_X + 1.0) / 2.0
     slopes = evaluate_edges(graph, np.full(nodes.size, edge), nodes.ravel())[1]
     speed = np.linalg.norm(slopes, axis=1).reshape(nodes.shape)
-    lengths = (speed @ GAUSS_W).sum(axis=1) * step / 2.0
-    return np.concatenate([[0.0], np.cumsum(lengths)])
+    along = np.concatenate([[0.0], np.cumsum((speed @ GAUSS_W).sum(axis=1) * step / 2.0)])
+    at = along[np.searchsorted(cuts, t)]
+    return np.asarray(at - at[0], dtype=np.float64)
 
 
 def piece_counts_of(graph: BrepGraph, edge: int) -> int:
