@@ -89,6 +89,18 @@ def assert_same_poses():
     return check
 
 
+@pytest.fixture(scope="session")
+def assert_is_the_part():
+    """The frame of a file is the part as calibrated: points relative to it are then those of the STEP file."""
+
+    def check(p, R, program, *, atol_mm, atol_deg):
+        T = program.T_base_part
+        assert np.linalg.norm(p - T.t_mm) <= atol_mm
+        assert np.degrees((Rotation.from_matrix(T.R).inv() * R).magnitude()) <= atol_deg
+
+    return check
+
+
 @pytest.fixture
 def finished_folder(tmp_path, random_place):
     """A folder like that of `wpcal calibrate`: an accepted seam, a candidate, and one with an awkward name."""

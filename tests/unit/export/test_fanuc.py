@@ -19,13 +19,17 @@ ATOL_DEG = 0.9e-3
 NUMBER = r"([-+]?\d*\.\d+)"
 
 
+def part_frame(files, main="WPCAL.ls"):
+    """Number, position and axes of the user frame that the remarks ask for."""
+    remarks = " ".join(re.findall(r"^\s*\d+:  !(.*?) ;", files[main].replace("\r", ""), re.MULTILINE))
+    keys = "".join(rf"\s+{k} {NUMBER}" for k in "XYZWPR")
+    number, *frame = re.search(rf"UFRAME (\d+) to the part:{keys}", remarks).groups()
+    return number, *place(frame)
+
+
 def parse(files, main="WPCAL.ls"):
     """Positions and axes in the base of all programs called, in their order, and the moves with their markers."""
-    remarks = " ".join(re.findall(r"^\s*\d+:  !(.*?) ;", files[main].replace("\r", ""), re.MULTILINE))
-    number, *frame = re.search(
-        r"UFRAME (\d+) to the part:" + "".join(rf"\s+{k} {NUMBER}" for k in "XYZWPR"), remarks
-    ).groups()
-    p_base, R_base = place(frame)
+    number, p_base, R_base = part_frame(files, main)
     positions, axes, moves = [], [], []
     for name in re.findall(r"CALL (\w+)", files[main]):
         text = files[f"{name}.ls"]
@@ -49,6 +53,13 @@ def test_what_is_written_is_read_back(make_program, assert_same_poses, seed):
     program = make_program(seed, names=("W1", "Rib 7/ä"))
     p, R, _ = parse(write_fanuc(program))
     assert_same_poses(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
+
+
+@given(seed=st.integers(0, 2**32))
+def test_the_frame_is_the_part(make_program, assert_is_the_part, seed):
+    program = make_program(seed)
+    p, R = part_frame(write_fanuc(program))[1:]
+    assert_is_the_part(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
 
 
 def test_moves_come_in_order_with_the_arc_along_the_seam(make_program):

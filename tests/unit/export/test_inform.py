@@ -18,16 +18,21 @@ ATOL_DEG = 0.9e-4
 """Four decimals: √3/2 units."""
 
 
+def part_frame(files, main="WPCAL.jbi"):
+    """Number, position and axes of the user frame that the comments ask for."""
+    comments = " ".join(re.findall(r"^'(.*)", files[main].replace("\r", ""), re.MULTILINE))
+    keys = "".join(rf"\s+{k} (\S+)" for k in ("X", "Y", "Z", "Rx", "Ry", "Rz"))
+    number, *frame = re.search(rf"USER (\d+) to the part:{keys}", comments).groups()
+    return number, *place(frame)
+
+
 def parse(files, main="WPCAL.jbi"):
     """Positions and axes in the base of all jobs called, in their order, and the moves with their markers."""
-    comments = " ".join(re.findall(r"^'(.*)", files[main].replace("\r", ""), re.MULTILINE))
-    keys = ("X", "Y", "Z", "Rx", "Ry", "Rz")
-    found = re.search(r"USER (\d+) to the part:" + "".join(rf"\s+{k} (\S+)" for k in keys), comments)
-    p_base, R_base = place(found.groups()[1:])
+    number, p_base, R_base = part_frame(files, main)
     positions, axes, moves = [], [], []
     for name in re.findall(r"CALL JOB:(\S+)", files[main]):
         head, instructions = files[f"{name}.jbi"].replace("\r", "").split("//INST")
-        assert f"///USER {found[1]}\n" in head
+        assert f"///USER {number}\n" in head
         assert "///POSTYPE USER\n///RECTAN\n" in head
         rows = re.findall(r"^C\d{5}=(.*)$", head, re.MULTILINE)
         assert int(re.search(r"///NPOS (\d+),0,0,0,0,0", head)[1]) == len(rows)
@@ -49,6 +54,13 @@ def test_what_is_written_is_read_back(make_program, assert_same_poses, seed):
     program = make_program(seed, names=("W1", "Rib 7/ä"))
     p, R, _ = parse(write_inform(program))
     assert_same_poses(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
+
+
+@given(seed=st.integers(0, 2**32))
+def test_the_frame_is_the_part(make_program, assert_is_the_part, seed):
+    program = make_program(seed)
+    p, R = part_frame(write_inform(program))[1:]
+    assert_is_the_part(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
 
 
 def test_moves_come_in_order_with_the_arc_along_the_seam(make_program):

@@ -19,7 +19,7 @@ ATOL_DEG = 1e-6
 
 
 def parse(files):
-    """Names, positions and axes in the base of all points in the order of moves, and the moves with their markers."""
+    """The base, positions and axes in the robot's base of all points in the order of moves, and moves with markers."""
     data = next(text for name, text in files.items() if name.endswith(".dat"))
     source = next(text for name, text in files.items() if name.endswith(".src"))
     values = {}
@@ -34,7 +34,8 @@ def parse(files):
     order = [target for _, target, _ in moves if target]
     p_base, R_base = place(values[base])
     poses = [place(values[name]) for name in order]
-    return order, [R_base.apply(p) + p_base for p, _ in poses], [(R_base * R).as_matrix() for _, R in poses], moves
+    in_base = [R_base.apply(p) + p_base for p, _ in poses], [(R_base * R).as_matrix() for _, R in poses]
+    return (p_base, R_base), *in_base, moves
 
 
 def place(v):
@@ -46,6 +47,13 @@ def test_what_is_written_is_read_back(make_program, assert_same_poses, seed):
     program = make_program(seed, names=("W1", "Rib 7/ä"))
     _, p, R, _ = parse(write_krl(program))
     assert_same_poses(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
+
+
+@given(seed=st.integers(0, 2**32))
+def test_the_frame_is_the_part(make_program, assert_is_the_part, seed):
+    program = make_program(seed)
+    p, R = parse(write_krl(program))[0]
+    assert_is_the_part(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
 
 
 def test_the_file_says_that_c_was_fixed_where_b_is_a_quarter_turn(make_program):

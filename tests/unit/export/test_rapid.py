@@ -20,7 +20,7 @@ NUMBER = r"[-+]?\d+(?:\.\d+)?(?:E[-+]?\d+)?"
 
 
 def parse(text):
-    """Names, positions and axes of all robtargets in the base, and the order of moves."""
+    """Work objects, positions and axes of all robtargets in the base, and the order of moves."""
     code = re.sub(r"!.*", "", text)
     number_lists = {}
     for kind, name, value in re.findall(r"(robtarget|wobjdata)\s+(\w+)\s*:=\s*(.*?);", code, re.DOTALL):
@@ -28,17 +28,16 @@ def parse(text):
     objects = {name: values for name, (kind, values) in number_lists.items() if kind == "wobjdata"}
     moves = re.findall(r"Move([LJ])\s+(\w+),(\w+),(\w+),(\w+)\\WObj:=(\w+);", code)
     where = {target: wobj for _, target, _, _, _, wobj in moves}
-    names, positions, axes = [], [], []
+    positions, axes = [], []
     for name, (kind, v) in number_lists.items():
         if kind == "robtarget":
             user, other = objects[where[name]][:7], objects[where[name]][7:]
             p, R = np.array(v[:3]), rotation(v[3:7])
             for frame in (other, user):
                 p, R = rotation(frame[3:7]).apply(p) + frame[:3], rotation(frame[3:7]) * R
-            names.append(name)
             positions.append(p)
             axes.append(R.as_matrix())
-    return names, positions, axes, moves
+    return objects, positions, axes, moves
 
 
 def rotation(q):
@@ -51,6 +50,15 @@ def test_what_is_written_is_read_back(make_program, assert_same_poses, seed):
     (text,) = write_rapid(program).values()
     _, p, R, _ = parse(text)
     assert_same_poses(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
+
+
+@given(seed=st.integers(0, 2**32))
+def test_the_work_object_is_the_part(make_program, assert_is_the_part, seed):
+    program = make_program(seed)
+    (text,) = write_rapid(program).values()
+    user, other = parse(text)[0]["wpPart"][:7], parse(text)[0]["wpPart"][7:]
+    assert other == [0, 0, 0, 1, 0, 0, 0]
+    assert_is_the_part(np.array(user[:3]), rotation(user[3:]), program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
 
 
 def test_the_parser_takes_an_example_of_the_manual():
@@ -118,6 +126,12 @@ def test_taught_points_stand_in_the_work_object_they_are_moved_to(tmp_path):
     assert points.names == ("P1", "P2")
     assert points.lines == (4, 6)
     np.testing.assert_allclose(points.p_base, [[80, 10, 80], [1, 2, 3]], rtol=0, atol=1e-6)
+
+
+def test_the_object_frame_stands_in_the_user_frame(tmp_path):
+    """A quarter turn about x in the object, then one about z in the user frame: [10,20,30] goes to [110,10,70]."""
+    turned = TAUGHT.replace("[[0,0,50],[1,0,0,0]]", "[[0,20,50],[0.707106781,0.707106781,0,0]]")
+    np.testing.assert_allclose(taught(tmp_path, turned).p_base[0], [110, 10, 70], rtol=0, atol=1e-6)
 
 
 def test_without_moves_the_file_does_not_say_the_frame(tmp_path):

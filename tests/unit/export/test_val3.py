@@ -25,11 +25,16 @@ def place(element):
     return np.array(v[:3]), Rotation.from_euler("XYZ", v[3:], degrees=True)
 
 
+def part_frame(files):
+    database = ET.fromstring(files["WPCAL.dtx"].encode())
+    return next(place(element[0]) for element in database.iter(f"{DATA}Data") if element.get("name") == "fPart")
+
+
 def parse(files):
     """Positions and axes in the base of all points in the order of the program, whose code comes along."""
     database = ET.fromstring(files["WPCAL.dtx"].encode())
     data = {element.get("name"): element for element in database.iter(f"{DATA}Data")}
-    p_base, R_base = place(data["fPart"][0])
+    p_base, R_base = part_frame(files)
     code = ET.fromstring(files["start.pgx"].encode()).find(f".//{PROGRAM}Code").text
     positions, axes = [], []
     for name in dict.fromkeys(re.findall(r"move[jl]\((\w+)\[", code)):
@@ -47,6 +52,13 @@ def test_what_is_written_is_read_back(make_program, assert_same_poses, seed):
     program = make_program(seed, names=("W1", "Rib 7/ä"))
     p, R, _, _ = parse(write_val3(program))
     assert_same_poses(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
+
+
+@given(seed=st.integers(0, 2**32))
+def test_the_frame_is_the_part(make_program, assert_is_the_part, seed):
+    program = make_program(seed)
+    p, R = part_frame(write_val3(program))
+    assert_is_the_part(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
 
 
 def test_the_program_goes_along_the_seam_and_keeps_the_configuration(make_program):
