@@ -127,7 +127,7 @@ class WorkpieceCalibration:
 
     def seams_record(self) -> dict[str, Any]:
         """Return the record of ``seams.json``, frames in `base`."""
-        return seams_record(self.seams, self.T_base_part, self.u95_mm, space=self.taught.space)
+        return seams_record(self.seams, self.T_base_part, self.u95_mm, space=self.result.pairs.space)
 
     def to_record(self, issues: Sequence[Issue] = ()) -> dict[str, Any]:
         """Return the record of ``calibration.json``; `issues` are those of writing."""
@@ -137,7 +137,7 @@ class WorkpieceCalibration:
         if source is not None:
             inputs["part"] = {"file": source.file_name, "sha256": source.sha256, "unit": source.unit}
         found = [issue.to_record() for issue in (*self.workpiece.issues, *issues)]
-        head = {"schema": record.pop("schema"), "inputs": inputs, "robot_space": self.taught.space.value}
+        head = {"schema": record.pop("schema"), "inputs": inputs}
         return {**head, **record, "issues": [*record["issues"], *found]}
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from wpcal.core.errors import FormatError
 from wpcal.core.pairs import PointPairs
+from wpcal.core.robot_space import space_of_table
 from wpcal.core.tables import read_table
 
 MODEL_COLUMNS = ("model_x_mm", "model_y_mm", "model_z_mm")
@@ -16,7 +17,7 @@ USES = ("yes", "check", "no")
 
 
 def read_pairs(path: Path) -> tuple[PointPairs, PointPairs | None]:
-    """Read ``name,model_x_mm,model_y_mm,model_z_mm,real_x_mm,real_y_mm,real_z_mm[,use]``.
+    """Read ``name,model_x_mm,model_y_mm,model_z_mm,real_x_mm,real_y_mm,real_z_mm[,use][,robot_space]``.
 
     Parameters
     ----------
@@ -35,6 +36,8 @@ def read_pairs(path: Path) -> tuple[PointPairs, PointPairs | None]:
         When the file cannot be opened.
     FormatError
         When a column is missing, a cell is no finite number, a name appears twice, or fewer than 3 rows are to fit.
+    FrameError
+        When points of the nominal and of the identified robot stand in one file.
     """
     table = read_table(path)
     table.require(("name", *MODEL_COLUMNS, *REAL_COLUMNS))
@@ -44,5 +47,8 @@ def read_pairs(path: Path) -> tuple[PointPairs, PointPairs | None]:
     fitted = np.count_nonzero(use == "yes")
     if fitted < 3:
         raise FormatError(f"a fit needs at least 3 points, got {fitted}", path=str(path), line=table.lines[-1])
-    groups = [PointPairs(tuple(names[use == word]), model[use == word], real[use == word]) for word in USES[:2]]
-    return groups[0], groups[1] if len(groups[1]) else None
+    space = space_of_table(table)
+    pairs, check = (
+        PointPairs(tuple(names[use == word]), model[use == word], real[use == word], space=space) for word in USES[:2]
+    )
+    return pairs, check if len(check) else None

@@ -203,6 +203,7 @@ class CalibrationResult:
         issues = [issue.to_record() for issue in self.warnings]
         return {
             "schema": SCHEMA,
+            "robot_space": self.pairs.space.value,
             "verdict": self.verdict,
             "tolerance_mm": self.tolerance_mm,
             "criterion": self.criterion.value,

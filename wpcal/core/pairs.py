@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.errors import InputError
+from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
 
 
@@ -28,6 +29,8 @@ class PointPairs:
         Covariance of each taught point in the target frame, mm².
     source, target : str
         Frame names.
+    space : RobotSpace
+        With which model of the robot the target points were computed.
 
     Raises
     ------
@@ -41,6 +44,7 @@ class PointPairs:
     covariances: FloatArray | None = None
     source: str = "part"
     target: str = "base"
+    space: RobotSpace = RobotSpace.NOMINAL
 
     def __post_init__(self) -> None:
         names = tuple(str(name) for name in self.names)
@@ -73,6 +77,7 @@ class PointPairs:
             None if self.covariances is None else self.covariances[rows],
             self.source,
             self.target,
+            self.space,
         )
 
 

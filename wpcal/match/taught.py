@@ -137,7 +137,7 @@ def pair_points(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> t
     if len(fitted) < 3:
         raise FormatError(f"a fit needs at least 3 points with use yes, got {len(fitted)}", path=taught.path)
     pairs, check = (
-        PointPairs(tuple(taught.names[i] for i in rows), p_part[rows], taught.p_base[rows])
+        PointPairs(tuple(taught.names[i] for i in rows), p_part[rows], taught.p_base[rows], space=taught.space)
         for rows in (fitted, np.flatnonzero(uses == "check"))
     )
     return pairs, check if len(check) else None

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from wpcal.calibrate import read_pairs
+from wpcal.calibrate import calibrate, read_pairs
 from wpcal.core import FormatError
 
 HEADER = "name,model_x_mm,model_y_mm,model_z_mm,real_x_mm,real_y_mm,real_z_mm"
@@ -35,3 +35,9 @@ def test_fewer_than_three_rows_are_refused(tmp_path):
 def test_a_missing_column_is_named(tmp_path):
     with pytest.raises(FormatError, match="missing column real_z_mm"):
         read_pairs(write(tmp_path, HEADER.removesuffix(",real_z_mm"), *(row[:-2] for row in ROWS)))
+
+
+def test_the_robot_space_goes_into_the_record(tmp_path):
+    rows = [row + ",identified" for row in ROWS]
+    pairs, _ = read_pairs(write(tmp_path, HEADER + ",robot_space", *rows))
+    assert calibrate(pairs).to_record()["robot_space"] == "identified"
