@@ -19,6 +19,8 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 PERIODIC_U = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS)
+CLOSED = (SurfaceKind.SPHERE, SurfaceKind.TORUS)
+"""Surfaces on which a face may hold a whole meridian: the far side of a bored ball, a pipe's bend."""
 AXIS_MM = 1e-6
 """A boundary point this near to the axis is the apex: kernels place vertices to 1e-7 mm."""
 MOST_PAIRS = 2_000_000
@@ -80,21 +82,28 @@ class TrimmedFaces:
 
     @cached_property
     def face_box(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest corner of each face's boundary and, where round, its bulge; two arrays (F, 3)."""
-        low, high = np.full((self.graph.face_count, 3), np.inf), np.full((self.graph.face_count, 3), -np.inf)
-        faces = np.repeat(np.arange(self.graph.face_count), np.diff(self.start))
-        for p in (self.p0, self.p1):
-            np.minimum.at(low, faces, p)
-            np.maximum.at(high, faces, p)
+        """Least and greatest corner of a box around each face; two arrays (F, 3).
+
+        Around boundary and apexes; a sphere or torus has that of its whole surface, a NURBS face some room to bulge.
+        """
+        graph = self.graph
+        low, high = np.full((graph.face_count, 3), np.inf), np.full((graph.face_count, 3), -np.inf)
+        faces = np.repeat(np.arange(graph.face_count), np.diff(self.start))
+        apex = np.flatnonzero(graph.edge_kind[graph.coedge_edge] == CurveKind.DEGENERATE)
+        tips = graph.vertex_p[graph.edge_vertices[graph.coedge_edge[apex], 0]]
+        for face, p in ((faces, self.p0), (faces, self.p1), (graph.coedge_face[apex], tips)):
+            np.minimum.at(low, face, p)
+            np.maximum.at(high, face, p)
+        closed = np.isin(graph.face_kind, CLOSED)
+        reach = graph.face_param[closed].sum(axis=1)[:, None]
+        low[closed], high[closed] = graph.face_frame[closed, 0] - reach, graph.face_frame[closed, 0] + reach
         bulge = self._bulge()
         return low - bulge, high + bulge
 
     def _bulge(self) -> FloatArray:
-        """How far a face may reach beyond the box of its boundary, mm, (F, 1)."""
+        """How far a NURBS face may reach beyond the box of its boundary, mm, (F, 1)."""
         graph = self.graph
         reach = np.zeros(graph.face_count)
-        closed = np.isin(graph.face_kind, (SurfaceKind.SPHERE, SurfaceKind.TORUS))
-        reach[closed] = graph.face_param[closed].sum(axis=1)
         for face in np.flatnonzero(graph.face_kind == SurfaceKind.NURBS):
             poles = graph.nurbs_surfaces[graph.face_nurbs[face]].poles.reshape(-1, 3)
             reach[face] = float(np.ptp(poles, axis=0).max()) / 8.0  # a curved patch between its own boundary curves
@@ -113,10 +122,19 @@ class TrimmedFaces:
         -------
         ndarray of bool, shape (m,)
             True on a face without boundary (a whole sphere).
+
+        Notes
+        -----
+        A point whose meridian no boundary crosses is outside, but on a sphere or a torus, where another meridian tells.
         """
         inside = np.asarray(self.start[faces + 1] == self.start[faces], dtype=bool)
+        open_ = np.isin(self.graph.face_kind[faces], CLOSED) & ~inside  # until a piece crosses the point's meridian
         for row, piece in self._pairs(faces):
-            _decide(inside, *self._crossings(faces, uv, row, piece))
+            crossed, v, run = self._crossings(faces, uv, row, piece)
+            _decide(inside, crossed, v, run)
+            open_[crossed] = False
+        rows = np.flatnonzero(open_)
+        inside[rows] = self._holds_meridian(faces[rows], uv[rows, 0])
         return inside
 
     def boundary_distance(self, faces: IntArray, points: FloatArray) -> FloatArray:
@@ -165,12 +183,47 @@ class TrimmedFaces:
         v = v0 - u0 / run * rise
         return row, np.where(torus, np.mod(v, 2 * np.pi), v), run
 
+    def _holds_meridian(self, faces: IntArray, u: FloatArray) -> BoolArray:
+        """Tell which faces on closed surfaces hold whole meridians, at u, that their boundaries do not cross.
+
+        All points of such a meridian lie on one side. So the one at the height of `_steepest` decides, by the piece of
+        boundary next to it towards +u: the face lies to the left of a piece that runs towards +v.
+        """
+        inside = np.zeros(len(faces), dtype=bool)
+        torus = self.graph.face_kind[faces] == SurfaceKind.TORUS
+        for row, piece in self._pairs(faces):
+            rise, v0 = self._rise[piece], self.uv0[piece, 1] - self._steepest[faces[row]]
+            v0 = np.where(torus[row], wrap_angle(v0), v0)
+            at = np.flatnonzero((v0 <= 0) != (v0 + rise <= 0))
+            run = wrap_angle(self.uv1[piece[at], 0] - self.uv0[piece[at], 0])
+            ahead = np.mod(self.uv0[piece[at], 0] - v0[at] / rise[at] * run - u[row[at]], 2 * np.pi)
+            at = at[np.lexsort((ahead, row[at]))]
+            nearest = at[np.flatnonzero(np.diff(row[at], prepend=-1))]
+            inside[row[nearest]] = rise[nearest] > 0
+        return inside
+
+    @cached_property
+    def _rise(self) -> FloatArray:
+        """How far each piece runs along v, the nearest way round on a torus; shape (m,)."""
+        rise = self.uv1[:, 1] - self.uv0[:, 1]
+        torus = np.repeat(self.graph.face_kind == SurfaceKind.TORUS, np.diff(self.start))
+        return np.where(torus, wrap_angle(rise), rise)
+
+    @cached_property
+    def _steepest(self) -> FloatArray:
+        """Of each face on a closed surface, the v in the middle of the piece that runs farthest along v; shape (F,)."""
+        v = np.zeros(self.graph.face_count)
+        for face in np.flatnonzero(np.isin(self.graph.face_kind, CLOSED) & (np.diff(self.start) > 0)):
+            piece = self.start[face] + int(np.argmax(np.abs(self._rise[self.start[face] : self.start[face + 1]])))
+            v[face] = self.uv0[piece, 1] + self._rise[piece] / 2
+        return v
+
 
 def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray) -> None:
     """Decide by the piece of boundary next above each point, or next below where none is above.
 
     A face lies to the left of its boundary: below a piece that runs towards -u, above one that runs towards +u. Where
-    no piece crosses a point's meridian its value stays: a surface without boundary is whole, any other is missed.
+    no piece crosses a point's meridian its value stays.
     """
     for above in (False, True):  # the piece above has the last word
         hit = np.flatnonzero((v > 0) == above)

@@ -152,10 +152,10 @@ def chord_errors(graph: BrepGraph, edge: IntArray, t0: FloatArray, t1: FloatArra
 
 def _thinned(graph: BrepGraph, run: SeamPieces, stations: Stations, options: StepOptions) -> Stations:
     """Take out points nearer than the least step to the one before, where the chord without them keeps the bound."""
-    p = evaluate_edges(graph, run.edge[stations.piece], stations.t)[0]
-    close = np.flatnonzero(np.diff(stations.s_mm) < options.min_step_mm)
-    if len(close) == 0:
+    if (np.diff(stations.s_mm) >= options.min_step_mm).all():
         return stations
+    p = evaluate_edges(graph, run.edge[stations.piece], stations.t)[0]
+    own = _own_errors(graph, run, stations)
     keep = np.ones(len(p), dtype=bool)
     before = 0
     for row in range(1, len(p) - 1):
@@ -163,9 +163,17 @@ def _thinned(graph: BrepGraph, run: SeamPieces, stations: Stations, options: Ste
         if near and stations.s_mm[row + 1] - stations.s_mm[before] <= options.max_step_mm:
             skipped = p[before + 1 : row + 1]
             ends = np.broadcast_to(p[before], skipped.shape), np.broadcast_to(p[row + 1], skipped.shape)
-            # the arc between the points adds at most their own chord error
-            if distance_to_segments(skipped, *ends).max() <= (1.0 - CHORD_MARGIN) * options.chord_mm:
+            # the curve is no farther from the new chord than the old chords are, and it from them
+            off = distance_to_segments(skipped, *ends).max() + own[before : row + 1].max()
+            if off <= options.chord_mm:
                 keep[row] = False
                 continue
         before = row
     return Stations(stations.piece[keep], stations.t[keep], stations.s_mm[keep])
+
+
+def _own_errors(graph: BrepGraph, run: SeamPieces, stations: Stations) -> FloatArray:
+    """Return the chord error of each step between neighbouring stations, mm, shape (n - 1,)."""
+    piece = stations.piece[:-1]
+    t1 = np.where(stations.piece[1:] == piece, stations.t[1:], run.t1[piece])  # a later piece's start is this one's end
+    return chord_errors(graph, run.edge[piece], stations.t[:-1], t1)

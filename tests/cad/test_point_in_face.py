@@ -1,0 +1,118 @@
+"""Trimmed faces of every surface: left of a boundary is inside, right of it outside; and the kernel agrees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cad.samples import box, cut, cylinder
+from cad.to_brep import to_brep
+from wpcal.brep import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+
+ASIDE_MM = 0.05
+"""Five times the sag of the polylines that stand for a boundary, and far less than the width of any of these faces."""
+ALONG = np.linspace(0.07, 0.93, 9)
+"""Places along an edge, away from its ends, where the neighbouring edge would decide."""
+ON_MM = 1e-6
+"""A point whose distance from the kernel's trimmed face is below this lies on it."""
+CLEAR_MM = 0.02
+"""Points nearer to a boundary than twice the sag of its polyline are not asked about."""
+
+
+def slanted(make: Callable[[Any], Any]) -> Any:
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    return make(gp_Ax2(gp_Pnt(3, -5, 7), gp_Dir(0.3, -0.5, 0.8), gp_Dir(0.9, 0.2, 0.1))).Solid()
+
+
+def shapes() -> dict[str, Any]:
+    from OCP import BRepPrimAPI as Make
+
+    third, up, down = 2 * math.pi / 3, math.radians(50), math.radians(-20)
+    return {
+        "box with a hole": cut(box(60, 40, 10, (0, 0, 0)), cylinder(8, 10, (20, 20, 0), (0, 0, 1))),
+        "cylinder": slanted(lambda at: Make.BRepPrimAPI_MakeCylinder(at, 20, 30)),
+        "part of a cylinder": slanted(lambda at: Make.BRepPrimAPI_MakeCylinder(at, 20, 30, third)),
+        "cone": slanted(lambda at: Make.BRepPrimAPI_MakeCone(at, 20, 8, 30)),
+        "pointed cone": slanted(lambda at: Make.BRepPrimAPI_MakeCone(at, 20, 0, 30)),
+        "part of a cone": slanted(lambda at: Make.BRepPrimAPI_MakeCone(at, 8, 20, 30, 2 * third)),
+        "sphere": slanted(lambda at: Make.BRepPrimAPI_MakeSphere(at, 25)),
+        "zone of a sphere": slanted(lambda at: Make.BRepPrimAPI_MakeSphere(at, 25, down, up)),
+        "cap of a sphere": slanted(lambda at: Make.BRepPrimAPI_MakeSphere(at, 25, up, math.pi / 2)),
+        "part of a zone": slanted(lambda at: Make.BRepPrimAPI_MakeSphere(at, 25, down, up, third)),
+        "torus": slanted(lambda at: Make.BRepPrimAPI_MakeTorus(at, 30, 8)),
+        "part of a torus": slanted(lambda at: Make.BRepPrimAPI_MakeTorus(at, 30, 8, third)),
+        "bored sphere": cut(
+            slanted(lambda at: Make.BRepPrimAPI_MakeSphere(at, 25)), cylinder(6, 100, (3, -55, 7), (0, 1, 0))
+        ),
+        "pipe cut by a pipe": cut(cylinder(25, 80, (0, 0, 0), (0, 0, 1)), cylinder(40, 200, (-100, 0, 0), (1, 0, 0))),
+        "torus cut by a plane": cut(
+            slanted(lambda at: Make.BRepPrimAPI_MakeTorus(at, 30, 8)), box(100, 100, 100, (0, -50, -50))
+        ),
+    }
+
+
+NAMES = list(shapes())
+
+
+def asked(graph: BrepGraph) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Coedges whose left and right can be asked about: face, edge and direction."""
+    used = ~graph.is_seam_edge[graph.coedge_edge] & (graph.edge_kind[graph.coedge_edge] != CurveKind.DEGENERATE)
+    return graph.coedge_face[used], graph.coedge_edge[used], np.where(graph.coedge_forward[used], 1.0, -1.0)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_left_of_a_boundary_is_inside_and_right_is_outside(name: str) -> None:
+    graph = to_brep([("S", shapes()[name])])
+    trimmed = TrimmedFaces.of(graph)
+    face, edge, way = (np.repeat(values, len(ALONG)) for values in asked(graph))
+    low, high = graph.edge_range[edge].T
+    p, slope = evaluate_edges(graph, edge, low + np.tile(ALONG, len(edge) // len(ALONG)) * (high - low))
+    travel = slope * (way / np.linalg.norm(slope, axis=1))[:, None]
+    left = np.cross(project_to_faces(graph, face, p).normal, travel)
+    for side, expected in ((left, True), (-left, False)):
+        foot = project_to_faces(graph, face, p + ASIDE_MM * side)
+        assert (trimmed.contains(face, foot.uv) == expected).all()
+        off = trimmed.boundary_distance(face, foot.p)
+        np.testing.assert_allclose(off, ASIDE_MM, rtol=0, atol=CLEAR_MM)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_kernel_has_the_same_points_on_its_faces(name: str) -> None:
+    from cad.topology import explore
+
+    shape = shapes()[name]
+    graph, kernel_faces = to_brep([("S", shape)]), [face for face, _ in explore(shape, "face")]
+    trimmed, rng = TrimmedFaces.of(graph), np.random.default_rng(0)
+    low, high = trimmed.face_box
+    both = set()
+    for number, kernel_face in enumerate(kernel_faces):
+        points = rng.uniform(low[number] - 5.0, high[number] + 5.0, (60, 3))
+        foot = project_to_faces(graph, np.full(60, number), points)
+        contained = trimmed.contains(np.full(60, number), foot.uv)
+        clear = trimmed.boundary_distance(np.full(60, number), foot.p) > CLEAR_MM
+        for p, inside in zip(foot.p[clear], contained[clear], strict=True):
+            assert (kernel_distance(p, kernel_face) < ON_MM) == inside, (number, p)
+            both.add(bool(inside))
+    assert True in both
+
+
+def kernel_distance(p: np.ndarray, face: Any) -> float:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+    from OCP.gp import gp_Pnt
+
+    vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(*p.tolist())).Vertex()
+    return float(BRepExtrema_DistShapeShape(vertex, face).Value())
+
+
+def test_the_samples_have_every_surface() -> None:
+    kinds = {int(kind) for shape in shapes().values() for kind in to_brep([("S", shape)]).face_kind}
+    assert kinds >= {SurfaceKind.PLANE, SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS}
