@@ -171,6 +171,9 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
 
         progress(f"reading {Path(step).name}")
         part = read_step(step)
+        if not part.solids:
+            found = "; ".join(issue.message for issue in part.issues)
+            raise InputError(f"{step}: there is nothing to teach or weld on: {found}")
         solids = tuple(solid.shape for solid in part.solids)
         graph = to_brep((solid.name, solid.shape) for solid in part.solids)
         return Workpiece(graph, find_features(graph), part.issues, part, solids=solids)
