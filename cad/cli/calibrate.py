@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 @click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Folder to write into.")
 @click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1.")
 @click.option(
-    "--criterion", type=click.Choice(["minimax", "least_squares", "robust"]), default="minimax", show_default=True
+    "--criterion",
+    type=click.Choice(["minimax", "least_squares", "weighted", "robust"]),
+    default="minimax",
+    show_default=True,
 )
 @click.option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number.")

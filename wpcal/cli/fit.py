@@ -11,11 +11,11 @@ import click
 @click.argument("pairs_csv", metavar="PAIRS.csv", type=click.Path(path_type=Path))
 @click.option(
     "--criterion",
-    type=click.Choice(["minimax", "least_squares", "robust"]),
+    type=click.Choice(["minimax", "least_squares", "weighted", "robust"]),
     default="minimax",
     show_default=True,
-    help="What is made small: the largest distance (the published criterion), the sum of squares, or the sum of "
-    "squares over the points that agree.",
+    help="What is made small: the largest distance (the published criterion), the sum of squares, the sum of "
+    "squares weighted by the column sigma_mm, or the sum of squares over the points that agree.",
 )
 @click.option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True)
 @click.option("--schedule", type=click.Choice(["default", "yin2003"]), default="default", show_default=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wpcal.calibrate.pairs_file import covariances_of_table
 from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.pairs import PointPairs
@@ -42,6 +43,8 @@ class TaughtPoints:
         Line of each point in the file.
     space : RobotSpace
         With which model of the robot the points were computed.
+    covariances : ndarray, shape (n, 3, 3), or None
+        Of the taught points in `base`, mm².
     """
 
     names: tuple[str, ...]
@@ -52,6 +55,7 @@ class TaughtPoints:
     path: str
     lines: tuple[int, ...]
     space: RobotSpace = RobotSpace.NOMINAL
+    covariances: FloatArray | None = None
 
     @classmethod
     def of_features(cls, names: Sequence[str], p_base: ArrayLike) -> TaughtPoints:
@@ -77,7 +81,7 @@ class TaughtPoints:
 
 
 def read_taught(path: Path) -> TaughtPoints:
-    """Read ``name,x_mm,y_mm,z_mm[,feature | model_x_mm,model_y_mm,model_z_mm][,use][,robot_space]``.
+    """Read ``name,x_mm,y_mm,z_mm[,feature | model_x_mm,model_y_mm,model_z_mm][,use][,sigma_mm][,robot_space]``.
 
     Without the columns `feature` and `model_…` the name is the feature's name.
 
@@ -104,7 +108,8 @@ def read_taught(path: Path) -> TaughtPoints:
     features = tuple(table.columns["feature"]) if table.has("feature") else names
     use = table.choices("use", USES, default="yes")
     named = ("",) * len(names) if by_model else features
-    return TaughtPoints(names, p_base, named, p_part, use, table.path, table.lines, space_of_table(table))
+    space, covariances = space_of_table(table), covariances_of_table(table)
+    return TaughtPoints(names, p_base, named, p_part, use, table.path, table.lines, space, covariances)
 
 
 def pair_points(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> tuple[PointPairs, PointPairs | None]:
@@ -137,7 +142,13 @@ def pair_points(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> t
     if len(fitted) < 3:
         raise FormatError(f"a fit needs at least 3 points with use yes, got {len(fitted)}", path=taught.path)
     pairs, check = (
-        PointPairs(tuple(taught.names[i] for i in rows), p_part[rows], taught.p_base[rows], space=taught.space)
+        PointPairs(
+            tuple(taught.names[i] for i in rows),
+            p_part[rows],
+            taught.p_base[rows],
+            None if taught.covariances is None else taught.covariances[rows],
+            space=taught.space,
+        )
         for rows in (fitted, np.flatnonzero(uses == "check"))
     )
     return pairs, check if len(check) else None

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from wpcal.calibrate import calibrate, read_pairs
+from wpcal.calibrate import Criterion, calibrate, read_pairs
 from wpcal.core import FormatError
 
 HEADER = "name,model_x_mm,model_y_mm,model_z_mm,real_x_mm,real_y_mm,real_z_mm"
@@ -41,3 +41,18 @@ def test_the_robot_space_goes_into_the_record(tmp_path):
     rows = [row + ",identified" for row in ROWS]
     pairs, _ = read_pairs(write(tmp_path, HEADER + ",robot_space", *rows))
     assert calibrate(pairs).to_record()["robot_space"] == "identified"
+
+
+def test_a_doubtful_point_weighs_less(tmp_path):
+    rows = [*ROWS, "d,0,0,100,1,0,103"]
+    equal, _ = read_pairs(write(tmp_path, HEADER + ",sigma_mm", *(f"{row},0.2" for row in rows)))
+    sure, _ = read_pairs(write(tmp_path, HEADER + ",sigma_mm", *(f"{row},0.1" for row in ROWS), rows[3] + ",100"))
+    fits = [calibrate(pairs, criterion=Criterion.WEIGHTED, tolerance_mm=5.0).residuals for pairs in (equal, sure)]
+    plain = calibrate(equal, criterion=Criterion.LEAST_SQUARES, tolerance_mm=5.0).residuals
+    np.testing.assert_allclose(fits[0].vectors_mm, plain.vectors_mm, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(fits[1].norms_mm, [0, 0, 0, 3], rtol=0, atol=1e-4)  # weights of one to a million
+
+
+def test_a_sigma_that_is_none_is_refused(tmp_path):
+    with pytest.raises(FormatError, match="line 3, column sigma_mm"):
+        read_pairs(write(tmp_path, HEADER + ",sigma_mm", ROWS[0] + ",1", ROWS[1] + ",0", ROWS[2] + ",1"))
