@@ -10,20 +10,34 @@ import click
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.option("--kind", type=click.Choice(["V", "C", "H", "S", "M"]), multiple=True, help="Only these kinds.")
+@click.option("--solid", metavar="NAME", help="Only on this solid; * stands for any characters.")
+@click.option("--min-diameter-mm", type=float, help="Only round features at least this large.")
+@click.option("--near", metavar="X,Y,Z", help="Nearest to this place of the part first.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
-def features(*, part_step: Path, kind: tuple[str, ...], as_json: bool) -> int:
+def features(
+    *,
+    part_step: Path,
+    kind: tuple[str, ...],
+    solid: str | None,
+    min_diameter_mm: float | None,
+    near: str | None,
+    as_json: bool,
+) -> int:
     """List the reference features of PART.step, with the names that `wpcal calibrate` accepts.
 
     V: corners. C: circular rims (centre). H: holes (centre of the entry rim). S: sphere centres. M: edge midpoints.
     """
     from cad.child import run_in_child
     from cad.cli.progress import shown_progress
+    from wpcal.features import FeatureKind, choose_features
 
+    place = None if near is None else _place(near)
     with shown_progress() as progress:
         found = run_in_child(
             "cad.convert:list_features", {"step": part_step}, what=f"reading {part_step}", progress=progress
         )
-    chosen = [feature for feature in found if not kind or feature.kind.value in kind]
+    kinds = [FeatureKind(letter) for letter in kind]
+    chosen = choose_features(found, kinds=kinds, solid=solid, min_diameter_mm=min_diameter_mm, near=place)
     if as_json:
         from wpcal.core.records import to_json
         from wpcal.features import features_record
@@ -35,3 +49,14 @@ def features(*, part_step: Path, kind: tuple[str, ...], as_json: bool) -> int:
 
         plain_console().print(features_table(chosen, part_step.name))
     return 0
+
+
+def _place(text: str) -> list[float]:
+    """Read three numbers, before any work is done."""
+    from wpcal.core.errors import InputError
+
+    try:
+        x, y, z = (float(cell) for cell in text.split(","))
+    except ValueError:
+        raise InputError(f"--near: expected x,y,z in mm, got {text!r}") from None
+    return [x, y, z]
