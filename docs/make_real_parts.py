@@ -1,0 +1,115 @@
+"""Write docs/real-parts.md: what comes out of STEP files made by others.
+
+``python docs/make_real_parts.py FOLDER`` reads every STEP file of a folder, each in a process of its own, and takes
+the least of three times. The calibration has five features of the part that lie far from each other, moved by a known
+pose.
+"""
+
+import json
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from cad.convert import Workpiece, find_seams, open_workpiece
+from cad.read_step import read_step
+from cad.to_brep import to_brep
+from wpcal.calibrate import calibrate
+from wpcal.core.errors import WpcalError
+from wpcal.core.pairs import PointPairs
+from wpcal.core.transform import RigidTransform
+from wpcal.features import find_features
+from wpcal.seam import SeamOptions
+
+PAGE = Path(__file__).with_name("real-parts.md")
+REPEATS = 3
+POINTS = 5
+T_BASE_PART = RigidTransform.from_six_tuple([812.3, -455.1, 277.7, 0.3, -0.7, 2.1], target="base", source="part")
+HEADINGS = ("file", "solids", "faces", "features", "seams", "accepted")
+HEADINGS += ("read s", "features s", "seams s", "pose off by mm", "issues")
+T = TypeVar("T")
+
+
+def least(work: Callable[[], T]) -> tuple[T, float]:
+    """Return what `work` returns and the shortest of `REPEATS` times, s."""
+    times = []
+    for _ in range(REPEATS):
+        start = time.perf_counter()
+        value = work()
+        times.append(time.perf_counter() - start)
+    return value, min(times)
+
+
+def pose_error_mm(workpiece: Workpiece) -> float:
+    """Largest error at any feature after a calibration from five of them."""
+    p = np.array([feature.p_mm for feature in workpiece.features])
+    rows = [int(np.argmax(np.linalg.norm(p - p.mean(axis=0), axis=1)))]
+    while len(rows) < POINTS:
+        rows.append(int(np.argmax(np.linalg.norm(p[:, None] - p[rows], axis=2).min(axis=1))))
+    names = tuple(workpiece.features[row].name for row in rows)
+    result = calibrate(PointPairs(names, p[rows], T_BASE_PART.apply(p[rows])))
+    return float(np.linalg.norm(result.T_base_part.apply(p) - T_BASE_PART.apply(p), axis=1).max())
+
+
+def measure(path: Path) -> dict[str, Any]:
+    """Return one row of the table."""
+    workpiece = open_workpiece(path)
+    _, read_s = least(lambda: read_step(path))
+    part = workpiece.source
+    graph, brep_s = least(lambda: to_brep((solid.name, solid.shape) for solid in part.solids))
+    features, features_s = least(lambda: find_features(graph))
+    (seams, _), seams_s = least(lambda: find_seams(workpiece, SeamOptions()))
+    kinds = Counter(feature.kind.value for feature in features)
+    return {
+        "solids": len(part.solids),
+        "faces": graph.face_count,
+        "features": " ".join(f"{kind} {count}" for kind, count in kinds.items()),
+        "seams": len(seams),
+        "accepted": sum(seam.accepted for seam in seams),
+        "read s": f"{read_s:.2f}",
+        "features s": f"{brep_s + features_s:.2f}",
+        "seams s": f"{seams_s:.2f}",
+        "pose off by mm": f"{pose_error_mm(workpiece):.0e}",
+        "issues": ", ".join(dict.fromkeys(f"`{issue.code}`" for issue in workpiece.issues)) or "none",
+    }
+
+
+def row(path: Path) -> str:
+    """Return the table's line of one file, measured in a process of its own; a file that is refused says why."""
+    command = [sys.executable, __file__, "--one", str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
+    if done.returncode:
+        why = done.stderr.strip().replace(str(path), path.name)
+        return f"| {path.name} |{' |' * (len(HEADINGS) - 2)} refused: {why} |"
+    found = json.loads(done.stdout.splitlines()[-1])
+    return f"| {path.name} | {' | '.join(str(found[heading]) for heading in HEADINGS[1:])} |"
+
+
+def write_page(folder: Path) -> None:
+    """Replace the table of the page; the text above it is written by hand."""
+    head = PAGE.read_text(encoding="utf-8").partition("\n| file |")[0]
+    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in (".step", ".stp"))
+    lines = [f"| {' | '.join(HEADINGS)} |", f"|{' --- |' * len(HEADINGS)}", *map(row, paths)]
+    PAGE.write_text("\n".join([head, *lines, ""]), encoding="utf-8")
+
+
+def main(arguments: list[str]) -> int:
+    """Write the page, or measure one file for it."""
+    if arguments[0] != "--one":
+        write_page(Path(arguments[0]))
+        return 0
+    try:
+        print(json.dumps(measure(Path(arguments[1]))))
+    except WpcalError as error:
+        print(error, file=sys.stderr)
+        return error.exit_code
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
