@@ -24,8 +24,8 @@ from wpcal.core.errors import InputError, blamed_on
 from wpcal.core.issue import Issue
 from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
-from wpcal.features import ReferenceFeature, find_features
-from wpcal.match import TaughtPoints, pair_points, read_taught
+from wpcal.features import FeatureKind, ReferenceFeature, find_features
+from wpcal.match import Match, TaughtPoints, match_points, name_points, pair_points, read_taught
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.interpenetration import interpenetrating_solids
 from wpcal.seam.record import seams_csv, seams_record
@@ -102,6 +102,9 @@ class WorkpieceCalibration:
     u95_mm : tuple of ndarray
         95 % error at every frame of each seam, mm.
     taught : TaughtPoints
+        With the names of the features that were found for points without one.
+    found_names : bool
+        Whether there were such points.
     """
 
     workpiece: Workpiece
@@ -109,6 +112,7 @@ class WorkpieceCalibration:
     seams: tuple[Seam, ...]
     u95_mm: tuple[FloatArray, ...]
     taught: TaughtPoints
+    found_names: bool = False
 
     @property
     def T_base_part(self) -> RigidTransform:
@@ -137,7 +141,9 @@ class WorkpieceCalibration:
         if source is not None:
             inputs["part"] = {"file": source.file_name, "sha256": source.sha256, "unit": source.unit}
         found = [issue.to_record() for issue in (*self.workpiece.issues, *issues)]
-        head = {"schema": record.pop("schema"), "inputs": inputs}
+        head: dict[str, Any] = {"schema": record.pop("schema"), "inputs": inputs}
+        if self.found_names:
+            head["features"] = {n: f for n, f in zip(self.taught.names, self.taught.features, strict=True) if f}
         return {**head, **record, "issues": [*record["issues"], *found]}
 
 
@@ -243,7 +249,8 @@ def calibrate_workpiece(
     step : path, build123d shape, or iterable of build123d shapes
         The model of the part.
     taught : path or TaughtPoints
-        Points touched with the robot, in `base`, mm.
+        Points touched with the robot, in `base`, mm. For points without a feature's name it is found
+        (`wpcal.match.name_points`).
     T_nominal_part : RigidTransform, optional
         Where the cell's model has the part; identity where not given.
     options : CalibrateOptions, optional
@@ -275,8 +282,16 @@ def calibrate_workpiece(
     [500.0, 0.0, 0.0]
     """
     options = options or CalibrateOptions()
-    points = read_taught(Path(taught)) if isinstance(taught, str | Path) else taught
+    given = read_taught(Path(taught)) if isinstance(taught, str | Path) else taught
     workpiece = open_workpiece(step, progress=progress)
+    with blamed_on(given.path):
+        points = name_points(
+            given,
+            workpiece.features,
+            sigma_mm=options.teaching.per_axis_mm,
+            T_nominal_part=T_nominal_part,
+            progress=progress,
+        )
     pairs, check = pair_points(points, workpiece.features)
     progress("finding seams")
     seams, workpiece = find_seams(workpiece, options.seams)
@@ -296,7 +311,7 @@ def calibrate_workpiece(
             seam_points=np.concatenate(frames) if frames else None,
         )
     u95 = tuple(result.predict_error_mm(seam.frames.p) for seam in seams)
-    return WorkpieceCalibration(workpiece, result, seams, u95, points)
+    return WorkpieceCalibration(workpiece, result, seams, u95, points, found_names=points is not given)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -379,6 +394,28 @@ def calibrate_files(
 def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[ReferenceFeature, ...]:
     """Return the reference features of a STEP file."""
     return open_workpiece(step, progress=progress).features
+
+
+def match_taught(
+    step: Path,
+    taught: Path,
+    *,
+    sigma_mm: float | None,
+    T_nominal_part: RigidTransform | None,
+    kinds: Sequence[FeatureKind],
+    progress: Progress = no_progress,
+) -> Match:
+    """Find which feature of a STEP file each taught point is; parameters as in `wpcal.match.match_points`."""
+    workpiece = open_workpiece(step, progress=progress)
+    with blamed_on(str(taught)):
+        return match_points(
+            read_taught(taught),
+            workpiece.features,
+            sigma_mm=sigma_mm,
+            T_nominal_part=T_nominal_part,
+            kinds=kinds,
+            progress=progress,
+        )
 
 
 def list_seams(step: Path, *, options: SeamOptions, progress: Progress = no_progress) -> tuple[Seam, ...]:

@@ -45,6 +45,7 @@ def calibrate(*, part_step: Path, taught_csv: Path, out: Path, force: bool, as_j
 
     TAUGHT.csv has the columns name, x_mm, y_mm, z_mm, and where wanted feature (or model_x_mm, model_y_mm,
     model_z_mm) and use (yes, check, no). Without them the name is the feature's name (`wpcal features` lists them).
+    Where the cell of the column feature is empty, the feature is found (see `wpcal match`).
     Ends with code 1 when a residual is larger than the tolerance.
     """
     written = run_calibration(part_step, taught_csv, out, force=force, **values)

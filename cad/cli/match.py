@@ -1,0 +1,95 @@
+"""`wpcal match`: which feature each taught point is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cad.cli.options import read_pose
+
+if TYPE_CHECKING:
+    from wpcal.match import Match
+
+MOST_SHOWN = 20
+"""Answers shown; --json has all of them."""
+
+
+@click.command()
+@click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
+@click.argument("taught_csv", metavar="TAUGHT.csv", type=click.Path(path_type=Path))
+@click.option("--sigma-mm", type=float, help="Teaching error: standard deviation per axis.  [default: 0.3]")
+@click.option(
+    "--nominal",
+    metavar="POSE",
+    help="Where the cell's model has the part (as in `wpcal calibrate`): of several answers the nearest is taken.",
+)
+@click.option(
+    "--kind",
+    type=click.Choice(["V", "C", "H", "S", "M"]),
+    multiple=True,
+    help="Points without a name are of these kinds.  [default: all]",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print all answers as JSON on stdout.")
+def match(
+    *,
+    part_step: Path,
+    taught_csv: Path,
+    sigma_mm: float | None,
+    nominal: str | None,
+    kind: tuple[str, ...],
+    as_json: bool,
+) -> int:
+    """Find which feature of PART.step each point of TAUGHT.csv is, from the distances between the points.
+
+    Rows whose column feature is empty may be any feature. Lists every answer that the teaching error can explain. Ends
+    with code 2 when it cannot be told which of them is true; the line on stderr then says what would settle it.
+    """
+    from cad.child import run_in_child
+    from cad.cli.progress import shown_progress
+    from wpcal.features import FeatureKind
+
+    arguments = {
+        "step": part_step,
+        "taught": taught_csv,
+        "sigma_mm": sigma_mm,
+        "T_nominal_part": None if nominal is None else read_pose(nominal),
+        "kinds": tuple(FeatureKind(letter) for letter in kind) or tuple(FeatureKind),
+    }
+    with shown_progress() as progress:
+        found: Match = run_in_child(
+            "cad.convert:match_taught", arguments, what=f"matching {taught_csv}", progress=progress
+        )
+    if as_json:
+        from wpcal.core.records import to_json
+
+        click.echo(to_json(found.to_record()), nl=False)
+    else:
+        _show(found)
+    if found.chosen is None:
+        click.echo(f"wpcal: {taught_csv}: {found.reason}", err=True)
+        return 2
+    return 0
+
+
+def _show(found: Match) -> None:
+    from rich.table import Table
+
+    from wpcal.cli.console import plain_console
+
+    table = Table(title="Which feature each taught point is")
+    table.add_column("")
+    for point in found.points:
+        table.add_column(point)
+    table.add_column("RMS mm", justify="right")
+    table.add_column("probability", justify="right")
+    for k, answer in enumerate(found.answers[:MOST_SHOWN]):
+        mark = "taken" if k == found.chosen else ""
+        table.add_row(mark, *answer.features, f"{answer.rms_mm:.4f}", f"{answer.probability:.2g}")
+    if len(found.answers) > MOST_SHOWN:
+        table.caption = f"the first {MOST_SHOWN} of {len(found.answers)} answers"
+    console = plain_console()
+    console.print(table)
+    if found.chosen is not None:
+        console.print(f"taken: {found.reason}", highlight=False)

@@ -1,0 +1,67 @@
+"""The places of features: several features at one place are one place to touch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.features.reference import FeatureKind, ReferenceFeature
+
+SAME_MM = 0.01
+"""Features nearer than this are one place: a hole and its rim, the corners of two plates that meet."""
+SAID_FIRST = (FeatureKind.HOLE, FeatureKind.VERTEX, FeatureKind.SPHERE, FeatureKind.CIRCLE, FeatureKind.EDGE_MIDPOINT)
+"""Of features at one place the kind that a person would name."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """Where features are.
+
+    Parameters
+    ----------
+    p : ndarray, shape (k, 3)
+        In `part`, mm; no two within `SAME_MM`.
+    names : tuple of str, length k
+        The name to say for each.
+    features : tuple of tuple of ReferenceFeature, length k
+        All features there, that name's first.
+    """
+
+    p: FloatArray
+    names: tuple[str, ...]
+    features: tuple[tuple[ReferenceFeature, ...], ...]
+
+    @classmethod
+    def of(cls, features: Sequence[ReferenceFeature]) -> Places:
+        """Join features that lie at one place."""
+        if not features:
+            return cls(frozen(np.empty((0, 3))), (), ())
+        p = np.array([feature.p_mm for feature in features])
+        i, j = cKDTree(p).query_pairs(SAME_MM, output_type="ndarray").T
+        graph = coo_array((np.ones(len(i)), (i, j)), shape=(len(p), len(p)))
+        count, label = connected_components(graph, directed=False)
+        groups: list[list[ReferenceFeature]] = [[] for _ in range(count)]
+        for feature, group in zip(features, label, strict=True):
+            groups[group].append(feature)
+        ordered = [tuple(sorted(group, key=lambda f: SAID_FIRST.index(f.kind))) for group in groups]
+        return cls(frozen([g[0].p_mm for g in ordered]), tuple(g[0].name for g in ordered), tuple(ordered))
+
+    def of_kinds(self, kinds: Sequence[FeatureKind]) -> IntArray:
+        """Return the places that hold a feature of one of these kinds."""
+        return np.array([k for k, g in enumerate(self.features) if any(f.kind in kinds for f in g)], dtype=np.int64)
+
+    def easy_to_touch(self, most: int) -> IntArray:
+        """Return at most so many places, spread over the list; middles of edges only where there is nothing else."""
+        rows = self.of_kinds([kind for kind in FeatureKind if kind is not FeatureKind.EDGE_MIDPOINT])
+        rows = rows if len(rows) else np.arange(len(self.p))
+        return rows[np.unique(np.linspace(0, len(rows) - 1, min(most, len(rows))).astype(np.int64))]
+
+    def holding(self, name: str) -> int:
+        """Return the place of the feature of this name."""
+        return next(k for k, group in enumerate(self.features) if any(f.name == name for f in group))
