@@ -32,14 +32,14 @@ def find_concave_edges(graph: BrepGraph) -> JoinedPieces:
     edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
     edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
     edges = edges[edge_lengths(graph)[edges] >= LEAST_LENGTH_MM]
-    edges = edges[_is_concave(graph, edges)]
+    edges = edges[are_concave(graph, edges)]
     wall, base = graph.edge_faces[edges].T
     t0, t1 = graph.edge_range[edges].T
     pieces = SeamPieces(edges, t0, t1, wall, base, np.zeros((len(edges), 3)))
     return JoinedPieces(pieces, (JointType.UNKNOWN,) * len(edges), (WeldType.FILLET,) * len(edges))
 
 
-def _is_concave(graph: BrepGraph, edges: IntArray) -> BoolArray:
+def are_concave(graph: BrepGraph, edges: IntArray) -> BoolArray:
     """Tell which edges are concave at their middle: seen from outside, the right face rises above the left one.
 
     With the left face to the left of tangent x, its inside runs along n × x; the edge is concave where the right face's

@@ -1,0 +1,93 @@
+"""Advised points against random ones and the nearest corners: predicted and simulated error along the seams."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from rich.table import Table
+
+from cad.convert import find_seams, open_workpiece
+from wpcal.advise import advise, judge_features
+from wpcal.calibrate import Criterion
+from wpcal.calibrate.uncertainty import COVERAGE, error_95, minimax_covariance
+from wpcal.core.arrays import FloatArray
+from wpcal.features import FeatureKind
+from wpcal.match import Places
+from wpcal.seam import SeamOptions
+from wpcal.study.teaching_error import fit_trials
+
+ROOT = Path(__file__).parents[2]
+SHARED = ROOT.parent / "shared" / "step"
+SAMPLES = {name: ROOT / "fixtures" / name / f"{name}.step" for name in ("tee", "lap", "saddle", "frame")}
+SIGMA_MM = 0.3
+POINTS = 4
+RANDOM_SETS = 101
+TRIALS = 2000
+
+
+def main() -> Table:
+    title = f"Largest 95 % error along the seams, {POINTS} points, sigma {SIGMA_MM} mm, minimax: predicted (simulated)"
+    table = Table(title=title)
+    for heading in ("part", "advised", "median random", "nearest corners", "random / advised", "nearest / advised"):
+        table.add_column(heading)
+    for name, path in SAMPLES.items():
+        table.add_row(name, *_row(path))
+    return table
+
+
+def _row(path: Path) -> tuple[str, ...]:
+    workpiece = open_workpiece(path)
+    seams, workpiece = find_seams(workpiece, SeamOptions())
+    accepted = [seam for seam in seams if seam.accepted]
+    points = np.concatenate([seam.frames.p for seam in accepted])
+    places = Places.of([f for f in workpiece.features if f.kind is not FeatureKind.EDGE_MIDPOINT])
+    advice = advise(judge_features(workpiece.graph, workpiece.features), accepted, points=POINTS, sigma_mm=SIGMA_MM)
+    advised = np.array([feature.p_mm for feature in advice.chosen.features])
+    sets = _random_sets(places.p)
+    errors = np.array([_predicted(p, points) for p in sets])
+    median = sets[int(np.argsort(errors)[len(errors) // 2])]
+    nearest = _nearest_corners(places, points)
+    predicted = [_predicted(p, points) for p in (advised, median, nearest)]
+    simulated = [_simulated(p, points) for p in (advised, median, nearest)]
+    cells = [f"{a:.3f} ({b:.3f})" for a, b in zip(predicted, simulated, strict=True)]
+    return (*cells, f"{predicted[1] / predicted[0]:.2f}", f"{predicted[2] / predicted[0]:.2f}")
+
+
+def _random_sets(p: FloatArray) -> list[FloatArray]:
+    """Sets of four random features that are not on one line."""
+    rng = np.random.default_rng(0)
+    sets: list[FloatArray] = []
+    while len(sets) < RANDOM_SETS:
+        some = p[rng.choice(len(p), POINTS, replace=False)]
+        if np.linalg.svd(some - some.mean(axis=0), compute_uv=False)[1] > 1.0:
+            sets.append(some)
+    return sets
+
+
+def _nearest_corners(places: Places, seam_points: FloatArray) -> FloatArray:
+    """The three corners nearest to the middle of the seams that are not on one line."""
+    corners = places.p[places.of_kinds([FeatureKind.VERTEX])]
+    corners = corners if len(corners) >= 3 else places.p
+    order = np.argsort(np.linalg.norm(corners - seam_points.mean(axis=0), axis=1), kind="stable")
+    for k in range(2, len(order)):
+        some = corners[order[[0, 1, k]]]
+        if np.linalg.svd(some - some.mean(axis=0), compute_uv=False)[1] > 1.0:
+            return some
+    return places.p[places.of_kinds(list(FeatureKind))][[0, 1, -1]]
+
+
+def _predicted(p: FloatArray, seam_points: FloatArray) -> float:
+    return float(error_95(seam_points, minimax_covariance(p, SIGMA_MM)).max())
+
+
+def _simulated(p: FloatArray, seam_points: FloatArray) -> float:
+    """Largest over the seam points of the 95 % quantile of the error in simulated calibrations."""
+    rng = np.random.default_rng(1)
+    centre = p.mean(axis=0)
+    taught = (p - centre) + SIGMA_MM * rng.standard_normal((TRIALS, *p.shape))
+    R, t = fit_trials(p - centre, taught, Criterion.MINIMAX)
+    worst = 0.0
+    for s in seam_points - centre:
+        worst = max(worst, float(np.quantile(np.linalg.norm(R @ s + t - s, axis=1), COVERAGE)))
+    return worst

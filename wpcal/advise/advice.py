@@ -1,0 +1,329 @@
+"""`advise`: the features to teach, what they promise along the seams, and what each further point would buy."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from wpcal.advise.design import Design, least_swap, spread_rows
+from wpcal.advise.touchable import Ease, Touchable
+from wpcal.calibrate.criteria import Criterion
+from wpcal.calibrate.uncertainty import error_95, isotropic_covariance, minimax_covariance
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.errors import GeometryError, InputError
+from wpcal.features.reference import FeatureKind, ReferenceFeature
+from wpcal.match.places import Places
+from wpcal.match.search import squares_limit
+from wpcal.seam.seam import Seam
+
+USUAL_COUNTS = (3, 4, 5, 6)
+"""Numbers of points that are compared: three are the least, and a person rarely touches more than six."""
+MOST_PLACES = 400
+"""Of larger parts so many features are judged, far from one another: the best sets lie at the outside."""
+MOST_SEAM_POINTS = 48
+"""Seam points that the search looks at, far from one another; the figures reported are those over all of them."""
+FINALISTS = 24
+"""Best sets of the search whose error is then predicted for the criterion asked for, over all seam points."""
+CLEAR_SWAP = 4.0
+"""A swap of names must leave this many times the sum of squares that the teaching error can: seen in the residuals."""
+SWAP_PRICE = 1.25
+"""A set whose names can be exchanged unseen is advised only where every other has an error larger by this factor: on a
+frame whose only free corners are those of a box the others have 1.6 times the error."""
+ADVICE_SCHEMA = "wpcal/advice/1"
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AdvisedSet:
+    """Features to teach together.
+
+    Parameters
+    ----------
+    features : tuple of ReferenceFeature
+    error_95_mm : float
+        Largest predicted 95 % error along the seams, mm: the figure of `CalibrationResult.predict_error_mm`.
+    seam : str
+        The seam where it is.
+    swap_rms_mm : float
+        Root mean square residual that the most hidden exchange of names would leave, mm.
+    swap : tuple of str
+        The features that it exchanges.
+    is_clear : bool
+        Whether that residual is larger than the teaching error can leave.
+    """
+
+    features: tuple[ReferenceFeature, ...]
+    error_95_mm: float
+    seam: str
+    swap_rms_mm: float
+    swap: tuple[str, ...]
+    is_clear: bool
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the features."""
+        return tuple(feature.name for feature in self.features)
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        return {
+            "features": list(self.names),
+            "error_95_mm": self.error_95_mm,
+            "seam": self.seam,
+            "swap_rms_mm": self.swap_rms_mm,
+            "swap": list(self.swap),
+            "swap_is_seen": self.is_clear,
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Advice:
+    """What to teach.
+
+    Parameters
+    ----------
+    chosen : AdvisedSet
+        With as many points as asked for.
+    by_count : tuple of AdvisedSet
+        The best set of each number of points.
+    with_next : AdvisedSet or None
+        The chosen set and the single best point to add to it.
+    next_point : ReferenceFeature or None
+        That point.
+    notes : tuple of str
+        What there is to say about the choice.
+    sigma_mm : float
+    criterion : Criterion
+    """
+
+    chosen: AdvisedSet
+    by_count: tuple[AdvisedSet, ...]
+    with_next: AdvisedSet | None
+    next_point: ReferenceFeature | None
+    notes: tuple[str, ...]
+    sigma_mm: float
+    criterion: Criterion
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        return {
+            "schema": ADVICE_SCHEMA,
+            "sigma_mm": self.sigma_mm,
+            "criterion": self.criterion.value,
+            "chosen": self.chosen.to_record(),
+            "points": [{**f.to_record(), "where": where_it_is(f)} for f in self.chosen.features],
+            "by_count": [{"points": len(s.features), **s.to_record()} for s in self.by_count],
+            "next_point": None if self.next_point is None else self.next_point.name,
+            "with_next": None if self.with_next is None else self.with_next.to_record(),
+            "notes": list(self.notes),
+        }
+
+
+def advise(
+    candidates: Sequence[Touchable],
+    seams: Sequence[Seam],
+    *,
+    points: int = 4,
+    sigma_mm: float = 0.3,
+    criterion: Criterion = Criterion.MINIMAX,
+    have: Sequence[ReferenceFeature] = (),
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Advice:
+    """Choose the features to teach so that the largest predicted error along the seams is smallest.
+
+    Parameters
+    ----------
+    candidates : sequence of Touchable
+        What may be taught. Of the easiest to touch only so many kinds are used as the number of points needs.
+    seams : sequence of Seam
+        Where the error counts; frames in `part`.
+    points : int
+        How many to teach, those in `have` included.
+    sigma_mm : float
+        Teaching error: standard deviation per axis.
+    criterion : Criterion
+        ``MINIMAX`` or ``LEAST_SQUARES``, as in `calibrate`.
+    have : sequence of ReferenceFeature
+        Features that are taught anyway.
+    seed : int
+        Of the starts of the search and of the simulated part of the prediction.
+    progress : callable, optional
+        Gets a line of text for every step.
+
+    Returns
+    -------
+    Advice
+
+    Raises
+    ------
+    InputError
+        When fewer than 3 points are asked for, fewer than are there, or the error is no length.
+    GeometryError
+        When there is no seam, or the candidates are too few or all on one line.
+
+    Notes
+    -----
+    The search is by the closed-form error of least squares; the last choice among the `FINALISTS` best sets, and every
+    figure reported, by the criterion asked for.
+    """
+    _require_usable(points, sigma_mm, have, criterion)
+    if not any(len(seam.frames) for seam in seams):
+        raise GeometryError("no seam to advise for: name seams that `wpcal seams` lists")
+    places, eases = _pool(candidates, have, points)
+    choice = _Choice.over(places, seams, sigma_mm, criterion, seed)
+    say = progress or (lambda _: None)
+    held = tuple(places.holding(feature.name) for feature in have)
+    counts = sorted({points, *(n for n in USUAL_COUNTS if n >= max(3, len(held)))} & set(range(len(places.p) + 1)))
+    by_count = {n: choice.best(n, held, say) for n in counts}
+    chosen = by_count[points]
+    with_next, next_point = None, None
+    if points < len(places.p):
+        rows = tuple(places.holding(name) for name in chosen.names)
+        with_next = choice.best(points + 1, rows, say)
+        next_point = next(f for f in with_next.features if f.name not in chosen.names)
+    notes = (*_ease_notes(chosen, eases), *_swap_notes(chosen))
+    return Advice(chosen, tuple(by_count.values()), with_next, next_point, notes, sigma_mm, criterion)
+
+
+def where_it_is(feature: ReferenceFeature) -> str:
+    """Say in words where a feature is: ``hole of 10 mm, base plate, at (20, 20, 10)``."""
+    words = {FeatureKind.VERTEX: "corner", FeatureKind.EDGE_MIDPOINT: "middle of the edge"}
+    kind = words.get(feature.kind, feature.kind.word)
+    size = "" if feature.diameter_mm is None else f" of {feature.diameter_mm:g} mm"
+    place = " ".join(f"{round(v, 3) + 0.0:g}" for v in feature.p_mm)
+    return f"{kind}{size}{f' on {feature.solid}' if feature.solid else ''} at ({place})"
+
+
+def template_csv(advice: Advice) -> str:
+    """Return the file of taught points for `calibrate`, its coordinates to be filled in."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["name", "x_mm", "y_mm", "z_mm", "use", "where"])
+    for feature in advice.chosen.features:
+        writer.writerow([feature.name, "", "", "", "yes", where_it_is(feature)])
+    return text.getvalue()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Choice:
+    """The search over one part's features and seams."""
+
+    places: Places
+    design: Design
+    seam_points: FloatArray
+    seam_names: tuple[str, ...]
+    sigma_mm: float
+    criterion: Criterion
+    seed: int
+
+    @classmethod
+    def over(cls, places: Places, seams: Sequence[Seam], sigma_mm: float, criterion: Criterion, seed: int) -> _Choice:
+        points = np.concatenate([seam.frames.p for seam in seams])
+        names = tuple(seam.name for seam in seams for _ in range(len(seam.frames)))
+        design = Design(places.p, points[spread_rows(points, MOST_SEAM_POINTS)])
+        return cls(places, design, points, names, sigma_mm, criterion, seed)
+
+    def best(self, n: int, held: tuple[int, ...], progress: Progress) -> AdvisedSet:
+        """Return the best set of n points: one whose names cannot be exchanged unseen, if that costs little."""
+        rng = np.random.default_rng(self.seed)
+        rows, errors = self.design.best_sets(n, held=held, rng=rng, progress=progress)
+        if len(rows) == 0:
+            raise GeometryError("the features to choose from lie on one line: no set of them fixes the part")
+        clear = [k for k, row in enumerate(rows) if least_swap(self.places.p[row])[0] >= self._clear_squares(n)]
+        affordable = [k for k in clear if errors[k] <= SWAP_PRICE * errors[0]]
+        progress(f"predicting the error of the best sets of {n} points")
+        finalists = [self.predicted(rows[k]) for k in (affordable or range(len(rows)))[:FINALISTS]]
+        return min(finalists, key=lambda s: s.error_95_mm)
+
+    def predicted(self, rows: IntArray) -> AdvisedSet:
+        """Predict the error of one set along all seams."""
+        p = self.places.p[rows]
+        if self.criterion is Criterion.MINIMAX:
+            covariance = minimax_covariance(p, self.sigma_mm, seed=self.seed)
+        else:
+            covariance = isotropic_covariance(p, self.sigma_mm)
+        errors = error_95(self.seam_points, covariance)
+        worst = int(np.argmax(errors))
+        squares, order = least_swap(p)
+        features = tuple(self.places.features[row][0] for row in rows)
+        swap = tuple(features[k].name for k, other in enumerate(order) if k != other)
+        return AdvisedSet(
+            features,
+            float(errors[worst]),
+            self.seam_names[worst],
+            math.sqrt(squares / len(p)),
+            swap,
+            squares >= self._clear_squares(len(p)),
+        )
+
+    def _clear_squares(self, n: int) -> float:
+        return CLEAR_SWAP * squares_limit(n, self.sigma_mm) if n > 2 else 0.0
+
+
+def _require_usable(points: int, sigma_mm: float, have: Sequence[ReferenceFeature], criterion: Criterion) -> None:
+    if points < 3:
+        raise InputError(f"a fit needs at least 3 points, got {points}")
+    if len(have) >= points:
+        raise InputError(f"{len(have)} points are there already; ask for more than that, got {points}")
+    if not (math.isfinite(sigma_mm) and sigma_mm > 0):
+        raise InputError(f"the teaching error is a positive length, got {sigma_mm} mm")
+    if criterion not in (Criterion.MINIMAX, Criterion.LEAST_SQUARES):
+        raise InputError(f"points are advised for minimax or least_squares, got {criterion.value}")
+
+
+def _pool(
+    candidates: Sequence[Touchable], have: Sequence[ReferenceFeature], points: int
+) -> tuple[Places, dict[str, Ease]]:
+    """Take the easiest features that leave a choice: harder ones only where these are too few or on one line."""
+    eases = {item.feature.name: item.ease for item in candidates}
+    for ease in Ease:
+        names = {feature.name for feature in have}
+        used = [*have, *(c.feature for c in candidates if c.ease <= ease and c.feature.name not in names)]
+        places = Places.of(used)
+        if len(places.p) >= points and _fills_a_plane(places.p):
+            break
+    else:
+        raise GeometryError(
+            f"{points} points are asked for, and the part has {len(places.p)} places to touch that are not on one line"
+        )
+    if len(places.p) > MOST_PLACES:
+        kept = {places.names[k] for k in spread_rows(places.p, MOST_PLACES)}
+        kept |= {places.names[places.holding(feature.name)] for feature in have}
+        places = Places.of([f for group in places.features if group[0].name in kept for f in group])
+    return places, eases
+
+
+def _fills_a_plane(p: FloatArray) -> bool:
+    spread = np.linalg.svd(p - p.mean(axis=0), compute_uv=False)
+    return len(p) >= 3 and bool(spread[1] > ON_A_LINE * spread[0])
+
+
+ON_A_LINE = 1e-3
+"""Points whose second spread is a smaller share of the first leave the rotation about their line to chance."""
+
+
+def _ease_notes(chosen: AdvisedSet, eases: dict[str, Ease]) -> list[str]:
+    words = {
+        Ease.ROUND: "nothing to touch at its centre: take several touches around it",
+        Ease.HIDDEN: "in a notch, against another solid or behind one",
+        Ease.VAGUE: "the middle of an edge has to be measured out",
+    }
+    found = [(name, eases.get(name, Ease.SHARP)) for name in chosen.names]
+    return [f"{name}: {words[ease]}" for name, ease in found if ease in words]
+
+
+def _swap_notes(chosen: AdvisedSet) -> list[str]:
+    if chosen.is_clear:
+        return []
+    return [
+        f"names exchanged among {', '.join(chosen.swap)} would leave an RMS of {chosen.swap_rms_mm:.3g} mm only: the "
+        "features are too symmetric to see it; take care"
+    ]

@@ -1,0 +1,198 @@
+r"""Optimal sets of points: the search that makes the largest predicted error along the seams smallest.
+
+For least squares the covariance of a seam point s is, with the centroid c, u = s - c and the inertia
+:math:`N = \operatorname{tr}(M) I - M` of the taught points,
+
+.. math:: C(s) = \sigma^2 \left( \tfrac{1}{n} I + [u]_\times N^{-1} [u]_\times^\top \right),
+
+and its 95 % length follows from tr C and tr C² as in `wpcal.calibrate.uncertainty.error_95`. Thousands of sets are
+judged at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import combinations, islice, permutations
+
+import numpy as np
+from scipy.special import chdtri
+
+from wpcal.calibrate.least_squares import kabsch
+from wpcal.calibrate.uncertainty import COVERAGE
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.rotations import cross_matrix
+
+MOST_ENUMERATED = 150_000
+"""So many sets are all tried, in some seconds; above that single points are exchanged."""
+CHUNK = 8_000
+"""Sets judged at once: some tens of megabytes."""
+STARTS = 12
+"""Random sets from which the exchange starts; on the shared parts three of four of them end at the same best set."""
+KEPT = 200
+"""Best sets kept, from which those with a symmetric swap are struck."""
+FLAT = 1e-9
+"""Least ratio of the determinant of N to the cube of its trace; below it the points lie on one line."""
+FREEDOMS = np.linspace(1.0, 3.0, 2001)
+QUANTILES = chdtri(FREEDOMS, 1.0 - COVERAGE) / FREEDOMS
+"""Of a length of 1 to 3 effective dimensions; the table is exact to 1e-7."""
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Design:
+    """What the sets are judged by.
+
+    Parameters
+    ----------
+    points : ndarray, shape (N, 3)
+        Features that may be taught, in `part`, mm.
+    seam_points : ndarray, shape (k, 3)
+        In `part`, mm.
+    """
+
+    points: FloatArray
+    seam_points: FloatArray
+
+    def largest_errors(self, rows: IntArray) -> FloatArray:
+        """Largest 95 % error of the least-squares fit over the seam points, for sets (m, n), per unit of sigma."""
+        parts = [self._errors(rows[first : first + CHUNK]).max(axis=1) for first in range(0, len(rows), CHUNK)]
+        return np.concatenate(parts) if parts else np.empty(0)
+
+    def _errors(self, rows: IntArray) -> FloatArray:
+        p = self.points[rows]
+        centre = p.mean(axis=1)
+        offsets = p - centre[:, None]
+        moments = np.einsum("mni,mnj->mij", offsets, offsets)
+        trace = np.trace(moments, axis1=1, axis2=2)
+        inertia = trace[:, None, None] * np.eye(3) - moments
+        flat = np.linalg.det(inertia) <= FLAT * trace**3
+        inertia[flat] = np.eye(3)
+        A = np.linalg.inv(inertia)
+        K = cross_matrix(self.seam_points[None] - centre[:, None])
+        B = K @ A[:, None] @ K.swapaxes(-1, -2)
+        a = 1.0 / rows.shape[1]
+        tr_B = np.trace(B, axis1=2, axis2=3)
+        tr_C = 3.0 * a + tr_B
+        tr_C2 = 3.0 * a**2 + 2.0 * a * tr_B + np.einsum("mkij,mkij->mk", B, B)
+        error = np.sqrt(tr_C * np.interp(tr_C**2 / tr_C2, FREEDOMS, QUANTILES))
+        error[flat] = np.inf
+        return np.asarray(error)
+
+    def best_sets(
+        self, n: int, *, held: tuple[int, ...] = (), rng: np.random.Generator, progress: Progress
+    ) -> tuple[IntArray, FloatArray]:
+        """Return the best sets of n points that hold the rows `held`, the best first, and their errors.
+
+        All sets are tried where there are few; else single points are exchanged, each time for the best of all
+        features, until no exchange makes the error smaller.
+        """
+        free = np.setdiff1d(np.arange(len(self.points)), held)
+        added = n - len(held)
+        if math.comb(len(free), added) <= MOST_ENUMERATED:
+            progress(f"trying all sets of {n} points")
+            return self._enumerated(free, held, added)
+        return self._exchanged(free, held, added, rng, progress)
+
+    def _enumerated(self, free: IntArray, held: tuple[int, ...], added: int) -> tuple[IntArray, FloatArray]:
+        best = _Shortlist(added + len(held))
+        sets: Iterator[tuple[int, ...]] = combinations(free.tolist(), added)
+        while chunk := list(islice(sets, CHUNK)):
+            rows = np.column_stack([np.tile(held, (len(chunk), 1)).astype(np.int64), np.array(chunk, dtype=np.int64)])
+            best.take(rows, self.largest_errors(rows))
+        return best.rows, best.errors
+
+    def _exchanged(
+        self, free: IntArray, held: tuple[int, ...], added: int, rng: np.random.Generator, progress: Progress
+    ) -> tuple[IntArray, FloatArray]:
+        best = _Shortlist(added + len(held))
+        for start in range(STARTS):
+            progress(f"exchanging points, start {start + 1} of {STARTS}")
+            current = np.concatenate([np.array(held, dtype=np.int64), rng.choice(free, added, replace=False)])
+            error = np.inf
+            while True:
+                rows = self._neighbours(current, free, len(held))
+                errors = self.largest_errors(rows)
+                best.take(rows, errors)
+                k = int(np.argmin(errors))
+                if not errors[k] < error:
+                    break
+                current, error = rows[k], float(errors[k])
+        return best.rows, best.errors
+
+    @staticmethod
+    def _neighbours(current: IntArray, free: IntArray, held: int) -> IntArray:
+        """All sets with one of the added points exchanged."""
+        others = np.setdiff1d(free, current)
+        rows = np.tile(current, ((len(current) - held) * len(others), 1))
+        for k in range(held, len(current)):
+            part = slice((k - held) * len(others), (k - held + 1) * len(others))
+            rows[part, k] = others
+        return rows
+
+
+class _Shortlist:
+    """The best sets met so far, each once."""
+
+    def __init__(self, n: int) -> None:
+        self.rows: IntArray = np.empty((0, n), dtype=np.int64)
+        self.errors: FloatArray = np.empty(0)
+
+    def take(self, rows: IntArray, errors: FloatArray) -> None:
+        """Take the best of further sets."""
+        some = np.argsort(errors, kind="stable")[:KEPT]
+        some = some[np.isfinite(errors[some])]
+        joined = np.concatenate([self.rows, np.sort(rows[some], axis=1)])
+        unique, first = np.unique(joined, axis=0, return_index=True)
+        errors = np.concatenate([self.errors, errors[some]])[first]
+        order = np.argsort(errors, kind="stable")[:KEPT]
+        self.rows, self.errors = unique[order], errors[order]
+
+
+def least_swap(p: FloatArray) -> tuple[float, tuple[int, ...]]:
+    """Sum of squares of the best fit of points to themselves in another order, mm², and that order.
+
+    Zero for a symmetric set: its names can be exchanged without a trace in the residuals.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n, 3)
+        At most `MOST_PERMUTED` points; of more only exchanges of two are tried.
+    """
+    n = len(p)
+    orders = np.array([order for order in _orders(n) if order != tuple(range(n))])
+    q = p[orders]
+    source = np.broadcast_to(p, q.shape)
+    R, t = kabsch(source, q, np.full(q.shape[:2], 1.0 / n))
+    left = q - source @ R.transpose(0, 2, 1) - t[:, None]
+    squares = np.einsum("mni,mni->m", left, left)
+    k = int(np.argmin(squares))
+    return float(squares[k]), tuple(int(v) for v in orders[k])
+
+
+MOST_PERMUTED = 6
+"""720 orders; with more points a symmetry of all of them at once is no slip that a person makes."""
+
+
+def _orders(n: int) -> Iterator[tuple[int, ...]]:
+    if n <= MOST_PERMUTED:
+        yield from permutations(range(n))
+        return
+    for i, j in combinations(range(n), 2):
+        order = list(range(n))
+        order[i], order[j] = j, i
+        yield tuple(order)
+
+
+def spread_rows(points: FloatArray, most: int) -> IntArray:
+    """Pick at most so many points, each the farthest from those picked; the first the farthest from the centroid."""
+    if len(points) <= most:
+        return np.arange(len(points))
+    picked = [int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
+    distance = np.linalg.norm(points - points[picked[0]], axis=1)
+    while len(picked) < most:
+        picked.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.linalg.norm(points - points[picked[-1]], axis=1))
+    return np.array(picked)

@@ -1,0 +1,180 @@
+"""How well a feature can be touched with a wire tip: sharp free corners and holes first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.features.reference import FeatureKind, ReferenceFeature
+from wpcal.seam.concave import LEAST_TURN_SIN, are_concave
+from wpcal.seam.reach import START_MM, is_blocked
+
+CONTACT_MM = 0.5
+"""A corner this near to another solid is no corner to the eye: the gap that a fillet bridges."""
+OPPOSITE = 0.999
+"""Faces whose normals are opposite within 2.5 degrees lie against each other."""
+SAME_MM = 1e-3
+"""A feature is at a vertex when it lies within this: the rounding by which features are named."""
+
+
+class Ease(IntEnum):
+    """How well a feature can be touched; smaller is better."""
+
+    SHARP = 0
+    """A free convex corner or the free entry of a hole: one touch, or the tip centred by eye."""
+    ROUND = 1
+    """The centre of a rim or a sphere: nothing is there to touch, it takes several touches around it."""
+    HIDDEN = 2
+    """A corner in a notch, against another solid, or behind one."""
+    VAGUE = 3
+    """The middle of an edge: it has to be measured out."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Touchable:
+    """A feature with the ease of touching it.
+
+    Parameters
+    ----------
+    feature : ReferenceFeature
+    ease : Ease
+    """
+
+    feature: ReferenceFeature
+    ease: Ease
+
+
+def judge_features(
+    graph: BrepGraph, features: Sequence[ReferenceFeature], *, trimmed: TrimmedFaces | None = None
+) -> tuple[Touchable, ...]:
+    """Judge how well each feature of a part can be touched.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    features : sequence of ReferenceFeature
+        Of that graph.
+    trimmed : TrimmedFaces, optional
+        Of the same graph, where a caller has it already.
+
+    Returns
+    -------
+    tuple of Touchable
+        In the order of the features.
+    """
+    trimmed = trimmed or TrimmedFaces.of(graph)
+    ease = np.array([_of_kind(feature.kind) for feature in features], dtype=np.int64)
+    corners = [k for k, feature in enumerate(features) if feature.kind is FeatureKind.VERTEX]
+    holes = [k for k, feature in enumerate(features) if feature.kind is FeatureKind.HOLE]
+    p = np.array([feature.p_mm for feature in features]).reshape(-1, 3)
+    if corners:
+        vertex = _vertices(graph, [features[k] for k in corners])
+        meetings = [_Meeting.at(graph, int(v)) for v in vertex]
+        free = _is_sharp(graph, vertex) & np.array([meeting.is_convex for meeting in meetings])
+        free &= ~_lies_on_another(graph, trimmed, vertex, meetings)
+        free &= ~_is_covered(graph, trimmed, p[corners], np.array([meeting.outward for meeting in meetings]))
+        ease[np.array(corners)[~free]] = Ease.HIDDEN
+    if holes:
+        out = np.array([features[k].direction for k in holes], dtype=np.float64)
+        ease[np.array(holes)[_is_covered(graph, trimmed, p[holes], out)]] = Ease.HIDDEN
+    return tuple(Touchable(feature, Ease(value)) for feature, value in zip(features, ease, strict=True))
+
+
+def _of_kind(kind: FeatureKind) -> Ease:
+    if kind in (FeatureKind.VERTEX, FeatureKind.HOLE):
+        return Ease.SHARP
+    return Ease.VAGUE if kind is FeatureKind.EDGE_MIDPOINT else Ease.ROUND
+
+
+def _vertices(graph: BrepGraph, features: Sequence[ReferenceFeature]) -> IntArray:
+    """The vertex of the graph that each corner is: at its place, on its solid."""
+    solid = np.array([graph.solid_names.index(f.solid) if f.solid in graph.solid_names else -1 for f in features])
+    off = np.array([np.abs(graph.vertex_p - f.p_mm).max(axis=1) for f in features])
+    off[graph.vertex_solid[None, :] != solid[:, None]] += SAME_MM
+    return np.asarray(off.argmin(axis=1), dtype=np.int64)
+
+
+def _is_sharp(graph: BrepGraph, vertex: IntArray) -> BoolArray:
+    """Tell which vertices have no concave edge."""
+    edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
+    edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
+    at = graph.edge_vertices[edges[are_concave(graph, edges)]].ravel()
+    return np.asarray(~np.isin(vertex, at))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Meeting:
+    """The faces and edges that meet at a corner, those of other solids with a corner at the same place as well.
+
+    Parameters
+    ----------
+    faces : ndarray of int, shape (f,)
+    normals : ndarray, shape (f, 3)
+        Outward, at the corner.
+    leaving : ndarray, shape (e, 3)
+        Unit directions of the edges away from the corner.
+    """
+
+    faces: IntArray
+    normals: FloatArray
+    leaving: FloatArray
+
+    @classmethod
+    def at(cls, graph: BrepGraph, vertex: int) -> _Meeting:
+        """Gather what meets at a vertex."""
+        here = np.linalg.norm(graph.vertex_p - graph.vertex_p[vertex], axis=1) <= CONTACT_MM
+        ends = (
+            here[graph.edge_vertices] & (graph.edge_vertices >= 0) & (graph.edge_kind != CurveKind.DEGENERATE)[:, None]
+        )
+        edge, end = np.nonzero(ends)
+        _, slope = evaluate_edges(graph, edge, graph.edge_range[edge, end])
+        leaving = slope * np.where(end == 0, 1.0, -1.0)[:, None]
+        faces = np.unique(graph.coedge_face[np.isin(graph.coedge_edge, edge)])
+        normals = project_to_faces(graph, faces, np.tile(graph.vertex_p[vertex], (len(faces), 1))).normal
+        return cls(faces, normals, leaving / np.linalg.norm(leaving, axis=1, keepdims=True))
+
+    @property
+    def free(self) -> FloatArray:
+        """Normals of the faces that no other face lies against."""
+        return self.normals[(self.normals @ self.normals.T > -OPPOSITE).all(axis=1)]
+
+    @property
+    def is_convex(self) -> bool:
+        """Whether no edge rises above a free face."""
+        return len(self.free) > 0 and bool((self.leaving @ self.free.T <= LEAST_TURN_SIN).all())
+
+    @property
+    def outward(self) -> FloatArray:
+        """Mean direction of the free faces' normals; zero where they cancel."""
+        total = self.free.sum(axis=0)
+        return np.asarray(total / max(float(np.linalg.norm(total)), SAME_MM))
+
+
+def _lies_on_another(
+    graph: BrepGraph, trimmed: TrimmedFaces, vertex: IntArray, meetings: Sequence[_Meeting]
+) -> BoolArray:
+    """Tell which vertices lie on a face of another solid, or on its border, away from that solid's own corners."""
+    low, high = trimmed.face_box
+    p = graph.vertex_p[vertex]
+    near = np.array(((p[:, None] >= low - CONTACT_MM) & (p[:, None] <= high + CONTACT_MM)).all(axis=2), dtype=bool)
+    for k, meeting in enumerate(meetings):
+        near[k, meeting.faces] = False
+    row, face = np.nonzero(near & (graph.face_solid != graph.vertex_solid[vertex][:, None]))
+    foot = project_to_faces(graph, face, p[row])
+    close = np.linalg.norm(foot.p - p[row], axis=1) <= CONTACT_MM
+    row, face, uv = row[close], face[close], foot.uv[close]
+    on = trimmed.contains(face, uv) | (trimmed.boundary_distance(face, p[row]) <= CONTACT_MM)
+    return np.isin(np.arange(len(vertex)), row[on])
+
+
+def _is_covered(graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, out: FloatArray) -> BoolArray:
+    """Tell where the part itself stands in the way outward, for the length of a torch."""
+    return is_blocked(graph, trimmed, p + START_MM * out, out)
