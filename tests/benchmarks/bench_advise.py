@@ -20,6 +20,7 @@ from wpcal.study.teaching_error import fit_trials
 ROOT = Path(__file__).parents[2]
 SHARED = ROOT.parent / "shared" / "step"
 SAMPLES = {name: ROOT / "fixtures" / name / f"{name}.step" for name in ("tee", "lap", "saddle", "frame")}
+REAL = ("as1-oc-214.stp", "tail_section_asm.stp")
 SIGMA_MM = 0.3
 POINTS = 4
 RANDOM_SETS = 101
@@ -31,7 +32,8 @@ def main() -> Table:
     table = Table(title=title)
     for heading in ("part", "advised", "median random", "nearest corners", "random / advised", "nearest / advised"):
         table.add_column(heading)
-    for name, path in SAMPLES.items():
+    real = {path.name: path for path in (SHARED / name for name in REAL) if path.is_file()}
+    for name, path in (SAMPLES | real).items():
         table.add_row(name, *_row(path))
     return table
 
@@ -41,10 +43,10 @@ def _row(path: Path) -> tuple[str, ...]:
     seams, workpiece = find_seams(workpiece, SeamOptions())
     accepted = [seam for seam in seams if seam.accepted]
     points = np.concatenate([seam.frames.p for seam in accepted])
-    places = Places.of([f for f in workpiece.features if f.kind is not FeatureKind.EDGE_MIDPOINT])
+    places = Places.of(workpiece.features)
     advice = advise(judge_features(workpiece.graph, workpiece.features), accepted, points=POINTS, sigma_mm=SIGMA_MM)
     advised = np.array([feature.p_mm for feature in advice.chosen.features])
-    sets = _random_sets(places.p)
+    sets = _random_sets(np.array([feature.p_mm for feature in workpiece.features]))
     errors = np.array([_predicted(p, points) for p in sets])
     median = sets[int(np.argsort(errors)[len(errors) // 2])]
     nearest = _nearest_corners(places, points)
@@ -55,7 +57,7 @@ def _row(path: Path) -> tuple[str, ...]:
 
 
 def _random_sets(p: FloatArray) -> list[FloatArray]:
-    """Sets of four random features that are not on one line."""
+    """Sets of four random features of the part's list that are not on one line."""
     rng = np.random.default_rng(0)
     sets: list[FloatArray] = []
     while len(sets) < RANDOM_SETS:
@@ -68,13 +70,12 @@ def _random_sets(p: FloatArray) -> list[FloatArray]:
 def _nearest_corners(places: Places, seam_points: FloatArray) -> FloatArray:
     """The three corners nearest to the middle of the seams that are not on one line."""
     corners = places.p[places.of_kinds([FeatureKind.VERTEX])]
-    corners = corners if len(corners) >= 3 else places.p
     order = np.argsort(np.linalg.norm(corners - seam_points.mean(axis=0), axis=1), kind="stable")
     for k in range(2, len(order)):
         some = corners[order[[0, 1, k]]]
         if np.linalg.svd(some - some.mean(axis=0), compute_uv=False)[1] > 1.0:
             return some
-    return places.p[places.of_kinds(list(FeatureKind))][[0, 1, -1]]
+    return places.p[[0, 1, -1]]
 
 
 def _predicted(p: FloatArray, seam_points: FloatArray) -> float:

@@ -176,7 +176,9 @@ def advise(
     """
     _require_usable(points, sigma_mm, have, criterion)
     if not any(len(seam.frames) for seam in seams):
-        raise GeometryError("no seam to advise for: name seams that `wpcal seams` lists")
+        raise GeometryError(
+            "the part has no seam to advise for; `wpcal seams` lists them, --concave always adds notches in one solid"
+        )
     places, eases = _pool(candidates, have, points)
     choice = _Choice.over(places, seams, sigma_mm, criterion, seed)
     say = progress or (lambda _: None)

@@ -119,7 +119,8 @@ def match_points(
     features : sequence of ReferenceFeature
         Of the part.
     sigma_mm : float, optional
-        Teaching error: standard deviation per axis; `USUAL_SIGMA_MM` where not given.
+        Teaching error: standard deviation per axis; where not given the largest that the points state themselves, or
+        `USUAL_SIGMA_MM`.
     T_nominal_part : RigidTransform, optional
         Where the cell's model has the part: of several answers the nearest is taken.
     kinds : sequence of FeatureKind
@@ -138,8 +139,8 @@ def match_points(
     InputError
         When a feature's name is unknown.
     """
-    sigma = USUAL_SIGMA_MM if sigma_mm is None else sigma_mm
     used = [row for row, use in enumerate(taught.use) if use != "no"]
+    sigma = _stated_sigma(taught, used) if sigma_mm is None else sigma_mm
     places = Places.of(features)
     allowed = [_allowed(taught, row, features, places, kinds) for row in used]
     points = tuple(taught.names[row] for row in used)
@@ -178,6 +179,12 @@ def name_points(
     for row, name in zip(used, match.answers[match.chosen].features, strict=True):
         names[row] = name
     return replace(taught, features=tuple(names))
+
+
+def _stated_sigma(taught: TaughtPoints, used: Sequence[int]) -> float:
+    if taught.covariances is None or not used:
+        return USUAL_SIGMA_MM
+    return math.sqrt(float(np.linalg.eigvalsh(taught.covariances[list(used)]).max()))
 
 
 def _allowed(

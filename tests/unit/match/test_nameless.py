@@ -94,6 +94,16 @@ def test_close_features_are_told_from_symmetry() -> None:
     assert name_points(without_names(points[[0, 1, 2, 30]]), as_features(points), sigma_mm=0.02).features[3] == "V31"
 
 
+def test_the_error_that_the_points_state_is_used() -> None:
+    points = random_points(np.random.default_rng(6), 50)
+    taught = points[:5] + 2.0 * np.random.default_rng(0).standard_normal((5, 3))
+    with pytest.raises(GeometryError, match=r"error of 0\.3 mm"):
+        name_points(without_names(taught), as_features(points))
+    covariances = np.tile(4.0 * np.eye(3), (5, 1, 1))
+    match = match_points(replace(without_names(taught), covariances=covariances), as_features(points))
+    assert match.answers[0].features == ("V1", "V2", "V3", "V4", "V5")
+
+
 def test_a_mis_taught_point_fits_nothing() -> None:
     points = random_points(np.random.default_rng(3), 50)
     taught = points[:5].copy()
