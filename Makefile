@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/python -m pytest
 
-.PHONY: demo test check deep bench docs fixtures lint clean
+.PHONY: demo test check deep bench docs fixtures viewer shots lint clean
 
 demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 	rm -rf out
@@ -32,6 +32,9 @@ bench: $(VENV)/ready ## ratios against named peers, measured in this run
 
 fixtures: $(VENV)/ready ## write fixtures/ anew (golden results only with tests/golden --regenerate)
 	$(BIN)/python -m cad.samples fixtures
+
+viewer: ## build the bundles of the 3-D view anew; needs Node
+	cd viewer && npm ci --ignore-scripts --no-audit --no-fund && node build.mjs
 
 # The kernel's wheel needs the system's libGL: looked for before anything is downloaded.
 $(VENV)/ready: pyproject.toml .ci/system-libraries

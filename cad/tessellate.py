@@ -1,0 +1,121 @@
+"""Solids as triangles for pages and GLB files: `wpcal.viewer.PartMesh`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from OCP.Bnd import Bnd_Box
+from OCP.BRep import BRep_Tool
+from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.TopLoc import TopLoc_Location
+
+from cad import kernel
+from cad.kernel import KernelObject, kernel_call
+from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.viewer.part_mesh import PartMesh, Rgb, SolidMesh
+
+DEFLECTION_PART = 2e-4
+"""Of the part's diagonal: a fifth of a pixel when the whole part fills a screen of 1000 pixels."""
+FINEST_MM, COARSEST_MM = 0.02, 1.0
+"""Below the first a robot sees no difference; above the second holes of 20 mm look like nuts."""
+ANGLE_RAD = 0.35
+"""20°, 18 sides to a full circle: small holes look round at a small number of triangles."""
+
+
+def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMesh:
+    """Turn solids into triangles with the edges of their faces.
+
+    Parameters
+    ----------
+    solids : iterable of (name, kernel shape, colour)
+        In the frame `part`, mm; sRGB colours in 0…1, or None.
+
+    Returns
+    -------
+    PartMesh
+        Its deflection is `DEFLECTION_PART` of the diagonal of all solids, within `FINEST_MM` … `COARSEST_MM`. Faces
+        that the kernel cannot mesh are left out, and solids of which nothing is left.
+
+    Raises
+    ------
+    KernelError
+        When the kernel fails as a whole.
+
+    Notes
+    -----
+    The triangles stay on the kernel's shapes, where nothing else looks at them.
+    """
+    given = list(solids)
+    deflection = deflection_mm([shape for _, shape, _ in given])
+    meshes = []
+    for name, shape, color in given:
+        with kernel_call(f"meshing {name}"):
+            BRepMesh_IncrementalMesh(shape, deflection, False, ANGLE_RAD, False)
+            mesh = _solid_mesh(name, shape, color)
+        if mesh is not None:
+            meshes.append(mesh)
+    return PartMesh(tuple(meshes), deflection, ANGLE_RAD)
+
+
+def deflection_mm(shapes: Iterable[KernelObject]) -> float:
+    """Return how far a triangle may be from its face, mm."""
+    box = Bnd_Box()
+    for shape in shapes:
+        BRepBndLib.Add_s(shape, box, False)
+    if box.IsVoid():
+        return FINEST_MM
+    low, high = box.CornerMin(), box.CornerMax()
+    return float(np.clip(DEFLECTION_PART * low.Distance(high), FINEST_MM, COARSEST_MM))
+
+
+def _solid_mesh(name: str, shape: KernelObject, color: Rgb | None) -> SolidMesh | None:
+    points: list[FloatArray] = []
+    triangles: list[IntArray] = []
+    edges: list[IntArray] = []
+    count = 0
+    for face in kernel.sub_shapes(shape, kernel.FACE):
+        location = TopLoc_Location()
+        mesh = BRep_Tool.Triangulation_s(face, location)
+        if mesh is None:
+            continue
+        points.append(_nodes(mesh, location))
+        triangles.append(_triangles(mesh, is_reversed=kernel.is_reversed(face)) + count)
+        edges.extend(rows + count for rows in _edges(face, mesh, location))
+        count += len(points[-1])
+    if not points:
+        return None
+    segments = np.concatenate(edges) if edges else np.zeros((0, 2), dtype=np.int64)
+    return SolidMesh(name, frozen(np.concatenate(points)), np.concatenate(triangles), segments, color)
+
+
+def _nodes(mesh: KernelObject, location: KernelObject) -> FloatArray:
+    nodes = map(mesh.Node, range(1, mesh.NbNodes() + 1))
+    points: FloatArray = np.array([(p.X(), p.Y(), p.Z()) for p in nodes], dtype=np.float64).reshape(-1, 3)
+    if location.IsIdentity():
+        return points
+    trsf = location.Transformation()
+    matrix = np.array([[trsf.Value(row, column) for column in range(1, 5)] for row in range(1, 4)])
+    moved: FloatArray = points @ matrix[:, :3].T + matrix[:, 3]
+    return moved
+
+
+def _triangles(mesh: KernelObject, *, is_reversed: bool) -> IntArray:
+    corners = [mesh.Triangle(i).Get() for i in range(1, mesh.NbTriangles() + 1)]
+    rows: IntArray = np.array(corners, dtype=np.int64).reshape(-1, 3) - 1
+    return rows[:, ::-1] if is_reversed else rows
+
+
+def _edges(face: KernelObject, mesh: KernelObject, location: KernelObject) -> list[IntArray]:
+    """Return the boundary of a face as segments; the edge along which a closed surface meets itself is left out."""
+    found = []
+    for edge in kernel.sub_shapes(face, kernel.EDGE):
+        if BRep_Tool.Degenerated_s(edge) or BRep_Tool.IsClosed_s(edge, face):
+            continue
+        polygon = BRep_Tool.PolygonOnTriangulation_s(edge, mesh, location)
+        if polygon is None:
+            continue
+        rows = np.array([polygon.Node(i) for i in range(1, polygon.NbNodes() + 1)], dtype=np.int64) - 1
+        found.append(np.stack([rows[:-1], rows[1:]], axis=1))
+    return found

@@ -1,0 +1,47 @@
+// What stands beside a view: check boxes for its layers, buttons for its sides, the tooltip.
+import { el } from "./dom.js";
+
+/**
+ * Check boxes that show and hide layers.
+ *
+ * @param {{label: string, layers: string[], on: boolean}[]} items
+ */
+export function toggles(viewer, items) {
+  return el(
+    "div",
+    { class: "toggles" },
+    items.map(({ label, layers, on }) => {
+      const box = el("input", { type: "checkbox", checked: on, "data-layer": layers[0] });
+      const apply = () => layers.forEach((layer) => viewer.show(layer, box.checked));
+      box.addEventListener("change", apply);
+      apply();
+      return el("label", {}, box, el("span", {}, label));
+    }),
+  );
+}
+
+/** Buttons that look from a side. */
+export function sides(viewer, names = ["iso", "front", "top", "right"]) {
+  const button = (name) => el("button", { type: "button", onclick: () => viewer.view(name) }, name);
+  return el("div", { class: "sides", role: "group", "aria-label": "look from" }, names.map(button));
+}
+
+/** A box beside the pointer: `show(content, {x, y})`, `hide()`; it stays inside the view. */
+export function tooltip(parent) {
+  const box = el("div", { class: "tooltip", role: "status", hidden: true });
+  parent.append(box);
+  return {
+    element: box,
+    show(content, { x, y }) {
+      box.replaceChildren(content);
+      box.hidden = false;
+      const [width, height] = [box.offsetWidth, box.offsetHeight];
+      const left = x + 18 + width < parent.clientWidth ? x + 18 : Math.max(x - 18 - width, 4);
+      const top = Math.min(Math.max(y - height / 2, 4), Math.max(parent.clientHeight - height - 4, 4));
+      box.style.transform = `translate(${left.toFixed(0)}px, ${top.toFixed(0)}px)`;
+    },
+    hide() {
+      box.hidden = true;
+    },
+  };
+}

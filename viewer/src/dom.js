@@ -1,0 +1,59 @@
+// Elements and numbers. Text goes in as text nodes only: a name from a file can never become markup.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+function filled(element, attributes, children) {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else element.setAttribute(name, value === true ? "" : value);
+  }
+  element.append(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
+  return element;
+}
+
+/** An HTML element; strings among the children become text. */
+export function el(tag, attributes = {}, ...children) {
+  return filled(document.createElement(tag), attributes, children);
+}
+
+/** An SVG element. */
+export function svg(tag, attributes = {}, ...children) {
+  return filled(document.createElementNS(SVG, tag), attributes, children);
+}
+
+/** A number with fixed decimals; a dash where there is none. */
+export function fixed(value, decimals = 3) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  const text = value.toFixed(decimals);
+  return Number(text) === 0 ? (0).toFixed(decimals) : text; // no "-0.000"
+}
+
+/** A number with its sign. */
+export function signed(value, decimals = 3) {
+  const text = fixed(value, decimals);
+  return value > 0 && Number(text) !== 0 ? `+${text}` : text;
+}
+
+/** Three significant digits, for ticks and factors. */
+export function short(value) {
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  return size >= 1e5 || size < 1e-3 ? value.toExponential(0).replace("e+", "e") : String(Number(value.toPrecision(3)));
+}
+
+/** A table: columns {title, number?, cell: row => string | Node}; `rowOf` may decorate a row. */
+export function table(columns, rows, { rowOf = () => ({}), caption = null } = {}) {
+  const kind = ({ number }) => (number ? "number" : null);
+  const head = el("tr", {}, columns.map((column) => el("th", { scope: "col", class: kind(column) }, column.title)));
+  const body = rows.map((row) =>
+    el("tr", rowOf(row), columns.map((column) => el("td", { class: kind(column) }, column.cell(row)))),
+  );
+  const parts = [caption && el("caption", {}, caption), el("thead", {}, head), el("tbody", {}, body)];
+  return el("div", { class: "table-scroll" }, el("table", {}, parts));
+}
+
+/** A list of term and description pairs. */
+export function facts(pairs) {
+  return el("dl", { class: "facts" }, pairs.map(([term, value]) => el("div", {}, el("dt", {}, term), el("dd", {}, value))));
+}

@@ -1,0 +1,22 @@
+// What the page carries: `<script type="application/json" id="data">` and deflated, base64-coded blobs.
+
+/** The page's JSON. */
+export function readData(id = "data") {
+  return JSON.parse(document.getElementById(id).textContent);
+}
+
+/** A blob as an ArrayBuffer, or null where the page has none of this name. */
+export async function readBlob(name) {
+  const element = document.getElementById(`blob-${name}`);
+  if (!element) return null;
+  const text = atob(element.textContent.trim());
+  const bytes = Uint8Array.from(text, (character) => character.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Response(stream).arrayBuffer();
+}
+
+/** A blob that holds JSON. */
+export async function readJsonBlob(name) {
+  const bytes = await readBlob(name);
+  return bytes && JSON.parse(new TextDecoder().decode(bytes));
+}

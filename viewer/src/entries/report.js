@@ -1,0 +1,51 @@
+// The report of a calibration: report.html.
+import { readBlob, readData, readJsonBlob } from "../viewer.js";
+import { el } from "../dom.js";
+import { buildScene } from "../report/scene.js";
+import { criteriaSection, fitSection, notesSection, pointsSection, seamsSection, sourcesSection } from "../report/sections.js";
+import { verdict } from "../report/verdict.js";
+
+async function main() {
+  const { calibration, seams, mesh } = readData();
+  const [frames, part] = await Promise.all([readJsonBlob("frames"), readBlob("part")]);
+  const root = document.getElementById("page");
+  const view = el("section", { id: "view", "aria-label": "3-D view" });
+  root.append(verdict(calibration, seams, frames), view);
+  const viewer = buildSceneOrSayWhy(view, { calibration, seams, frames, part });
+  const focus = (row) => {
+    viewer?.view("iso", [seams[row].accepted ? "seams" : "candidates"]);
+    view.scrollIntoView({ behavior: "smooth" });
+  };
+  root.append(
+    ...[
+      notesSection(calibration),
+      pointsSection(calibration),
+      seamsSection(seams, frames, calibration.tolerance_mm, focus),
+      criteriaSection(calibration),
+      fitSection(calibration),
+      sourcesSection(calibration, mesh),
+    ].filter(Boolean),
+  );
+  window.wpcal = { viewer, project: (p) => viewer.project(p), ready: true };
+  addEventListener("beforeprint", () => viewer && freeze(viewer));
+}
+
+/** Without WebGL the numbers are still worth reading. */
+function buildSceneOrSayWhy(host, what) {
+  try {
+    return buildScene(host, what);
+  } catch (error) {
+    host.replaceChildren(el("p", { class: "note" }, `This browser shows no 3-D view: ${error.message}`));
+    return null;
+  }
+}
+
+/** Puts a picture beside the canvas for the printer. */
+function freeze(viewer) {
+  viewer.draw();
+  const picture = el("img", { class: "print-only", alt: "the view", src: viewer.canvas.toDataURL("image/png") });
+  viewer.canvas.parentNode.querySelector("img")?.remove();
+  viewer.canvas.after(picture);
+}
+
+main();

@@ -1,0 +1,46 @@
+// Texts that stand beside places of the view: elements of an overlay, moved when the view is drawn.
+import { Vector3 } from "three";
+
+export class Labels {
+  constructor(overlay) {
+    this.overlay = overlay;
+    this.items = [];
+    this.hidden = new Set();
+  }
+
+  add(layer, labels, className) {
+    for (const { p, text } of labels) {
+      const element = document.createElement("span");
+      element.className = `label ${className}`.trim();
+      element.textContent = text;
+      this.overlay.append(element);
+      this.items.push({ layer, p: new Vector3(...p), element });
+    }
+  }
+
+  show(layer, visible) {
+    if (visible) this.hidden.delete(layer);
+    else this.hidden.add(layer);
+  }
+
+  clear(layer) {
+    for (const item of this.items) if (item.layer === layer) item.element.remove();
+    this.items = this.items.filter((item) => item.layer !== layer);
+  }
+
+  /** Moves every label; where two would lie on each other the later one is not shown. */
+  place(project, layerOf) {
+    const taken = [];
+    for (const { layer, p, element } of this.items) {
+      const { x, y, inside } = project(p.clone().applyMatrix4(layerOf(layer).matrixWorld).toArray());
+      const width = 7 * element.textContent.length + 6; // measuring each would cost a layout of the page
+      const box = [x, y - 8, x + width, y + 8];
+      const free = taken.every((other) => box[0] > other[2] || box[2] < other[0] || box[1] > other[3] || box[3] < other[1]);
+      const visible = inside && free && !this.hidden.has(layer);
+      element.hidden = !visible;
+      if (!visible) continue;
+      taken.push(box);
+      element.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+    }
+  }
+}

@@ -1,0 +1,79 @@
+// Lines and points whose size is in pixels, drawn a little in front of where they are: a seam lies in the corner of its
+// two faces, and half of its line would be inside them.
+import { BufferAttribute, BufferGeometry, Color, Points, PointsMaterial } from "three";
+import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
+import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
+
+const LIFT_PX = 6; // towards the eye: a line of 5 px in a right corner shows whole
+const REFERENCE_HEIGHT_PX = 800; // of a usual view; the lift need not be exact
+
+/** GLSL that moves the depth of gl_Position towards the eye by some pixels' worth and leaves its place alone. */
+const LIFT = `
+  {
+    float eyeZ = -gl_Position.w;
+    float lifted = eyeZ + ${(2 * LIFT_PX).toFixed(1)} * gl_Position.w / (projectionMatrix[1][1] * ${REFERENCE_HEIGHT_PX.toFixed(1)});
+    gl_Position.z = (projectionMatrix[2][2] * lifted + projectionMatrix[3][2]) / -lifted * gl_Position.w;
+  }
+`;
+
+function lift(material, after) {
+  material.onBeforeCompile = (shader) => {
+    const lifted = shader.vertexShader.replace(after, (line) => `${line}\n${LIFT}`);
+    if (lifted === shader.vertexShader) throw new Error(`three.js has no '${after}' in this shader any more`);
+    shader.vertexShader = lifted;
+  };
+}
+
+/** Segments with a colour at each end; `resolution` is kept up to date by the view. */
+export function fatLines(positions, colors, { width, opacity, dashed, resolution }) {
+  const geometry = new LineSegmentsGeometry();
+  geometry.setPositions(positions);
+  geometry.setColors(colors);
+  const material = new LineMaterial({ vertexColors: true, linewidth: width, transparent: opacity < 1, opacity, dashed });
+  material.uniforms.resolution.value = resolution;
+  if (dashed) Object.assign(material, { dashSize: 4, gapSize: 3 });
+  lift(material, "gl_Position = clip;");
+  const lines = new LineSegments2(geometry, material);
+  if (dashed) lines.computeLineDistances();
+  lines.onBeforeRender = () => {}; // the resolution is shared; the class would set it from the renderer's viewport
+  return lines;
+}
+
+/** Points as discs with a light rim. */
+export function roundPoints(points, sizePx) {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(new Float32Array(points.flatMap(({ p }) => p)), 3));
+  geometry.setAttribute("color", new BufferAttribute(new Float32Array(points.flatMap(({ color }) => linear(color))), 3));
+  const material = new PointsMaterial({ size: sizePx, sizeAttenuation: false, vertexColors: true });
+  lift(material, "#include <project_vertex>");
+  const lifted = material.onBeforeCompile;
+  material.onBeforeCompile = (shader) => {
+    lifted(shader);
+    shader.fragmentShader = shader.fragmentShader.replace(
+      "#include <color_fragment>",
+      `#include <color_fragment>
+       float r = length(gl_PointCoord - 0.5);
+       if (r > 0.5) discard;
+       if (r > 0.36) diffuseColor.rgb = vec3(1.0);`,
+    );
+  };
+  return new Points(geometry, material);
+}
+
+function linear(color) {
+  return new Color(color).toArray();
+}
+
+/** Segments of paths {points, colors | color}, with colours made linear. */
+export function segmentsOfPaths(paths) {
+  const [positions, colors] = [[], []];
+  for (const { points, colors: own, color } of paths) {
+    const one = own ? null : linear(color);
+    for (let i = 0; i + 1 < points.length; i += 1) {
+      positions.push(...points[i], ...points[i + 1]);
+      colors.push(...(one ?? linear(own[i])), ...(one ?? linear(own[i + 1])));
+    }
+  }
+  return { positions: new Float32Array(positions), colors: new Float32Array(colors) };
+}

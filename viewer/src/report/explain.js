@@ -1,0 +1,42 @@
+// What the view says in words: tooltips and the legend of its colours.
+import { ramp } from "../viewer.js";
+import { el, facts, fixed, short, signed } from "../dom.js";
+
+function place(p) {
+  return p.map((v) => fixed(v)).join(", ");
+}
+
+/** One frame of a seam. */
+export function seamTip(seam, { s, p, u95, slope, rotation, position }, i) {
+  const rows = [
+    ["arc length", `${fixed(s[i])} of ${fixed(seam.length_mm)} mm`],
+    ["x, y, z", `${place(p[i])} mm`],
+  ];
+  if (slope) {
+    const turn = rotation[i] === null ? "undefined" : `${fixed(rotation[i], 1)}°`;
+    rows.push(["slope / rotation", `${fixed(slope[i], 1)}° / ${turn}${position[i] ? ` (${position[i]})` : ""}`]);
+  }
+  if (u95) rows.push(["95 % error", `${fixed(u95[i], 4)} mm`]);
+  const kind = `${seam.joint} ${seam.weld}${seam.accepted ? "" : ", candidate"}`;
+  return el("div", {}, el("strong", {}, seam.name), " ", el("span", { class: "kind" }, kind), facts(rows));
+}
+
+/** One taught point. */
+export function pointTip({ name, use, p_base_mm, residual_mm, distance_mm, error_95_mm }) {
+  const rows = [
+    ["taught", `${place(p_base_mm)} mm`],
+    ["residual", `${residual_mm.map((v) => signed(v, 4)).join(", ")} mm`],
+    ["distance", `${fixed(distance_mm, 4)} mm`],
+    ["95 % error", `${fixed(error_95_mm, 4)} mm`],
+  ];
+  const kind = use === "check" ? "check point, not fitted" : "taught point";
+  return el("div", {}, el("strong", {}, name), " ", el("span", { class: "kind" }, kind), facts(rows));
+}
+
+/** The colour scale of the seams. */
+export function legend(tolerance) {
+  const bar = el("div", { class: "ramp" });
+  bar.style.background = ramp();
+  const ticks = [0, 0.5, 1].map((share) => el("span", {}, short(share * tolerance)));
+  return el("div", { class: "legend" }, el("div", {}, "95 % error of the seam, mm"), bar, el("div", { class: "ticks" }, ticks));
+}

@@ -1,0 +1,139 @@
+// The report's 3-D view: the part where it stands, the seams in the colour of their error, what was taught.
+import { colourOf, createViewer } from "../viewer.js";
+import { sides, toggles, tooltip } from "../controls.js";
+import { el } from "../dom.js";
+import { legend, pointTip, seamTip } from "./explain.js";
+
+const RESIDUAL = "#d6246e"; // on no colour scale of the page
+const FITTED = "#1d3f94";
+const CHECKED = "#6d7682";
+const CANDIDATE = "#8a94a0";
+const MOST_TRIADS = 600; // more is a hedgehog
+const TRIAD_PART = 0.035; // of the radius of everything
+const LONGEST_PART = 0.2; // a residual is drawn at most this long, as a part of the radius
+const FACTORS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000];
+
+/** Builds the view inside `host` and returns it. */
+export function buildScene(host, { calibration, seams, frames, part }) {
+  const canvas = el("canvas", { tabindex: 0, "aria-label": "3-D view of the part, its seams and the taught points" });
+  const overlay = el("div", { class: "overlay" });
+  const stage = el("div", { class: "stage" }, canvas, overlay);
+  host.append(stage);
+  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+  const viewer = createViewer(canvas, { overlay, theme: dark ? "dark" : "light" });
+  const solid = part && viewer.addPart(part, { T: calibration.T_base_part });
+  addSeams(viewer, seams, frames, calibration.tolerance_mm);
+  addPoints(viewer, calibration.points);
+  const radius = viewer.extent().radius;
+  addFrames(viewer, frames, radius * TRIAD_PART);
+  const residuals = residualControl(viewer, calibration.points, radius);
+  const tip = tooltip(stage);
+  viewer.onHover((found) => showTip(viewer, tip, found, frames, radius * TRIAD_PART));
+  const xray = el("input", { type: "checkbox", onchange: () => solid.setOpacity(xray.checked ? 0.35 : 1) });
+  const panel = el(
+    "div",
+    { class: "panel" },
+    toggles(viewer, layersOf(seams, part)),
+    part && el("label", { class: "toggle-alone" }, xray, el("span", {}, "see through")),
+    residuals,
+    sides(viewer),
+  );
+  stage.append(legend(calibration.tolerance_mm));
+  host.append(panel);
+  viewer.view("iso");
+  return viewer;
+}
+
+function layersOf(seams, part) {
+  const candidates = seams.some(({ accepted }) => !accepted);
+  return [
+    part && { label: "part", layers: ["part"], on: true },
+    part && { label: "edges", layers: ["part edges"], on: true },
+    { label: "seams", layers: ["seams"], on: true },
+    candidates && { label: "candidates", layers: ["candidates"], on: false },
+    { label: "frames", layers: ["frames"], on: false },
+    { label: "taught points", layers: ["points"], on: true },
+    { label: "residuals", layers: ["residuals"], on: true },
+    { label: "names", layers: ["names"], on: true },
+  ].filter(Boolean);
+}
+
+function addSeams(viewer, seams, frames, tolerance) {
+  seams.forEach((seam, row) => {
+    const { p, u95 } = frames[row];
+    const layer = seam.accepted ? "seams" : "candidates";
+    const colors = u95 && seam.accepted ? u95.map((mm) => colourOf(mm / tolerance)) : null;
+    const path = colors ? { points: p, colors } : { points: p, color: CANDIDATE };
+    viewer.addPaths(layer, [path], { width: seam.accepted ? 6 : 3 });
+    viewer.addTargets(layer, p, { kind: "seam", seam, row });
+    const middle = p[Math.floor(p.length / 2)];
+    if (seam.accepted) viewer.addLabels("names", [{ p: middle, text: seam.name }], { className: "of-seam" });
+  });
+}
+
+function addPoints(viewer, points) {
+  const places = points.map(({ p_base_mm: p, use }) => ({ p, color: use === "yes" ? FITTED : CHECKED }));
+  viewer.addPoints("points", places, { size: 13 });
+  viewer.addTargets("points", points.map(({ p_base_mm }) => p_base_mm), { kind: "point", points }, { priority: 1 });
+  viewer.addLabels("names", points.map(({ p_base_mm: p, name: text }) => ({ p, text })), { className: "of-point" });
+}
+
+function addFrames(viewer, frames, length) {
+  const all = frames.flatMap(({ p, R }) => p.map((place, i) => ({ p: place, R: R[i] })));
+  const step = Math.ceil(all.length / MOST_TRIADS);
+  viewer.addTriads("frames", all.filter((_, i) => i % step === 0), length);
+}
+
+/** A slider for the factor by which residuals are drawn longer than they are. */
+function residualControl(viewer, points, radius) {
+  const longest = Math.max(...points.map(({ distance_mm }) => distance_mm), 1e-9);
+  const fits = FACTORS.filter((factor) => factor * longest <= LONGEST_PART * radius);
+  const start = Math.max(fits.length - 1, 0);
+  const output = el("output", { "data-test": "factor" });
+  const draw = (factor) => {
+    const wasShown = viewer.isShown("residuals");
+    viewer.clear("residuals");
+    viewer.addPaths("residuals", points.flatMap((point) => arrow(point, factor)), { width: 3 });
+    viewer.show("residuals", wasShown);
+    output.textContent = `× ${factor}`;
+  };
+  const slider = el("input", { type: "range", min: 0, max: FACTORS.length - 1, value: start });
+  slider.addEventListener("input", () => draw(FACTORS[slider.value]));
+  draw(FACTORS[start]);
+  return el("label", { class: "slider" }, el("span", {}, "residuals drawn"), slider, output);
+}
+
+/** From the fitted place along the residual, with four barbs. */
+function arrow({ p_base_mm: taught, residual_mm: r }, factor) {
+  const start = taught.map((v, i) => v - r[i]);
+  const end = start.map((v, i) => v + factor * r[i]);
+  const length = Math.hypot(...r);
+  if (length === 0) return [];
+  const x = r.map((v) => v / length);
+  const least = x.map(Math.abs).indexOf(Math.min(...x.map(Math.abs)));
+  const y = normalised(cross(x, [0, 1, 2].map((i) => Number(i === least))));
+  const z = cross(x, y);
+  const back = 0.18 * factor * length;
+  const barb = (side, sign) => end.map((v, i) => v - back * x[i] + sign * 0.4 * back * side[i]);
+  const tips = [barb(y, 1), barb(y, -1), barb(z, 1), barb(z, -1)];
+  return [[start, end], ...tips.map((tip) => [end, tip])].map((pair) => ({ points: pair, color: RESIDUAL }));
+}
+
+function cross([a, b, c], [x, y, z]) {
+  return [b * z - c * y, c * x - a * z, a * y - b * x];
+}
+
+function normalised(v) {
+  const length = Math.hypot(...v);
+  return v.map((value) => value / length);
+}
+
+function showTip(viewer, tip, found, frames, length) {
+  viewer.clear("hovered");
+  if (!found) return tip.hide();
+  const { data, index } = found;
+  if (data.kind === "point") return tip.show(pointTip(data.points[index]), found);
+  const of = frames[data.row];
+  viewer.addTriads("hovered", [{ p: of.p[index], R: of.R[index] }], 1.6 * length, { width: 3 });
+  return tip.show(seamTip(data.seam, of, index), found);
+}

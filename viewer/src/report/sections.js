@@ -1,0 +1,113 @@
+// The parts of the report below the view: tables, charts and where everything came from.
+import { colourOf } from "../viewer.js";
+import { el, facts, fixed, signed, table } from "../dom.js";
+import { annealingPlot, errorPlot } from "./plots.js";
+
+const CRITERIA = { minimax: "minimax", least_squares: "least squares", weighted: "weighted", robust: "robust" };
+
+function section(id, title, ...content) {
+  return el("section", { id, "aria-labelledby": `${id}-title` }, el("h2", { id: `${id}-title` }, title), content);
+}
+
+/** A bar for a share of the tolerance. */
+function bar(value, tolerance) {
+  const fill = el("i", { class: "fill" });
+  fill.style.width = `${Math.min((100 * value) / tolerance, 100).toFixed(1)}%`;
+  fill.style.background = colourOf(value / tolerance);
+  return el("span", { class: "bar", "aria-hidden": "true" }, fill);
+}
+
+export function seamsSection(seams, frames, tolerance, focus) {
+  const rows = seams.map((seam, row) => ({ ...seam, row, ...frames[row] }));
+  const worst = ({ u95 }) => (u95 ? Math.max(...u95) : null);
+  const columns = [
+    { title: "seam", cell: ({ name }) => el("strong", {}, name) },
+    { title: "joint", cell: ({ joint, weld }) => `${joint} ${weld}` },
+    { title: "joins", cell: ({ solids }) => solids.join(" + ") },
+    { title: "length mm", number: true, cell: ({ length_mm }) => fixed(length_mm, 1) },
+    { title: "frames", number: true, cell: ({ s }) => String(s.length) },
+    { title: "position", cell: ({ position }) => [...new Set(position ?? [])].filter(Boolean).join(", ") || "–" },
+    { title: "95 % error mm", number: true, cell: (row) => fixed(worst(row), 3) },
+    { title: "", cell: (row) => (worst(row) === null ? "" : bar(worst(row), tolerance)) },
+  ];
+  const rowOf = ({ row, accepted }) => ({
+    class: accepted ? "link" : "link dim",
+    title: accepted ? "show in the view" : "a candidate: found, but not taken as a seam",
+    onclick: () => focus(row),
+  });
+  const plot = errorPlot(seams, frames, tolerance);
+  const none = "The part has no seam that wpcal recognises.";
+  return section("seams", "Seams", rows.length ? table(columns, rows, { rowOf }) : el("p", {}, none), plot);
+}
+
+export function pointsSection({ points, tolerance_mm }) {
+  const columns = [
+    { title: "point", cell: ({ name }) => el("strong", {}, name) },
+    { title: "use", cell: ({ use }) => (use === "check" ? "check" : "fit") },
+    ...[0, 1, 2].map((axis) => ({
+      title: `${"xyz"[axis]} mm`,
+      number: true,
+      cell: ({ residual_mm }) => signed(residual_mm[axis], 4),
+    })),
+    { title: "distance mm", number: true, cell: ({ distance_mm }) => fixed(distance_mm, 4) },
+    { title: "", cell: ({ distance_mm }) => bar(distance_mm, tolerance_mm) },
+    { title: "95 % error mm", number: true, cell: ({ error_95_mm }) => fixed(error_95_mm, 4) },
+  ];
+  const rowOf = ({ distance_mm }) => ({ class: distance_mm > tolerance_mm ? "bad" : null });
+  const caption = "Residual: where the point was taught minus where the fit puts it, base frame. The bar is full at the tolerance.";
+  return section("points", "Taught points", table(columns, points, { rowOf, caption }));
+}
+
+export function criteriaSection({ criteria, criterion }) {
+  if (!criteria) return null;
+  const columns = [
+    { title: "criterion", cell: (row) => CRITERIA[row.criterion] ?? row.criterion },
+    { title: "largest mm", number: true, cell: ({ largest_mm }) => fixed(largest_mm, 4) },
+    { title: "RMS mm", number: true, cell: ({ rms_mm }) => fixed(rms_mm, 4) },
+    { title: "95 % seam error mm", number: true, cell: ({ seam_error_95_mm }) => fixed(seam_error_95_mm, 4) },
+    { title: "", cell: (row) => [row.criterion === criterion && "used", row.criterion === criteria.best && "least predicted error"].filter(Boolean).join(", ") },
+  ];
+  const best = CRITERIA[criteria.best] ?? criteria.best;
+  const why = `Least predicted error: ${best} (${criteria.why}).`;
+  return section("criteria", "Criteria on the same data", table(columns, criteria.rows), el("p", {}, why));
+}
+
+export function fitSection(record) {
+  const { solver, correction, T_base_part } = record;
+  const c = correction.six_tuple;
+  const rows = [
+    ["criterion", CRITERIA[record.criterion] ?? record.criterion],
+    ["objective", `${fixed(record.objective_mm, 6)} mm`],
+    ["no rigid fit is below", `${fixed(record.lower_bound_mm, 6)} mm${record.certified ? " (certified)" : ""}`],
+    ["solver", `${solver.method}, seed ${record.seed}`],
+    ["correction x, y, z", `${[c.x_mm, c.y_mm, c.z_mm].map((v) => fixed(v, 4)).join(", ")} mm`],
+    ["correction α, β, γ", `${[c.alpha_rad, c.beta_rad, c.gamma_rad].map((v) => fixed(v, 7)).join(", ")} rad`],
+  ];
+  const matrix = el("table", { class: "matrix" }, T_base_part.map((row) => el("tr", {}, row.map((v) => el("td", { class: "number" }, fixed(v, 6))))));
+  const trace = solver.trace && annealingPlot(solver.trace, record.objective_mm);
+  const caption = trace && el("p", { class: "caption" }, "Annealing: the largest distance at the end of each temperature (faint) and the best so far; the line is the answer after the polish.");
+  return section("fit", "Fit", facts(rows), el("p", { class: "caption" }, "T_base_part: columns are the part's axes in the robot's base, then its origin in mm."), el("div", { class: "table-scroll" }, matrix), trace, caption);
+}
+
+export function notesSection({ issues }) {
+  if (!issues.length) return null;
+  return section("notes", "Notes on the data", el("ul", {}, issues.map(({ message }) => el("li", {}, message))));
+}
+
+export function sourcesSection(record, mesh) {
+  const files = Object.entries(record.inputs ?? {});
+  const columns = [
+    { title: "input", cell: ([role]) => role },
+    { title: "file", cell: ([, { file }]) => file || "–" },
+    { title: "SHA-256", cell: ([, { sha256 }]) => el("code", {}, sha256 ?? "–") },
+  ];
+  const teaching = record.teaching_error;
+  const rows = [
+    ["tolerance", `${record.tolerance_mm} mm`],
+    ["teaching error", teaching.sigma_mm !== null ? `σ ${teaching.sigma_mm} mm an axis` : teaching.bound_mm !== null ? `within ±${teaching.bound_mm} mm an axis` : "from the residuals"],
+    ["robot space", record.robot_space],
+    ["versions", Object.entries(record.versions).map(([name, version]) => `${name} ${version}`).join(", ")],
+  ];
+  if (mesh) rows.push(["triangles of the view", `within ${fixed(mesh.deflection_mm, 3)} mm of the model`]);
+  return section("sources", "Where this came from", table(columns, files), facts(rows));
+}

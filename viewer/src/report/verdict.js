@@ -1,0 +1,58 @@
+// What counts first: does the fit hold the tolerance, and how sure are the seams.
+import { colourOf } from "../viewer.js";
+import { el, fixed, short } from "../dom.js";
+
+/** The largest distance of a point, fitted or checked. */
+function worstPoint(points) {
+  return points.reduce((worst, point) => (point.distance_mm > worst.distance_mm ? point : worst));
+}
+
+function worstSeam(seams, frames) {
+  const of = (row) => (frames[row].u95 && seams[row].accepted ? Math.max(...frames[row].u95) : -1);
+  const rows = seams.map((_, row) => row).sort((a, b) => of(b) - of(a));
+  return rows.length && of(rows[0]) >= 0 ? { name: seams[rows[0]].name, u95: of(rows[0]) } : null;
+}
+
+/** A figure with its share of the tolerance as a bar. */
+function gauge(label, value, tolerance, note) {
+  const share = value / tolerance;
+  const fill = el("i", { class: "fill" });
+  fill.style.width = `${Math.min(100 * share, 100).toFixed(1)}%`;
+  fill.style.background = colourOf(share);
+  const percent = `${short(Math.round(100 * share))} % of the tolerance`;
+  return el(
+    "div",
+    { class: "gauge" },
+    el("div", { class: "label" }, label),
+    el("div", { class: "value" }, fixed(value, 3), el("small", {}, " mm")),
+    el("span", { class: "bar" }, fill),
+    el("div", { class: "note" }, note, " · ", percent),
+  );
+}
+
+export function verdict(calibration, seams, frames) {
+  const { tolerance_mm: tolerance, points, inputs = {} } = calibration;
+  const passed = calibration.verdict === "PASS";
+  const point = worstPoint(points);
+  const seam = worstSeam(seams, frames);
+  const accepted = seams.filter((one) => one.accepted);
+  const length = accepted.reduce((sum, one) => sum + one.length_mm, 0);
+  const checked = points.filter(({ use }) => use === "check").length;
+  const what = passed ? "Every point is within" : "A point is off by more than";
+  const counts = [
+    `${points.length - checked} points fitted${checked ? `, ${checked} checked` : ""}`,
+    `${accepted.length} seam${accepted.length === 1 ? "" : "s"}, ${fixed(length, 0)} mm`,
+  ];
+  return el(
+    "header",
+    { class: passed ? "pass" : "fail" },
+    el("div", { class: "title" }, el("p", { class: "eyebrow" }, "Calibration"), el("h1", {}, inputs.part?.file ?? "part"), el("p", {}, counts.join(" · "))),
+    el("div", { class: "verdict" }, el("span", { class: "stamp" }, calibration.verdict), el("p", {}, `${what} the tolerance of ${short(tolerance)} mm.`)),
+    el(
+      "div",
+      { class: "gauges" },
+      gauge("largest residual", point.distance_mm, tolerance, `at ${point.name}`),
+      seam && gauge("largest 95 % error of a seam", seam.u95, tolerance, `on ${seam.name}`),
+    ),
+  );
+}

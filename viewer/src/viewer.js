@@ -1,0 +1,408 @@
+// The 3-D view of wpcal's pages. It draws in millimetres with z up, in whatever frame the page uses (the report: `base`).
+//
+// Everything lives in named layers that are shown, hidden and moved as a whole. Lines, points and labels keep their size
+// in pixels. The view draws when something changed, never in a loop.
+import {
+  AmbientLight,
+  Box3,
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  DirectionalLight,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  Matrix4,
+  Mesh,
+  MeshLambertMaterial,
+  PerspectiveCamera,
+  Raycaster,
+  Scene,
+  Sphere,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+
+import { decodePart } from "./part.js";
+import { Labels } from "./labels.js";
+import { fatLines, roundPoints, segmentsOfPaths } from "./marks.js";
+import { Targets } from "./targets.js";
+
+export { readBlob, readData, readJsonBlob } from "./embedded.js";
+export { decodePart } from "./part.js";
+export { colourOf, ramp } from "./colours.js";
+
+const FIELD_OF_VIEW_DEG = 28; // narrow: parallel edges look parallel, as on a drawing
+const AXIS_COLOURS = ["#d63c3c", "#2f9e44", "#2f6fde"]; // x red, y green, z blue, as everywhere
+const VIEWS = {
+  iso: [-0.62, -0.68, 0.5],
+  front: [0, -1, 0],
+  back: [0, 1, 0],
+  left: [-1, 0, 0],
+  right: [1, 0, 0],
+  top: [0, -1e-4, 1], // a hair off the pole, where "up" would be undefined
+  bottom: [0, -1e-4, -1],
+};
+const MARGIN = 1.15; // some air at the rim, and room for labels
+const MOST_PLACES = 4000; // of one object, looked at to fit it into the view
+const THEMES = {
+  light: { part: "#b9c2cc", edge: "#38434f" },
+  dark: { part: "#7d8a98", edge: "#0e1318" },
+};
+
+/** Row-major 4×4 (nested or flat), as wpcal writes transforms, or nothing for the identity. */
+function matrixOf(T) {
+  return T ? new Matrix4().set(...T.flat()) : new Matrix4();
+}
+
+function flat(rows) {
+  return rows instanceof Float32Array ? rows : new Float32Array(rows.flat(Infinity));
+}
+
+/**
+ * Makes a view on a canvas.
+ *
+ * @param {HTMLCanvasElement} canvas  its CSS size is followed
+ * @param {object} [options]
+ * @param {HTMLElement} [options.overlay]  element of the same place that holds labels; without it there are none
+ * @param {"light"|"dark"} [options.theme]
+ * @param {"always"|"after-press"} [options.wheel]  when the wheel zooms; "after-press" lets a long page scroll
+ */
+export function createViewer(canvas, { overlay = null, theme = "light", wheel = "after-press" } = {}) {
+  return new Viewer(canvas, overlay, theme, wheel);
+}
+
+class Viewer {
+  constructor(canvas, overlay, theme, wheel) {
+    this.canvas = canvas;
+    this.colours = THEMES[theme];
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, 1, 1000);
+    this.camera.up.set(0, 0, 1);
+    this.resolution = new Vector2(1, 1);
+    this.layers = new Map();
+    this.targets = new Targets(this);
+    this.labels = overlay ? new Labels(overlay) : null;
+    this.asked = false;
+    this.light();
+    this.control(wheel);
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.resize();
+  }
+
+  light() {
+    const key = new DirectionalLight("#ffffff", 2.1);
+    key.position.set(-0.5, 0.9, 1);
+    const fill = new DirectionalLight("#ffffff", 0.55);
+    fill.position.set(1, -0.6, 0.4);
+    this.camera.add(key, fill); // the light comes over the shoulder: no side of the part is ever black
+    this.scene.add(this.camera, new AmbientLight("#ffffff", 1.05));
+  }
+
+  control(wheel) {
+    const controls = new OrbitControls(this.camera, this.canvas);
+    controls.rotateSpeed = 0.8;
+    controls.zoomToCursor = true;
+    controls.enableZoom = wheel === "always" || matchMedia("(pointer: coarse)").matches;
+    controls.addEventListener("change", () => this.render());
+    if (wheel === "after-press") {
+      this.canvas.addEventListener("pointerdown", () => (controls.enableZoom = true));
+      this.canvas.addEventListener("pointerleave", (event) => {
+        if (event.pointerType === "mouse") controls.enableZoom = false;
+      });
+    }
+    this.controls = controls;
+  }
+
+  // Layers ------------------------------------------------------------------------------------------------------------
+
+  /** The group of a layer, made when first asked for. */
+  layer(name) {
+    if (!this.layers.has(name)) {
+      const group = new Group();
+      group.name = name;
+      group.matrixAutoUpdate = false;
+      this.layers.set(name, group);
+      this.scene.add(group);
+    }
+    return this.layers.get(name);
+  }
+
+  /** Shows or hides a layer with its labels and targets. */
+  show(name, visible = true) {
+    this.layer(name).visible = visible;
+    this.labels?.show(name, visible);
+    this.render();
+  }
+
+  isShown(name) {
+    return this.layer(name).visible;
+  }
+
+  /** Puts a layer somewhere else: T is row-major 4×4, mm. */
+  move(name, T) {
+    this.layer(name).matrix.copy(matrixOf(T));
+    this.layer(name).updateMatrixWorld(true);
+    this.render();
+  }
+
+  /** Removes what is in a layer, with its labels and targets. */
+  clear(name) {
+    const group = this.layer(name);
+    group.traverse((object) => {
+      object.geometry?.dispose();
+      object.material?.dispose();
+    });
+    group.clear();
+    this.labels?.clear(name);
+    this.targets.clear(name);
+    this.render();
+  }
+
+  // What can be drawn -------------------------------------------------------------------------------------------------
+
+  /**
+   * Draws a part from the bytes of `part.glb`; its faces and its edges become the layers NAME and "NAME edges".
+   *
+   * @returns {{solids: {name: string}[], setOpacity: function(number)}}
+   */
+  addPart(bytes, { name = "part", T = null } = {}) {
+    const part = decodePart(bytes, new Color(this.colours.part));
+    const material = new MeshLambertMaterial({
+      vertexColors: true,
+      side: 2, // open shells show their inside, too
+      polygonOffset: true, // edges lie on faces: faces give way
+      polygonOffsetFactor: 1,
+      polygonOffsetUnits: 2,
+    });
+    const mesh = new Mesh(part.faces, material);
+    mesh.userData.solids = part.solids;
+    const edges = new LineSegments(part.edges, new LineBasicMaterial({ color: this.colours.edge }));
+    this.layer(name).add(mesh);
+    this.layer(`${name} edges`).add(edges);
+    this.move(name, T);
+    this.move(`${name} edges`, T);
+    const setOpacity = (opacity) => {
+      Object.assign(material, { opacity, transparent: opacity < 1, depthWrite: opacity === 1, needsUpdate: true });
+      this.render();
+    };
+    return { solids: part.solids, setOpacity };
+  }
+
+  /** Draws triangles: positions (n×3, mm) and indices; for arms, fixtures and the like. */
+  addMesh(layer, { positions, indices = null, color = this.colours.part, opacity = 1 }) {
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(flat(positions), 3));
+    if (indices) geometry.setIndex(new BufferAttribute(new Uint32Array(indices), 1));
+    const material = new MeshLambertMaterial({
+      color,
+      opacity,
+      transparent: opacity < 1,
+      flatShading: true,
+      side: 2,
+      polygonOffset: true,
+      polygonOffsetFactor: 1,
+      polygonOffsetUnits: 2,
+    });
+    const mesh = new Mesh(geometry, material);
+    this.layer(layer).add(mesh);
+    this.render();
+    return mesh;
+  }
+
+  /**
+   * Draws paths of a width in pixels.
+   *
+   * @param {{points: number[][], colors?: string[], color?: string}[]} paths  `colors`: one a point
+   */
+  addPaths(layer, paths, { width = 4, opacity = 1, dashed = false } = {}) {
+    const { positions, colors } = segmentsOfPaths(paths);
+    return this.addSegments(layer, positions, colors, { width, opacity, dashed });
+  }
+
+  /** Draws segments: six numbers each in `positions` (mm) and in `colors` (linear RGB, 0…1). */
+  addSegments(layer, positions, colors, { width = 2, opacity = 1, dashed = false } = {}) {
+    const lines = fatLines(flat(positions), flat(colors), { width, opacity, dashed, resolution: this.resolution });
+    this.layer(layer).add(lines);
+    this.render();
+    return lines;
+  }
+
+  /** Draws the axes of frames: {p: [3], R: 3×3 rows, whose columns are the axes}. */
+  addTriads(layer, frames, lengthMm, { width = 2 } = {}) {
+    const paths = frames.flatMap(({ p, R }) =>
+      [0, 1, 2].map((axis) => ({
+        points: [p, p.map((v, row) => v + lengthMm * R[row][axis])],
+        color: AXIS_COLOURS[axis],
+      })),
+    );
+    return this.addPaths(layer, paths, { width });
+  }
+
+  /** Draws round points of a size in pixels: {p, color}. */
+  addPoints(layer, points, { size = 11 } = {}) {
+    const marks = roundPoints(points, size * this.renderer.getPixelRatio());
+    this.layer(layer).add(marks);
+    this.render();
+    return marks;
+  }
+
+  /** Writes texts beside places: {p, text}. They are text, whatever they contain. */
+  addLabels(layer, labels, { className = "" } = {}) {
+    this.labels?.add(layer, labels, className);
+    this.render();
+  }
+
+  // Hovering and clicking -----------------------------------------------------------------------------------------------
+
+  /**
+   * Makes places of a layer answer to the pointer; `data` comes back with the index of the place.
+   *
+   * @param {number[][]} points  mm, in the layer's own frame
+   */
+  addTargets(layer, points, data, { priority = 0, radius = 14 } = {}) {
+    this.targets.add(layer, flat(points), data, priority, radius);
+  }
+
+  /** Calls back with {data, index, p, x, y} or null when the pointer comes to another target. */
+  onHover(callback) {
+    this.targets.onHover = callback;
+  }
+
+  /** Calls back with the same for a click (no drag) on a target, or with null beside all. */
+  onPick(callback) {
+    this.targets.onPick = callback;
+  }
+
+  /** Where a pixel of the canvas meets a part: {p, normal, solid} or null. */
+  surfaceAt(x, y, name = "part") {
+    const group = this.layer(name);
+    if (!group.visible) return null;
+    const [hit] = this.ray(x, y).intersectObject(group, true);
+    if (!hit) return null;
+    const solid = hit.object.userData.solids?.find(({ end }) => hit.faceIndex < end);
+    const normal = hit.face.normal.clone().transformDirection(group.matrixWorld);
+    return { p: hit.point.toArray(), normal: normal.toArray(), solid: solid?.name ?? null };
+  }
+
+  ray(x, y) {
+    const caster = new Raycaster();
+    const pointer = new Vector2((2 * x) / this.width - 1, 1 - (2 * y) / this.height);
+    caster.setFromCamera(pointer, this.camera);
+    return caster;
+  }
+
+  /** Pixel of the canvas (CSS pixels from its upper left corner) where a place is drawn, and whether it is inside. */
+  project(p) {
+    const v = new Vector3(...p).project(this.camera);
+    const [x, y] = [((v.x + 1) / 2) * this.width, ((1 - v.y) / 2) * this.height];
+    return { x, y, inside: Math.abs(v.x) <= 1 && Math.abs(v.y) <= 1 && Math.abs(v.z) <= 1 };
+  }
+
+  /** Whether a part's faces stand before a place; a place on a face counts as in front of it. */
+  isHidden(p) {
+    const place = new Vector3(...p);
+    const eye = this.camera.position;
+    const toPlace = place.clone().sub(eye);
+    const distance = toPlace.length();
+    const caster = new Raycaster(eye, toPlace.normalize(), this.camera.near, distance - this.slackAt(distance));
+    return this.meshes().some((mesh) => caster.intersectObject(mesh, false).length > 0);
+  }
+
+  meshes() {
+    const found = [];
+    for (const group of this.layers.values()) {
+      if (!group.visible) continue;
+      group.traverse((object) => {
+        if (object.isMesh && !object.isLineSegments2 && !object.material.transparent) found.push(object);
+      });
+    }
+    return found;
+  }
+
+  /** Ten pixels' worth of depth: marks are drawn that much in front of where they are. */
+  slackAt(distance) {
+    return (10 * 2 * Math.tan((FIELD_OF_VIEW_DEG * Math.PI) / 360) * distance) / this.height;
+  }
+
+  // Camera ------------------------------------------------------------------------------------------------------------
+
+  /** Places of everything visible, or of some layers, thinned where there are many. */
+  places(names = null) {
+    const found = [];
+    for (const [name, group] of this.layers) {
+      if (names ? !names.includes(name) : !group.visible) continue;
+      group.updateWorldMatrix(true, true);
+      group.traverse(({ geometry, matrixWorld }) => {
+        const attribute = geometry?.attributes.instanceStart ?? geometry?.attributes.position;
+        const step = Math.ceil((attribute?.count ?? 0) / MOST_PLACES);
+        for (let i = 0; i < attribute?.count; i += step) {
+          found.push(new Vector3().fromBufferAttribute(attribute, i).applyMatrix4(matrixWorld));
+        }
+      });
+    }
+    return found;
+  }
+
+  /** The sphere around everything visible, or around some layers. */
+  extent(names = null) {
+    const places = this.places(names);
+    return places.length ? new Box3().setFromPoints(places).getBoundingSphere(new Sphere()) : new Sphere(new Vector3(), 100);
+  }
+
+  /** Looks at everything from a side (`iso`, `front`, `top`, …) or from a direction; what is looked at fills the view. */
+  view(from = "iso", names = null) {
+    const toEye = new Vector3(...(VIEWS[from] ?? from)).normalize();
+    const right = new Vector3().crossVectors(this.camera.up, toEye).normalize();
+    const axes = new Matrix4().makeBasis(right, new Vector3().crossVectors(toEye, right), toEye);
+    const turned = this.places(names).map((place) => place.applyMatrix4(axes.clone().transpose()));
+    const box = turned.length ? new Box3().setFromPoints(turned) : new Box3(new Vector3(-100, -100, -100), new Vector3(100, 100, 100));
+    const centre = box.getCenter(new Vector3());
+    const tall = Math.tan((FIELD_OF_VIEW_DEG * Math.PI) / 360) / MARGIN;
+    const wide = tall * this.camera.aspect;
+    const needed = turned.map(({ x, y, z }) => z - centre.z + Math.max(Math.abs(x - centre.x) / wide, Math.abs(y - centre.y) / tall));
+    const nearest = 0.2 * box.getSize(new Vector3()).length(); // of a single point something is seen, too
+    const distance = needed.reduce((most, v) => Math.max(most, v), nearest);
+    this.bounds = this.extent();
+    this.controls.target.copy(centre).applyMatrix4(axes);
+    this.camera.position.copy(centre.setZ(centre.z + distance)).applyMatrix4(axes);
+    this.controls.update();
+    this.render();
+  }
+
+  // Drawing -----------------------------------------------------------------------------------------------------------
+
+  resize() {
+    this.width = Math.max(this.canvas.clientWidth, 1);
+    this.height = Math.max(this.canvas.clientHeight, 1);
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2)); // finer is not seen and costs four times
+    this.renderer.setSize(this.width, this.height, false);
+    this.resolution.set(this.width, this.height);
+    this.camera.aspect = this.width / this.height;
+    this.draw();
+  }
+
+  /** Asks for a drawing before the next frame. */
+  render() {
+    if (this.asked) return;
+    this.asked = true;
+    requestAnimationFrame(() => {
+      this.asked = false;
+      this.draw();
+    });
+  }
+
+  draw() {
+    const sphere = this.bounds ?? new Sphere(new Vector3(), 1000);
+    const distance = this.camera.position.distanceTo(sphere.center);
+    this.camera.near = Math.max((distance - 2 * sphere.radius) * 0.9, sphere.radius / 500);
+    this.camera.far = distance + 4 * sphere.radius;
+    this.camera.updateProjectionMatrix();
+    this.camera.updateMatrixWorld();
+    this.renderer.render(this.scene, this.camera);
+    this.labels?.place((p) => this.project(p), (name) => this.layer(name));
+  }
+}

@@ -1,0 +1,206 @@
+"""`part.glb`: a part's triangles as a small glTF 2.0 file that other viewers open, too.
+
+A node a solid. Positions are 16-bit steps of the solid's own box (extension ``KHR_mesh_quantization``), and the node's
+scale and translation make millimetres of the frame `part` of them. The root node ``part`` turns those into metres with
+y up, as glTF wants. The mesh's deflection and angle stand in ``asset.extras``.
+
+References
+----------
+Khronos Group, glTF 2.0 Specification (ISO/IEC 12113:2022), and its extension KHR_mesh_quantization.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.errors import FormatError
+from wpcal.viewer.part_mesh import PartMesh, Rgb, SolidMesh, vertex_normals
+
+STEPS = 65535
+"""Positions are 16-bit: 1/65535 of a solid's size, a fifth of a pixel on the largest screen."""
+METRES_Y_UP = [1e-3, 0, 0, 0, 0, 0, -1e-3, 0, 0, 1e-3, 0, 0, 0, 0, 0, 1]
+"""Column by column, as glTF stores a matrix: (x, y, z) mm become (x, z, -y) / 1000."""
+UNSIGNED_SHORT, UNSIGNED_INT, BYTE = 5123, 5125, 5120
+ARRAY, ELEMENTS = 34962, 34963
+TRIANGLES, LINES = 4, 1
+_HEADER, _CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
+_GREY = (0.72, 0.76, 0.80)
+"""For other viewers, where the model states no colour."""
+
+
+def write_part_glb(mesh: PartMesh) -> bytes:
+    """Write a part as GLB.
+
+    Parameters
+    ----------
+    mesh : PartMesh
+
+    Returns
+    -------
+    bytes
+        The same for the same mesh.
+    """
+    buffer = _Buffer()
+    nodes = [_solid_node(buffer, number, solid) for number, solid in enumerate(mesh.solids)]
+    root = {"name": "part", "matrix": METRES_Y_UP, "children": list(range(1, len(nodes) + 1))}
+    document = {
+        "asset": {
+            "version": "2.0",
+            "generator": "wpcal",
+            "extras": {"frame": "part", "deflection_mm": mesh.deflection_mm, "angle_rad": mesh.angle_rad},
+        },
+        "extensionsUsed": ["KHR_mesh_quantization"],
+        "extensionsRequired": ["KHR_mesh_quantization"],
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [root, *nodes],
+        "meshes": buffer.meshes,
+        "materials": buffer.materials,
+        "accessors": buffer.accessors,
+        "bufferViews": buffer.views,
+        "buffers": [{"byteLength": len(buffer.data)}],
+    }
+    return _container(document, bytes(buffer.data))
+
+
+def _container(document: dict[str, Any], data: bytes) -> bytes:
+    text = json.dumps(document, separators=(",", ":"), ensure_ascii=False).encode("utf-8")
+    text += b" " * (-len(text) % 4)
+    data += b"\0" * (-len(data) % 4)
+    chunks = _CHUNK.pack(len(text), b"JSON") + text + _CHUNK.pack(len(data), b"BIN\0") + data
+    return _HEADER.pack(b"glTF", 2, _HEADER.size + len(chunks)) + chunks
+
+
+@dataclass(slots=True)
+class _Buffer:
+    """The lists of a glTF document while they grow."""
+
+    data: bytearray = field(default_factory=bytearray)
+    views: list[dict[str, Any]] = field(default_factory=list)
+    accessors: list[dict[str, Any]] = field(default_factory=list)
+    meshes: list[dict[str, Any]] = field(default_factory=list)
+    materials: list[dict[str, Any]] = field(default_factory=list)
+    colours: dict[Rgb | None, int] = field(default_factory=dict)
+
+    def add(self, rows: Any, component: int, target: int, **accessor: Any) -> int:
+        """Append an array; a row of an attribute is padded to a multiple of four bytes."""
+        kind = "SCALAR" if rows.ndim == 1 else "VEC3"
+        view: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.data), "target": target}
+        if rows.ndim == 2:
+            rows = np.pad(rows, ((0, 0), (0, 1)))
+            view["byteStride"] = int(rows.itemsize * rows.shape[1])
+        raw = rows.tobytes()
+        view["byteLength"] = len(raw)
+        self.data += raw + b"\0" * (-len(raw) % 4)
+        self.views.append(view)
+        head = {"bufferView": len(self.views) - 1, "componentType": component, "count": len(rows), "type": kind}
+        self.accessors.append({**head, **accessor})
+        return len(self.accessors) - 1
+
+    def material(self, color_rgb: Rgb | None) -> int:
+        """Return the number of the material of a colour."""
+        if color_rgb not in self.colours:
+            self.colours[color_rgb] = len(self.materials)
+            factors = {
+                "baseColorFactor": [*_linear(color_rgb or _GREY), 1.0],
+                "metallicFactor": 0.0,
+                "roughnessFactor": 0.7,
+            }
+            stated = {"stated": color_rgb is not None}
+            self.materials.append({"pbrMetallicRoughness": factors, "doubleSided": True, "extras": stated})
+        return self.colours[color_rgb]
+
+
+def _linear(rgb: Rgb) -> list[float]:
+    """Return linear light of sRGB (IEC 61966-2-1), rounded to what a screen can show."""
+    return [round(v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4, 6) for v in rgb]
+
+
+def _solid_node(buffer: _Buffer, number: int, solid: SolidMesh) -> dict[str, Any]:
+    low = solid.points.min(axis=0)
+    scale = float(np.ptp(solid.points, axis=0).max()) / STEPS or 1.0
+    steps = np.rint((solid.points - low) / scale).astype("<u2")
+    limits = {"min": steps.min(axis=0).tolist(), "max": steps.max(axis=0).tolist()}
+    position = buffer.add(steps, UNSIGNED_SHORT, ARRAY, **limits)
+    turns = np.rint(127.0 * vertex_normals(solid.points, solid.triangles)).astype("<i1")
+    normal = buffer.add(turns, BYTE, ARRAY, normalized=True)
+    kind, component = ("<u2", UNSIGNED_SHORT) if len(solid.points) < STEPS else ("<u4", UNSIGNED_INT)
+    material = buffer.material(solid.color_rgb)
+    faces = {
+        "attributes": {"POSITION": position, "NORMAL": normal},
+        "indices": buffer.add(solid.triangles.astype(kind).ravel(), component, ELEMENTS),
+        "material": material,
+        "mode": TRIANGLES,
+    }
+    primitives = [faces]
+    if len(solid.edges):
+        indices = buffer.add(solid.edges.astype(kind).ravel(), component, ELEMENTS)
+        primitives.append({"attributes": {"POSITION": position}, "indices": indices, "mode": LINES})
+    buffer.meshes.append({"name": solid.name, "primitives": primitives})
+    return {"name": solid.name, "mesh": number, "translation": low.tolist(), "scale": [scale] * 3}
+
+
+# Reading -------------------------------------------------------------------------------------------------------------
+
+
+def read_part_glb(data: bytes, *, path: str = "part.glb") -> PartMesh:
+    """Read back what `write_part_glb` wrote.
+
+    Parameters
+    ----------
+    data : bytes
+    path : str
+        For messages.
+
+    Returns
+    -------
+    PartMesh
+        Points to within one step of the file; colours are left out.
+
+    Raises
+    ------
+    FormatError
+        When it is no such file.
+    """
+    try:
+        magic, version, length = _HEADER.unpack_from(data)
+        if (magic, version, length) != (b"glTF", 2, len(data)):
+            raise FormatError("is no whole GLB file", path=path)
+        size, _ = _CHUNK.unpack_from(data, _HEADER.size)
+        start = _HEADER.size + _CHUNK.size
+        document = json.loads(data[start : start + size])
+        binary = data[start + size + _CHUNK.size :]
+        extras = document["asset"]["extras"]
+        solids = tuple(_read_solid(document, binary, node) for node in document["nodes"] if "mesh" in node)
+        return PartMesh(solids, float(extras["deflection_mm"]), float(extras["angle_rad"]))
+    except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:
+        if isinstance(error, FormatError):
+            raise
+        raise FormatError(f"is no part.glb of wpcal: {type(error).__name__} {error}", path=path) from None
+
+
+def _read_solid(document: dict[str, Any], binary: bytes, node: dict[str, Any]) -> SolidMesh:
+    primitives = {item["mode"]: item for item in document["meshes"][node["mesh"]]["primitives"]}
+    faces = primitives[TRIANGLES]
+    steps = _read(document, binary, faces["attributes"]["POSITION"])
+    points: FloatArray = frozen(steps * node["scale"][0] + np.array(node["translation"]))
+    triangles = _read(document, binary, faces["indices"]).reshape(-1, 3).astype(np.int64)
+    edges = np.zeros((0, 2), dtype=np.int64)
+    if LINES in primitives:
+        edges = _read(document, binary, primitives[LINES]["indices"]).reshape(-1, 2).astype(np.int64)
+    return SolidMesh(node["name"], points, triangles, edges)
+
+
+def _read(document: dict[str, Any], binary: bytes, number: int) -> Any:
+    accessor = document["accessors"][number]
+    view = document["bufferViews"][accessor["bufferView"]]
+    kind = np.dtype({UNSIGNED_SHORT: "<u2", UNSIGNED_INT: "<u4"}[accessor["componentType"]])
+    width = view.get("byteStride", kind.itemsize) // kind.itemsize
+    rows = np.frombuffer(binary, kind, accessor["count"] * width, view["byteOffset"]).reshape(-1, width)
+    return rows[:, :3] if accessor["type"] == "VEC3" else rows.ravel()
