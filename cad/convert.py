@@ -348,7 +348,10 @@ def calibrate_files(
     mark_seams: bool = False,
     progress: Progress = no_progress,
 ) -> WrittenCalibration:
-    """Calibrate a STEP file and write ``calibration.json``, ``seams.json``, ``seams.csv`` and the moved STEP file.
+    """Calibrate a STEP file and write the records, the moved STEP file, the part's triangles and the page.
+
+    The files are ``calibration.json``, ``seams.json``, ``seams.csv``, ``PART.calibrated.step``, ``part.glb`` and
+    ``report.html``.
 
     Parameters
     ----------
@@ -373,7 +376,9 @@ def calibrate_files(
     KernelError
         When the kernel fails.
     """
+    from cad.tessellate import mesh_part
     from cad.write_step import write_moved_step
+    from wpcal.report import build_report
 
     found = calibrate_workpiece(step, taught, T_nominal_part=T_nominal_part, options=options, progress=progress)
     source = found.workpiece.source
@@ -383,11 +388,16 @@ def calibrate_files(
         progress("writing the moved part and reading it again")
         moved = f"{Path(source.file_name).stem}.calibrated.step"
         issues = write_moved_step(source, found.T_base_part, folder / moved, seams=marked)
-        record = found.to_record(issues)
+        progress("drawing the part")
+        part_glb, mesh_issues = mesh_part(source.solids, sha256=source.sha256)
+        record = found.to_record((*issues, *mesh_issues))
         (folder / "calibration.json").write_text(to_json(record), encoding="utf-8")
         (folder / "seams.json").write_text(to_json(seams), encoding="utf-8")
         (folder / "seams.csv").write_text(seams_csv(seams), encoding="utf-8")
-    files = ("calibration.json", "seams.json", "seams.csv", moved)
+        if part_glb is not None:
+            (folder / "part.glb").write_bytes(part_glb)
+        (folder / "report.html").write_text(build_report(record, seams, part_glb), encoding="utf-8")
+        files = ("calibration.json", *sorted(file.name for file in folder.iterdir() if file.name != "calibration.json"))
     return WrittenCalibration(found.result, found.seams, found.u95_mm, record, files)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from OCP.Bnd import Bnd_Box
@@ -14,6 +16,9 @@ from OCP.TopLoc import TopLoc_Location
 from cad import kernel
 from cad.kernel import KernelObject, kernel_call
 from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.errors import KernelError
+from wpcal.core.issue import Issue
+from wpcal.viewer import write_part_glb
 from wpcal.viewer.part_mesh import PartMesh, Rgb, SolidMesh
 
 DEFLECTION_PART = 2e-4
@@ -57,6 +62,31 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
         if mesh is not None:
             meshes.append(mesh)
     return PartMesh(tuple(meshes), deflection, ANGLE_RAD)
+
+
+def mesh_part(solids: Sequence[Any], *, sha256: str | None = None) -> tuple[bytes | None, tuple[Issue, ...]]:
+    """Return ``part.glb`` of the solids of a STEP file.
+
+    Parameters
+    ----------
+    solids : sequence of StepSolid
+    sha256 : str, optional
+        Of the STEP file, for the record.
+
+    Returns
+    -------
+    part_glb : bytes or None
+        None when the kernel fails or no face can be meshed: the numbers of a calibration need no picture.
+    issues : tuple of Issue
+        What is missing in the picture.
+    """
+    try:
+        mesh = tessellate((solid.name, solid.shape, solid.color_rgb) for solid in solids)
+    except KernelError as error:
+        return None, (Issue("no-mesh", f"the part is not drawn: {error}"),)
+    missing = {solid.name for solid in solids} - {solid.name for solid in mesh.solids}
+    issues = tuple(Issue("no-mesh", f"{name} is not drawn: it has no triangles", (name,)) for name in sorted(missing))
+    return (write_part_glb(replace(mesh, sha256=sha256)) if mesh.solids else None), issues
 
 
 def deflection_mm(shapes: Iterable[KernelObject]) -> float:

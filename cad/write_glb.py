@@ -1,16 +1,21 @@
-"""GLB: the calibrated seams as lines and the tool's triads along them, for viewers of glTF.
+"""GLB: the calibrated part, its seams as lines and the tool's triads along them, for viewers of glTF.
 
 glTF wants metres and y up: a place (x, y, z) in mm of the base is written as (x, z, -y) / 1000. Nodes carry the names
-of the seams.
+of the seams and of the part's solids; the node ``part`` holds the solids and carries the calibrated pose.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.transform import RigidTransform
 from wpcal.export import Exporter, WeldPath, WeldProgram
 from wpcal.export.naming import NameRules, safe_name
+from wpcal.viewer import PartMesh, read_part_glb
+from wpcal.viewer.part_glb import PART_RGB, linear_light
 
 NAMES = NameRules("GLB", 60)
 """The name of the file; glTF itself sets no limit."""
@@ -34,7 +39,13 @@ def write_glb(program: WeldProgram) -> dict[str, bytes]:
     Returns
     -------
     dict of str to bytes
-        ``NAME.glb``: a node a seam, and a node ``SEAM triads`` with the axes of the tool.
+        ``NAME.glb``: a node a seam, a node ``SEAM triads`` with the axes of the tool, and under ``part`` a node a solid
+        where the calibration has triangles of it.
+
+    Raises
+    ------
+    FormatError
+        When the calibration's ``part.glb`` is none.
     """
     import trimesh
 
@@ -44,8 +55,40 @@ def write_glb(program: WeldProgram) -> dict[str, bytes]:
         scene.add_geometry(_seam(path), node_name=name, geom_name=name)
         triads = f"{name} triads"
         scene.add_geometry(_triads(path), node_name=triads, geom_name=triads)
-    data: bytes = scene.export(file_type="glb")
+    if program.part_glb is not None:
+        _add_part(scene, read_part_glb(program.part_glb), program.T_base_part)
+    data: bytes = scene.export(file_type="glb", include_normals=True)
     return {f"{safe_name(program.controller.program_name, NAMES)}.glb": data}
+
+
+def _add_part(scene: Any, mesh: PartMesh, T_base_part: RigidTransform) -> None:
+    """Hang the solids, in mm of the part, under a node that carries the pose; taken names get a number."""
+    import trimesh
+    from trimesh.visual import TextureVisuals
+    from trimesh.visual.material import PBRMaterial
+
+    gltf_from_base = np.eye(4)
+    gltf_from_base[:3, :3] = MM * GLTF_FROM_BASE
+    root = _free_name("part", scene)
+    scene.graph.update(frame_to=root, frame_from=scene.graph.base_frame, matrix=gltf_from_base @ T_base_part.matrix)
+    for solid in mesh.solids:
+        colour = linear_light(solid.color_rgb or PART_RGB)
+        material = PBRMaterial(
+            baseColorFactor=[*colour, 1.0], metallicFactor=0.0, roughnessFactor=0.7, doubleSided=True
+        )
+        faces = trimesh.Trimesh(
+            solid.points, solid.triangles, process=False, visual=TextureVisuals(material=material), validate=False
+        )
+        name = _free_name(solid.name, scene)
+        scene.add_geometry(faces, node_name=name, geom_name=name, parent_node_name=root)
+
+
+def _free_name(name: str, scene: Any) -> str:
+    free, number = name, 1
+    while free in scene.graph.nodes:
+        number += 1
+        free = f"{name}#{number}"
+    return free
 
 
 def _seam(path: WeldPath) -> object:
@@ -73,4 +116,4 @@ def _to_gltf(p_base: FloatArray) -> FloatArray:
     return np.asarray(p_base @ GLTF_FROM_BASE.T * MM, dtype=np.float64)
 
 
-GLB = Exporter("glb", "GLB: NAME.glb with seams and tool triads as named nodes", write_glb)
+GLB = Exporter("glb", "GLB: NAME.glb with the part, seams and tool triads as named nodes", write_glb)

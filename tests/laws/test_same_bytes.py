@@ -31,5 +31,12 @@ def test_two_runs_write_the_same_bytes(name: str, tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     first = calibrate(name, tmp_path / "out", "1")
     second = calibrate(name, tmp_path / "elsewhere" / "again", "2")
-    assert set(first) == {"calibration.json", "seams.json", "seams.csv", f"{name}.calibrated.step"}
+    assert set(first) == {
+        "calibration.json",
+        "seams.json",
+        "seams.csv",
+        f"{name}.calibrated.step",
+        "part.glb",
+        "report.html",
+    }
     assert first == second

@@ -20,7 +20,7 @@ export class Targets {
 
   clear(layer) {
     this.sets = this.sets.filter((set) => set.layer !== layer);
-    this.hover(null);
+    if (this.current?.layer === layer) this.hover(null);
   }
 
   listen(canvas) {
@@ -66,7 +66,9 @@ export class Targets {
     const near = this.sets.flatMap((set) => this.near(set, x, y));
     near.sort((a, b) => b.set.priority - a.set.priority || a.distance - b.distance);
     const found = near.slice(0, NEAREST).find(({ p }) => !this.viewer.isHidden(p));
-    return found ? { data: found.set.data, index: found.index, p: found.p, ...this.viewer.project(found.p) } : null;
+    if (!found) return null;
+    const { set, index, p } = found;
+    return { layer: set.layer, data: set.data, index, p, ...this.viewer.project(p) };
   }
 
   near(set, x, y) {

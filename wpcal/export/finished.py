@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -39,12 +39,15 @@ class FinishedCalibration:
         The 95 % error at every frame of each seam, mm, where the file has it.
     calibration : dict
         The record of ``calibration.json``.
+    part_glb : bytes or None
+        ``part.glb``, the part's triangles, where there is one.
     """
 
     T_base_part: RigidTransform
     seams: tuple[Seam, ...]
     u95_mm: tuple[FloatArray | None, ...]
     calibration: dict[str, Any]
+    part_glb: bytes | None = None
 
     def select(self, names: Sequence[str] | None = None, *, everything: bool = False) -> FinishedCalibration:
         """Return the accepted seams, those named, or all of them.
@@ -67,7 +70,7 @@ class FinishedCalibration:
             what = f"none of the {len(known)} seams is accepted" if known else "the calibration has no seams"
             raise InputError(f"{what}; nothing to export (--all takes candidates, too)")
         seams = tuple(self.seams[row] for row in rows)
-        return FinishedCalibration(self.T_base_part, seams, tuple(self.u95_mm[row] for row in rows), self.calibration)
+        return replace(self, seams=seams, u95_mm=tuple(self.u95_mm[row] for row in rows))
 
 
 def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> FinishedCalibration:
@@ -104,7 +107,9 @@ def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> Fi
     if not T_base_part.is_close(fitted, atol_mm=SAME_POSE, atol_rad=SAME_POSE):
         raise FormatError("T_base_part differs from the one in calibration.json: two calibrations", path=str(path))
     seams = seams_from_record(record, path=str(path))
-    return FinishedCalibration(T_base_part, seams, _errors(record), calibration)
+    part = folder / "part.glb"
+    part_glb = part.read_bytes() if part.is_file() else None
+    return FinishedCalibration(T_base_part, seams, _errors(record), calibration, part_glb)
 
 
 def _errors(record: dict[str, Any]) -> tuple[FloatArray | None, ...]:

@@ -130,6 +130,8 @@ class WeldProgram:
     controller : ControllerSettings
     calibration : dict
         The record of ``calibration.json``.
+    part_glb : bytes or None
+        The part's triangles as `wpcal.viewer.read_part_glb` reads them, for formats that show the part.
     """
 
     paths: tuple[WeldPath, ...]
@@ -138,6 +140,7 @@ class WeldProgram:
     motion: MotionSettings = field(default_factory=MotionSettings)
     controller: ControllerSettings = field(default_factory=ControllerSettings)
     calibration: dict[str, Any] = field(default_factory=dict)
+    part_glb: bytes | None = None
 
     @property
     def label_width(self) -> int:
@@ -169,7 +172,13 @@ def build_program(
     torch, motion = torch or TorchSettings(), motion or MotionSettings()
     paths = [_path(seam, u95, torch, motion) for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True)]
     return WeldProgram(
-        tuple(paths), finished.T_base_part, torch, motion, controller or ControllerSettings(), finished.calibration
+        tuple(paths),
+        finished.T_base_part,
+        torch,
+        motion,
+        controller or ControllerSettings(),
+        finished.calibration,
+        finished.part_glb,
     )
 
 

@@ -2,7 +2,7 @@
 
 A node a solid. Positions are 16-bit steps of the solid's own box (extension ``KHR_mesh_quantization``), and the node's
 scale and translation make millimetres of the frame `part` of them. The root node ``part`` turns those into metres with
-y up, as glTF wants. The mesh's deflection and angle stand in ``asset.extras``.
+y up, as glTF wants. The mesh's deflection and angle and the hash of the model stand in ``asset.extras``.
 
 References
 ----------
@@ -30,8 +30,8 @@ UNSIGNED_SHORT, UNSIGNED_INT, BYTE = 5123, 5125, 5120
 ARRAY, ELEMENTS = 34962, 34963
 TRIANGLES, LINES = 4, 1
 _HEADER, _CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
-_GREY = (0.72, 0.76, 0.80)
-"""For other viewers, where the model states no colour."""
+PART_RGB: Rgb = (0.72, 0.76, 0.80)
+"""Light steel, for other viewers, where the model states no colour."""
 
 
 def write_part_glb(mesh: PartMesh) -> bytes:
@@ -53,7 +53,12 @@ def write_part_glb(mesh: PartMesh) -> bytes:
         "asset": {
             "version": "2.0",
             "generator": "wpcal",
-            "extras": {"frame": "part", "deflection_mm": mesh.deflection_mm, "angle_rad": mesh.angle_rad},
+            "extras": {
+                "frame": "part",
+                "deflection_mm": mesh.deflection_mm,
+                "angle_rad": mesh.angle_rad,
+                "sha256": mesh.sha256,
+            },
         },
         "extensionsUsed": ["KHR_mesh_quantization"],
         "extensionsRequired": ["KHR_mesh_quantization"],
@@ -108,7 +113,7 @@ class _Buffer:
         if color_rgb not in self.colours:
             self.colours[color_rgb] = len(self.materials)
             factors = {
-                "baseColorFactor": [*_linear(color_rgb or _GREY), 1.0],
+                "baseColorFactor": [*linear_light(color_rgb or PART_RGB), 1.0],
                 "metallicFactor": 0.0,
                 "roughnessFactor": 0.7,
             }
@@ -117,9 +122,15 @@ class _Buffer:
         return self.colours[color_rgb]
 
 
-def _linear(rgb: Rgb) -> list[float]:
-    """Return linear light of sRGB (IEC 61966-2-1), rounded to what a screen can show."""
-    return [round(v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4, 6) for v in rgb]
+def linear_light(rgb: Rgb) -> Rgb:
+    """Return linear light of sRGB (IEC 61966-2-1), rounded to far less than what a screen can show."""
+    r, g, b = (round(v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4, 6) for v in rgb)
+    return r, g, b
+
+
+def _srgb(linear: list[float]) -> Rgb:
+    r, g, b = (round(v * 12.92 if v <= 0.0031308 else 1.055 * v ** (1 / 2.4) - 0.055, 4) for v in linear[:3])
+    return r, g, b
 
 
 def _solid_node(buffer: _Buffer, number: int, solid: SolidMesh) -> dict[str, Any]:
@@ -161,7 +172,7 @@ def read_part_glb(data: bytes, *, path: str = "part.glb") -> PartMesh:
     Returns
     -------
     PartMesh
-        Points to within one step of the file; colours are left out.
+        Points to within one step of the file.
 
     Raises
     ------
@@ -178,7 +189,7 @@ def read_part_glb(data: bytes, *, path: str = "part.glb") -> PartMesh:
         binary = data[start + size + _CHUNK.size :]
         extras = document["asset"]["extras"]
         solids = tuple(_read_solid(document, binary, node) for node in document["nodes"] if "mesh" in node)
-        return PartMesh(solids, float(extras["deflection_mm"]), float(extras["angle_rad"]))
+        return PartMesh(solids, float(extras["deflection_mm"]), float(extras["angle_rad"]), extras["sha256"])
     except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:
         if isinstance(error, FormatError):
             raise
@@ -194,7 +205,9 @@ def _read_solid(document: dict[str, Any], binary: bytes, node: dict[str, Any]) -
     edges = np.zeros((0, 2), dtype=np.int64)
     if LINES in primitives:
         edges = _read(document, binary, primitives[LINES]["indices"]).reshape(-1, 2).astype(np.int64)
-    return SolidMesh(node["name"], points, triangles, edges)
+    material = document["materials"][faces["material"]]
+    colour = material["pbrMetallicRoughness"]["baseColorFactor"] if material["extras"]["stated"] else None
+    return SolidMesh(node["name"], points, triangles, edges, None if colour is None else _srgb(colour))
 
 
 def _read(document: dict[str, Any], binary: bytes, number: int) -> Any:

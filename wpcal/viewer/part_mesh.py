@@ -46,11 +46,14 @@ class PartMesh:
         No triangle is further from its face than this.
     angle_rad : float
         Greatest turn of a curved face's normal along one triangle.
+    sha256 : str or None
+        Of the STEP file it was made from.
     """
 
     solids: tuple[SolidMesh, ...]
     deflection_mm: float
     angle_rad: float
+    sha256: str | None = None
 
     @property
     def triangle_count(self) -> int:

@@ -23,7 +23,7 @@ function gauge(label, value, tolerance, note) {
   return el(
     "div",
     { class: "gauge" },
-    el("div", { class: "label" }, label),
+    el("div", { class: "term" }, label),
     el("div", { class: "value" }, fixed(value, 3), el("small", {}, " mm")),
     el("span", { class: "bar" }, fill),
     el("div", { class: "note" }, note, " · ", percent),

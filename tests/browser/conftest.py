@@ -1,0 +1,93 @@
+"""Pages in a real browser: Debian's chromium, driven by playwright; skipped where one of them is not here."""
+
+from __future__ import annotations
+
+import io
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wpcal.core.arrays import FloatArray
+
+FLAGS = [
+    "--headless=new",
+    "--no-sandbox",  # tests run as root in containers
+    "--use-angle=swiftshader",  # WebGL 2 without a graphics card
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--no-first-run",
+]
+WAIT_MS = 60_000
+"""A browser that draws by software, on a busy machine."""
+
+
+@dataclass
+class OpenPage:
+    """A page under test, with everything it said and asked for.
+
+    Parameters
+    ----------
+    page : playwright page
+    said : list of str
+        Messages of the console, and errors of the page's scripts.
+    asked : list of str
+        Addresses requested, the page's own first.
+    """
+
+    page: Any
+    said: list[str] = field(default_factory=list)
+    asked: list[str] = field(default_factory=list)
+
+    def pixels(self, selector: str = ".stage") -> FloatArray:
+        """Picture of an element, 0…255, shape (height, width, 3)."""
+        from matplotlib.image import imread
+
+        self.page.wait_for_timeout(80)  # the view draws in the next frame
+        image = imread(io.BytesIO(self.page.locator(selector).screenshot()))
+        return np.asarray(np.rint(255.0 * image[..., :3]), dtype=np.float64)
+
+    def project(self, p: list[float]) -> tuple[float, float]:
+        """Pixel of the window in which a place (base, mm) is drawn."""
+        found = self.page.evaluate("p => window.wpcal.project(p)", p)
+        box = self.page.locator(".stage canvas").bounding_box()
+        return box["x"] + found["x"], box["y"] + found["y"]
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """One browser for all tests of a process."""
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        pytest.skip("chromium is not here; as root: sh .ci/browser")
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    with playwright.sync_playwright() as driver:
+        running = driver.chromium.launch(executable_path=chromium, args=FLAGS)
+        yield running
+        running.close()
+
+
+@pytest.fixture
+def open_page(browser: Any) -> Iterator[Any]:
+    """Return a function that opens a file (or an address) and waits until the page stands."""
+    contexts = []
+
+    def opened(target: Path | str, *, width: int = 1280, height: int = 900) -> OpenPage:
+        context = browser.new_context(viewport={"width": width, "height": height})
+        contexts.append(context)
+        found = OpenPage(context.new_page())
+        found.page.on("console", lambda message: found.said.append(f"{message.type}: {message.text}"))
+        found.page.on("pageerror", lambda error: found.said.append(f"error: {error}"))
+        found.page.on("request", lambda request: found.asked.append(request.url))
+        found.page.goto(target.as_uri() if isinstance(target, Path) else target)
+        found.page.wait_for_function("window.wpcal && window.wpcal.ready", timeout=WAIT_MS)
+        return found
+
+    yield opened
+    for context in contexts:
+        context.close()

@@ -1,0 +1,217 @@
+"""The report in a browser: it stands alone, shows what it says, and its numbers are those of the files."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wpcal.core.arrays import FloatArray
+from wpcal.report import build_report, read_report_files
+from wpcal.viewer import PartMesh, read_part_glb, write_part_glb
+from wpcal.viewer.part_mesh import SolidMesh
+
+HOSTILE = "</script><img src=x onerror=window.hacked=1>"
+RESIDUAL_PINK = (214, 36, 110)
+AXIS_RED = (214, 60, 60)
+NEAR = 40.0
+"""Of a colour, 0…255 in three channels: what smoothing and rounding leave of it in the middle of a line."""
+PHONE_WIDTH = 390
+SEAM, FRAME = 1, 7
+"""W2 faces the viewer; its eighth frame is away from both ends."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The result of `wpcal demo`."""
+    out = tmp_path_factory.mktemp("demo") / "out"
+    command = [sys.executable, "-m", "wpcal", "demo", "-o", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+def seams(folder: Path) -> Any:
+    return json.loads((folder / "seams.json").read_text(encoding="utf-8"))["seams"]
+
+
+def count(pixels: FloatArray, colour: tuple[int, int, int]) -> int:
+    return int(np.sum(np.linalg.norm(pixels - colour, axis=2) < NEAR))
+
+
+def test_it_stands_alone(folder: Path, open_page: Any) -> None:
+    found = open_page(folder / "report.html")
+    assert found.said == []
+    assert found.asked == [(folder / "report.html").as_uri()]
+    header = found.page.locator("header")
+    assert header.locator(".stamp").inner_text() == "PASS"
+    record = json.loads((folder / "calibration.json").read_text(encoding="utf-8"))
+    worst = max(record["points"], key=lambda point: point["distance_mm"])
+    assert f"{worst['distance_mm']:.3f} mm" in header.inner_text()
+    assert f"at {worst['name']} " in header.inner_text()
+    sources = found.page.locator("#sources").inner_text()
+    assert all(entry["sha256"] in sources for entry in record["inputs"].values())
+    assert found.page.locator("#points tbody tr").count() == len(record["points"])
+    assert found.page.locator("svg.chart").count() == 2
+
+
+@pytest.mark.parametrize("width", [PHONE_WIDTH, 1280])
+def test_nothing_is_wider_than_the_window(folder: Path, open_page: Any, width: int) -> None:
+    found = open_page(folder / "report.html", width=width)
+    assert found.page.evaluate("document.documentElement.scrollWidth") == width
+
+
+def test_toggles_hide_what_they_say(folder: Path, open_page: Any) -> None:
+    found = open_page(folder / "report.html")
+    page = found.page
+
+    def toggle(layer: str) -> tuple[FloatArray, FloatArray]:
+        box = page.locator(f"input[data-layer='{layer}']")
+        before = found.pixels()
+        box.click()
+        page.mouse.move(2, 2)
+        after = found.pixels()
+        box.click()
+        return before, after
+
+    def at(p: list[float]) -> tuple[int, int]:
+        stage = page.locator(".stage").bounding_box()
+        x, y = found.project(p)
+        return round(y - stage["y"]), round(x - stage["x"])
+
+    with_names = page.locator(".label:visible").count()
+    page.locator("input[data-layer='names']").click()
+    page.wait_for_timeout(80)
+    without_names = page.locator(".label:visible").count()
+    assert with_names > 5
+    assert without_names == 0
+
+    before, after = toggle("seams")
+    spot = at(seams(folder)[SEAM]["frames"][FRAME]["p_mm"])
+    assert before[spot][1] > before[spot][2] + NEAR  # greener than blue: of the scale, on a part of grey and blue
+    assert after[spot][1] < after[spot][2] + NEAR
+
+    before, after = toggle("residuals")
+    assert count(before, RESIDUAL_PINK) > 100
+    assert count(after, RESIDUAL_PINK) == 0
+
+    before, after = toggle("frames")
+    assert count(after, AXIS_RED) > count(before, AXIS_RED) + 50
+
+    point = json.loads((folder / "calibration.json").read_text(encoding="utf-8"))["points"][1]
+    before, after = toggle("points")
+    spot = at(point["p_base_mm"])
+    assert np.linalg.norm(before[spot] - after[spot]) > NEAR
+
+    before, after = toggle("part")
+    plate = after.mean() - before.mean()
+    assert plate > 10.0  # the background is lighter than steel
+    before, after = toggle("part edges")
+    assert np.sum(before.sum(axis=2) < 250) > np.sum(after.sum(axis=2) < 250) + 100
+
+
+def test_the_tooltip_shows_what_seams_json_says(folder: Path, open_page: Any) -> None:
+    found = open_page(folder / "report.html")
+    seam = seams(folder)[SEAM]
+    frame = seam["frames"][FRAME]
+    found.page.mouse.move(*found.project(frame["p_mm"]))
+    tip = found.page.locator(".tooltip")
+    tip.wait_for(state="visible")
+    text = tip.inner_text()
+    assert text.startswith(seam["name"])
+    assert f"{frame['s_mm']:.3f} of {seam['length_mm']:.3f} mm" in text
+    assert ", ".join(f"{v:.3f}" for v in frame["p_mm"]) in text
+    assert f"{frame['slope_deg']:.1f}° / {frame['rotation_deg']:.1f}° ({frame['position']})" in text
+    assert f"{frame['u95_mm']:.4f} mm" in text
+    found.page.mouse.move(3, 3)
+    tip.wait_for(state="hidden")
+
+
+def test_the_tooltip_of_a_point_shows_its_residual(folder: Path, open_page: Any) -> None:
+    found = open_page(folder / "report.html")
+    points = json.loads((folder / "calibration.json").read_text(encoding="utf-8"))["points"]
+    (point,) = [one for one in points if one["name"] == "V12"]
+    found.page.mouse.move(*found.project(point["p_base_mm"]))
+    tip = found.page.locator(".tooltip")
+    tip.wait_for(state="visible")
+    assert ", ".join(f"{v:+.4f}" for v in point["residual_mm"]) in tip.inner_text()
+    assert f"{point['distance_mm']:.4f} mm" in tip.inner_text()
+
+
+def test_what_is_behind_the_part_does_not_answer(folder: Path, open_page: Any) -> None:
+    """W3 is on the far side of the web."""
+    found = open_page(folder / "report.html")
+    hidden = seams(folder)[2]["frames"][FRAME]["p_mm"]
+    assert found.page.evaluate("p => window.wpcal.viewer.isHidden(p)", hidden)
+    found.page.mouse.move(*found.project(hidden))
+    found.page.wait_for_timeout(200)
+    tip = found.page.locator(".tooltip")
+    assert tip.is_hidden() or not tip.inner_text().startswith("W3")
+
+
+def test_the_factor_of_the_residuals_is_shown(folder: Path, open_page: Any) -> None:
+    found = open_page(folder / "report.html")
+    shown = found.page.locator("output[data-test='factor']")
+    before, first = found.pixels(), shown.inner_text()
+    slider = found.page.locator(".slider input")
+    slider.fill(str(int(slider.input_value()) + 1))
+    assert shown.inner_text() != first
+    assert count(found.pixels(), RESIDUAL_PINK) > count(before, RESIDUAL_PINK)
+
+
+def test_hostile_names_show_as_text(folder: Path, tmp_path: Path, open_page: Any) -> None:
+    files = read_report_files(folder)
+    assert files.part_glb is not None
+    mesh = read_part_glb(files.part_glb)
+    renamed = [SolidMesh(HOSTILE, s.points, s.triangles, s.edges, s.color_rgb) for s in mesh.solids]
+    part = write_part_glb(PartMesh(tuple(renamed), mesh.deflection_mm, mesh.angle_rad))
+    calibration, records = files.calibration, files.seams
+    calibration["points"][0]["name"] = HOSTILE
+    calibration["inputs"]["part"]["file"] = HOSTILE
+    calibration["issues"] = [{"code": "x", "message": HOSTILE, "ids": []}]
+    for seam in records["seams"]:
+        seam["name"], seam["solids"], seam["joint"] = HOSTILE, [HOSTILE], HOSTILE
+    (tmp_path / "report.html").write_text(build_report(calibration, records, part), encoding="utf-8")
+    found = open_page(tmp_path / "report.html")
+    assert found.said == []
+    assert found.page.evaluate("window.hacked") is None
+    assert found.page.locator("img").count() == 0
+    assert found.page.locator("h1").inner_text() == HOSTILE
+    assert found.page.locator("#seams tbody tr").first.locator("td").all_inner_texts()[:3] == [
+        HOSTILE,
+        f"{HOSTILE} fillet",
+        HOSTILE,
+    ]
+    assert found.page.locator(".label", has_text=HOSTILE).count() > 0
+    found.page.mouse.move(*found.project(records["seams"][SEAM]["frames"][FRAME]["p_mm"]))
+    found.page.locator(".tooltip").wait_for(state="visible")
+    assert found.page.locator(".tooltip strong").inner_text() == HOSTILE
+
+
+def test_a_calibration_without_mesh_seams_and_predictions(folder: Path, tmp_path: Path, open_page: Any) -> None:
+    files = read_report_files(folder)
+    calibration, records = files.calibration, files.seams
+    calibration |= {"verdict": "FAIL", "criteria": None}
+    calibration["solver"].pop("trace")
+    records["seams"] = []
+    (tmp_path / "report.html").write_text(build_report(calibration, records), encoding="utf-8")
+    found = open_page(tmp_path / "report.html")
+    assert found.said == []
+    assert found.page.locator(".stamp").inner_text() == "FAIL"
+    assert found.page.locator("#criteria").count() == 0
+    assert "no seam" in found.page.locator("#seams").inner_text()
+    assert found.page.locator("input[data-layer='part']").count() == 0
+
+
+def test_the_printer_gets_a_picture_of_the_view(folder: Path, open_page: Any) -> None:
+    found = open_page(folder / "report.html")
+    found.page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    found.page.emulate_media(media="print")
+    picture = found.page.locator(".stage img")
+    assert picture.is_visible()
+    assert picture.evaluate("image => image.decode().then(() => image.naturalWidth)") > 500
+    assert found.page.locator(".panel").is_hidden()
+    assert found.said == []

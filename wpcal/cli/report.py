@@ -1,0 +1,27 @@
+"""`wpcal report`: the page of a finished calibration, made again from its files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option("-o", "--out", type=click.Path(path_type=Path), help="File to write.  [default: DIR/report.html]")
+@click.option("--force", is_flag=True, help="Overwrite a file that exists.")
+def report(*, folder: Path, out: Path | None, force: bool) -> int:
+    """Write the page of the calibration in DIR: one HTML file that opens from disk.
+
+    It is made from calibration.json, seams.json and, where it is there, part.glb; `wpcal calibrate` writes the same
+    page. Ends with code 1 when the calibration missed its tolerance; the page is written and says so.
+    """
+    from wpcal.core.records import write_file
+    from wpcal.report import build_report, read_report_files
+
+    found = read_report_files(folder)
+    target = out or folder / "report.html"
+    write_file(target, build_report(found.calibration, found.seams, found.part_glb), overwrite=force)
+    click.echo(f"wrote {target}")
+    return 0 if found.calibration["verdict"] == "PASS" else 1
