@@ -10,6 +10,7 @@ import numpy as np
 from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
 from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepLib import BRepLib_ToolTriangulatedShape
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.TopLoc import TopLoc_Location
 
@@ -102,6 +103,7 @@ def deflection_mm(shapes: Iterable[KernelObject]) -> float:
 
 def _solid_mesh(name: str, shape: KernelObject, color: Rgb | None) -> SolidMesh | None:
     points: list[FloatArray] = []
+    normals: list[FloatArray] = []
     triangles: list[IntArray] = []
     edges: list[IntArray] = []
     count = 0
@@ -110,25 +112,37 @@ def _solid_mesh(name: str, shape: KernelObject, color: Rgb | None) -> SolidMesh 
         mesh = BRep_Tool.Triangulation_s(face, location)
         if mesh is None:
             continue
-        points.append(_nodes(mesh, location))
-        triangles.append(_triangles(mesh, is_reversed=kernel.is_reversed(face)) + count)
+        is_reversed = kernel.is_reversed(face)
+        matrix = _matrix(location)
+        points.append(_nodes(mesh) @ matrix[:, :3].T + matrix[:, 3])
+        normals.append(_normals(face, mesh, is_reversed=is_reversed) @ matrix[:, :3].T)
+        triangles.append(_triangles(mesh, is_reversed=is_reversed) + count)
         edges.extend(rows + count for rows in _edges(face, mesh, location))
         count += len(points[-1])
     if not points:
         return None
     segments = np.concatenate(edges) if edges else np.zeros((0, 2), dtype=np.int64)
-    return SolidMesh(name, frozen(np.concatenate(points)), np.concatenate(triangles), segments, color)
+    p, n = frozen(np.concatenate(points)), frozen(np.concatenate(normals))
+    return SolidMesh(name, p, np.concatenate(triangles), segments, color, n)
 
 
-def _nodes(mesh: KernelObject, location: KernelObject) -> FloatArray:
-    nodes = map(mesh.Node, range(1, mesh.NbNodes() + 1))
-    points: FloatArray = np.array([(p.X(), p.Y(), p.Z()) for p in nodes], dtype=np.float64).reshape(-1, 3)
-    if location.IsIdentity():
-        return points
+def _matrix(location: KernelObject) -> FloatArray:
+    """Return rotation and translation of a location as a 3×4 matrix."""
     trsf = location.Transformation()
-    matrix = np.array([[trsf.Value(row, column) for column in range(1, 5)] for row in range(1, 4)])
-    moved: FloatArray = points @ matrix[:, :3].T + matrix[:, 3]
-    return moved
+    return np.array([[trsf.Value(row, column) for column in range(1, 5)] for row in range(1, 4)], dtype=np.float64)
+
+
+def _nodes(mesh: KernelObject) -> FloatArray:
+    nodes = map(mesh.Node, range(1, mesh.NbNodes() + 1))
+    return np.array([(p.X(), p.Y(), p.Z()) for p in nodes], dtype=np.float64).reshape(-1, 3)
+
+
+def _normals(face: KernelObject, mesh: KernelObject, *, is_reversed: bool) -> FloatArray:
+    """Return the face's own normals at the nodes: a triangle's would show the facets of a cylinder."""
+    BRepLib_ToolTriangulatedShape.ComputeNormals_s(face, mesh)
+    directions = map(mesh.Normal, range(1, mesh.NbNodes() + 1))
+    rows: FloatArray = np.array([(d.X(), d.Y(), d.Z()) for d in directions], dtype=np.float64).reshape(-1, 3)
+    return -rows if is_reversed else rows
 
 
 def _triangles(mesh: KernelObject, *, is_reversed: bool) -> IntArray:

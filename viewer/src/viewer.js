@@ -4,7 +4,6 @@
 // in pixels. The view draws when something changed, never in a loop.
 import {
   AmbientLight,
-  Box3,
   BufferAttribute,
   BufferGeometry,
   Color,
@@ -25,6 +24,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
+import { framed, placesOf, sphereAround } from "./framing.js";
 import { decodePart } from "./part.js";
 import { Labels } from "./labels.js";
 import { fatLines, roundPoints, segmentsOfPaths } from "./marks.js";
@@ -46,7 +46,6 @@ const VIEWS = {
   bottom: [0, -1e-4, -1],
 };
 const MARGIN = 1.15; // some air at the rim, and room for labels
-const MOST_PLACES = 4000; // of one object, looked at to fit it into the view
 const THEMES = {
   light: { part: "#b9c2cc", edge: "#38434f" },
   dark: { part: "#7d8a98", edge: "#0e1318" },
@@ -330,45 +329,22 @@ class Viewer {
 
   // Camera ------------------------------------------------------------------------------------------------------------
 
-  /** Places of everything visible, or of some layers, thinned where there are many. */
-  places(names = null) {
-    const found = [];
-    for (const [name, group] of this.layers) {
-      if (names ? !names.includes(name) : !group.visible) continue;
-      group.updateWorldMatrix(true, true);
-      group.traverse(({ geometry, matrixWorld }) => {
-        const attribute = geometry?.attributes.instanceStart ?? geometry?.attributes.position;
-        const step = Math.ceil((attribute?.count ?? 0) / MOST_PLACES);
-        for (let i = 0; i < attribute?.count; i += step) {
-          found.push(new Vector3().fromBufferAttribute(attribute, i).applyMatrix4(matrixWorld));
-        }
-      });
-    }
-    return found;
+  /** The groups of some layers, or of those that are shown. */
+  groups(names = null) {
+    return [...this.layers].filter(([name, group]) => (names ? names.includes(name) : group.visible)).map(([, group]) => group);
   }
 
   /** The sphere around everything visible, or around some layers. */
   extent(names = null) {
-    const places = this.places(names);
-    return places.length ? new Box3().setFromPoints(places).getBoundingSphere(new Sphere()) : new Sphere(new Vector3(), 100);
+    return sphereAround(placesOf(this.groups(names)));
   }
 
   /** Looks at everything from a side (`iso`, `front`, `top`, …) or from a direction; what is looked at fills the view. */
   view(from = "iso", names = null) {
-    const toEye = new Vector3(...(VIEWS[from] ?? from)).normalize();
-    const right = new Vector3().crossVectors(this.camera.up, toEye).normalize();
-    const axes = new Matrix4().makeBasis(right, new Vector3().crossVectors(toEye, right), toEye);
-    const turned = this.places(names).map((place) => place.applyMatrix4(axes.clone().transpose()));
-    const box = turned.length ? new Box3().setFromPoints(turned) : new Box3(new Vector3(-100, -100, -100), new Vector3(100, 100, 100));
-    const centre = box.getCenter(new Vector3());
-    const tall = Math.tan((FIELD_OF_VIEW_DEG * Math.PI) / 360) / MARGIN;
-    const wide = tall * this.camera.aspect;
-    const needed = turned.map(({ x, y, z }) => z - centre.z + Math.max(Math.abs(x - centre.x) / wide, Math.abs(y - centre.y) / tall));
-    const nearest = 0.2 * box.getSize(new Vector3()).length(); // of a single point something is seen, too
-    const distance = needed.reduce((most, v) => Math.max(most, v), nearest);
+    const { eye, target } = framed(placesOf(this.groups(names)), VIEWS[from] ?? from, this.camera, MARGIN);
     this.bounds = this.extent();
-    this.controls.target.copy(centre).applyMatrix4(axes);
-    this.camera.position.copy(centre.setZ(centre.z + distance)).applyMatrix4(axes);
+    this.controls.target.copy(target);
+    this.camera.position.copy(eye);
     this.controls.update();
     this.render();
   }

@@ -24,6 +24,8 @@ from wpcal.viewer.part_mesh import PartMesh, Rgb, SolidMesh, vertex_normals
 
 STEPS = 65535
 """Positions are 16-bit: 1/65535 of a solid's size, a fifth of a pixel on the largest screen."""
+LARGEST_BYTE = 127.0
+"""Normals are 8-bit: to 0.5°, where nobody sees a step of the shade."""
 METRES_Y_UP = [1e-3, 0, 0, 0, 0, 0, -1e-3, 0, 0, 1e-3, 0, 0, 0, 0, 0, 1]
 """Column by column, as glTF stores a matrix: (x, y, z) mm become (x, z, -y) / 1000."""
 UNSIGNED_SHORT, UNSIGNED_INT, BYTE = 5123, 5125, 5120
@@ -139,7 +141,8 @@ def _solid_node(buffer: _Buffer, number: int, solid: SolidMesh) -> dict[str, Any
     steps = np.rint((solid.points - low) / scale).astype("<u2")
     limits = {"min": steps.min(axis=0).tolist(), "max": steps.max(axis=0).tolist()}
     position = buffer.add(steps, UNSIGNED_SHORT, ARRAY, **limits)
-    turns = np.rint(127.0 * vertex_normals(solid.points, solid.triangles)).astype("<i1")
+    n = vertex_normals(solid.points, solid.triangles) if solid.normals is None else solid.normals
+    turns = np.rint(LARGEST_BYTE * n).astype("<i1")
     normal = buffer.add(turns, BYTE, ARRAY, normalized=True)
     kind, component = ("<u2", UNSIGNED_SHORT) if len(solid.points) < STEPS else ("<u4", UNSIGNED_INT)
     material = buffer.material(solid.color_rgb)
@@ -207,13 +210,15 @@ def _read_solid(document: dict[str, Any], binary: bytes, node: dict[str, Any]) -
         edges = _read(document, binary, primitives[LINES]["indices"]).reshape(-1, 2).astype(np.int64)
     material = document["materials"][faces["material"]]
     colour = material["pbrMetallicRoughness"]["baseColorFactor"] if material["extras"]["stated"] else None
-    return SolidMesh(node["name"], points, triangles, edges, None if colour is None else _srgb(colour))
+    normals: FloatArray = frozen(_read(document, binary, faces["attributes"]["NORMAL"]) / LARGEST_BYTE)
+    rgb = None if colour is None else _srgb(colour)
+    return SolidMesh(node["name"], points, triangles, edges, rgb, normals)
 
 
 def _read(document: dict[str, Any], binary: bytes, number: int) -> Any:
     accessor = document["accessors"][number]
     view = document["bufferViews"][accessor["bufferView"]]
-    kind = np.dtype({UNSIGNED_SHORT: "<u2", UNSIGNED_INT: "<u4"}[accessor["componentType"]])
+    kind = np.dtype({BYTE: "<i1", UNSIGNED_SHORT: "<u2", UNSIGNED_INT: "<u4"}[accessor["componentType"]])
     width = view.get("byteStride", kind.itemsize) // kind.itemsize
     rows = np.frombuffer(binary, kind, accessor["count"] * width, view["byteOffset"]).reshape(-1, width)
     return rows[:, :3] if accessor["type"] == "VEC3" else rows.ravel()

@@ -26,6 +26,8 @@ class SolidMesh:
         Segments of the edges of the model, as rows of `points`.
     color_rgb : tuple of float or None
         sRGB in 0…1; None where the file states none.
+    normals : ndarray, shape (n, 3), or None
+        Outward unit normals of the faces at the points; where there are none, `vertex_normals` stands in.
     """
 
     name: str
@@ -33,6 +35,7 @@ class SolidMesh:
     triangles: IntArray
     edges: IntArray
     color_rgb: Rgb | None = None
+    normals: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

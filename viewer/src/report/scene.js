@@ -36,9 +36,8 @@ export function buildScene(host, { calibration, seams, frames, part }) {
     toggles(viewer, layersOf(seams, part)),
     part && el("label", { class: "toggle-alone" }, xray, el("span", {}, "see through")),
     residuals,
-    sides(viewer),
   );
-  stage.append(legend(calibration.tolerance_mm));
+  stage.append(sides(viewer), legend(calibration.tolerance_mm));
   host.append(panel);
   viewer.view("iso");
   return viewer;
