@@ -26,8 +26,10 @@ DEFLECTION_PART = 2e-4
 """Of the part's diagonal: a fifth of a pixel when the whole part fills a screen of 1000 pixels."""
 FINEST_MM, COARSEST_MM = 0.02, 1.0
 """Below the first a robot sees no difference; above the second holes of 20 mm look like nuts."""
-ANGLE_RAD = 0.35
-"""20°, 18 sides to a full circle: small holes look round at a small number of triangles."""
+ANGLE_RAD = 0.6
+"""34° as the kernel counts, which makes some 20 sides of a full circle: round enough to look at, few to keep."""
+MANY_FACES, COARSE_RAD = 3000, 1.0
+"""A part of so many faces fills the screen with each a few pixels wide; 12 sides take half the kernel's time of 20."""
 
 
 def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMesh:
@@ -41,8 +43,9 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
     Returns
     -------
     PartMesh
-        Its deflection is `DEFLECTION_PART` of the diagonal of all solids, within `FINEST_MM` … `COARSEST_MM`. Faces
-        that the kernel cannot mesh are left out, and solids of which nothing is left.
+        Its deflection is `DEFLECTION_PART` of the diagonal of all solids, within `FINEST_MM` … `COARSEST_MM`; its angle
+        is `ANGLE_RAD`, or `COARSE_RAD` for parts of `MANY_FACES`. Faces that the kernel cannot mesh are left out, and
+        solids of which nothing is left.
 
     Raises
     ------
@@ -55,14 +58,16 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
     """
     given = list(solids)
     deflection = deflection_mm([shape for _, shape, _ in given])
+    faces = sum(len(kernel.sub_shapes(shape, kernel.FACE)) for _, shape, _ in given)
+    angle = ANGLE_RAD if faces < MANY_FACES else COARSE_RAD
     meshes = []
     for name, shape, color in given:
         with kernel_call(f"meshing {name}"):
-            BRepMesh_IncrementalMesh(shape, deflection, False, ANGLE_RAD, False)
+            BRepMesh_IncrementalMesh(shape, deflection, False, angle, False)
             mesh = _solid_mesh(name, shape, color)
         if mesh is not None:
             meshes.append(mesh)
-    return PartMesh(tuple(meshes), deflection, ANGLE_RAD)
+    return PartMesh(tuple(meshes), deflection, angle)
 
 
 def mesh_part(solids: Sequence[Any], *, sha256: str | None = None) -> tuple[bytes | None, tuple[Issue, ...]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import shutil
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,7 +24,7 @@ FLAGS = [
     "--disable-component-update",
     "--no-first-run",
 ]
-WAIT_MS = 60_000
+WAIT_S = 60
 """A browser that draws by software, on a busy machine."""
 
 
@@ -44,11 +45,18 @@ class OpenPage:
     said: list[str] = field(default_factory=list)
     asked: list[str] = field(default_factory=list)
 
+    def wait(self, condition: str) -> None:
+        """Wait until a JavaScript expression is true; playwright's own way needs `eval`, which the page forbids."""
+        end = time.monotonic() + WAIT_S
+        while not self.page.evaluate(condition):
+            assert time.monotonic() < end, f"waited {WAIT_S} s in vain: {condition}; the page said {self.said}"
+            self.page.wait_for_timeout(50)
+
     def pixels(self, selector: str = ".stage") -> FloatArray:
         """Picture of an element, 0…255, shape (height, width, 3)."""
         from matplotlib.image import imread
 
-        self.page.wait_for_timeout(80)  # the view draws in the next frame
+        self.page.evaluate("() => window.wpcal.viewer.draw()")  # at once, not before the next frame
         image = imread(io.BytesIO(self.page.locator(selector).screenshot()))
         return np.asarray(np.rint(255.0 * image[..., :3]), dtype=np.float64)
 
@@ -85,7 +93,7 @@ def open_page(browser: Any) -> Iterator[Any]:
         found.page.on("pageerror", lambda error: found.said.append(f"error: {error}"))
         found.page.on("request", lambda request: found.asked.append(request.url))
         found.page.goto(target.as_uri() if isinstance(target, Path) else target)
-        found.page.wait_for_function("window.wpcal && window.wpcal.ready", timeout=WAIT_MS)
+        found.wait("Boolean(window.wpcal && window.wpcal.ready)")
         return found
 
     yield opened

@@ -1,4 +1,5 @@
 // What the page carries: `<script type="application/json" id="data">` and deflated, base64-coded blobs.
+import { unpackGlb } from "./packing.js";
 
 /** The page's JSON. */
 export function readData(id = "data") {
@@ -12,7 +13,8 @@ export async function readBlob(name) {
   const text = atob(element.textContent.trim());
   const bytes = Uint8Array.from(text, (character) => character.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Response(stream).arrayBuffer();
+  const raw = await new Response(stream).arrayBuffer();
+  return element.dataset.kind === "glb" ? unpackGlb(raw) : raw;
 }
 
 /** A blob that holds JSON. */

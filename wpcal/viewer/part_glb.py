@@ -183,20 +183,28 @@ def read_part_glb(data: bytes, *, path: str = "part.glb") -> PartMesh:
         When it is no such file.
     """
     try:
-        magic, version, length = _HEADER.unpack_from(data)
-        if (magic, version, length) != (b"glTF", 2, len(data)):
-            raise FormatError("is no whole GLB file", path=path)
-        size, _ = _CHUNK.unpack_from(data, _HEADER.size)
-        start = _HEADER.size + _CHUNK.size
-        document = json.loads(data[start : start + size])
-        binary = data[start + size + _CHUNK.size :]
+        document, _, binary = glb_chunks(data)
         extras = document["asset"]["extras"]
         solids = tuple(_read_solid(document, binary, node) for node in document["nodes"] if "mesh" in node)
         return PartMesh(solids, float(extras["deflection_mm"]), float(extras["angle_rad"]), extras["sha256"])
-    except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:
-        if isinstance(error, FormatError):
-            raise
+    except (KeyError, IndexError, TypeError, ValueError) as error:
         raise FormatError(f"is no part.glb of wpcal: {type(error).__name__} {error}", path=path) from None
+
+
+def glb_chunks(data: bytes) -> tuple[dict[str, Any], bytes, bytes]:
+    """Return the JSON of a GLB file, its text as it stands, and the binary chunk.
+
+    Raises
+    ------
+    ValueError
+        When it is no whole GLB file.
+    """
+    if len(data) < _HEADER.size + _CHUNK.size or _HEADER.unpack_from(data) != (b"glTF", 2, len(data)):
+        raise ValueError("no whole GLB file")
+    size, _ = _CHUNK.unpack_from(data, _HEADER.size)
+    start = _HEADER.size + _CHUNK.size
+    text = data[start : start + size]
+    return json.loads(text), text, data[start + size + _CHUNK.size :]
 
 
 def _read_solid(document: dict[str, Any], binary: bytes, node: dict[str, Any]) -> SolidMesh:

@@ -32,7 +32,7 @@ def change(path: Path, **changes: Any) -> None:
 
 
 def frames_of(page: str) -> Any:
-    found = re.search(r'id="blob-frames">([^<]*)<', page)
+    found = re.search(r'id="blob-frames" data-kind="raw">([^<]*)<', page)
     assert found is not None
     return json.loads(zlib.decompress(base64.b64decode(found[1])))
 

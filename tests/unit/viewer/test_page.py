@@ -65,7 +65,9 @@ def test_only_a_live_page_may_connect() -> None:
 
 def test_blobs_come_back() -> None:
     raw = bytes(range(256)) * 100
-    found = re.search(r'<script type="text/plain" id="blob-part">([^<]*)</script>', page(blobs={"part": raw}))
+    found = re.search(
+        r'<script type="text/plain" id="blob-part" data-kind="raw">([^<]*)</script>', page(blobs={"part": raw})
+    )
     assert found is not None
     assert zlib.decompress(base64.b64decode(found[1])) == raw
 
