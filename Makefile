@@ -36,6 +36,10 @@ fixtures: $(VENV)/ready ## write fixtures/ anew (golden results only with tests/
 viewer: ## build the bundles of the 3-D view anew; needs Node
 	cd viewer && npm ci --ignore-scripts --no-audit --no-fund && node build.mjs
 
+shots: $(VENV)/ready ## photograph the pages for docs/; needs chromium
+	sh .ci/browser
+	$(BIN)/python docs/make_shots.py
+
 # The kernel's wheel needs the system's libGL: looked for before anything is downloaded.
 $(VENV)/ready: pyproject.toml .ci/system-libraries
 	sh .ci/system-libraries

@@ -8,7 +8,7 @@ const STOPS = [
   [0.8, [236, 130, 50]],
   [1.0, [190, 30, 45]],
 ];
-const BEYOND = "#7a1fa2"; // a colour that the scale has nowhere
+export const BEYOND = "#7a1fa2"; // a colour that the scale has nowhere
 
 /** Colour (CSS) of a share of the tolerance, 0…1; beyond 1 one colour of its own. */
 export function colourOf(share) {

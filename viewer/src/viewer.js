@@ -32,7 +32,7 @@ import { Targets } from "./targets.js";
 
 export { readBlob, readData, readJsonBlob } from "./embedded.js";
 export { decodePart } from "./part.js";
-export { colourOf, ramp } from "./colours.js";
+export { BEYOND, colourOf, ramp } from "./colours.js";
 
 const FIELD_OF_VIEW_DEG = 28; // narrow: parallel edges look parallel, as on a drawing
 const AXIS_COLOURS = ["#d63c3c", "#2f9e44", "#2f6fde"]; // x red, y green, z blue, as everywhere

@@ -1,5 +1,5 @@
 // What the view says in words: tooltips and the legend of its colours.
-import { ramp } from "../viewer.js";
+import { BEYOND, ramp } from "../viewer.js";
 import { el, facts, fixed, short, signed } from "../dom.js";
 
 function place(p) {
@@ -38,5 +38,8 @@ export function legend(tolerance) {
   const bar = el("div", { class: "ramp" });
   bar.style.background = ramp();
   const ticks = [0, 0.5, 1].map((share) => el("span", {}, short(share * tolerance)));
-  return el("div", { class: "legend" }, el("div", {}, "95 % error of the seam, mm"), bar, el("div", { class: "ticks" }, ticks));
+  const beyond = el("div", { class: "ramp" });
+  beyond.style.background = BEYOND;
+  const scale = el("div", { class: "scale" }, bar, beyond, el("div", { class: "ticks" }, ticks), el("span", {}, "more"));
+  return el("div", { class: "legend" }, el("div", {}, "95 % error of the seam, mm"), scale);
 }

@@ -85,8 +85,11 @@ export function fitSection(record) {
   ];
   const matrix = el("table", { class: "matrix" }, T_base_part.map((row) => el("tr", {}, row.map((v) => el("td", { class: "number" }, fixed(v, 6))))));
   const trace = solver.trace && annealingPlot(solver.trace, record.objective_mm);
-  const caption = trace && el("p", { class: "caption" }, "Annealing: the largest distance at the end of each temperature (faint) and the best so far; the line is the answer after the polish.");
-  return section("fit", "Fit", facts(rows), el("p", { class: "caption" }, "T_base_part: columns are the part's axes in the robot's base, then its origin in mm."), el("div", { class: "table-scroll" }, matrix), trace, caption);
+  const pose = el("p", { class: "caption" }, "T_base_part: columns are the part's axes in the robot's base, then its origin in mm.");
+  const numbers = el("div", {}, facts(rows), pose, el("div", { class: "table-scroll" }, matrix));
+  const legend = "Annealing: the largest distance at the end of each temperature (faint) and the best so far; the line is the answer after the polish.";
+  const figure = trace && el("figure", {}, trace, el("figcaption", { class: "caption" }, legend));
+  return section("fit", "Fit", el("div", { class: "beside" }, numbers, figure));
 }
 
 export function notesSection({ issues }) {
