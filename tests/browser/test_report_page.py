@@ -20,6 +20,13 @@ AXIS_RED = (214, 60, 60)
 NEAR = 40.0
 """Of a colour, 0…255 in three channels: what smoothing and rounding leave of it in the middle of a line."""
 PHONE_WIDTH = 390
+ON_FACES = [
+    ("base plate", [150.0, 30.0, 10.0], [0.0, 0.0, 1.0]),
+    ("web", [100.0, 56.0, 50.0], [0.0, -1.0, 0.0]),
+]
+"""Solid, place and outward normal in the frame `part`: faces that the first view shows."""
+DRAWN_MM, DRAWN_RAD = 0.02, 1e-3
+"""A step of the mesh is 0.003 mm; the rest is 32-bit numbers in the browser, and a triangle's normal from them."""
 SEAM, FRAME = 1, 7
 """W2 faces the viewer; its eighth frame is away from both ends."""
 
@@ -148,6 +155,29 @@ def test_what_is_behind_the_part_does_not_answer(folder: Path, open_page: Any) -
     found.page.wait_for_timeout(200)
     tip = found.page.locator(".tooltip")
     assert tip.is_hidden() or not tip.inner_text().startswith("W3")
+
+
+def test_the_page_unpacks_the_very_bytes_of_the_mesh(folder: Path, open_page: Any) -> None:
+    found = open_page(folder / "report.html")
+    kept = found.page.evaluate("wpcalViewer.readBlob('part').then((bytes) => Array.from(new Uint8Array(bytes)))")
+    assert bytes(kept) == (folder / "part.glb").read_bytes()
+
+
+@pytest.mark.parametrize(("solid", "p_part", "normal_part"), ON_FACES)
+def test_the_part_stands_where_it_was_calibrated(
+    folder: Path, open_page: Any, solid: str, p_part: list[float], normal_part: list[float]
+) -> None:
+    """A place of a face, seen through the view and back."""
+    found = open_page(folder / "report.html")
+    record = json.loads((folder / "calibration.json").read_text(encoding="utf-8"))
+    T = np.array(record["T_base_part"])
+    p_base = (T @ [*p_part, 1.0])[:3]
+    hit = found.page.evaluate(
+        "p => { const { x, y } = wpcal.project(p); return wpcal.viewer.surfaceAt(x, y); }", p_base.tolist()
+    )
+    assert hit["solid"] == solid
+    np.testing.assert_allclose(hit["p"], p_base, rtol=0, atol=DRAWN_MM)
+    np.testing.assert_allclose(hit["normal"], T[:3, :3] @ normal_part, rtol=0, atol=DRAWN_RAD)
 
 
 def test_the_factor_of_the_residuals_is_shown(folder: Path, open_page: Any) -> None:
