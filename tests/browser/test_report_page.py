@@ -23,6 +23,8 @@ PHONE_WIDTH = 390
 ON_FACES = [
     ("base plate", [150.0, 30.0, 10.0], [0.0, 0.0, 1.0]),
     ("web", [100.0, 56.0, 50.0], [0.0, -1.0, 0.0]),
+    ("web", [100.0, 60.0, 90.0], [0.0, 0.0, 1.0]),
+    ("web", [25.0, 60.0, 50.0], [-1.0, 0.0, 0.0]),
 ]
 """Solid, place and outward normal in the frame `part`: faces that the first view shows."""
 DRAWN_MM, DRAWN_RAD = 0.02, 1e-3
