@@ -31,6 +31,8 @@ DRAWN_MM, DRAWN_RAD = 0.02, 1e-3
 """A step of the mesh is 0.003 mm; the rest is 32-bit numbers in the browser, and a triangle's normal from them."""
 SEAM, FRAME = 1, 7
 """W2 faces the viewer; its eighth frame is away from both ends."""
+BEHIND = 2
+"""W3 is on the far side of the web."""
 
 
 @pytest.fixture(scope="module")
@@ -149,14 +151,24 @@ def test_the_tooltip_of_a_point_shows_its_residual(folder: Path, open_page: Any)
 
 
 def test_what_is_behind_the_part_does_not_answer(folder: Path, open_page: Any) -> None:
-    """W3 is on the far side of the web."""
     found = open_page(folder / "report.html")
-    hidden = seams(folder)[2]["frames"][FRAME]["p_mm"]
+    hidden = seams(folder)[BEHIND]["frames"][FRAME]["p_mm"]
     assert found.page.evaluate("p => window.wpcal.viewer.isHidden(p)", hidden)
     found.page.mouse.move(*found.project(hidden))
     found.page.wait_for_timeout(200)
     tip = found.page.locator(".tooltip")
     assert tip.is_hidden() or not tip.inner_text().startswith("W3")
+
+
+def test_a_row_of_the_table_brings_its_seam_to_the_front(folder: Path, open_page: Any) -> None:
+    found = open_page(folder / "report.html")
+    frame = seams(folder)[BEHIND]["frames"][FRAME]["p_mm"]
+    assert found.page.evaluate("p => window.wpcal.viewer.isHidden(p)", frame)
+    found.page.locator("#seams tbody tr").nth(BEHIND).click()
+    found.page.evaluate("() => window.wpcal.viewer.draw()")
+    assert not found.page.evaluate("p => window.wpcal.viewer.isHidden(p)", frame)
+    spot = found.page.evaluate("p => window.wpcal.project(p)", frame)
+    assert spot["inside"]
 
 
 def test_the_page_unpacks_the_very_bytes_of_the_mesh(folder: Path, open_page: Any) -> None:

@@ -326,7 +326,13 @@ class Viewer {
 
   /** Looks at everything from a side (`iso`, `front`, `top`, …) or from a direction; what is looked at fills the view. */
   view(from = "iso", names = null) {
-    const { eye, target } = framed(placesOf(this.groups(names)), VIEWS[from] ?? from, this.camera, MARGIN);
+    this.lookAt(placesOf(this.groups(names)), VIEWS[from] ?? from);
+  }
+
+  /** Looks at places (Vector3 or [x, y, z], mm) from a direction, so that they fill the view. */
+  lookAt(places, direction) {
+    const points = places.map((place) => (Array.isArray(place) ? new Vector3(...place) : place));
+    const { eye, target } = framed(points, direction, this.camera, MARGIN);
     this.bounds = this.extent();
     this.controls.target.copy(target);
     this.camera.position.copy(eye);
