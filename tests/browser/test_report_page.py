@@ -14,6 +14,7 @@ from wpcal.report import build_report, read_report_files
 from wpcal.viewer import PartMesh, read_part_glb, write_part_glb
 from wpcal.viewer.part_mesh import SolidMesh
 
+SADDLE = Path(__file__).parents[2] / "fixtures" / "saddle"
 HOSTILE = "</script><img src=x onerror=window.hacked=1>"
 RESIDUAL_PINK = (214, 36, 110)
 AXIS_RED = (214, 60, 60)
@@ -35,13 +36,17 @@ BEHIND = 2
 """W3 is on the far side of the web."""
 
 
+def run_wpcal(*arguments: str | Path) -> None:
+    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The result of `wpcal demo`."""
     out = tmp_path_factory.mktemp("demo") / "out"
-    command = [sys.executable, "-m", "wpcal", "demo", "-o", str(out)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-    assert done.returncode == 0, done.stderr
+    run_wpcal("demo", "-o", out)
     return out
 
 
@@ -246,6 +251,14 @@ def test_a_calibration_without_mesh_seams_and_predictions(folder: Path, tmp_path
     assert found.page.locator("#criteria").count() == 0
     assert "no seam" in found.page.locator("#seams").inner_text()
     assert found.page.locator("input[data-layer='part']").count() == 0
+
+
+def test_points_that_fit_exactly_and_a_closed_seam(tmp_path: Path, open_page: Any) -> None:
+    run_wpcal("calibrate", SADDLE / "saddle.step", SADDLE / "taught_exact.csv", "-o", tmp_path / "out")
+    found = open_page(tmp_path / "out" / "report.html")
+    assert found.said == []
+    assert "NaN" not in found.page.locator("#page").inner_html()
+    assert found.page.locator(".gauge .value").first.inner_text() == "0.000 mm"
 
 
 def test_the_printer_gets_a_picture_of_the_view(folder: Path, open_page: Any) -> None:

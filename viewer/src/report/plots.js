@@ -90,6 +90,7 @@ function endLabels(shown, x, y) {
 /** The annealer's largest distance at the end of each temperature, and the best so far: the paper's figure 2. */
 export function annealingPlot({ temperature_mm: T, f_mm: f, best_f_mm: best }, objective) {
   const low = Math.min(...best.filter((v) => v > 0), objective || Infinity) / 1.5;
+  if (!Number.isFinite(low)) return null; // nothing above zero: nothing to show on a logarithmic scale
   const positive = (values) => values.map((v) => Math.max(v, low));
   const x = scale([T[0], T.at(-1)], [LEFT, WIDTH - RIGHT], { log: true });
   x.ticks = decades(Math.log10(T.at(-1)), Math.log10(T[0]));
