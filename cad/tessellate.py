@@ -24,8 +24,8 @@ from wpcal.viewer.part_mesh import PartMesh, Rgb, SolidMesh
 
 DEFLECTION_PART = 2e-4
 """Of the part's diagonal: a fifth of a pixel when the whole part fills a screen of 1000 pixels."""
-FINEST_MM, COARSEST_MM = 0.02, 1.0
-"""Below the first a robot sees no difference; above the second holes of 20 mm look like nuts."""
+FINEST_MM, COARSEST_MM = 0.02, 2.0
+"""Below the first a robot sees no difference; above the second a weld stands visibly beside its edge."""
 ANGLE_RAD = 0.6
 """34° as the kernel counts, which makes some 20 sides of a full circle: round enough to look at, few to keep."""
 MANY_FACES, COARSE_RAD = 3000, 1.0

@@ -96,7 +96,7 @@ def test_the_part_hangs_under_a_node_with_its_pose():
     frames = SeamFrames(np.arange(2.0), p[1:-1], R[1:-1], np.ones(2), "base")
     pieces = SeamPieces(row, row, row, row, row, np.zeros((1, 3)))
     seam = Seam("W1", JointType.TEE, WeldType.FILLET, (), pieces, False, 1.0, True, True, (), frames)
-    program = WeldProgram((WeldPath(seam, p, R, None),), T, part_glb=write_part_glb(PartMesh(solids, 0.1, 0.6)))
+    program = WeldProgram((WeldPath(seam, p, R, None),), T, part_glb=write_part_glb(PartMesh(solids, 0.01, 0.6)))
     (data,) = write_glb(program).values()
     found, material = placed_triangles(data, "W1#2")  # the seam keeps its name
     x, y, z = (T.apply(corners) / 1000.0).T

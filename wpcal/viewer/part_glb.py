@@ -1,8 +1,9 @@
 """`part.glb`: a part's triangles as a small glTF 2.0 file that other viewers open, too.
 
-A node a solid. Positions are 16-bit steps of the solid's own box (extension ``KHR_mesh_quantization``), and the node's
-scale and translation make millimetres of the frame `part` of them. The root node ``part`` turns those into metres with
-y up, as glTF wants. The mesh's deflection and angle and the hash of the model stand in ``asset.extras``.
+A node a solid. Positions are 16-bit steps from the corner of the solid's own box (extension
+``KHR_mesh_quantization``), and the node's scale and translation make millimetres of the frame `part` of them. The root
+node ``part`` turns those into metres with y up, as glTF wants. The mesh's deflection and angle and the hash of the model
+stand in ``asset.extras``.
 
 References
 ----------
@@ -23,7 +24,9 @@ from wpcal.core.errors import FormatError
 from wpcal.viewer.part_mesh import PartMesh, Rgb, SolidMesh, vertex_normals
 
 STEPS = 65535
-"""Positions are 16-bit: 1/65535 of a solid's size, a fifth of a pixel on the largest screen."""
+"""Positions are 16-bit: steps of at least 1/65535 of a solid's size."""
+STEPS_PER_DEFLECTION = 10
+"""Finer steps would keep digits that the triangles do not have, and digits without meaning do not compress."""
 LARGEST_BYTE = 127.0
 """Normals are 8-bit: to 0.5°, where nobody sees a step of the shade."""
 METRES_Y_UP = [1e-3, 0, 0, 0, 0, 0, -1e-3, 0, 0, 1e-3, 0, 0, 0, 0, 0, 1]
@@ -49,7 +52,8 @@ def write_part_glb(mesh: PartMesh) -> bytes:
         The same for the same mesh.
     """
     buffer = _Buffer()
-    nodes = [_solid_node(buffer, number, solid) for number, solid in enumerate(mesh.solids)]
+    step_mm = mesh.deflection_mm / STEPS_PER_DEFLECTION
+    nodes = [_solid_node(buffer, number, solid, step_mm) for number, solid in enumerate(mesh.solids)]
     root = {"name": "part", "matrix": METRES_Y_UP, "children": list(range(1, len(nodes) + 1))}
     document = {
         "asset": {
@@ -135,9 +139,9 @@ def _srgb(linear: list[float]) -> Rgb:
     return r, g, b
 
 
-def _solid_node(buffer: _Buffer, number: int, solid: SolidMesh) -> dict[str, Any]:
+def _solid_node(buffer: _Buffer, number: int, solid: SolidMesh, step_mm: float) -> dict[str, Any]:
     low = solid.points.min(axis=0)
-    scale = float(np.ptp(solid.points, axis=0).max()) / STEPS or 1.0
+    scale = max(float(np.ptp(solid.points, axis=0).max()) / STEPS, step_mm)
     steps = np.rint((solid.points - low) / scale).astype("<u2")
     limits = {"min": steps.min(axis=0).tolist(), "max": steps.max(axis=0).tolist()}
     position = buffer.add(steps, UNSIGNED_SHORT, ARRAY, **limits)

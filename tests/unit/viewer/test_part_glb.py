@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from wpcal.core.errors import FormatError
 from wpcal.viewer import PartMesh, SolidMesh, read_part_glb, write_part_glb
-from wpcal.viewer.part_glb import STEPS
+from wpcal.viewer.part_glb import STEPS, STEPS_PER_DEFLECTION
 from wpcal.viewer.part_mesh import vertex_normals
 
 HALF_STEP = 0.5001
@@ -58,7 +58,7 @@ def test_what_is_written_comes_back(size: tuple[float, float, float], shift: tup
     found = read_part_glb(write_part_glb(mesh))
     assert (found.deflection_mm, found.angle_rad, found.sha256) == (0.05, 0.35, "ab12")
     assert [one.name for one in found.solids] == ["plate <1>", "ü"]
-    step = max(size) / STEPS
+    step = max(max(size) / STEPS, 0.05 / STEPS_PER_DEFLECTION)
     np.testing.assert_allclose(found.solids[0].points, solid.points, rtol=0, atol=HALF_STEP * step)
     np.testing.assert_array_equal(found.solids[0].triangles, solid.triangles)
     np.testing.assert_array_equal(found.solids[0].edges, solid.edges)
@@ -80,7 +80,7 @@ def test_the_container_is_what_gltf_asks_for() -> None:
         assert view["byteOffset"] + view["byteLength"] <= document["buffers"][0]["byteLength"]
     positions = [accessor for accessor in document["accessors"] if "min" in accessor]
     assert positions[0]["min"] == [0, 0, 0]
-    assert positions[0]["max"] == [STEPS // 2 + 1, STEPS, 16384]
+    assert positions[0]["max"] == [1000, 2000, 500]  # in steps of a tenth of the deflection
 
 
 def test_a_large_solid_gets_wide_indices() -> None:
