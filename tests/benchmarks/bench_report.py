@@ -1,7 +1,8 @@
 """The page of a large part: triangles, `part.glb` and `report.html`, beside reading the part's STEP file.
 
 Two parts: plates with holes, 20 faces each (equal plates compress well), and real parts copied and turned (they do
-not). Both carry 500 seams of 16 frames at 10 000 faces. The page is asked for in 1 s and 2 MB there, after tessellation.
+not). Both carry 500 seams of 16 frames at 10 000 faces. The page is asked for in 1 s and 2 MB there, after
+tessellation.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 A node a solid. Positions are 16-bit steps from the corner of the solid's own box (extension
 ``KHR_mesh_quantization``), and the node's scale and translation make millimetres of the frame `part` of them. The root
-node ``part`` turns those into metres with y up, as glTF wants. The mesh's deflection and angle and the hash of the model
-stand in ``asset.extras``.
+node ``part`` turns those into metres with y up, as glTF wants. The mesh's deflection and angle and the hash of the
+model stand in ``asset.extras``.
 
 References
 ----------
