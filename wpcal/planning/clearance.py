@@ -106,6 +106,20 @@ def _least_margins(axes: Segments, table: _CapsuleTable) -> tuple[FloatArray, In
     return least, row
 
 
+def pair_margins(pairs: BodyPairs, frames: tuple[Frames, ...]) -> FloatArray:
+    """Return distance minus safety distance of every pair of bodies at every state, shape (m, n), mm."""
+    table = _CapsuleTable.of_pairs(pairs)
+    axes = capsule_axes(pairs, frames)
+    margins = np.empty((len(table.pair), axes.p.shape[2]))
+    step = max(1, BLOCK // margins.shape[1])
+    for start in range(0, len(margins), step):
+        some = slice(start, start + step)
+        distance = segment_distances(_rows(axes, table.first[some]), _rows(axes, table.second[some]))
+        margins[some] = distance - table.needed_mm[some, None]
+    starts = np.flatnonzero(np.diff(table.pair, prepend=-1))
+    return np.asarray(np.minimum.reduceat(margins, starts, axis=0), dtype=np.float64)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _CapsuleTable:
     """Pairs of capsules: rows of both, the body pair of each, and radii plus safety distance."""
