@@ -12,7 +12,7 @@ from enum import Enum
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.planning.bodies import body_frames
 from wpcal.planning.cell import CellState, RobotCell, part_in_world, tool_in_world
@@ -103,11 +103,22 @@ def recheck_clearance(plan: Plan, cell: RobotCell, *, refine: int = REFINE) -> P
     InputError
         When `refine` is less than 1, or hulls need a package that is not installed.
     """
-    state = finer_states(plan.state, refine=refine)
-    s_mm = np.interp(np.arange(len(state)) / refine, np.arange(len(plan)), plan.s_mm)
+    return check_path(plan.state, plan.s_mm, cell, refine=refine)
+
+
+def check_path(planned: CellState, s_mm: FloatArray, cell: RobotCell, *, refine: int = REFINE) -> PathCheck:
+    """Measure any path of n states by hulls at finer steps; `s_mm`, shape (n,), says where along the seam they are.
+
+    Raises
+    ------
+    InputError
+        As in `recheck_clearance`.
+    """
+    state = finer_states(planned, refine=refine)
+    s_fine = np.interp(np.arange(len(state)) / refine, np.arange(len(planned)), s_mm)
     clearance = hull_clearance(cell, state)
     motion = _largest_motion(clearance, cell, state)
-    return PathCheck(refine, s_mm, clearance, motion, _tip_error(cell, state, refine))
+    return PathCheck(refine, frozen(s_fine), clearance, motion, _tip_error(cell, state, refine))
 
 
 def finer_states(state: CellState, *, refine: int) -> CellState:

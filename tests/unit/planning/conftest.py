@@ -1,0 +1,48 @@
+"""One plan that needs no search: robot 2 turns the branch pipe about its own axis, robot 1 follows the saddle."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wpcal.core.records import read_json
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.planning.cell import CellState, part_in_world
+from wpcal.planning.cell_file import read_cell
+from wpcal.planning.plan import Plan
+from wpcal.robot.inverse import follow_path
+from wpcal.seam.position import weld_rotation, weld_slope
+from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
+
+CELLS = Path(__file__).parents[3] / "fixtures" / "cells"
+HOLDING = np.radians([19.0, 21.0, 36.0, 15.0, -77.0, 0.0])
+"""Robot 2 holds the branch pipe where robot 1 reaches all around it; joint T then turns it."""
+SPIN = np.radians(-118.0)
+"""Of the torch about its wire: its body then stands away from both arms."""
+NEAR = np.radians([0.0, 0.0, 0.0, 0.0, -45.0, 0.0])
+"""Robot 1 bends like this."""
+
+
+@pytest.fixture(scope="session")
+def cell():
+    return read_cell(CELLS / "two-mh6.json")
+
+
+@pytest.fixture(scope="session")
+def simple_plan(cell):
+    path = CELLS / "saddle-seams.json"
+    frames = seams_from_record(read_json(path, schema=SEAMS_SCHEMA), path=str(path))[0].frames
+    joints2 = np.repeat(HOLDING[None], len(frames), axis=0)
+    joints2[:, 5] += np.unwrap(-np.arctan2(frames.p[:, 1], frames.p[:, 0]))
+    joints2[:, 5] -= joints2[:, 5].mean()
+    T = part_in_world(cell, joints2)
+    R = T[:, :3, :3] @ frames.R
+    p = np.einsum("nij,nj->ni", T[:, :3, :3], frames.p) + T[:, :3, 3]
+    tool = np.zeros((len(frames), 4, 4))
+    tool[:, :3, :3] = R @ np.diag([1.0, -1.0, -1.0]) @ rotation_from_zyx(0.0, 0.0, SPIN)
+    tool[:, :3, 3], tool[:, 3, 3] = p, 1.0
+    flange = cell.T_world_base1.inverse().matrix @ tool @ cell.T_flange1_tool.inverse().matrix
+    state = CellState(follow_path(cell.arm1, flange, NEAR), joints2)
+    zeros = np.zeros(len(frames))
+    slope, rotation = weld_slope(R[..., 0]), weld_rotation(R[..., 0], R[..., 2])
+    return Plan("W1", frames.s_mm, state, slope, rotation, zeros, zeros, {"position_deg": 1.0}, {"f1_1": 0.5})
