@@ -1,0 +1,263 @@
+"""Where the robots may meet: places of the weld point and branches of the inverses from which a search can start.
+
+A coarse look at places between the bases, at all directions of travel, all spins of the torch and some points of the
+seam, with the wished weld position and torch angles.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.errors import GeometryError
+from wpcal.planning.cell import CellState, RobotCell
+from wpcal.planning.clearance import capsule_clearance
+from wpcal.planning.closed_chain import (
+    COORDINATES,
+    PLACE,
+    ROTATION,
+    SLOPE,
+    SPIN,
+    TRAVEL,
+    WORK,
+    YAW,
+    SeamPath,
+    all_joints,
+    flange_poses,
+)
+from wpcal.planning.objectives import Wishes
+from wpcal.planning.problem import PlanningProblem
+from wpcal.planning.singularity import LEAST_REGULARITY, regularity
+from wpcal.robot.arm import Arm
+from wpcal.robot.inverse import TURN
+from wpcal.robot.opw import BRANCHES, OPWGeometry
+
+ALONG = (-0.2, 0.0, 0.2)
+"""Places on the line between the bases, from its middle, in parts of its length."""
+ASIDE = (-0.2, 0.0, 0.2)
+"""The same to its side."""
+HEIGHTS = (0.3, 0.45, 0.6, 0.75)
+"""Above the bases, in parts of the shorter reach: between the table and the shoulders."""
+TURNS = 8
+"""Directions of travel and spins of the torch, each."""
+SCANNED_POINTS = 6
+"""Points of the seam, from its first to its last."""
+CHECKED_PLACES, CHECKED = 6, 96
+"""Best places of each pair of branches, and best of all these, whose clearance is looked at: some tenths of a second."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Meeting:
+    """A place of the weld point in `world` (mm) and a pair of branches that can reach all scanned points there."""
+
+    place: FloatArray
+    branches: tuple[int, int]
+    allowed: int
+    """Allowed states at the scanned point that has fewest."""
+
+
+def wished_coordinates(wishes: Wishes, count: int) -> FloatArray:
+    """Return coordinates of `count` points with the wished weld position and torch angles; the others are zero."""
+    coordinates = np.zeros((count, COORDINATES))
+    coordinates[:, SLOPE], coordinates[:, ROTATION] = wishes.slope_rad, wishes.rotation_rad
+    coordinates[:, WORK], coordinates[:, TRAVEL] = wishes.work_rad, wishes.travel_rad
+    return coordinates
+
+
+def forward_yaw(cell: RobotCell) -> float:
+    """Return the direction of base 2 seen from base 1, about the vertical of `world`, rad."""
+    x, y, _ = cell.T_world_base2.t_mm - cell.T_world_base1.t_mm
+    return math.atan2(y, x)
+
+
+def candidate_places(cell: RobotCell) -> FloatArray:
+    """Return places between the bases where the weld could be, shape (k, 3), mm in `world`."""
+    one, two = cell.T_world_base1.t_mm, cell.T_world_base2.t_mm
+    yaw = forward_yaw(cell)
+    ahead, side = np.array([math.cos(yaw), math.sin(yaw), 0.0]), np.array([-math.sin(yaw), math.cos(yaw), 0.0])
+    apart, reach = float(np.linalg.norm((two - one)[:2])), min(_reach(cell.arm1), _reach(cell.arm2))
+    u, v, h = (grid.ravel() for grid in np.meshgrid(ALONG, ASIDE, HEIGHTS, indexing="ij"))
+    steps = apart * (u[:, None] * ahead + v[:, None] * side) + reach * h[:, None] * np.array([0.0, 0.0, 1.0])
+    return np.asarray((one + two) / 2 + steps, dtype=np.float64)
+
+
+def _reach(arm: Arm) -> float:
+    """Distance from the shoulder to the wrist's centre of the stretched arm, mm."""
+    g = OPWGeometry.of_chain(arm.as_nominal().chain)
+    return float(g.c2 + np.hypot(g.a2, g.c3))
+
+
+def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: SeamPath) -> tuple[FloatArray, BoolArray]:
+    """Return all joints at N points, and which branches are within limits and off singular poses.
+
+    Parameters
+    ----------
+    problem : PlanningProblem
+    coordinates : ndarray, shape (N, 9)
+    path : SeamPath
+        N points.
+
+    Returns
+    -------
+    joints : ndarray, shape (2, N, 8, 6)
+        Robot 1 and robot 2, rad, in the turn around zero.
+    usable : ndarray of bool, shape (2, N, 8)
+    """
+    joints = np.stack(all_joints(problem.cell, path, coordinates))
+    usable = [
+        _within(arm, q) & _is_regular(arm, q)
+        for arm, q in zip((problem.cell.arm1, problem.cell.arm2), joints, strict=True)
+    ]
+    return joints, np.stack(usable)
+
+
+def _within(arm: Arm, q: FloatArray) -> BoolArray:
+    """Tell which joints (N, 8, 6) some whole turns bring within the limits."""
+    low, high = arm.limits
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.ceil((low - q) / TURN) <= np.floor((high - q) / TURN)).all(axis=2))
+
+
+def _is_regular(arm: Arm, q: FloatArray) -> BoolArray:
+    values, _ = regularity(arm, np.nan_to_num(q).reshape(-1, q.shape[2]))
+    return np.asarray((values.min(axis=1) >= LEAST_REGULARITY).reshape(q.shape[:2])) & np.isfinite(q).all(axis=2)
+
+
+def find_meetings(problem: PlanningProblem, count: int) -> list[Meeting]:
+    """Return the most promising places and branches, best first, no branches twice.
+
+    Parameters
+    ----------
+    problem : PlanningProblem
+    count : int
+        At most so many.
+
+    Returns
+    -------
+    list of Meeting
+        Empty where no place and branches have an allowed state at every scanned point.
+
+    Raises
+    ------
+    GeometryError
+        When a point of the seam is out of reach, or every state at its start is in collision.
+    """
+    places, scan = candidate_places(problem.cell), _Scan.of(problem)
+    joints, usable = scan.solve(problem, places)
+    _require_reach(problem, scan, places, joints)
+    # states (place, point, turns) of each pair of branches: products of the two tables of usable ones
+    one, two = usable.reshape(2, len(places), SCANNED_POINTS, -1, BRANCHES).astype(np.int64)
+    pairs = np.einsum("pkta,pktb->pabk", one, two)
+    fewest = pairs.min(axis=3)
+    ranked = np.argsort(np.argsort(-fewest, axis=0, kind="stable"), axis=0)  # rank of a place for its branches
+    fewest[ranked >= CHECKED_PLACES] = 0
+    order = np.argsort(-fewest, axis=None, kind="stable")[:CHECKED]
+    states = [_states(joints, usable, *np.unravel_index(i, fewest.shape)) for i in order if fewest.flat[i] > 0]
+    if not states:
+        return []
+    clear = capsule_clearance(problem.cell, CellState(*np.concatenate([s.joints for s in states], axis=1)))
+    _require_clear_start(states, clear.margin_mm, clear.nearest)
+    return _best(places, states, clear.is_clear, count)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Scan:
+    """Points and turns that are looked at in every place: K rows."""
+
+    path: SeamPath
+    coordinates: FloatArray
+    point: IntArray
+
+    @classmethod
+    def of(cls, problem: PlanningProblem) -> _Scan:
+        turns = TURN * np.arange(TURNS) / TURNS
+        points = np.linspace(0, len(problem.path) - 1, SCANNED_POINTS).round().astype(np.int64)
+        point, yaw, spin = (grid.ravel() for grid in np.meshgrid(points, turns, turns, indexing="ij"))
+        coordinates = wished_coordinates(problem.wishes, len(point))
+        coordinates[:, YAW], coordinates[:, SPIN] = forward_yaw(problem.cell) + yaw, spin
+        return cls(problem.path.select(point), coordinates, point)
+
+    def solve(self, problem: PlanningProblem, places: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return joints (2, P·K, 8, 6) and usable (2, P·K, 8) at all places."""
+        coordinates = np.tile(self.coordinates, (len(places), 1))
+        coordinates[:, PLACE] = np.repeat(places, len(self.point), axis=0)
+        rows = np.tile(np.arange(len(self.point)), len(places))
+        return usable_branches(problem, coordinates, self.path.select(rows))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _States:
+    """The usable states of one place and pair of branches."""
+
+    place: int
+    branches: tuple[int, int]
+    joints: FloatArray
+    """(2, k, 6)"""
+    point: IntArray
+    """(k,), 0 … SCANNED_POINTS - 1"""
+
+
+def _states(joints: FloatArray, usable: BoolArray, place: np.intp, one: np.intp, two: np.intp) -> _States:
+    per_place = SCANNED_POINTS * TURNS * TURNS
+    rows = slice(int(place) * per_place, (int(place) + 1) * per_place)
+    both = np.flatnonzero(usable[0, rows, one] & usable[1, rows, two])
+    chosen = np.stack([joints[0, rows, one][both], joints[1, rows, two][both]])
+    return _States(int(place), (int(one), int(two)), chosen, both // (TURNS * TURNS))
+
+
+def _require_reach(problem: PlanningProblem, scan: _Scan, places: FloatArray, joints: FloatArray) -> None:
+    """Refuse a seam with a point that no place lets both arms reach: which point, which arm, by how much."""
+    reached = np.isfinite(joints).all(axis=3).any(axis=2)  # (2, P·K)
+    per_point = reached.all(axis=0).reshape(len(places), SCANNED_POINTS, -1).any(axis=(0, 2))
+    if per_point.all():
+        return
+    row = int(np.argmin(per_point))
+    point = int(np.unique(scan.point)[row])
+    coordinates = np.repeat(scan.coordinates[scan.point == point], len(places), axis=0)
+    coordinates[:, PLACE] = np.tile(places, (int((scan.point == point).sum()), 1))
+    flanges = flange_poses(problem.cell, problem.path.select(np.full(len(coordinates), point)), coordinates)
+    arms = (problem.cell.arm1, problem.cell.arm2)
+    short = np.stack([_shortage(arm, T) for arm, T in zip(arms, flanges, strict=True)])
+    best = short[:, np.argmin(short.max(axis=0))]
+    robot = int(np.argmax(best))
+    raise GeometryError(
+        f"seam {problem.path.name}, point {point + 1} (s = {problem.path.s_mm[point]:.1f} mm): out of reach of robot "
+        f"{robot + 1} ({arms[robot].name}) by {best[robot]:.0f} mm at the best place between the robots"
+    )
+
+
+def _shortage(arm: Arm, T_base_flange: FloatArray) -> FloatArray:
+    """Return how far the wrist's centre is outside the shell that the arm reaches, mm, shape (N,)."""
+    g = OPWGeometry.of_chain(arm.as_nominal().chain)
+    local = np.linalg.inv(g.T_base_opw) @ T_base_flange @ np.linalg.inv(g.T_wrist_flange)
+    across = np.sqrt(np.maximum(local[:, 0, 3] ** 2 + local[:, 1, 3] ** 2 - g.b**2, 0.0))
+    kappa = float(np.hypot(g.a2, g.c3))
+    distance = np.hypot(across - g.a1, local[:, 2, 3] - g.c1)
+    return np.maximum(np.maximum(distance - g.c2 - kappa, abs(g.c2 - kappa) - distance), 0.0)
+
+
+def _require_clear_start(states: list[_States], margin_mm: FloatArray, nearest) -> None:  # type: ignore[no-untyped-def]
+    point = np.concatenate([s.point for s in states])
+    start = np.flatnonzero(point == 0)
+    if (margin_mm[start] > 0).any():
+        return
+    best = int(start[np.argmax(margin_mm[start])])
+    one, two = nearest(best)
+    raise GeometryError(
+        f"every state at the start of the seam is in collision; at best {one} and {two} miss their safety distance by "
+        f"{-margin_mm[best]:.0f} mm"
+    )
+
+
+def _best(places: FloatArray, states: list[_States], clear: BoolArray, count: int) -> list[Meeting]:
+    """Rank by the allowed states at the point that has fewest, and keep the best of each pair of branches."""
+    ends = np.cumsum([len(s.point) for s in states])
+    found: dict[tuple[int, int], Meeting] = {}
+    for s, end in zip(states, ends, strict=True):
+        allowed = np.bincount(s.point[clear[end - len(s.point) : end]], minlength=SCANNED_POINTS).min()
+        if allowed > 0 and (s.branches not in found or found[s.branches].allowed < allowed):
+            found[s.branches] = Meeting(places[s.place], s.branches, int(allowed))
+    return sorted(found.values(), key=lambda meeting: -meeting.allowed)[:count]
