@@ -11,6 +11,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
+from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.arm import Arm
 
@@ -137,9 +138,12 @@ class RobotCell:
         return self.T_world_base1.inverse() @ self.T_world_base2
 
     @property
-    def up_world(self) -> FloatArray:
-        """Against gravity, shape (3,)."""
-        return np.array([0.0, 0.0, 1.0])
+    def T_world_middle(self) -> RigidTransform:
+        """The frame between the robots: origin in the middle of the bases, x level from base 1 to base 2, z up."""
+        one, two = self.T_world_base1.t_mm, self.T_world_base2.t_mm
+        x, y, _ = two - one
+        R = rotation_from_zyx(0.0, 0.0, np.arctan2(y, x))
+        return RigidTransform(R, (one + two) / 2, target="world", source="middle")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

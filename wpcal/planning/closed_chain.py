@@ -1,10 +1,10 @@
-"""The closed chain of both arms, exact by construction: nine coordinates at each point of the seam give all joints.
+"""The closed chain of both arms, exact by construction: nine coordinates of each point give all joints.
 
-A point of a path is fixed by where the weld point is, how the seam lies against gravity, and how the torch stands on it:
+A point of a path is fixed by where the weld point is, how the seam lies against gravity, and how the torch stands:
 
 ====  ==========  =================================================================================
-0-2   x, y, z     weld point in `world`, mm
-3     yaw         direction of travel about the vertical, rad
+0-2   x, y, z     weld point in the frame `middle` of the cell, mm
+3     yaw         direction of travel about the vertical in `middle`, rad
 4     slope       of the weld axis, rad (θ of Hou 2018, §1.2.1)
 5     rotation    of the joint about the weld axis, rad (-φ of Hou 2018)
 6     work        work angle of the torch, rad
@@ -12,7 +12,7 @@ A point of a path is fixed by where the weld point is, how the seam lies against
 8     spin        turn of the torch about its wire, rad (γ of Hou 2018, §1.2.2: without effect on the weld)
 ====  ==========  =================================================================================
 
-They give the poses of the seam, the part and the tool in `world`, and the closed-form inverses of both arms give the
+They give the poses of the seam, the part and the tool, and the closed-form inverses of both arms give the
 joints. Whatever the nine numbers are, the wire's tip is on the weld point (Hou 2018, eq. 5).
 """
 
@@ -22,14 +22,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.tangent import log_rotation
 from wpcal.planning.cell import JOINTS, CellState, RobotCell, part_in_world, tool_in_world
 from wpcal.robot.arm import Arm
 from wpcal.robot.inverse import TURN, solve_inverse
-from wpcal.robot.opw import BRANCHES
 from wpcal.seam.seam import SeamFrames
 
 COORDINATES = 9
@@ -79,8 +78,8 @@ class SeamPath:
         return SeamPath(self.name, self.s_mm[rows], self.p[rows], self.R[rows])
 
 
-def seam_in_world(coordinates: FloatArray) -> FloatArray:
-    """Return the axes of the seam in `world`, ``Rz(yaw) Ry(-slope) Rx(rotation)``; shape (N, 3, 3)."""
+def seam_in_middle(coordinates: FloatArray) -> FloatArray:
+    """Return the axes of the seam in `middle`, ``Rz(yaw) Ry(-slope) Rx(rotation)``; shape (N, 3, 3)."""
     return rotation_from_zyx(coordinates[:, ROTATION], -coordinates[:, SLOPE], coordinates[:, YAW])
 
 
@@ -108,13 +107,16 @@ def flange_poses(cell: RobotCell, path: SeamPath, coordinates: FloatArray) -> tu
     T_base1_flange1, T_base2_flange2 : ndarray, shape (N, 4, 4)
         mm.
     """
-    R_world_seam = seam_in_world(coordinates)
-    R_world_part = R_world_seam @ np.swapaxes(path.R, 1, 2)
-    origin = coordinates[:, PLACE] - np.einsum("nij,nj->ni", R_world_part, path.p)
-    T_world_part = _poses(R_world_part, origin)
-    T_world_tool = _poses(R_world_seam @ torch_on_seam(coordinates), coordinates[:, PLACE])
-    flange1 = cell.T_world_base1.inverse().matrix @ T_world_tool @ cell.T_flange1_tool.inverse().matrix
-    flange2 = cell.T_world_base2.inverse().matrix @ T_world_part @ cell.T_flange2_part.inverse().matrix
+    R_middle_seam = seam_in_middle(coordinates)
+    R_middle_part = R_middle_seam @ np.swapaxes(path.R, 1, 2)
+    origin = coordinates[:, PLACE] - np.einsum("nij,nj->ni", R_middle_part, path.p)
+    T_middle_part = _poses(R_middle_part, origin)
+    T_middle_tool = _poses(R_middle_seam @ torch_on_seam(coordinates), coordinates[:, PLACE])
+    T_base1_middle, T_base2_middle = (
+        T.inverse() @ cell.T_world_middle for T in (cell.T_world_base1, cell.T_world_base2)
+    )
+    flange1 = T_base1_middle.matrix @ T_middle_tool @ cell.T_flange1_tool.inverse().matrix
+    flange2 = T_base2_middle.matrix @ T_middle_part @ cell.T_flange2_part.inverse().matrix
     return flange1, flange2
 
 
@@ -201,18 +203,21 @@ def joint_slopes(cell: RobotCell, coordinates: FloatArray, joints: FloatArray) -
     motion1 = motion2.copy()
     motion1[:, :3, WORK : SPIN + 1] = tool
     tip = np.broadcast_to(cell.T_flange1_tool.t_mm, (len(joints), 3))
-    T_world_flange2 = cell.T_world_base2.matrix @ cell.arm2.forward(joints[:, JOINTS:])
-    weld = np.einsum("nji,nj->ni", T_world_flange2[:, :3, :3], coordinates[:, PLACE] - T_world_flange2[:, :3, 3])
+    T_middle_base1, T_middle_base2 = (
+        cell.T_world_middle.inverse() @ T for T in (cell.T_world_base1, cell.T_world_base2)
+    )
+    T_middle_flange2 = T_middle_base2.matrix @ cell.arm2.forward(joints[:, JOINTS:])
+    weld = np.einsum("nji,nj->ni", T_middle_flange2[:, :3, :3], coordinates[:, PLACE] - T_middle_flange2[:, :3, 3])
     slopes = [
-        _solved(cell.arm1, joints[:, :JOINTS], cell.T_world_base1.R, tip, motion1),
-        _solved(cell.arm2, joints[:, JOINTS:], cell.T_world_base2.R, weld, motion2),
+        _solved(cell.arm1, joints[:, :JOINTS], T_middle_base1.R, tip, motion1),
+        _solved(cell.arm2, joints[:, JOINTS:], T_middle_base2.R, weld, motion2),
     ]
     return np.concatenate(slopes, axis=1)
 
 
 def _turning_axes(coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Axes in `world` about which yaw, slope, rotation turn the seam, and work, travel, spin the tool; (n, 3, 3)."""
-    R_seam = seam_in_world(coordinates)
+    """Axes in `middle` about which yaw, slope, rotation turn the seam, and work, travel, spin the tool; (n, 3, 3)."""
+    R_seam = seam_in_middle(coordinates)
     zero, yaw = np.zeros(len(coordinates)), coordinates[:, YAW]
     up = np.stack([zero, zero, zero + 1.0], axis=1)
     level = np.stack([np.sin(yaw), -np.cos(yaw), zero], axis=1)  # -Rz(yaw) e_y
@@ -228,11 +233,11 @@ ARM_LENGTH_MM = 1000.0
 """Scale that makes millimetres of an arm comparable with radians."""
 
 
-def _solved(arm: Arm, q: FloatArray, R_world_base: FloatArray, point: FloatArray, motion: FloatArray) -> FloatArray:
-    """Return joint slopes (n, 6, 9) for motions of the flange (n, 6, 9) given in `world` at a point of the flange."""
+def _solved(arm: Arm, q: FloatArray, R_middle_base: FloatArray, point: FloatArray, motion: FloatArray) -> FloatArray:
+    """Return joint slopes (n, 6, 9) for motions of the flange (n, 6, 9) given in `middle` at a point of the flange."""
     J = arm.jacobian(q, point=point.T)
     scale = np.array([1.0, 1.0, 1.0, *(1.0 / ARM_LENGTH_MM,) * 3])[:, None]
-    local = np.concatenate([R_world_base.T @ motion[:, :3], R_world_base.T @ motion[:, 3:]], axis=1) * scale
+    local = np.concatenate([R_middle_base.T @ motion[:, :3], R_middle_base.T @ motion[:, 3:]], axis=1) * scale
     J = J * scale
     Jt = np.swapaxes(J, 1, 2)
     plain = np.abs(np.linalg.det(J)) > LEAST_PIVOT
@@ -270,16 +275,3 @@ def f3(cell: RobotCell, path: SeamPath, state: CellState, torch_R: FloatArray) -
     off_mm = np.linalg.norm(T_world_tool[:, :3, 3] - weld, axis=1)
     off_rad = np.linalg.norm(log_rotation(np.swapaxes(wished, 1, 2) @ T_world_tool[:, :3, :3]), axis=1)
     return np.asarray(off_mm, dtype=np.float64), np.asarray(off_rad, dtype=np.float64)
-
-
-def excess_over_limits(cell: RobotCell, joints: FloatArray) -> FloatArray:
-    """Return by how much each joint is beyond its limits, shape (..., 12), rad; zero or less within, NaN out of reach."""
-    (low1, high1), (low2, high2) = cell.arm1.limits, cell.arm2.limits
-    low, high = np.concatenate([low1, low2]), np.concatenate([high1, high2])
-    return np.maximum(joints - high, low - joints)
-
-
-def reaches(joints: FloatArray) -> BoolArray:
-    """Tell for joints of shape (N, 8, 6) whether any branch reaches; shape (N,)."""
-    assert joints.shape[1] == BRANCHES
-    return np.asarray(np.isfinite(joints).all(axis=2).any(axis=1))

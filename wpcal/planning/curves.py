@@ -14,7 +14,6 @@ from scipy.linalg import LinAlgError, solveh_banded
 from wpcal.core.arrays import FloatArray
 from wpcal.planning.closed_chain import joints_along
 from wpcal.planning.linear_model import LinearModel, Path, linearise
-from wpcal.planning.objectives import ATTITUDE, attitude_box
 from wpcal.planning.problem import PlanningProblem
 
 FIRST_DAMPING = 1e-2
@@ -69,8 +68,7 @@ def refine_path(problem: PlanningProblem, path: Path, weights: FloatArray, *, it
 
 def _moved(problem: PlanningProblem, path: Path, step: FloatArray) -> Path | None:
     """Return the path after a step, cut off at the ends of the ranges; None where it leaves the reach."""
-    coordinates = path.coordinates + step
-    coordinates[:, ATTITUDE] = np.clip(coordinates[:, ATTITUDE], *attitude_box(problem.wishes))
+    coordinates = np.clip(path.coordinates + step, *problem.box)
     joints = joints_along(problem.cell, problem.path, coordinates, path.branches, path.joints[0])
     return Path(coordinates, path.branches, joints) if np.isfinite(joints).all() else None
 

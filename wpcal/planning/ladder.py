@@ -1,9 +1,9 @@
 """Dynamic programming over a ladder graph: at each rung the states of one place and pair of branches, on a grid.
 
 A rung is a point of the seam, and its states are attitudes (direction of travel, rotation of the joint, spin of the
-torch) with both arms' joints; an angle that may turn more than once stands there once for each turn within its limits, so
-that the shortest way through the ladder is a path that can be driven. Edges cost the weighted squared joint steps, states
-cost the squared deviation from the wished weld position: the same sum that `wpcal.planning.curves` then makes small.
+torch) with both arms' joints; an angle that may turn more than once stands there once for each turn within its limits,
+so that the shortest way through the ladder is a path that can be driven. Edges cost the weighted squared joint steps,
+states the squared deviation from the wished weld position: the sum that `wpcal.planning.curves` then makes small.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.planning.cell import JOINTS
 from wpcal.planning.closed_chain import PLACE, ROTATION, SPIN, YAW, joints_along
 from wpcal.planning.linear_model import Path
-from wpcal.planning.meeting import Meeting, forward_yaw, usable_branches, wished_coordinates
+from wpcal.planning.meeting import Meeting, usable_branches, wished_coordinates
 from wpcal.planning.objectives import deviations
 from wpcal.planning.problem import PlanningProblem
 from wpcal.robot.inverse import TURN
@@ -90,7 +90,7 @@ def _attitudes(problem: PlanningProblem, meeting: Meeting) -> FloatArray:
     wishes = problem.wishes
     rotation = wishes.rotation_rad + np.array(ROTATIONS_RAD)
     rotation = rotation[np.abs(rotation) <= wishes.rotation_range_rad]
-    yaw, spin = forward_yaw(problem.cell) + TURN * np.arange(YAWS) / YAWS, TURN * np.arange(SPINS) / SPINS
+    yaw, spin = TURN * np.arange(YAWS) / YAWS, TURN * np.arange(SPINS) / SPINS
     grid = [values.ravel() for values in np.meshgrid(yaw, spin, rotation, indexing="ij")]
     coordinates = wished_coordinates(wishes, len(grid[0]))
     coordinates[:, PLACE] = meeting.place
@@ -143,7 +143,7 @@ def shortest_path(problem: PlanningProblem, ladder: Ladder, weights: FloatArray)
 def _squared_distances(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return |a_i - b_j|², shape (len(a), len(b)): one matrix product; round-off is far below a grid step."""
     squares = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2.0 * (a @ b.T)
-    return np.maximum(squares, 0.0)
+    return np.asarray(np.maximum(squares, 0.0), dtype=np.float64)
 
 
 def _filled_in(problem: PlanningProblem, ladder: Ladder, way: list[int]) -> Path | None:

@@ -11,8 +11,8 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.planning.cell import JOINTS
-from wpcal.planning.closed_chain import COORDINATES, joint_slopes
-from wpcal.planning.objectives import ATTITUDE, attitude_box, deviations
+from wpcal.planning.closed_chain import COORDINATES, PLACE, joint_slopes
+from wpcal.planning.objectives import ATTITUDE, deviations
 from wpcal.planning.problem import PlanningProblem
 from wpcal.planning.singularity import LEAST_REGULARITY, regularity
 
@@ -25,6 +25,8 @@ LOOK_AHEAD_MM = 30.0
 STIFFNESS = 0.1
 """Weight of a degree beyond a limit. The objectives sum up to about 0.1 (deg/mm)², so that half a degree, by which a
 limit pushes early, is dear at many points."""
+MM_PER_DEG = 10.0
+"""A place outside the weld zone by this counts like a degree: at arm's length it is half of one."""
 CLEARANCE_STIFFNESS = 0.2 * STIFFNESS
 """Weight of a missing millimetre: at arm's length five of them are a third of a degree."""
 GRADIENT_STEP_RAD = 1e-6
@@ -160,10 +162,15 @@ def _two_sided(values: FloatArray, low: FloatArray, high: FloatArray, d: FloatAr
 
 
 def _box_limits(problem: PlanningProblem, path: Path) -> tuple[FloatArray, FloatArray]:
-    low, high = attitude_box(problem.wishes)
-    d = np.zeros((len(path.coordinates), 4, COORDINATES))
-    d[:, range(4), ATTITUDE] = np.degrees(1.0)
-    return _two_sided(np.degrees(path.coordinates[:, ATTITUDE]), np.degrees(low), np.degrees(high), d)
+    """Coordinates beyond their box, in degrees, or as many of `MM_PER_DEG`; (n, 14), (n, 14, 9)."""
+    units = np.full(COORDINATES, np.degrees(1.0))
+    units[PLACE] = 1.0 / MM_PER_DEG
+    low, high = problem.box
+    boxed = np.flatnonzero(np.isfinite(low))
+    d = np.zeros((len(path.coordinates), len(boxed), COORDINATES))
+    d[:, range(len(boxed)), boxed] = units[boxed]
+    values, low, high = (units * part for part in (path.coordinates, low, high))
+    return _two_sided(values[:, boxed], low[boxed], high[boxed], d)
 
 
 def _joint_limits(problem: PlanningProblem, path: Path, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:

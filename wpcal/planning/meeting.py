@@ -6,15 +6,14 @@ seam, with the wished weld position and torch angles.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.core.errors import GeometryError
-from wpcal.planning.cell import CellState, RobotCell
-from wpcal.planning.clearance import capsule_clearance
+from wpcal.core.errors import ConvergenceError, GeometryError
+from wpcal.planning.cell import CellState
+from wpcal.planning.clearance import Clearance, capsule_clearance
 from wpcal.planning.closed_chain import (
     COORDINATES,
     PLACE,
@@ -31,27 +30,22 @@ from wpcal.planning.closed_chain import (
 from wpcal.planning.objectives import Wishes
 from wpcal.planning.problem import PlanningProblem
 from wpcal.planning.singularity import LEAST_REGULARITY, regularity
+from wpcal.planning.workplace import candidate_places, reach_shortage
 from wpcal.robot.arm import Arm
 from wpcal.robot.inverse import TURN
-from wpcal.robot.opw import BRANCHES, OPWGeometry
+from wpcal.robot.opw import BRANCHES
 
-ALONG = (-0.2, 0.0, 0.2)
-"""Places on the line between the bases, from its middle, in parts of its length."""
-ASIDE = (-0.2, 0.0, 0.2)
-"""The same to its side."""
-HEIGHTS = (0.3, 0.45, 0.6, 0.75)
-"""Above the bases, in parts of the shorter reach: between the table and the shoulders."""
 TURNS = 8
 """Directions of travel and spins of the torch, each."""
 SCANNED_POINTS = 6
 """Points of the seam, from its first to its last."""
 CHECKED_PLACES, CHECKED = 6, 96
-"""Best places of each pair of branches, and best of all these, whose clearance is looked at: some tenths of a second."""
+"""Best places of each pair of branches, and best of all these, whose clearance is measured: some tenths of a second."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Meeting:
-    """A place of the weld point in `world` (mm) and a pair of branches that can reach all scanned points there."""
+    """A place of the weld point in `middle` (mm) and a pair of branches that can reach all scanned points there."""
 
     place: FloatArray
     branches: tuple[int, int]
@@ -65,29 +59,6 @@ def wished_coordinates(wishes: Wishes, count: int) -> FloatArray:
     coordinates[:, SLOPE], coordinates[:, ROTATION] = wishes.slope_rad, wishes.rotation_rad
     coordinates[:, WORK], coordinates[:, TRAVEL] = wishes.work_rad, wishes.travel_rad
     return coordinates
-
-
-def forward_yaw(cell: RobotCell) -> float:
-    """Return the direction of base 2 seen from base 1, about the vertical of `world`, rad."""
-    x, y, _ = cell.T_world_base2.t_mm - cell.T_world_base1.t_mm
-    return math.atan2(y, x)
-
-
-def candidate_places(cell: RobotCell) -> FloatArray:
-    """Return places between the bases where the weld could be, shape (k, 3), mm in `world`."""
-    one, two = cell.T_world_base1.t_mm, cell.T_world_base2.t_mm
-    yaw = forward_yaw(cell)
-    ahead, side = np.array([math.cos(yaw), math.sin(yaw), 0.0]), np.array([-math.sin(yaw), math.cos(yaw), 0.0])
-    apart, reach = float(np.linalg.norm((two - one)[:2])), min(_reach(cell.arm1), _reach(cell.arm2))
-    u, v, h = (grid.ravel() for grid in np.meshgrid(ALONG, ASIDE, HEIGHTS, indexing="ij"))
-    steps = apart * (u[:, None] * ahead + v[:, None] * side) + reach * h[:, None] * np.array([0.0, 0.0, 1.0])
-    return np.asarray((one + two) / 2 + steps, dtype=np.float64)
-
-
-def _reach(arm: Arm) -> float:
-    """Distance from the shoulder to the wrist's centre of the stretched arm, mm."""
-    g = OPWGeometry.of_chain(arm.as_nominal().chain)
-    return float(g.c2 + np.hypot(g.a2, g.c3))
 
 
 def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: SeamPath) -> tuple[FloatArray, BoolArray]:
@@ -138,12 +109,14 @@ def find_meetings(problem: PlanningProblem, count: int) -> list[Meeting]:
     Returns
     -------
     list of Meeting
-        Empty where no place and branches have an allowed state at every scanned point.
+        At least one.
 
     Raises
     ------
     GeometryError
         When a point of the seam is out of reach, or every state at its start is in collision.
+    ConvergenceError
+        When no place and branches have an allowed state at every scanned point; what fails most.
     """
     places, scan = candidate_places(problem.cell), _Scan.of(problem)
     joints, usable = scan.solve(problem, places)
@@ -157,10 +130,27 @@ def find_meetings(problem: PlanningProblem, count: int) -> list[Meeting]:
     order = np.argsort(-fewest, axis=None, kind="stable")[:CHECKED]
     states = [_states(joints, usable, *np.unravel_index(i, fewest.shape)) for i in order if fewest.flat[i] > 0]
     if not states:
-        return []
+        raise ConvergenceError(
+            "no feasible plan: joint limits and singular poses fail most; nowhere do both robots keep off them at "
+            "every point of the seam"
+        )
     clear = capsule_clearance(problem.cell, CellState(*np.concatenate([s.joints for s in states], axis=1)))
-    _require_clear_start(states, clear.margin_mm, clear.nearest)
-    return _best(places, states, clear.is_clear, count)
+    _require_clear_start(states, clear)
+    meetings = _best(places, states, clear.is_clear, count)
+    if not meetings:
+        one, two = _most_in_the_way(clear)
+        raise ConvergenceError(
+            "no feasible plan: clearance fails most; nowhere is every point of the seam clear, most often "
+            f"{one} is too near to {two}"
+        )
+    return meetings
+
+
+def _most_in_the_way(clear: Clearance) -> tuple[str, str]:
+    """Return the names of the two bodies that most often are the nearest of a state that is not clear."""
+    rows = np.flatnonzero(~clear.is_clear)
+    _, first, counts = np.unique(clear.pair[rows], return_index=True, return_counts=True)
+    return clear.nearest(int(rows[first[np.argmax(counts)]]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -175,9 +165,10 @@ class _Scan:
     def of(cls, problem: PlanningProblem) -> _Scan:
         turns = TURN * np.arange(TURNS) / TURNS
         points = np.linspace(0, len(problem.path) - 1, SCANNED_POINTS).round().astype(np.int64)
-        point, yaw, spin = (grid.ravel() for grid in np.meshgrid(points, turns, turns, indexing="ij"))
+        point = np.repeat(points, TURNS * TURNS)
+        yaw, spin = np.tile(np.repeat(turns, TURNS), SCANNED_POINTS), np.tile(turns, SCANNED_POINTS * TURNS)
         coordinates = wished_coordinates(problem.wishes, len(point))
-        coordinates[:, YAW], coordinates[:, SPIN] = forward_yaw(problem.cell) + yaw, spin
+        coordinates[:, YAW], coordinates[:, SPIN] = yaw, spin
         return cls(problem.path.select(point), coordinates, point)
 
     def solve(self, problem: PlanningProblem, places: FloatArray) -> tuple[FloatArray, BoolArray]:
@@ -210,8 +201,8 @@ def _states(joints: FloatArray, usable: BoolArray, place: np.intp, one: np.intp,
 
 def _require_reach(problem: PlanningProblem, scan: _Scan, places: FloatArray, joints: FloatArray) -> None:
     """Refuse a seam with a point that no place lets both arms reach: which point, which arm, by how much."""
-    reached = np.isfinite(joints).all(axis=3).any(axis=2)  # (2, P·K)
-    per_point = reached.all(axis=0).reshape(len(places), SCANNED_POINTS, -1).any(axis=(0, 2))
+    reached = np.any(np.isfinite(joints).all(axis=3), axis=2)  # (2, P·K)
+    per_point = (reached[0] & reached[1]).reshape(len(places), SCANNED_POINTS, -1).any(axis=(0, 2))
     if per_point.all():
         return
     row = int(np.argmin(per_point))
@@ -220,7 +211,7 @@ def _require_reach(problem: PlanningProblem, scan: _Scan, places: FloatArray, jo
     coordinates[:, PLACE] = np.tile(places, (int((scan.point == point).sum()), 1))
     flanges = flange_poses(problem.cell, problem.path.select(np.full(len(coordinates), point)), coordinates)
     arms = (problem.cell.arm1, problem.cell.arm2)
-    short = np.stack([_shortage(arm, T) for arm, T in zip(arms, flanges, strict=True)])
+    short = np.stack([reach_shortage(arm, T) for arm, T in zip(arms, flanges, strict=True)])
     best = short[:, np.argmin(short.max(axis=0))]
     robot = int(np.argmax(best))
     raise GeometryError(
@@ -229,26 +220,16 @@ def _require_reach(problem: PlanningProblem, scan: _Scan, places: FloatArray, jo
     )
 
 
-def _shortage(arm: Arm, T_base_flange: FloatArray) -> FloatArray:
-    """Return how far the wrist's centre is outside the shell that the arm reaches, mm, shape (N,)."""
-    g = OPWGeometry.of_chain(arm.as_nominal().chain)
-    local = np.linalg.inv(g.T_base_opw) @ T_base_flange @ np.linalg.inv(g.T_wrist_flange)
-    across = np.sqrt(np.maximum(local[:, 0, 3] ** 2 + local[:, 1, 3] ** 2 - g.b**2, 0.0))
-    kappa = float(np.hypot(g.a2, g.c3))
-    distance = np.hypot(across - g.a1, local[:, 2, 3] - g.c1)
-    return np.maximum(np.maximum(distance - g.c2 - kappa, abs(g.c2 - kappa) - distance), 0.0)
-
-
-def _require_clear_start(states: list[_States], margin_mm: FloatArray, nearest) -> None:  # type: ignore[no-untyped-def]
-    point = np.concatenate([s.point for s in states])
-    start = np.flatnonzero(point == 0)
-    if (margin_mm[start] > 0).any():
+def _require_clear_start(states: list[_States], clear: Clearance) -> None:
+    """Refuse a seam whose first point cannot be reached without a collision."""
+    start = np.flatnonzero(np.concatenate([s.point for s in states]) == 0)
+    if clear.is_clear[start].any():
         return
-    best = int(start[np.argmax(margin_mm[start])])
-    one, two = nearest(best)
+    best = int(start[np.argmax(clear.margin_mm[start])])
+    one, two = clear.nearest(best)
     raise GeometryError(
         f"every state at the start of the seam is in collision; at best {one} and {two} miss their safety distance by "
-        f"{-margin_mm[best]:.0f} mm"
+        f"{-clear.margin_mm[best]:.0f} mm"
     )
 
 

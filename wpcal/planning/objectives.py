@@ -1,10 +1,10 @@
 r"""What makes a path good: the functions of Hou 2018 as printed, and what is made small in their place.
 
-As printed, two functions are no goals for a search. Eq. 1 and eq. 2 are products, so one factor at zero frees the other;
-and eq. 2 is least with the torch at a limit of its range, where α = β = 90° is the neutral torch. Eq. 4 sums absolute
-steps, which does not tell an even motion from a jerk of the same total. The search therefore makes root mean squares
-small: of the deviation from the wished weld position, from the wished torch angles, and of the weighted joint rates.
-The printed functions are reported beside them.
+As printed, two functions are no goals for a search. Eq. 1 and eq. 2 are products, so one factor at zero frees the
+other; and eq. 2 is least with the torch at a limit of its range, where α = β = 90° is the neutral torch. Eq. 4 sums
+absolute steps, which does not tell an even motion from a jerk of the same total. The search therefore makes root mean
+squares small: of the deviation from the wished weld position, from the wished torch angles, and of the weighted joint
+rates. The printed functions are reported beside them.
 
 The text of the paper at hand has lost the layout of its formulas; each function states the reading.
 """
@@ -57,8 +57,10 @@ class Wishes:
     torch_range_rad: float = math.radians(15.0)
 
     def __post_init__(self) -> None:
-        ranges = (("slope", self.slope_rad, self.slope_range_rad, 80.0),)
-        ranges += (("rotation", self.rotation_rad, self.rotation_range_rad, 180.0),)
+        ranges = (
+            ("slope", self.slope_rad, self.slope_range_rad, 80.0),
+            ("rotation", self.rotation_rad, self.rotation_range_rad, 180.0),
+        )
         for name, wish, largest, most_deg in ranges:
             if not 0 < largest <= math.radians(most_deg):
                 what = f"{name}: its range must be above 0 and at most {most_deg:g} deg"

@@ -9,7 +9,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.planning.cell import JOINTS, CellState, RobotCell
 from wpcal.planning.clearance import capsule_clearance
-from wpcal.planning.closed_chain import SeamPath
+from wpcal.planning.closed_chain import COORDINATES, PLACE, ROTATION, SLOPE, TRAVEL, WORK, SeamPath
 from wpcal.planning.objectives import (
     ATTITUDE,
     Wishes,
@@ -18,10 +18,9 @@ from wpcal.planning.objectives import (
     position_deviation,
     torch_deviation,
 )
+from wpcal.planning.schedule import SPEED_MM_S, joint_speeds
 from wpcal.planning.singularity import LEAST_REGULARITY, regularity
-
-TORCH_SPEED_MM_S = 6.0
-"""A common speed of a fillet of 4 to 5 mm by gas metal arc welding; the value of the issue's experiment."""
+from wpcal.planning.workplace import weld_zone
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +40,7 @@ class PlanningProblem:
     cell: RobotCell
     path: SeamPath
     wishes: Wishes
-    speed_mm_s: float = TORCH_SPEED_MM_S
+    speed_mm_s: float = SPEED_MM_S
 
     @property
     def joint_limits(self) -> tuple[FloatArray, FloatArray]:
@@ -52,8 +51,15 @@ class PlanningProblem:
     @property
     def joint_speeds(self) -> FloatArray:
         """Largest speeds of all twelve joints, shape (12,), rad/s; infinite where the arm's file states none."""
-        joints = (*self.cell.arm1.joints, *self.cell.arm2.joints)
-        return np.array([np.inf if joint.speed_rad_s is None else joint.speed_rad_s for joint in joints])
+        return np.concatenate([joint_speeds(self.cell.arm1), joint_speeds(self.cell.arm2)])
+
+    @property
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        """Least and largest coordinates, shape (9,) each: the weld zone, and the ranges of the wishes."""
+        low, high = np.full(COORDINATES, -np.inf), np.full(COORDINATES, np.inf)
+        low[PLACE], high[PLACE] = weld_zone(self.cell)
+        low[ATTITUDE], high[ATTITUDE] = attitude_box(self.wishes)
+        return low, high
 
     @property
     def weights(self) -> FloatArray:
@@ -93,23 +99,23 @@ class PlanningProblem:
         dict
             ``reach`` (share of points out of reach), ``joint limits`` (rad), ``singular
             poses`` (of `regularity`), ``joint speeds`` (parts of the largest),
-            ``weld position`` and ``torch angles`` (rad), ``clearance`` (mm).
+            ``weld position`` and ``torch angles`` (rad), ``weld zone`` (mm), ``clearance`` (mm).
         """
         missing = ~np.isfinite(joints).all(axis=-1)
         if missing.any():
             return {"reach": float(missing.mean())}
         low, high = self.joint_limits
-        least, largest = attitude_box(self.wishes)
-        attitude = coordinates[:, ATTITUDE]
-        outside = np.maximum(attitude - largest, least - attitude).max(axis=0)
+        least, largest = self.box
+        outside = np.maximum(coordinates - largest, least - coordinates).max(axis=0)
         rates = np.abs(np.diff(joints, axis=0)) / np.diff(self.path.s_mm)[:, None] * self.speed_mm_s
         found = {
             "reach": 0.0,
             "joint limits": np.maximum(joints - high, low - joints).max(),
             "singular poses": LEAST_REGULARITY - self.regularity(joints).min(),
             "joint speeds": (rates / self.joint_speeds).max() - 1.0,
-            "weld position": outside[:2].max(),
-            "torch angles": outside[2:].max(),
+            "weld position": outside[[SLOPE, ROTATION]].max(),
+            "torch angles": outside[[WORK, TRAVEL]].max(),
+            "weld zone": outside[PLACE].max(),
             "clearance": -self.margins(joints).min(),
         }
         return {name: max(float(value), 0.0) for name, value in found.items()}
