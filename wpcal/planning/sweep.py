@@ -19,9 +19,8 @@ LADDERS = 3
 TIGHT, LOOSE = 0.1, 1e-4
 """Weights of the torch angles: hardly a degree from their wish, and some degrees."""
 SWEEP = (
-    *((weight, TIGHT) for weight in (1e-2, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-7)),
-    (1e-7, 1e-7),
-    *((weight, LOOSE) for weight in (1e-7, 1e-5, 3e-5, 1e-4, 1e-3, 1e-2)),
+    *((weight, TIGHT) for weight in (1e-1, 1e-2, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-7)),
+    *((weight, LOOSE) for weight in (1e-7, 1e-5, 3e-5, 5e-5, 1e-4, 1e-3, 1e-2)),
 )
 """Weights of weld position and torch angles (per deg²) against joint motion (per (deg/mm)²): from a part that lies
 perfectly to one that hardly moves, and back. Neighbours are near, so that each path starts from the one before."""
