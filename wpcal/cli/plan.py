@@ -64,8 +64,8 @@ def plan(
     """Plan how two robots weld one seam: robot 1 with the torch, robot 2 holding and turning the part.
 
     CELL.json says what stands where; SEAMS.json is the seams.json of `wpcal calibrate`. Writes pareto.json (every plan
-    worth choosing from), and of the chosen one plan.json, plan.csv and programs of both robots. Ctrl-C keeps the best
-    plans so far. Ends with code 1 when there is no feasible plan.
+    worth choosing from), plan.html (all of them to look at), and of the chosen one plan.json, plan.csv and programs of
+    both robots. Ctrl-C keeps the best plans so far. Ends with code 1 when there is no feasible plan.
     """
     from wpcal.core.errors import ConvergenceError
     from wpcal.core.records import check_writable
@@ -133,16 +133,20 @@ def _write(
     from wpcal.cli.console import plain_console
     from wpcal.cli.plan_tables import show_plans
     from wpcal.core.records import new_directory, to_json, write_file
+    from wpcal.planning.objectives import OBJECTIVES
     from wpcal.planning.output import dual_program, freedom_of, run_csv, run_record, write_programs
+    from wpcal.planning.page import build_plan_page
     from wpcal.planning.pareto_record import pareto_record
     from wpcal.planning.recheck import Freedom
     from wpcal.planning.run import build_run
     from wpcal.planning.schedule import schedule_plan
 
     record = to_json(pareto_record(result, cell, preference))
-    chosen = result.front.plans[result.front.chosen(preference)]
-    run = build_run(chosen, cell, schedule_plan(chosen, cell, speed_mm_s=result.speed_mm_s))
+    plans, chosen = result.front.plans, result.front.chosen(preference)
+    runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=result.speed_mm_s)) for one in plans]
+    run = runs[chosen]
     files = {"pareto.json": record, "plan.json": to_json(run_record(run, cell)), "plan.csv": run_csv(run, cell)}
+    files["plan.html"] = build_plan_page(runs, cell, OBJECTIVES, chosen=chosen)
     if freedom_of(run) is Freedom.FREE:
         files |= write_programs(dual_program(run, cell))
     with new_directory(output, overwrite=force) as folder:

@@ -1,7 +1,8 @@
 """One run of both robots: the torch comes to the seam, welds it and leaves, as states with times.
 
 Before and after the weld robot 2 stands still and robot 1 moves along the wire, in steps short enough that a straight
-line in the joints is nearly one in space. What cannot be reached is left out: the run then begins nearer to the seam.
+line in the joints is nearly one in space. What cannot be reached, or comes too near to something, is left out: the run
+then begins nearer to the seam.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.planning.cell import CellState, RobotCell
+from wpcal.planning.hulls import hull_clearance
 from wpcal.planning.plan import Plan
-from wpcal.planning.recheck import REFINE, PathCheck, check_path
+from wpcal.planning.recheck import REFINE, PathCheck, check_path, finer_states
 from wpcal.planning.schedule import Schedule, joint_speeds
 from wpcal.robot.inverse import nearest_joints
 
@@ -117,8 +119,8 @@ def build_run(
     """
     if not (0.0 <= approach_mm < math.inf and 0.0 < air_speed_mm_s < math.inf):
         raise InputError(f"approach {approach_mm:g} mm at {air_speed_mm_s:g} mm/s: expected positive numbers")
-    before = _back_along_wire(cell, plan.state.joints1[0], approach_mm)[::-1]
-    after = _back_along_wire(cell, plan.state.joints1[-1], approach_mm)
+    ends = (_away(cell, plan.state.joints1[row], plan.state.joints2[row], approach_mm, refine) for row in (0, -1))
+    before, after = next(ends)[::-1], next(ends)
     joints1 = np.concatenate([before, plan.state.joints1, after])
     rows = np.clip(np.arange(len(joints1)) - len(before), 0, len(plan) - 1)
     state = CellState(joints1, plan.state.joints2[rows])
@@ -128,6 +130,19 @@ def build_run(
     t_s = frozen(np.concatenate([[0.0], np.cumsum(steps)]))
     check = None if refine is None else check_path(state, plan.s_mm[rows], cell, refine=refine)
     return CellRun(plan, schedule, state, t_s, first, last, check)
+
+
+def _away(
+    cell: RobotCell, joints1: FloatArray, joints2: FloatArray, distance_mm: float, refine: int | None
+) -> FloatArray:
+    """Return joints of robot 1 at steps away from a pose, as far as they go and, where it is checked, are clear."""
+    away = _back_along_wire(cell, joints1, distance_mm)
+    if refine is None or not len(away):
+        return away
+    steps = np.concatenate([joints1[None], away])
+    fine = finer_states(CellState(steps, np.repeat(joints2[None], len(steps), axis=0)), refine=refine)
+    blocked = ~hull_clearance(cell, fine).is_clear[1:]  # of the pose itself the check of the weld tells
+    return away if not blocked.any() else away[: int(np.argmax(blocked)) // refine]
 
 
 def _back_along_wire(cell: RobotCell, joints1: FloatArray, distance_mm: float) -> FloatArray:

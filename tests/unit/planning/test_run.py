@@ -8,7 +8,7 @@ import pytest
 from wpcal.core.errors import InputError
 from wpcal.planning.bodies import body_frames
 from wpcal.planning.cell import CellState, Shape, tool_in_world
-from wpcal.planning.recheck import Freedom
+from wpcal.planning.recheck import Freedom, check_path
 from wpcal.planning.run import APPROACH_MM, Phase, build_run
 from wpcal.planning.schedule import joint_speeds, schedule_plan
 
@@ -68,18 +68,25 @@ def first_points(plan, n):
     return replace(plan, state=state, **{name: getattr(plan, name)[:n] for name in names})
 
 
-def test_a_lamp_behind_the_torch_makes_the_run_not_free(cell, simple_plan):
-    """The weld itself is free of it: only the approach meets it."""
+def test_a_lamp_behind_the_torch_shortens_the_approach(cell, simple_plan):
+    """The weld itself is free of it: only the far end of the approach would meet it."""
     start = first_points(simple_plan, 3)
     wrist = body_frames(cell, start.state)[6].point([0, 0, -95]).T[0]
     wire = tool_in_world(cell, start.state.joints1)[0, :3, 2]
-    place = wrist - 115.0 * wire  # 75 of the forearm, 5 of the lamp and 20 between: 15 are left, less than the approach
+    place = wrist - 130.0 * wire  # 75 of the forearm, 5 of the lamp and 20 between: 30 are left, less than the approach
     blocked = replace(cell, bench=(*cell.bench, Shape("lamp", [place], [place], [5.0])))
     schedule = schedule_plan(start, blocked)
-    assert build_run(start, blocked, schedule, approach_mm=0.0).check.freedom is Freedom.FREE
-    found = build_run(start, blocked, schedule).check
-    assert found.freedom is Freedom.NOT_FREE
-    assert "lamp" in found.describe()
+    whole = build_run(start, blocked, schedule, refine=None)
+    assert check_path(whole.state, whole.t_s, blocked).freedom is Freedom.NOT_FREE
+    found = build_run(start, blocked, schedule)
+    assert found.check.freedom is Freedom.FREE
+    assert 0 < found.first < whole.first
+
+
+def test_a_weld_that_is_not_free_stays_so(cell, simple_plan):
+    place = tool_in_world(cell, simple_plan.state.joints1[40:41])[0, :3, 3] + [0, 0, 60]
+    blocked = replace(cell, bench=(*cell.bench, Shape("clamp", [place], [place], [25.0])))
+    assert build_run(simple_plan, blocked, schedule_plan(simple_plan, blocked)).check.freedom is Freedom.NOT_FREE
 
 
 def test_what_cannot_be_reached_is_left_out(cell, simple_plan, schedule):

@@ -36,6 +36,7 @@ export function buildFront(data, onPick) {
     show(chosen) {
       marks.forEach((node, row) => node.classList.toggle("chosen", row === chosen));
       rows.forEach((node, row) => node.classList.toggle("chosen", row === chosen));
+      list.scrollTop = rows[chosen].offsetTop - list.clientHeight / 2;
     },
   };
 }
