@@ -87,13 +87,35 @@ def plan(
     )
     genetic = GeneticOptions(population=population, generations=generations, seed=seed) if generations else None
     cell = read_cell(cell_json)
-    path = read_seam_path(seams_json, seam, cell)
+    path, mesh = read_seam_path(seams_json, seam, cell), _read_mesh(seams_json)
     try:
         with _shown_progress() as progress:
             result = plan_seam(cell, path, wishes=wishes, speed_mm_s=speed_mm_s, genetic=genetic, progress=progress)
     except ConvergenceError as error:
         return _write_failure(cell, seam, wishes, speed_mm_s, str(error), output, force=force)
-    return _write(result, cell, Preference(prefer), output, force=force, as_json=as_json)
+    return _write(result, cell, Preference(prefer), output, mesh, force=force, as_json=as_json)
+
+
+def _read_mesh(seams_json: Path) -> bytes | None:
+    """Read the part's triangles where `wpcal calibrate` left them beside the seams.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read or is no such mesh.
+    """
+    from wpcal.core.errors import InputError
+    from wpcal.viewer import read_part_glb
+
+    path = seams_json.with_name("part.glb")
+    if not path.exists():
+        return None
+    try:
+        mesh = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+    read_part_glb(mesh, path=str(path))
+    return mesh
 
 
 def _require_extra(*modules: str) -> None:
@@ -128,13 +150,20 @@ def _shown_progress() -> Iterator[Callable[[str, int, int], None]]:
 
 
 def _write(
-    result: PlanningResult, cell: RobotCell, preference: Preference, output: Path, *, force: bool, as_json: bool
+    result: PlanningResult,
+    cell: RobotCell,
+    preference: Preference,
+    output: Path,
+    mesh: bytes | None,
+    *,
+    force: bool,
+    as_json: bool,
 ) -> int:
     from wpcal.cli.console import plain_console
     from wpcal.cli.plan_tables import show_plans
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.planning.objectives import OBJECTIVES
-    from wpcal.planning.output import dual_program, freedom_of, run_csv, run_record, write_programs
+    from wpcal.planning.output import dual_program, freedom_of, possible_programs, run_csv, run_record
     from wpcal.planning.page import build_plan_page
     from wpcal.planning.pareto_record import pareto_record
     from wpcal.planning.recheck import Freedom
@@ -146,9 +175,11 @@ def _write(
     runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=result.speed_mm_s)) for one in plans]
     run = runs[chosen]
     files = {"pareto.json": record, "plan.json": to_json(run_record(run, cell)), "plan.csv": run_csv(run, cell)}
-    files["plan.html"] = build_plan_page(runs, cell, OBJECTIVES, chosen=chosen)
+    files["plan.html"] = build_plan_page(runs, cell, OBJECTIVES, chosen=chosen, part_glb=mesh)
+    refusals: list[str] = []
     if freedom_of(run) is Freedom.FREE:
-        files |= write_programs(dual_program(run, cell))
+        programs, refusals = possible_programs(dual_program(run, cell))
+        files |= programs
     with new_directory(output, overwrite=force) as folder:
         for name, text in files.items():
             write_file(folder / name, text, overwrite=True)
@@ -156,6 +187,8 @@ def _write(
         click.echo(record, nl=False)
     else:
         show_plans(result, preference, run, plain_console())
+    for refusal in refusals:
+        click.echo(f"wpcal: no program: {refusal}", err=True)
     return 0 if freedom_of(run) is Freedom.FREE else 1
 
 

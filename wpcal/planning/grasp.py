@@ -128,11 +128,30 @@ def cell_files(holding: Holding, T_flange2_part: RigidTransform) -> dict[str, An
     """
     record = copy.deepcopy(dict(holding.record))
     record["holder_robot"]["T_flange_part"] = T_flange2_part.to_record()
-    files = {"cell.json": record}
+    return with_arms(record, holding.path)
+
+
+def with_arms(record: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """Return the record of a cell as ``cell.json``, and those of arms that stand beside the file it came from.
+
+    Parameters
+    ----------
+    record : mapping
+        Of schema ``wpcal/cell/1``.
+    path : Path
+        Of the file that it came from.
+
+    Returns
+    -------
+    dict of str to dict
+        Records by the names of their files; the arms are named by file alone, so that all can lie in one folder.
+    """
+    cell = copy.deepcopy(dict(record))
+    files = {"cell.json": cell}
     for robot in ("torch_robot", "holder_robot"):
-        name = str(record[robot]["arm"])
+        name = str(cell[robot]["arm"])
         if name not in shipped_arms():
-            beside = holding.path.parent / name
-            record[robot]["arm"] = beside.name
+            beside = path.parent / name
+            cell[robot]["arm"] = beside.name
             files[beside.name] = read_json(beside, schema=ARM_SCHEMA)
     return files

@@ -171,3 +171,15 @@ def write_programs(program: DualProgram, languages: tuple[str, ...] = tuple(sort
     if unknown:
         raise InputError(f"programs of two robots: unknown language {unknown[0]!r}; known: {', '.join(DUAL_WRITERS)}")
     return {file: text for name in languages for file, text in DUAL_WRITERS[name](program).items()}
+
+
+def possible_programs(program: DualProgram) -> tuple[dict[str, str], list[str]]:
+    """Return the files of all languages that can hold a program, and why the others cannot."""
+    files: dict[str, str] = {}
+    refusals: list[str] = []
+    for name in sorted(DUAL_WRITERS):
+        try:
+            files |= write_programs(program, (name,))
+        except InputError as error:
+            refusals.append(str(error))
+    return files, refusals
