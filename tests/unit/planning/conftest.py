@@ -9,7 +9,10 @@ from wpcal.core.records import read_json
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.planning.cell import CellState, part_in_world
 from wpcal.planning.cell_file import read_cell
+from wpcal.planning.objectives import Wishes
 from wpcal.planning.plan import Plan
+from wpcal.planning.problem import PlanningProblem
+from wpcal.planning.seam_file import read_seam_path
 from wpcal.robot.inverse import follow_path
 from wpcal.seam.position import weld_rotation, weld_slope
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
@@ -24,8 +27,23 @@ NEAR = np.radians([0.0, 0.0, 0.0, 0.0, -45.0, 0.0])
 
 
 @pytest.fixture(scope="session")
+def cells():
+    return CELLS
+
+
+@pytest.fixture(scope="session")
 def cell():
     return read_cell(CELLS / "two-mh6.json")
+
+
+@pytest.fixture(scope="session")
+def path(cell):
+    return read_seam_path(CELLS / "saddle-seams.json", "W1", cell)
+
+
+@pytest.fixture(scope="session")
+def problem(cell, path):
+    return PlanningProblem(cell, path, Wishes())
 
 
 @pytest.fixture(scope="session")
