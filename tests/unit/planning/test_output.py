@@ -5,14 +5,16 @@ import io
 import json
 import re
 from dataclasses import replace
+from importlib.resources import files
 
+import jsonschema
 import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
 from wpcal.planning.cell import Shape, part_in_world, tool_in_world
-from wpcal.planning.output import dual_program, run_csv, run_record, write_programs
+from wpcal.planning.output import dual_program, possible_programs, run_csv, run_record, write_programs
 from wpcal.planning.run import build_run
 from wpcal.planning.schedule import schedule_plan
 
@@ -49,6 +51,16 @@ def test_the_table_says_what_the_record_says(cell, run):
                 np.testing.assert_allclose(float(row[name]), point[name], rtol=RELATIVE, atol=0)
 
 
+def test_the_record_keeps_its_schema(cell, run):
+    schema = json.loads((files("wpcal.planning") / "schemas" / "plan-1.schema.json").read_text(encoding="utf-8"))
+    validator = jsonschema.Draft202012Validator(schema)
+    for one in (run, replace(run, check=None)):
+        record = json.loads(to_json(run_record(one, cell)))
+        validator.validate(record)
+    with pytest.raises(jsonschema.ValidationError):
+        validator.validate({**record, "freedom": "surely"})
+
+
 def test_the_record_puts_the_wire_on_the_seam(cell, run, simple_plan):
     record = json.loads(to_json(run_record(run, cell)))
     weld = [point for point in record["points"] if point["s_mm"] is not None]
@@ -62,10 +74,10 @@ def test_the_record_puts_the_wire_on_the_seam(cell, run, simple_plan):
 
 
 def test_the_rapid_program_puts_the_wire_on_the_seam(cell, run, simple_plan):
-    files = write_programs(dual_program(run, cell), ("rapid",))
+    programs = write_programs(dual_program(run, cell), ("rapid",))
     joints = []
     for robot in (1, 2):
-        rows = re.findall(r"jointtarget \w+:=\[\[([^\]]*)\]", files[f"WPCAL_R{robot}.mod"])
+        rows = re.findall(r"jointtarget \w+:=\[\[([^\]]*)\]", programs[f"WPCAL_R{robot}.mod"])
         joints.append(np.radians([[float(v) for v in row.split(",")] for row in rows]))
     tip = tip_in_part(cell, *joints)[run.first : run.last + 1]
     expected = tip_in_part(cell, simple_plan.state.joints1, simple_plan.state.joints2)
@@ -96,6 +108,15 @@ def test_a_path_that_is_not_free_becomes_no_program(cell, run, simple_plan):
     assert "clamp" in record["check"]["between"]
     with pytest.raises(InputError, match=r"no program is written for a path that is not free: .* clamp"):
         dual_program(hit, blocked)
+
+
+def test_a_language_that_cannot_hold_a_program_does_not_stop_the_others(cell, run):
+    silent = replace(cell.arm2, joints=tuple(replace(joint, speed_rad_s=None) for joint in cell.arm2.joints))
+    program = dual_program(run, replace(cell, arm2=silent))
+    programs, refusals = possible_programs(program)
+    assert sorted(programs) == ["WPCAL_R1.mod", "WPCAL_R2.mod"]
+    assert len(refusals) == 1
+    assert "does not state the speed of joint S" in refusals[0]
 
 
 def test_unknown_languages_are_refused(cell, run):

@@ -33,8 +33,8 @@ export function buildScene(host, data, part) {
   carried.set("seam", data.carriers.part);
   addFloor(viewer, data.bases);
   viewer.addLabels("names", data.bases.map((p, i) => ({ p: [p[0], p[1], p[2] + 40], text: `robot ${i + 1}` })));
-  const near = ["tip", "seam", ...data.bodies.filter((body) => body.group === "part").map(layerOf)];
-  const bodies = [...new Set(data.bodies.map(layerOf))];
+  const near = ["tip", "seam", "part", ...data.bodies.filter((body) => body.group === "part").map(layerOf)];
+  const bodies = ["part", ...new Set(data.bodies.map(layerOf))];
   const closer = el("button", { type: "button", "data-test": "closer", onclick: () => viewer.view(FROM, near) }, "torch");
   const looks = sides(viewer);
   looks.append(closer);
