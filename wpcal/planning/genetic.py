@@ -17,14 +17,10 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.planning.linear_model import Path
+from wpcal.planning.objectives import OBJECTIVES
 from wpcal.planning.problem import PlanningProblem
 from wpcal.planning.sweep import Progress
-from wpcal.planning.waves import CONSTRAINTS, DecodedPaths, decode_paths, encode_path, gene_box, random_genes
-
-SEED_NOISE = 0.02
-"""Spread of copies of the seeds, in parts of the genes' ranges: near enough to stay allowed as a rule."""
-RANDOM_SHARE = 0.2
-"""Part of a seeded population that is random, so that the algorithm is not bound to the seeds' branches."""
+from wpcal.planning.waves import CONSTRAINTS, PathCode
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,10 +83,15 @@ def evolve_paths(
         from pymoo.problems.static import StaticProblem  # noqa: PLC0415
     except ImportError:
         raise InputError("the genetic algorithm needs pymoo: install wpcal[planning]") from None
-    least, largest = gene_box(problem)
-    rng = np.random.default_rng(options.seed)
-    start = first_population(problem, seeds if options.seeded else (), options.population, rng)
-    task = Problem(n_var=len(least), n_obj=3, n_ieq_constr=len(CONSTRAINTS), xl=least, xu=largest)
+    code = PathCode.of_seeds(problem, seeds if options.seeded else ())
+    start = first_population(code, options.population, np.random.default_rng(options.seed))
+    task = Problem(
+        n_var=len(code.least),
+        n_obj=len(OBJECTIVES),
+        n_ieq_constr=len(CONSTRAINTS),
+        xl=code.least,
+        xu=code.largest,
+    )
     algorithm: Any = NSGA2(pop_size=options.population, sampling=start)
     algorithm.setup(task, termination=("n_gen", options.generations), seed=options.seed, verbose=False)
     interrupted = False
@@ -98,33 +99,22 @@ def evolve_paths(
         for generation in range(options.generations):
             progress("breeding paths", generation, options.generations)
             asked = algorithm.ask()
-            F, G = judged(problem, decode_paths(problem, asked.get("X")))
-            Evaluator().eval(StaticProblem(task, F=F, G=G), asked)
+            decoded = code.decode(asked.get("X"))
+            values = problem.objectives(decoded.coordinates, decoded.joints)
+            Evaluator().eval(StaticProblem(task, F=values, G=decoded.violations), asked)
             algorithm.tell(infills=asked)
     except KeyboardInterrupt:
         interrupted = True
-    last = decode_paths(problem, algorithm.pop.get("X")) if algorithm.pop is not None else None
-    if last is None:
+    if algorithm.pop is None:
         return [], interrupted
+    last = code.decode(algorithm.pop.get("X"))
     return [last.path(int(row)) for row in np.flatnonzero((last.violations <= 0).all(axis=1))], interrupted
 
 
-def first_population(
-    problem: PlanningProblem, seeds: Sequence[Path], population: int, rng: np.random.Generator
-) -> FloatArray:
-    """Return the genes of a first population: the seeds, noisy copies of them, and random smooth paths."""
-    genes = random_genes(problem, population, rng)
-    if not seeds:
-        return genes
-    least, largest = gene_box(problem)
-    given = np.stack([encode_path(problem, path) for path in seeds])[:population]
-    copies = given[np.arange(round((1.0 - RANDOM_SHARE) * population)) % len(given)]
-    noise = SEED_NOISE * (largest - least) * rng.normal(size=copies.shape)
-    noise[: len(given)], noise[:, -2:] = 0.0, 0.0
-    genes[: len(copies)] = np.clip(copies + noise, least, largest)
+def first_population(code: PathCode, population: int, rng: np.random.Generator) -> FloatArray:
+    """Return the genes of a first population: the bases as they are, if there are any, and random smooth paths."""
+    genes = code.random(population, rng)
+    if len(code.bases) > 1:
+        given = code.of_bases()[:population]
+        genes[: len(given)] = given
     return genes
-
-
-def judged(problem: PlanningProblem, decoded: DecodedPaths) -> tuple[FloatArray, FloatArray]:
-    """Return objectives (N, 3) and violations (N, 5) of decoded paths."""
-    return problem.objectives(decoded.coordinates, decoded.joints), decoded.violations

@@ -150,15 +150,14 @@ def require_apart(cell: RobotCell) -> None:
 
 
 def best_paths(problem: PlanningProblem, paths: Sequence[Path]) -> list[Path]:
-    """Return the paths that break no limit and that none of the others beats."""
+    """Return the paths that break no limit and that none of the others beats, in their order."""
     allowed = [
         path for path in paths if max(problem.excesses(path.coordinates, path.joints).values()) <= ALLOWED_EXCESS
     ]
     if not allowed:
         return []
     values = np.stack([problem.objectives(path.coordinates, path.joints) for path in allowed])
-    keep = np.flatnonzero(is_nondominated(values))
-    return [allowed[row] for row in keep[np.argsort(values[keep, 0], kind="stable")]]
+    return [allowed[row] for row in np.flatnonzero(is_nondominated(values))]
 
 
 def make_plan(problem: PlanningProblem, path: Path, found_by: str) -> Plan:

@@ -1,13 +1,15 @@
-"""Paths as genes: each coordinate is a level, a drift and some waves along the seam, and two genes choose the branches.
+"""Paths as genes: a base path, on each coordinate a level, a drift and some waves, and the branches of both inverses.
 
-A coordinate at u = s / L is ``c_0 + c_1 (u - 1/2) + sum_m c_{m+1} sin(m π u)``. The numbers stand for the knots of a
-smooth curve: a mix of two parents is then as smooth as they are, where a mix of their knots is jagged; and short waves,
-which are seldom of use, get a small range. Limits of place, slope, rotation and torch angles hold by cutting off;
-closed chain and inverses are exact whatever the genes are.
+A coordinate at u = s / L is that of the base and ``c_0 + c_1 (u - 1/2) + sum_m c_{m+1} sin(m π u)``. The numbers stand
+for the knots of a smooth curve: a mix of two parents is then as smooth as they are, where a mix of their knots is
+jagged; and short waves, which are seldom of use, get a small range. Bases are the paths of a deterministic front, or
+none; a base between two of them is their mean with weights. Limits of place, slope, rotation and torch angles hold by
+cutting off; closed chain and inverses are exact whatever the genes are.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,10 +25,12 @@ from wpcal.robot.inverse import TURN
 from wpcal.robot.opw import BRANCHES
 
 WAVES = 10
-"""Numbers of a coordinate: the paths of the least squares are met within some tenths of a degree."""
+"""Numbers of a coordinate: level, drift and eight waves."""
 DRIFT_MM, DRIFT_RAD = 600.0, 8.0
 """Ranges of the drift of the place, and of yaw and spin: a turn all around with some to spare. The m-th wave has the
 (m + 1)-th part of it."""
+SEEDED_SPAN = 0.1
+"""Beside a base the ranges are this part: the search is for what improves a path, not for another one."""
 RANDOM_WAVE = 0.15
 """Standard deviation of the waves of a random path, in parts of their ranges: most paths hardly move."""
 CONSTRAINTS = ("reach", "joint limits", "singular poses", "joint speeds", "clearance")
@@ -61,74 +65,99 @@ class DecodedPaths:
         return Path(self.coordinates[row], (int(one), int(two)), self.joints[row])
 
 
-def gene_box(problem: PlanningProblem) -> tuple[FloatArray, FloatArray]:
-    """Return the least and largest genes, shape (9 WAVES + 2,) each: waves coordinate by coordinate, then branches."""
-    low, high = problem.box
-    low[[YAW, SPIN]], high[[YAW, SPIN]] = -TURN, TURN
-    first = high - low
-    first[PLACE], first[[YAW, SPIN]] = DRIFT_MM, DRIFT_RAD
-    waves = first[:, None] / np.arange(1, WAVES)
-    least = np.concatenate([np.column_stack([low, -waves]).ravel(), (0.0, 0.0)])
-    largest = np.concatenate([np.column_stack([high, waves]).ravel(), (BRANCHES, BRANCHES)])
-    return least, largest
-
-
-def random_genes(problem: PlanningProblem, count: int, rng: np.random.Generator) -> FloatArray:
-    """Return genes of random smooth paths, shape (count, 9 WAVES + 2)."""
-    least, largest = gene_box(problem)
-    genes = rng.uniform(least, largest, (count, len(least)))
-    waves = genes[:, :-2].reshape(count, COORDINATES, WAVES)
-    waves[:, :, 1:] = rng.normal(0.0, RANDOM_WAVE, waves[:, :, 1:].shape) * largest[:-2].reshape(-1, WAVES)[:, 1:]
-    return np.asarray(np.clip(genes, least, largest), dtype=np.float64)
-
-
-def encode_path(problem: PlanningProblem, path: Path) -> FloatArray:
-    """Return the genes of the waves nearest to a path, shape (9 WAVES + 2,)."""
-    waves, *_ = np.linalg.lstsq(_waves(problem), path.coordinates, rcond=None)
-    least, largest = gene_box(problem)
-    waves[0, [YAW, SPIN]] -= TURN * np.rint(waves[0, [YAW, SPIN]] / TURN)
-    genes = np.concatenate([waves.T.ravel(), np.array(path.branches) + 0.5])
-    return np.asarray(np.clip(genes, least, largest), dtype=np.float64)
-
-
-def _waves(problem: PlanningProblem) -> FloatArray:
-    """Level, drift and waves at the points of the seam, shape (n, WAVES)."""
-    s = problem.path.s_mm
-    u = (s - s[0]) / (s[-1] - s[0])
-    waves = np.sin(np.pi * np.arange(1, WAVES - 1) * u[:, None])
-    return np.column_stack([np.ones(len(s)), u - 0.5, waves])
-
-
-def decode_paths(problem: PlanningProblem, genes: FloatArray) -> DecodedPaths:
-    """Compute the paths of N sets of genes, and what they violate.
+@dataclass(frozen=True, slots=True, eq=False)
+class PathCode:
+    """What genes mean. A path has 9 `WAVES` + 3 of them: numbers coordinate by coordinate, base, and two branches.
 
     Parameters
     ----------
     problem : PlanningProblem
-    genes : ndarray, shape (N, 9 WAVES + 2)
+    bases : ndarray, shape (m, n, 9)
+        Paths between which the base is taken, neighbours alike; a single row of zeros for none.
+    branches : ndarray of int, shape (m, 2)
+        Of the bases.
+    least, largest : ndarray, shape (9 WAVES + 3,)
+        Ranges of the genes.
     """
-    count, n = len(genes), len(problem.path)
-    coefficients = genes[:, :-2].reshape(count, COORDINATES, WAVES)
-    coordinates: FloatArray = np.swapaxes(coefficients @ _waves(problem).T, 1, 2).copy()
-    coordinates = np.clip(coordinates, *problem.box)
-    branches = np.clip(np.floor(genes[:, -2:]), 0, BRANCHES - 1).astype(np.int64)
-    rows = problem.path.select(np.tile(np.arange(n), count))
-    flat = coordinates.reshape(-1, COORDINATES)
-    one, two = all_joints(problem.cell, rows, flat)
-    point = np.arange(count * n)
-    both = np.concatenate(
-        [one[point, np.repeat(branches[:, 0], n)], two[point, np.repeat(branches[:, 1], n)]], axis=1
-    ).reshape(count, n, 2 * JOINTS)
-    missing = ~np.isfinite(both).all(axis=2)
-    joints = _turned_into_limits(problem, np.where(missing[:, :, None], 0.0, both))
-    short = np.zeros(count * n)
-    if missing.any():
-        lost = missing.ravel()
-        flanges = flange_poses(problem.cell, rows.select(np.flatnonzero(lost)), flat[lost])
-        arms = (problem.cell.arm1, problem.cell.arm2)
-        short[lost] = 1.0 + sum(reach_shortage(arm, T) for arm, T in zip(arms, flanges, strict=True))
-    violations = _violations(problem, joints, missing, short.reshape(count, n))
-    return DecodedPaths(coordinates, branches, joints, violations)
+
+    problem: PlanningProblem
+    bases: FloatArray
+    branches: IntArray
+    least: FloatArray
+    largest: FloatArray
+
+    @classmethod
+    def of_seeds(cls, problem: PlanningProblem, seeds: Sequence[Path]) -> PathCode:
+        """Return the code beside some paths, which may be none."""
+        n, span = len(problem.path), SEEDED_SPAN if seeds else 1.0
+        bases = np.stack([path.coordinates for path in seeds]) if seeds else np.zeros((1, n, COORDINATES))
+        branches = np.array([path.branches for path in seeds] or [(0, 0)], dtype=np.int64)
+        low, high = problem.box
+        low[[YAW, SPIN]], high[[YAW, SPIN]] = -TURN, TURN
+        drift = high - low
+        drift[PLACE], drift[[YAW, SPIN]] = DRIFT_MM, DRIFT_RAD
+        waves = span * drift[:, None] / np.arange(1, WAVES)
+        if seeds:
+            low, high = -span * (high - low), span * (high - low)
+        ends = (max(len(bases) - 1.0, 1.0), BRANCHES, BRANCHES)
+        return cls(
+            problem,
+            bases,
+            branches,
+            np.concatenate([np.column_stack([low, -waves]).ravel(), np.zeros(3)]),
+            np.concatenate([np.column_stack([high, waves]).ravel(), ends]),
+        )
+
+    def random(self, count: int, rng: np.random.Generator) -> FloatArray:
+        """Return genes of random smooth paths, shape (count, 9 WAVES + 3); near the bases, if there are any.
+
+        Without bases most of them hardly move along the seam.
+        """
+        genes = rng.uniform(self.least, self.largest, (count, len(self.least)))
+        waves = genes[:, :-3].reshape(count, COORDINATES, WAVES)
+        first = 1 if len(self.bases) == 1 else 0  # without bases any level is as good as another
+        spread = self.largest[:-3].reshape(-1, WAVES)[:, first:]
+        waves[:, :, first:] = RANDOM_WAVE * spread * rng.normal(size=waves[:, :, first:].shape)
+        if len(self.bases) > 1:
+            genes[:, -2:] = self.branches[np.rint(genes[:, -3]).astype(np.int64)] + 0.5
+        return np.asarray(np.clip(genes, self.least, self.largest), dtype=np.float64)
+
+    def of_bases(self) -> FloatArray:
+        """Return the genes of the bases themselves, shape (m, 9 WAVES + 3)."""
+        genes = np.zeros((len(self.bases), len(self.least)))
+        genes[:, -3], genes[:, -2:] = np.arange(len(self.bases)), self.branches + 0.5
+        return genes
+
+    def decode(self, genes: FloatArray) -> DecodedPaths:
+        """Compute the paths of N sets of genes, shape (N, 9 WAVES + 3), and what they violate."""
+        problem, count, n = self.problem, len(genes), len(self.problem.path)
+        coordinates = np.clip(self._coordinates(genes), *problem.box)
+        branches = np.clip(np.floor(genes[:, -2:]), 0, BRANCHES - 1).astype(np.int64)
+        rows, flat = problem.path.select(np.tile(np.arange(n), count)), coordinates.reshape(-1, COORDINATES)
+        one, two = all_joints(problem.cell, rows, flat)
+        point, chosen = np.arange(count * n), np.repeat(branches, n, axis=0)
+        both = np.concatenate([one[point, chosen[:, 0]], two[point, chosen[:, 1]]], axis=1)
+        missing = ~np.isfinite(both).all(axis=1)
+        short = np.zeros(count * n)
+        if missing.any():
+            flanges = flange_poses(problem.cell, rows.select(np.flatnonzero(missing)), flat[missing])
+            arms = (problem.cell.arm1, problem.cell.arm2)
+            short[missing] = 1.0 + sum(reach_shortage(arm, T) for arm, T in zip(arms, flanges, strict=True))
+        both[missing] = 0.0
+        joints = _turned_into_limits(problem, both.reshape(count, n, 2 * JOINTS))
+        violations = _violations(problem, joints, missing.reshape(count, n), short.reshape(count, n))
+        return DecodedPaths(coordinates, branches, joints, violations)
+
+    def _coordinates(self, genes: FloatArray) -> FloatArray:
+        s = self.problem.path.s_mm
+        u = (s - s[0]) / (s[-1] - s[0])
+        shapes = np.column_stack([np.ones(len(s)), u - 0.5, np.sin(np.pi * np.arange(1, WAVES - 1) * u[:, None])])
+        before = np.clip(np.floor(genes[:, -3]), 0, max(len(self.bases) - 2, 0)).astype(np.int64)
+        part = (genes[:, -3] - before)[:, None, None]
+        after = np.minimum(before + 1, len(self.bases) - 1)
+        base = (1.0 - part) * self.bases[before] + part * self.bases[after]
+        beside = genes[:, :-3].reshape(len(genes), COORDINATES, WAVES) @ shapes.T
+        return np.asarray(base + np.swapaxes(beside, 1, 2), dtype=np.float64)
 
 
 def _turned_into_limits(problem: PlanningProblem, joints: FloatArray) -> FloatArray:

@@ -17,12 +17,12 @@ from wpcal.planning.plan import Preference
 from wpcal.planning.problem import PlanningProblem
 from wpcal.planning.search import best_paths, plan_seam
 from wpcal.planning.sweep import SWEEP, sweep_paths
-from wpcal.planning.waves import decode_paths, encode_path, random_genes
+from wpcal.planning.waves import PathCode
 
 THINNED = 4
 """Every fourth point of the saddle: a search then takes a second."""
-ENCODED = {"place_mm": 10.0, "angle_rad": np.radians(3.0)}
-"""Ten numbers a coordinate meet a path of the least squares this well; its bends at limits are sharper."""
+SAME = 1e-9
+"""Round-off of millimetres and angles that were added to nothing."""
 
 
 @pytest.fixture(scope="module")
@@ -100,18 +100,29 @@ def test_too_fast_a_torch_has_no_feasible_plan_and_says_why(thin):
         plan_seam(thin.cell, thin.path, speed_mm_s=5000.0)
 
 
-def test_genes_of_a_path_stand_for_nearly_the_same_path(thin, swept):
-    paths = best_paths(thin, swept)[2:6]
-    decoded = decode_paths(thin, np.stack([encode_path(thin, path) for path in paths]))
+def test_the_genes_of_a_base_are_the_path_itself(thin, swept):
+    paths = best_paths(thin, swept)
+    code = PathCode.of_seeds(thin, paths)
+    decoded = code.decode(code.of_bases())
+    values = thin.objectives(decoded.coordinates, decoded.joints)
     for row, path in enumerate(paths):
-        off = np.abs(decoded.coordinates[row] - path.coordinates).max(axis=0)
-        assert off[:3].max() <= ENCODED["place_mm"]
-        assert off[4:8].max() <= ENCODED["angle_rad"]
+        np.testing.assert_allclose(decoded.coordinates[row], path.coordinates, rtol=0, atol=SAME)
         assert tuple(decoded.branches[row]) == path.branches
+        np.testing.assert_allclose(values[row], thin.objectives(path.coordinates, path.joints), rtol=0, atol=SAME)
+    assert (decoded.violations <= 0).all()
+
+
+def test_a_base_between_two_is_their_mean(thin, swept):
+    code = PathCode.of_seeds(thin, swept[:3])
+    genes = code.of_bases()[1:2]
+    genes[0, -3] = 1.25
+    expected = 0.75 * swept[1].coordinates + 0.25 * swept[2].coordinates
+    np.testing.assert_allclose(code.decode(genes).coordinates[0], expected, rtol=0, atol=SAME)
 
 
 def test_decoded_paths_close_the_chain_and_are_judged_like_any(thin):
-    decoded = decode_paths(thin, random_genes(thin, 300, np.random.default_rng(0)))
+    code = PathCode.of_seeds(thin, ())
+    decoded = code.decode(code.random(300, np.random.default_rng(0)))
     reached = np.flatnonzero(decoded.violations[:, 0] <= 0)
     assert len(reached) >= 30
     for row in reached[:30]:
@@ -125,11 +136,14 @@ def test_decoded_paths_close_the_chain_and_are_judged_like_any(thin):
 
 
 def test_a_first_population_holds_the_seeds_as_they_are(thin, swept):
-    seeds = best_paths(thin, swept)[:3]
-    genes = first_population(thin, seeds, 20, np.random.default_rng(0))
-    np.testing.assert_array_equal(genes[:3], np.stack([encode_path(thin, path) for path in seeds]))
-    assert len(genes) == 20
-    assert len(first_population(thin, (), 20, np.random.default_rng(0))) == 20
+    code = PathCode.of_seeds(thin, best_paths(thin, swept)[:3])
+    genes = first_population(code, 20, np.random.default_rng(0))
+    np.testing.assert_array_equal(genes[:3], code.of_bases())
+    assert genes.shape == (20, len(code.least))
+    unseeded = PathCode.of_seeds(thin, ())
+    random = first_population(unseeded, 20, np.random.default_rng(0))
+    assert ((random >= unseeded.least) & (random <= unseeded.largest)).all()
+    assert random[:, 3].std() > 1.0  # yaw, all around
 
 
 def test_evolution_is_repeatable_and_can_be_interrupted(thin, swept):
