@@ -1,29 +1,19 @@
 """Clearance by capsules: against bounded least squares on matrices, and the laws of a distance."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
-import pytest
-from scipy.optimize import lsq_linear
 
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.bodies import Owner, body_frames, body_pairs
 from wpcal.planning.cell import CellState, Shape, part_in_world, tool_in_world
-from wpcal.planning.cell_file import read_cell
 from wpcal.planning.clearance import STATES, capsule_clearance
 
-CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
 ROUND_OFF_MM = 1e-9
 """Coordinates of some metres: three orders above float64's own round-off."""
 SOLVER_MM = 1e-6
 """What the bounded least squares keeps of coordinates of some metres."""
-
-
-@pytest.fixture(scope="module")
-def cell():
-    return read_cell(CELL)
 
 
 def random_state(n, seed=0, spread=1.5):
@@ -31,46 +21,7 @@ def random_state(n, seed=0, spread=1.5):
     return CellState(rng.uniform(-spread, spread, (n, 6)), rng.uniform(-spread, spread, (n, 6)))
 
 
-def link_matrices(arm, T_world_base, joints):
-    """Frames of base, links and flange by products of plain matrices."""
-    theta, d, a, alpha, _ = arm.chain.table
-    frames = [T_world_base.matrix]
-    T = T_world_base.matrix @ arm.chain.T_base_dh0.matrix
-    for i, angle in enumerate(arm.model_angles(joints) + theta):
-        Rz, Rx = rotation_from_zyx(0, 0, angle), rotation_from_zyx(alpha[i], 0, 0)
-        step = np.eye(4)
-        step[:3, :3], step[:3, 3] = Rz @ Rx, Rz @ [a[i], 0, 0] + [0, 0, d[i]]
-        T = T @ step
-        frames.append(T)
-    return [*frames[:-1], frames[-1] @ arm.chain.T_dhn_flange.matrix]
-
-
-def slow_margins(cell, joints1, joints2):
-    """Least distance minus safety distance of every pair, one capsule pair at a time."""
-    frames = [
-        *link_matrices(cell.arm1, cell.T_world_base1, joints1),
-        *link_matrices(cell.arm2, cell.T_world_base2, joints2),
-        tool_in_world(cell, joints1[None])[0],
-        part_in_world(cell, joints2[None])[0],
-        np.eye(4),
-    ]
-    pairs = body_pairs(cell)
-    margins = []
-    for i, j, safety in zip(pairs.first, pairs.second, pairs.safety_mm, strict=True):
-        a, b = pairs.bodies[i], pairs.bodies[j]
-        T, U = frames[a.carrier], frames[b.carrier]
-        found = []
-        for p, q, r in zip(a.shape.p, a.shape.q, a.shape.radius_mm, strict=True):
-            for k, m, s in zip(b.shape.p, b.shape.q, b.shape.radius_mm, strict=True):
-                A = np.stack([T[:3, :3] @ (q - p), -U[:3, :3] @ (m - k)], axis=1)
-                rest = U[:3, :3] @ k + U[:3, 3] - T[:3, :3] @ p - T[:3, 3]
-                answer = lsq_linear(A, rest, bounds=(0, 1), method="bvls", tol=1e-14)
-                found.append(np.sqrt(2 * answer.cost) - r - s)
-        margins.append(min(found) - safety)
-    return np.array(margins), pairs
-
-
-def test_every_pair_by_least_squares_gives_the_same_least_margin(cell):
+def test_every_pair_by_least_squares_gives_the_same_least_margin(cell, slow_margins):
     state = random_state(4)
     found = capsule_clearance(cell, state)
     for i in range(len(state)):
