@@ -21,11 +21,12 @@ from wpcal.export.dual_program import ROBOTS, DualProgram
 from wpcal.export.inform import DEG_DECIMALS, JOINT_PERCENT, LONGEST_COMMENT, NAMES, inform_job
 from wpcal.export.naming import comment_lines, safe_names
 from wpcal.export.rounding import rounded
-from wpcal.robot.arm import Arm
 
 PERCENT_DECIMALS = 2
 LEAST_PERCENT = 0.01
 """VJ is written from 0.01 to 100.00."""
+ROUND_OFF = 1e-9
+"""A share this little above a written one is that one."""
 SYNC_NUMBERS = 8
 """TSYNC has few numbers. Neither job can be more than one mark ahead, so that eight in turn cannot be taken for each
 other."""
@@ -86,7 +87,7 @@ def _moves(program: DualProgram, robot: int) -> list[str]:
         "for each other at each mark",
     ]
     lines = comment_lines(text, mark="'", longest=LONGEST_COMMENT)
-    percents = joint_percents(program.arms[robot - 1], program.joints[robot - 1], program.seconds, robot)
+    percents = joint_percents(program)[robot - 1]
     for row, mark in enumerate(program.marks):
         percent = JOINT_PERCENT if row == 0 else percents[row - 1]
         lines += [
@@ -99,40 +100,53 @@ def _moves(program: DualProgram, robot: int) -> list[str]:
     return lines
 
 
-def _timing_note(program: DualProgram) -> str:
-    """Say how far the rounding of VJ takes the time between marks of the weld from what was planned."""
-    taken = np.zeros(len(program.seconds))
-    for robot in ROBOTS:
-        arm, joints = program.arms[robot - 1], program.joints[robot - 1]
-        share = _shares(arm, joints, program.seconds, robot)
-        taken = np.maximum(taken, share / joint_percents(arm, joints, program.seconds, robot))
-    weld = 100.0 * taken[program.arc_on : program.arc_off]
-    times = f"a step of the weld takes {weld.min():.1f} to {weld.max():.1f} % of its time"
-    return f"VJ has {PERCENT_DECIMALS} decimals: {times}"
+def joint_percents(program: DualProgram) -> FloatArray:
+    r"""Return ``VJ`` of every move of both robots: shares of the largest joint speeds that give the planned times.
 
+    :math:`100 \max_j |\Delta q_j| / (\dot q_{j,max} \Delta t)`, rounded for the robot with the larger share, and up for
+    the other: it comes early and waits, so that its rounding does not slow the step.
 
-def joint_percents(arm: Arm, joints: FloatArray, seconds: FloatArray, robot: int) -> FloatArray:
-    r"""Return the shares of the largest joint speeds at which moves take their times, percent, rounded for ``VJ``.
+    Parameters
+    ----------
+    program : DualProgram
 
-    :math:`100 \max_j |\Delta q_j| / (\dot q_{j,max} \Delta t)`, shape (N - 1,).
+    Returns
+    -------
+    ndarray, shape (2, N - 1)
+        Percent.
 
     Raises
     ------
     InputError
-        When the arm does not state the speeds of its joints, or a share is more than 100 %.
+        When an arm does not state the speeds of its joints, or a share is more than 100 %.
     """
-    share = _shares(arm, joints, seconds, robot)
-    percents = rounded(share, PERCENT_DECIMALS)
+    share = _shares(program)
+    decides = share == share.max(axis=0)
+    unit = 10.0**-PERCENT_DECIMALS
+    percents = np.where(decides, rounded(share, PERCENT_DECIMALS), unit * np.ceil(share / unit - ROUND_OFF))
     if percents.max() > 100.0:
-        row = int(np.argmax(percents))
-        raise InputError(f"INFORM: robot {robot} would need {share[row]:.0f} % of its joint speed to mark {row + 2}")
+        robot, row = np.unravel_index(int(np.argmax(share)), share.shape)
+        raise InputError(
+            f"INFORM: robot {ROBOTS[robot]} would need {share[robot, row]:.0f} % of its joint speed to mark {row + 2}"
+        )
     return np.asarray(np.maximum(percents, LEAST_PERCENT), dtype=np.float64)
 
 
-def _shares(arm: Arm, joints: FloatArray, seconds: FloatArray, robot: int) -> FloatArray:
-    """Return 100 max |Δq| / (largest speed · Δt) of every move."""
-    missing = [joint.name for joint in arm.joints if joint.speed_rad_s is None]
-    if missing:
-        raise InputError(f"INFORM: {arm.name} (robot {robot}) does not state the speed of joint {', '.join(missing)}")
-    most = np.array([joint.speed_rad_s for joint in arm.joints], dtype=np.float64)
-    return np.asarray(100.0 * (np.abs(np.diff(joints, axis=0)) / most).max(axis=1) / seconds, dtype=np.float64)
+def _shares(program: DualProgram) -> FloatArray:
+    """Return 100 max |Δq| / (largest speed · Δt) of every move, shape (2, N - 1)."""
+    shares = []
+    for robot, arm, joints in zip(ROBOTS, program.arms, program.joints, strict=True):
+        missing = [joint.name for joint in arm.joints if joint.speed_rad_s is None]
+        if missing:
+            names = ", ".join(missing)
+            raise InputError(f"INFORM: {arm.name} (robot {robot}) does not state the speed of joint {names}")
+        most = np.array([joint.speed_rad_s for joint in arm.joints], dtype=np.float64)
+        shares.append(100.0 * (np.abs(np.diff(joints, axis=0)) / most).max(axis=1) / program.seconds)
+    return np.array(shares)
+
+
+def _timing_note(program: DualProgram) -> str:
+    """Say how far the rounding of VJ takes the time between marks of the weld from what was planned."""
+    taken = 100.0 * (_shares(program) / joint_percents(program)).max(axis=0)[program.arc_on : program.arc_off]
+    times = f"a step of the weld takes {taken.min():.1f} to {taken.max():.1f} % of its time"
+    return f"VJ has {PERCENT_DECIMALS} decimals: {times}"

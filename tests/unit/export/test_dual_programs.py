@@ -127,18 +127,30 @@ def test_both_robots_and_both_languages_have_the_same_marks():
 
 
 def test_the_share_of_the_joint_speed_gives_the_time_back():
-    """The slowest joint at VJ percent of its largest speed needs the planned time, within the rounding of VJ."""
+    """A step takes what the slower robot needs at its VJ: the planned time, within the rounding of the larger VJ."""
     program = program_of(5, 30)
+    files, needed, written = write_dual_inform(program), [], []
     for robot in (1, 2):
-        joints, _, shares, *_ = parse_inform(write_dual_inform(program)[f"WPCAL_R{robot}.jbi"])
-        arm = program.arms[robot - 1]
-        most = np.degrees([joint.speed_rad_s for joint in arm.joints])
-        seconds = (np.abs(np.diff(joints, axis=0)) / most).max(axis=1) / (shares / 100)
-        rounding = program.seconds * 0.005 / shares + 2 * HALF_INFORM_DEG / (most.min() * shares / 100)
-        assert (np.abs(seconds - program.seconds) <= rounding).all()
-    note = re.sub(r"\r\n'\s*", " ", write_dual_inform(program)["WPCAL.jbi"])
+        joints, _, shares, *_ = parse_inform(files[f"WPCAL_R{robot}.jbi"])
+        most = np.degrees([joint.speed_rad_s for joint in program.arms[robot - 1].joints])
+        needed.append((np.abs(np.diff(joints, axis=0)) / most).max(axis=1) / (shares / 100))
+        written.append(shares)
+    taken, larger = np.max(needed, axis=0), np.max(written, axis=0)
+    rounding = program.seconds * 0.005 / larger + 4 * HALF_INFORM_DEG / (200 * larger / 100)  # joints turn 200 deg/s
+    assert (np.abs(taken - program.seconds) <= rounding).all()
+    note = re.sub(r"\r\n'\s*", " ", files["WPCAL.jbi"])
     least, largest = (float(v) for v in re.search(r"takes ([\d.]+) to ([\d.]+) % of its time", note).groups())
-    assert 98 < least <= largest < 102
+    weld = 100 * (taken / program.seconds)[program.arc_on : program.arc_off]
+    np.testing.assert_allclose([least, largest], [weld.min(), weld.max()], rtol=0, atol=0.2)  # joints as written
+
+
+def test_a_robot_that_hardly_moves_does_not_slow_the_other():
+    program = program_of(6, 12)
+    slow = program.joints[1][:1] + 1e-3 * (program.joints[1] - program.joints[1][:1])
+    percents = joint_percents(replace(program, joints=(program.joints[0], slow)))
+    shares = 100 * np.abs(np.diff(slow, axis=0)) / [joint.speed_rad_s for joint in program.arms[1].joints]
+    assert (percents[1] >= shares.max(axis=1) / program.seconds - 1e-9).all()
+    assert (percents[1] >= 0.01).all()
 
 
 def test_pulses_are_written_where_the_arm_states_them():
@@ -180,8 +192,6 @@ def test_more_than_the_largest_joint_speed_is_refused():
     program = program_of(1)
     with pytest.raises(InputError, match=r"robot 1 would need \d+ % of its joint speed to mark"):
         write_dual_inform(replace(program, seconds=program.seconds * 1e-3))
-    with pytest.raises(InputError, match="100"):
-        joint_percents(program.arms[0], np.array([[0.0] * 6, [3.0] * 6]), np.array([1e-3]), 100)
 
 
 @pytest.mark.parametrize(

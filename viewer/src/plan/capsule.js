@@ -1,7 +1,7 @@
 // Triangles of a capsule: a cylinder with half a ball at each end.
 
-const AROUND = 28;
-const RINGS = 7; // of half a ball
+const AROUND = 48;
+const RINGS = 12; // of half a ball
 
 /** Positions (mm, flat) and indices of the capsule around the axis p to q. */
 export function capsuleMesh(p, q, radius) {

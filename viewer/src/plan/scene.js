@@ -18,7 +18,8 @@ const FROM = [-0.35, -0.85, 0.4]; // from the torch's side, a little above
 export function buildScene(host, data, part) {
   const canvas = el("canvas", { tabindex: 0, "aria-label": "3-D view of both robots, the torch and the part" });
   const overlay = el("div", { class: "overlay" });
-  host.append(el("div", { class: "stage" }, canvas, overlay));
+  const stage = el("div", { class: "stage" }, canvas, overlay);
+  host.append(stage);
   const dark = matchMedia("(prefers-color-scheme: dark)").matches;
   const viewer = createViewer(canvas, { overlay, theme: dark ? "dark" : "light" });
   const carried = new Map(); // layer -> carrier
@@ -38,7 +39,8 @@ export function buildScene(host, data, part) {
   const closer = el("button", { type: "button", "data-test": "closer", onclick: () => viewer.view(FROM, near) }, "torch");
   const looks = sides(viewer);
   looks.append(closer);
-  host.append(el("div", { class: "panel" }, toggles(viewer, layersOf(data, part)), looks));
+  stage.append(looks);
+  host.append(el("div", { class: "panel" }, toggles(viewer, layersOf(data, part))));
   return {
     viewer,
     whole: () => viewer.view(FROM, bodies),
