@@ -164,7 +164,7 @@ def _write(
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.planning.objectives import OBJECTIVES
     from wpcal.planning.output import dual_program, freedom_of, possible_programs, run_csv, run_record
-    from wpcal.planning.page import build_plan_page
+    from wpcal.planning.page import MethodFront, build_plan_page
     from wpcal.planning.pareto_record import pareto_record
     from wpcal.planning.recheck import Freedom
     from wpcal.planning.run import build_run
@@ -175,7 +175,9 @@ def _write(
     runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=result.speed_mm_s)) for one in plans]
     run = runs[chosen]
     files = {"pareto.json": record, "plan.json": to_json(run_record(run, cell)), "plan.csv": run_csv(run, cell)}
-    files["plan.html"] = build_plan_page(runs, cell, OBJECTIVES, chosen=chosen, part_glb=mesh)
+    groups = (("ladder", result.ladder), ("nsga2", result.genetic))
+    fronts = [MethodFront(name, one.values, result.hypervolume_of(one)) for name, one in groups if one is not None]
+    files["plan.html"] = build_plan_page(runs, cell, OBJECTIVES, chosen=chosen, fronts=fronts, part_glb=mesh)
     refusals: list[str] = []
     if freedom_of(run) is Freedom.FREE:
         programs, refusals = possible_programs(dual_program(run, cell))

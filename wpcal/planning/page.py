@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -31,8 +32,33 @@ WIRE_MM = 26.0
 """Wire drawn from the tip back into the nozzle: the usual stick-out and what is hidden in the nozzle."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class MethodFront:
+    """What one method found by itself.
+
+    Parameters
+    ----------
+    name : str
+        ``ladder`` or ``nsga2``.
+    values : ndarray, shape (m, k)
+        Objectives of its plans, in the order of the page's names.
+    hypervolume : float
+        What they dominate.
+    """
+
+    name: str
+    values: FloatArray
+    hypervolume: float
+
+
 def build_plan_page(
-    runs: Sequence[CellRun], cell: RobotCell, names: Sequence[str], *, chosen: int, part_glb: bytes | None = None
+    runs: Sequence[CellRun],
+    cell: RobotCell,
+    names: Sequence[str],
+    *,
+    chosen: int,
+    fronts: Sequence[MethodFront] = (),
+    part_glb: bytes | None = None,
 ) -> str:
     """Return the page of a front.
 
@@ -45,6 +71,8 @@ def build_plan_page(
         Objectives, two or more; the chart shows the first and the last.
     chosen : int
         Row of the plan that is shown first.
+    fronts : sequence of MethodFront
+        What each method found by itself, drawn behind the plans.
     part_glb : bytes, optional
         The part's triangles, as `wpcal.viewer.write_part_glb` writes them; without them its bodies are drawn.
 
@@ -67,6 +95,9 @@ def build_plan_page(
         "names": list(names),
         "chosen": chosen,
         "plans": [_plan_record(run) for run in runs],
+        "fronts": [
+            {"name": front.name, "hypervolume": front.hypervolume, "values": front.values.tolist()} for front in fronts
+        ],
         "joints": [[joint.name for joint in arm.joints] for arm in (cell.arm1, cell.arm2)],
         "pairs": [list(pairs.names(row)) for row in range(len(pairs))],
         "bodies": [_body_record(body) for body in bodies_of(cell)],

@@ -7,6 +7,7 @@ How far the wire tip leaves the seam on them is measured too: it tells whether t
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -15,13 +16,17 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.planning.bodies import body_frames
-from wpcal.planning.cell import CellState, RobotCell, part_in_world, tool_in_world
-from wpcal.planning.clearance import Clearance, capsule_axes
+from wpcal.planning.cell import CellState, RobotCell, Shape, part_in_world, tool_in_world
+from wpcal.planning.clearance import Clearance
 from wpcal.planning.hulls import hull_clearance
 from wpcal.planning.plan import Plan
+from wpcal.robot.kinematics import Frames
 
 REFINE = 10
 """Parts into which each step of a plan is cut: joints then move by tenths of a degree between checked states."""
+HALVINGS = 3
+"""How often the parts are halved where bodies may move farther between two states than they are apart. Eight times
+finer still, a body on a path of 2 mm steps moves by some tenths of a millimetre."""
 TINY_MM2 = 1e-18
 """Squared length of a chord of 1e-9 mm: points that do not move along the seam are compared as they are."""
 
@@ -41,14 +46,13 @@ class PathCheck:
     Parameters
     ----------
     refine : int
-        Parts into which each step was cut.
+        Parts into which each step was cut in the end.
     s_mm : ndarray, shape (m,)
         Arc length along the seam of the checked states.
     clearance : Clearance
         Of the m states, by hulls.
     motion_mm : float
-        Farthest that any body moves from one checked state to the next: what is thinner than half of this beyond its
-        distance could be missed.
+        Farthest that any body moves from one checked state to the next.
     tip_error_mm : float
         Farthest that the wire tip is from the line between neighbouring points, seen from the part.
     """
@@ -60,9 +64,22 @@ class PathCheck:
     tip_error_mm: float
 
     @property
+    def least_gap_mm(self) -> float:
+        """No two bodies are nearer than this at any checked state, mm."""
+        if not len(self.clearance.pairs):
+            return math.inf
+        return float(self.clearance.margin_mm.min() + self.clearance.pairs.safety_mm.min())
+
+    @property
+    def nothing_between(self) -> bool:
+        """Whether no bodies can touch between checked states: two of them come nearer by one motion at most."""
+        return self.least_gap_mm > self.motion_mm
+
+    @property
     def freedom(self) -> Freedom:
-        """FREE when every checked state is clear (Hou 2018, eq. 6)."""
-        return Freedom.FREE if bool(self.clearance.is_clear.all()) else Freedom.NOT_FREE
+        """FREE when every checked state is clear (Hou 2018, eq. 6) and nothing can touch between them."""
+        is_free = bool(self.clearance.is_clear.all()) and self.nothing_between
+        return Freedom.FREE if is_free else Freedom.NOT_FREE
 
     @property
     def worst(self) -> int:
@@ -77,10 +94,13 @@ class PathCheck:
         first, second = self.clearance.nearest(row)
         distance = self.clearance.distance_mm[row]
         asked = distance - self.clearance.margin_mm[row]
-        return (
+        found = (
             f"{len(self.s_mm)} states checked; least: {first} to {second}, {distance:.1f} mm "
             f"({asked:g} mm asked) at s = {self.s_mm[row]:.1f} mm"
         )
+        if self.nothing_between or not self.clearance.is_clear.all():
+            return found
+        return f"{found}; bodies move {self.motion_mm:.1f} mm between two states, too far to tell what is between"
 
 
 def recheck_clearance(plan: Plan, cell: RobotCell, *, refine: int = REFINE) -> PathCheck:
@@ -92,7 +112,7 @@ def recheck_clearance(plan: Plan, cell: RobotCell, *, refine: int = REFINE) -> P
         n points.
     cell : RobotCell
     refine : int
-        Parts into which each step is cut: (n - 1) refine + 1 states are measured.
+        Parts into which each step is cut: (n - 1) refine + 1 states are measured, or more (see `check_path`).
 
     Returns
     -------
@@ -109,11 +129,23 @@ def recheck_clearance(plan: Plan, cell: RobotCell, *, refine: int = REFINE) -> P
 def check_path(planned: CellState, s_mm: FloatArray, cell: RobotCell, *, refine: int = REFINE) -> PathCheck:
     """Measure any path of n states by hulls at finer steps; `s_mm`, shape (n,), says where along the seam they are.
 
+    Where all states are clear but bodies move farther between two of them than they are apart, the steps are halved and
+    measured again, `HALVINGS` times at most.
+
     Raises
     ------
     InputError
         As in `recheck_clearance`.
     """
+    found = _measure(planned, s_mm, cell, refine)
+    for _ in range(HALVINGS):
+        if found.nothing_between or not found.clearance.is_clear.all():
+            break
+        found = _measure(planned, s_mm, cell, 2 * found.refine)
+    return found
+
+
+def _measure(planned: CellState, s_mm: FloatArray, cell: RobotCell, refine: int) -> PathCheck:
     state = finer_states(planned, refine=refine)
     s_fine = np.interp(np.arange(len(state)) / refine, np.arange(len(planned)), s_mm)
     clearance = hull_clearance(cell, state)
@@ -139,12 +171,26 @@ def finer_states(state: CellState, *, refine: int) -> CellState:
 
 
 def _largest_motion(clearance: Clearance, cell: RobotCell, state: CellState) -> float:
-    """Return the farthest that an end of a capsule's axis moves between neighbours."""
-    if len(state) < 2 or not clearance.pairs.bodies:
-        return 0.0
-    axes = capsule_axes(clearance.pairs, body_frames(cell, state))
-    ends = np.concatenate([axes.p, axes.p + axes.u], axis=1)
-    return float(np.linalg.norm(np.diff(ends, axis=2), axis=0).max())
+    """Return the farthest that a corner of the box around a body moves between neighbours.
+
+    How far the points of a rigid body move is largest at a corner of any box around it.
+    """
+    frames = body_frames(cell, state)
+    largest = 0.0
+    for body in clearance.pairs.bodies:
+        frame = Frames(*(axis[:, None] for axis in frames[body.carrier]))
+        steps = np.diff(frame.point(_box_corners(body.shape).T[:, :, None]), axis=2)
+        largest = max(largest, float(np.linalg.norm(steps, axis=0).max(initial=0.0)))
+    return largest
+
+
+def _box_corners(shape: Shape) -> FloatArray:
+    """Return the corners of a box around all of a body, in its own frame, shape (8, 3), mm."""
+    r = shape.radius_mm[:, None]
+    low, high = (np.minimum(shape.p, shape.q) - r).min(axis=0), (np.maximum(shape.p, shape.q) + r).max(axis=0)
+    if len(shape.hull):
+        low, high = np.minimum(low, shape.hull.min(axis=0)), np.maximum(high, shape.hull.max(axis=0))
+    return np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
 
 
 def _tip_error(cell: RobotCell, state: CellState, refine: int) -> float:

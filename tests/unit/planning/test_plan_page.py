@@ -8,7 +8,7 @@ import pytest
 
 from wpcal.core.errors import InputError
 from wpcal.planning.cell import Shape, tool_in_world
-from wpcal.planning.page import build_plan_page
+from wpcal.planning.page import MethodFront, build_plan_page
 from wpcal.planning.run import build_run
 from wpcal.planning.schedule import schedule_plan
 
@@ -113,6 +113,16 @@ def test_a_click_in_the_front_shows_that_plan(opened, cell, runs):
     wait_until(page, "window.wpcal.plan === 0")
     assert page.inner_text("[data-test=freedom]") == "FREE"
     assert page.locator("svg.chart").count() == 5
+
+
+def test_what_each_method_found_stands_behind_the_plans(opened, cell, runs):
+    fronts = [
+        MethodFront("ladder", np.array([[9.0, 2, 0.5], [2.0, 3, 1.6]]), 12.3),
+        MethodFront("nsga2", np.array([[5.0, 1, 0.9]]), 4.5),
+    ]
+    page = opened(build_plan_page(runs, cell, NAMES, chosen=0, fronts=fronts))
+    assert [page.locator(f"[data-front='{name}'] path").count() for name in ("ladder", "nsga2")] == [2, 1]
+    assert "2 plans by itself, hypervolume 12.3" in page.inner_text("#front")
 
 
 def test_playing_lets_the_time_run_and_a_click_in_a_chart_sets_it(opened, cell, runs):

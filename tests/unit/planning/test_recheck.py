@@ -73,6 +73,32 @@ def test_what_is_called_free_touches_nothing_at_finer_steps_still(cell, seed):
     assert {Freedom.FREE, Freedom.NOT_FREE} == set(verdicts)
 
 
+def test_a_needle_between_two_states_is_not_stepped_over(cell):
+    """Without a safety distance the states beside a needle are clear, however near; that says nothing of between."""
+    bare = replace(
+        cell, d1_mm=0.0, links1=(), links2=(), part=(), torch=(Shape("ball", [[0, 0, 0]], [[0, 0, 0]], [1.0]),)
+    )
+    state = sweep(turned(-0.05), turned(0.05))
+    tip = tool_in_world(cell, turned(0.00333)[None])[0, :3, 3]
+    needle = Shape("needle", [[*tip[:2], 0]], [[*tip[:2], 3000]], [0.5])
+    coarse = recheck_clearance(plan_of(state), replace(bare, bench=(needle,)), refine=1)
+    assert coarse.refine == 8  # halved as often as it may be
+    assert coarse.clearance.is_clear.all()
+    assert coarse.freedom is Freedom.NOT_FREE
+    assert "between" in coarse.describe()
+    fine = recheck_clearance(plan_of(state), replace(bare, bench=(needle,)), refine=50)
+    assert not fine.clearance.is_clear.all()
+
+
+def test_steps_are_halved_until_nothing_fits_between(cell):
+    state = sweep(turned(-0.2), turned(0.2))
+    found = recheck_clearance(plan_of(state), cell, refine=10)
+    assert found.refine in (20, 40, 80)
+    assert found.least_gap_mm > found.motion_mm
+    assert found.freedom is Freedom.FREE
+    assert len(found.s_mm) == found.refine + 1
+
+
 def test_between_points_all_joints_go_straight(cell):
     rng = np.random.default_rng(0)
     state = CellState(rng.uniform(-1, 1, (4, 6)), rng.uniform(-1, 1, (4, 6)))

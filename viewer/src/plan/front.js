@@ -1,6 +1,6 @@
 // The plans between which one chooses: a chart to click in, and a table of the same.
 import { colourOf, ramp } from "../viewer.js";
-import { el, short, svg, table } from "../dom.js";
+import { el, fixed, short, svg, table } from "../dom.js";
 import { linear } from "./chart.js";
 
 const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [520, 330, 62, 18, 16, 46];
@@ -17,11 +17,12 @@ export function buildFront(data, onPick) {
   const [xName, yName] = [names[0], names.at(-1)];
   const third = names.length > 2 ? names[1] : null;
   const values = (name) => plans.map((plan) => plan.objectives[name]);
-  const x = linear(padded(values(xName)), [LEFT, WIDTH - RIGHT]);
-  const y = linear(padded(values(yName)), [HEIGHT - BOTTOM, TOP]);
+  const behind = data.fronts.flatMap((front) => front.values);
+  const x = linear(padded([...values(xName), ...behind.map((row) => row[0])]), [LEFT, WIDTH - RIGHT]);
+  const y = linear(padded([...values(yName), ...behind.map((row) => row.at(-1))]), [HEIGHT - BOTTOM, TOP]);
   const shades = third ? shadesOf(values(third)) : plans.map(() => colourOf(0));
   const marks = plans.map((plan, row) => mark(plan, row, x.at(plan.objectives[xName]), y.at(plan.objectives[yName]), shades[row], onPick));
-  const chart = svg("svg", { class: "chart front", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "group", "aria-label": "the front" }, axes(x, y, xName, yName), marks);
+  const chart = svg("svg", { class: "chart front", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "group", "aria-label": "the front" }, axes(x, y, xName, yName), data.fronts.map((front, i) => crosses(front, i, x, y)), marks);
   const rows = [];
   const list = table(columns(names), plans.map((plan, row) => ({ plan, row })), { rowOf: ({ row }) => ({ "data-row": row, tabindex: 0, class: "link" }) });
   for (const line of list.querySelectorAll("tbody tr")) {
@@ -30,7 +31,7 @@ export function buildFront(data, onPick) {
     line.addEventListener("click", () => onPick(row));
     line.addEventListener("keydown", (event) => event.key === "Enter" && onPick(row));
   }
-  const element = el("section", { id: "front" }, el("h2", {}, "Plans"), chart, third && legend(third, values(third)), list);
+  const element = el("section", { id: "front" }, el("h2", {}, "Plans"), chart, third && legend(third, values(third)), data.fronts.map(found), list);
   return {
     element,
     show(chosen) {
@@ -39,6 +40,21 @@ export function buildFront(data, onPick) {
       list.scrollTop = rows[chosen].offsetTop - list.clientHeight / 2;
     },
   };
+}
+
+/** What one method found by itself, as small crosses behind the plans. */
+function crosses({ name, values }, i, x, y) {
+  const cross = (row) => {
+    const [px, py] = [x.at(row[0]), y.at(row.at(-1))];
+    const d = i === 0 ? `M ${px - 4} ${py} h 8 M ${px} ${py - 4} v 8` : `M ${px - 3} ${py - 3} l 6 6 M ${px + 3} ${py - 3} l -6 6`;
+    return svg("path", { d });
+  };
+  return svg("g", { class: "found", "data-series": i, "data-front": name }, svg("title", {}, `found by ${name}`), values.map(cross));
+}
+
+function found({ name, values, hypervolume }, i) {
+  const text = `${values.length} plans by itself, hypervolume ${fixed(hypervolume, 1)}`;
+  return el("p", { class: "names" }, el("span", { class: "name", "data-series": i }, i === 0 ? "+ " : "× ", name), text);
 }
 
 function columns(names) {
