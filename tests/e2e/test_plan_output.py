@@ -90,6 +90,7 @@ def test_both_programs_wait_at_the_same_marks(planned: Path) -> None:
 def test_what_is_called_free_was_measured(planned: Path) -> None:
     record = json.loads((planned / "plan.json").read_text())
     assert record["freedom"] == "free"
+    assert {plan["freedom"] for plan in json.loads((planned / "pareto.json").read_text())["plans"]} == {"free"}
     assert record["check"]["steps_cut_into"] == 10
     assert record["check"]["states"] == 10 * (len(record["points"]) - 1) + 1
     assert record["check"]["least_margin_mm"] > 0

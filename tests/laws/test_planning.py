@@ -12,8 +12,8 @@ from wpcal.planning.cell import part_in_world, tool_in_world
 from wpcal.planning.cell_file import read_cell
 from wpcal.planning.closed_chain import SeamPath, f3
 from wpcal.planning.pareto import is_nondominated
-from wpcal.planning.plan import Preference
-from wpcal.planning.recheck import Freedom, recheck_clearance
+from wpcal.planning.plan import Freedom, Preference
+from wpcal.planning.recheck import recheck_clearance
 from wpcal.planning.seam_file import read_seam_path
 from wpcal.planning.search import plan_seam
 from wpcal.seam.position import weld_rotation, weld_slope
@@ -101,6 +101,7 @@ def test_limits_speeds_and_steps_hold(cell, path, result):
 
 def test_every_plan_is_free_at_steps_finer_than_it_was_checked(cell, result):
     for plan in result.front.plans:
+        assert plan.freedom is Freedom.FREE
         assert recheck_clearance(plan, cell, refine=25).freedom is Freedom.FREE
 
 

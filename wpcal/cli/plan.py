@@ -166,7 +166,7 @@ def _write(
     from wpcal.planning.output import dual_program, freedom_of, possible_programs, run_csv, run_record
     from wpcal.planning.page import MethodFront, build_plan_page
     from wpcal.planning.pareto_record import pareto_record
-    from wpcal.planning.recheck import Freedom
+    from wpcal.planning.plan import Freedom
     from wpcal.planning.run import build_run
     from wpcal.planning.schedule import schedule_plan
 

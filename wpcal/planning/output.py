@@ -17,7 +17,8 @@ from wpcal.export.dual_program import DualProgram
 from wpcal.export.dual_rapid import write_dual_rapid
 from wpcal.export.program import ControllerSettings
 from wpcal.planning.cell import RobotCell
-from wpcal.planning.recheck import Freedom, PathCheck
+from wpcal.planning.plan import Freedom
+from wpcal.planning.recheck import PathCheck
 from wpcal.planning.run import CellRun
 
 PLAN_SCHEMA = "wpcal/plan/1"

@@ -80,6 +80,7 @@ def _plan(row: int, plan: Plan) -> dict[str, Any]:
     return {
         "plan": row + 1,
         "found_by": plan.found_by,
+        "freedom": plan.freedom.value,
         "objectives": dict(plan.objectives),
         "as_printed": dict(plan.printed),
         "least_clearance_mm": None if clearance is None else float(clearance.min()),

@@ -24,6 +24,14 @@ class Preference(Enum):
     """The one nearest to the best of every objective, each scaled by its range over the front."""
 
 
+class Freedom(Enum):
+    """What is known of a path between the bodies of a cell."""
+
+    UNCHECKED = "unchecked"
+    FREE = "free"
+    NOT_FREE = "not free"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
     """One path of both robots along a seam.
@@ -48,6 +56,8 @@ class Plan:
         Least distance between bodies at the points; None where nothing was checked.
     found_by : str
         ``ladder`` or ``nsga2``.
+    freedom : Freedom
+        What the check between the points found.
 
     Raises
     ------
@@ -66,6 +76,7 @@ class Plan:
     printed: Mapping[str, float]
     clearance_mm: FloatArray | None = None
     found_by: str = "ladder"
+    freedom: Freedom = Freedom.UNCHECKED
 
     def __post_init__(self) -> None:
         for name in ("s_mm", "slope_rad", "rotation_rad", "work_rad", "travel_rad", "clearance_mm"):

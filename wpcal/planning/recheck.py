@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from wpcal.planning.bodies import body_frames
 from wpcal.planning.cell import CellState, RobotCell, Shape, part_in_world, tool_in_world
 from wpcal.planning.clearance import Clearance
 from wpcal.planning.hulls import hull_clearance
-from wpcal.planning.plan import Plan
+from wpcal.planning.plan import Freedom, Plan
 from wpcal.robot.kinematics import Frames
 
 REFINE = 10
@@ -29,14 +28,6 @@ HALVINGS = 3
 finer still, a body on a path of 2 mm steps moves by some tenths of a millimetre."""
 TINY_MM2 = 1e-18
 """Squared length of a chord of 1e-9 mm: points that do not move along the seam are compared as they are."""
-
-
-class Freedom(Enum):
-    """What is known of a path."""
-
-    UNCHECKED = "unchecked"
-    FREE = "free"
-    NOT_FREE = "not free"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

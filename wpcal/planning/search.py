@@ -21,9 +21,9 @@ from wpcal.planning.genetic import GeneticOptions, evolve_paths
 from wpcal.planning.linear_model import Path
 from wpcal.planning.objectives import OBJECTIVES, Wishes, f1_1, f1_2, f2
 from wpcal.planning.pareto import hypervolume, is_nondominated
-from wpcal.planning.plan import ParetoSet, Plan
+from wpcal.planning.plan import Freedom, ParetoSet, Plan
 from wpcal.planning.problem import PlanningProblem
-from wpcal.planning.recheck import Freedom, recheck_clearance
+from wpcal.planning.recheck import recheck_clearance
 from wpcal.planning.schedule import SPEED_MM_S
 from wpcal.planning.sweep import Progress, sweep_paths
 
@@ -191,7 +191,9 @@ def _checked(problem: PlanningProblem, paths: Sequence[Path], found_by: str) -> 
         plan = make_plan(problem, path, found_by)
         check = recheck_clearance(plan, problem.cell)
         if check.freedom is Freedom.FREE:
-            plans.append(replace(plan, clearance_mm=check.clearance.distance_mm[:: check.refine]))
+            plans.append(
+                replace(plan, clearance_mm=check.clearance.distance_mm[:: check.refine], freedom=check.freedom)
+            )
     return plans
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from wpcal.planning.cell import Shape, tool_in_world
-from wpcal.planning.recheck import Freedom, check_path
+from wpcal.planning.plan import Freedom
+from wpcal.planning.recheck import check_path
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 ENGINES_MM = 2e-3

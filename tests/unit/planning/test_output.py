@@ -52,7 +52,7 @@ def test_the_table_says_what_the_record_says(cell, run):
 
 
 def test_the_record_keeps_its_schema(cell, run):
-    schema = json.loads((files("wpcal.planning") / "schemas" / "plan-1.schema.json").read_text(encoding="utf-8"))
+    schema = json.loads((files("wpcal.export") / "schemas" / "plan-1.schema.json").read_text(encoding="utf-8"))
     validator = jsonschema.Draft202012Validator(schema)
     for one in (run, replace(run, check=None)):
         record = json.loads(to_json(run_record(one, cell)))

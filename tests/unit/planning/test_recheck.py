@@ -11,8 +11,8 @@ from wpcal.planning.cell import CellState, Shape, part_in_world, tool_in_world
 from wpcal.planning.cell_file import read_cell
 from wpcal.planning.clearance import capsule_clearance
 from wpcal.planning.hulls import hull_clearance
-from wpcal.planning.plan import Plan
-from wpcal.planning.recheck import Freedom, finer_states, recheck_clearance
+from wpcal.planning.plan import Freedom, Plan
+from wpcal.planning.recheck import finer_states, recheck_clearance
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"

@@ -8,7 +8,8 @@ import pytest
 from wpcal.core.errors import InputError
 from wpcal.planning.bodies import body_frames
 from wpcal.planning.cell import CellState, Shape, tool_in_world
-from wpcal.planning.recheck import Freedom, check_path
+from wpcal.planning.plan import Freedom
+from wpcal.planning.recheck import check_path
 from wpcal.planning.run import APPROACH_MM, Phase, build_run
 from wpcal.planning.schedule import joint_speeds, schedule_plan
 
