@@ -44,7 +44,7 @@ def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_every_file_is_there(planned: Path) -> None:
-    jobs = {f"WPCAL{end}" for end in (".jbi", "_R1.jbi", "_R2.jbi", "_R1.mod", "_R2.mod")}
+    jobs = {f"WPCAL_W1{end}" for end in (".jbi", "_R1.jbi", "_R2.jbi", "_R1.mod", "_R2.mod")}
     assert {file.name for file in planned.iterdir()} == {"pareto.json", "plan.json", "plan.csv", "plan.html"} | jobs
     assert 'id="blob-part"' in (planned / "plan.html").read_text(encoding="utf-8")
 
@@ -72,15 +72,15 @@ def test_the_wire_is_on_the_seam_in_every_file(planned: Path) -> None:
     for pattern, ending in ((r"jointtarget \w+:=\[\[([^\]]*)\]", "mod"), (r"^C\d{5}=([^\r\n]*)", "jbi")):
         joints = []
         for robot in (1, 2):
-            rows = re.findall(pattern, (planned / f"WPCAL_R{robot}.{ending}").read_text(), re.MULTILINE)
+            rows = re.findall(pattern, (planned / f"WPCAL_W1_R{robot}.{ending}").read_text(), re.MULTILINE)
             joints.append([[float(value) for value in rows[row].split(",")] for row in weld])
         np.testing.assert_allclose(tip(joints), expected, rtol=0, atol=PROGRAM_MM)
 
 
 def test_both_programs_wait_at_the_same_marks(planned: Path) -> None:
-    ids = [re.findall(r"\\ID:=(\d+)", (planned / f"WPCAL_R{robot}.mod").read_text()) for robot in (1, 2)]
+    ids = [re.findall(r"\\ID:=(\d+)", (planned / f"WPCAL_W1_R{robot}.mod").read_text()) for robot in (1, 2)]
     marks = [
-        re.findall(r"^'MARK (\d+)", (planned / f"WPCAL_R{robot}.jbi").read_text(), re.MULTILINE) for robot in (1, 2)
+        re.findall(r"^'MARK (\d+)", (planned / f"WPCAL_W1_R{robot}.jbi").read_text(), re.MULTILINE) for robot in (1, 2)
     ]
     points = json.loads((planned / "plan.json").read_text())["points"]
     assert ids[0] == ids[1] == [str(point["mark"]) for point in points[1:]]

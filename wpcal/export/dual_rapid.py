@@ -28,7 +28,8 @@ JOINT_DEG_S = 20
 """Of the first move, which comes from wherever the arm stands: slow."""
 TASKS = ("T_ROB1", "T_ROB2")
 """Names of the motion tasks as delivered."""
-WAIT_AT_START, WAIT_AT_END, TASK_LIST = "wpStart", "wpEnd", "wpTasks"
+WAIT_AT_START, WAIT_AT_END, TASK_LIST = "start_", "end_", "tasks_"
+"""Before the name of a seam: what both tasks must have by the same name, apart from that of another seam."""
 NO_TOOL = "tool0"
 """Robot 2: its targets are joints, so the tool only says what the speed would count for."""
 
@@ -51,20 +52,20 @@ def write_dual_rapid(program: DualProgram) -> dict[str, str]:
 
 def _module(program: DualProgram, module: str, robot: int) -> list[str]:
     width = program.label_width
-    stem = safe_names([program.seam], NAMES, room=max(width + 1, len(PROCEDURE)))[program.seam]
+    stem = safe_names([program.seam], NAMES, room=max(width + 1, len(TASK_LIST)))[program.seam]
     labels = [f"{stem}_{mark:0{width}d}" for mark in program.marks]
     tasks = ",".join(f'["{task}"]' for task in TASKS)
     return [
         f"MODULE {module}",
         *_header(program, robot),
-        f"  PERS tasks {TASK_LIST}{{2}}:=[{tasks}];",
-        f"  VAR syncident {WAIT_AT_START};",
-        f"  VAR syncident {WAIT_AT_END};",
+        f"  PERS tasks {TASK_LIST}{stem}{{2}}:=[{tasks}];",
+        f"  VAR syncident {WAIT_AT_START}{stem};",
+        f"  VAR syncident {WAIT_AT_END}{stem};",
         f"  LOCAL CONST speeddata vStep:=[50,{JOINT_DEG_S},50,{JOINT_DEG_S}];",
         *_targets(labels, program.joints[robot - 1]),
         "",
         f"  PROC {PROCEDURE}{stem}()",
-        *_moves(program, labels, safe_name(program.controller.tool_name, NAMES) if robot == 1 else NO_TOOL),
+        *_moves(program, stem, labels, safe_name(program.controller.tool_name, NAMES) if robot == 1 else NO_TOOL),
         "  ENDPROC",
         "ENDMODULE",
         "",
@@ -90,8 +91,8 @@ def _targets(labels: list[str], joints: FloatArray) -> list[str]:
     ]
 
 
-def _moves(program: DualProgram, labels: list[str], tool: str) -> list[str]:
-    lines = [f"    MoveAbsJ {labels[0]},vStep,fine,{tool};", f"    SyncMoveOn {WAIT_AT_START},{TASK_LIST};"]
+def _moves(program: DualProgram, stem: str, labels: list[str], tool: str) -> list[str]:
+    lines = [f"    MoveAbsJ {labels[0]},vStep,fine,{tool};", f"    SyncMoveOn {WAIT_AT_START}{stem},{TASK_LIST}{stem};"]
     for row, label in enumerate(labels):
         if row > 0:
             zone = "fine" if row in (program.arc_on, program.arc_off, len(labels) - 1) else "z1"
@@ -99,4 +100,4 @@ def _moves(program: DualProgram, labels: list[str], tool: str) -> list[str]:
             lines.append(f"    MoveAbsJ {label}\\ID:={program.marks[row]},vStep\\T:={seconds},{zone},{tool};")
         lines += ["    ! ARC ON"] if row == program.arc_on else []
         lines += ["    ! ARC OFF"] if row == program.arc_off else []
-    return [*lines, f"    SyncMoveOff {WAIT_AT_END};"]
+    return [*lines, f"    SyncMoveOff {WAIT_AT_END}{stem};"]

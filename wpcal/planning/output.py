@@ -137,6 +137,13 @@ def run_csv(run: CellRun, cell: RobotCell) -> str:
 def dual_program(run: CellRun, cell: RobotCell, *, controller: ControllerSettings | None = None) -> DualProgram:
     """Return the program of both robots for a run.
 
+    Parameters
+    ----------
+    run : CellRun
+    cell : RobotCell
+    controller : ControllerSettings, optional
+        Without it the program is called after the seam, so that those of several seams can be loaded together.
+
     Raises
     ------
     InputError
@@ -156,7 +163,7 @@ def dual_program(run: CellRun, cell: RobotCell, *, controller: ControllerSetting
         arc_on=run.first,
         arc_off=run.last,
         notes=(f"written by wpcal {__version__} from plan.json", run.schedule.describe(), checked),
-        controller=controller or ControllerSettings(),
+        controller=controller or ControllerSettings(program_name=f"WPCAL_{run.plan.seam}"),
     )
 
 

@@ -48,8 +48,8 @@ def parse_rapid(text):
     }
     body = code[next(i for i, line in enumerate(code) if line.startswith("PROC")) + 1 : code.index("ENDPROC")]
     first = re.fullmatch(r"MoveAbsJ (\w+),vStep,fine,(\w+);", body[0])
-    assert body[1] == "SyncMoveOn wpStart,wpTasks;"
-    assert body[-1] == "SyncMoveOff wpEnd;"
+    assert body[1] == "SyncMoveOn start_W1,tasks_W1;"
+    assert body[-1] == "SyncMoveOff end_W1;"
     joints, marks, seconds, arc = [targets[first[1]]], [1], [], []
     for line in body[2:-1]:
         if line.startswith("! ARC"):
@@ -123,7 +123,7 @@ def test_both_robots_and_both_languages_have_the_same_marks():
     marks += [parse_inform(inform[f"WPCAL_R{robot}.jbi"])[1] for robot in (1, 2)]
     assert all(found == marks[0] for found in marks)
     tasks = [re.search(r"PERS tasks .*", rapid[f"WPCAL_R{robot}.mod"])[0] for robot in (1, 2)]
-    assert tasks[0] == tasks[1] == 'PERS tasks wpTasks{2}:=[["T_ROB1"],["T_ROB2"]];\r'
+    assert tasks[0] == tasks[1] == 'PERS tasks tasks_W1{2}:=[["T_ROB1"],["T_ROB2"]];\r'
 
 
 def test_the_share_of_the_joint_speed_gives_the_time_back():
@@ -179,6 +179,17 @@ def test_names_that_no_controller_takes_become_ones_that_it_does():
         assert len(name.split(".")[0]) <= 32
         assert text.isascii()
         assert not [line for line in text.split("\r\n") if line.strip().startswith("; DELETE")]
+
+
+def test_programs_of_two_seams_share_no_name():
+    names = []
+    for seam in ("W1", "W2"):
+        text = write_dual_rapid(program_of(1, seam=seam, controller=ControllerSettings(program_name=f"P_{seam}")))[
+            "P_" + seam + "_R1.mod"
+        ]
+        names.append(set(re.findall(r"(?:MODULE|PERS tasks|VAR syncident|PROC) (\w+)", text)))
+    assert len(names[0]) == 5
+    assert not names[0] & names[1]
 
 
 def test_an_arm_without_joint_speeds_has_no_inform():

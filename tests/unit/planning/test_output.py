@@ -77,7 +77,7 @@ def test_the_rapid_program_puts_the_wire_on_the_seam(cell, run, simple_plan):
     programs = write_programs(dual_program(run, cell), ("rapid",))
     joints = []
     for robot in (1, 2):
-        rows = re.findall(r"jointtarget \w+:=\[\[([^\]]*)\]", programs[f"WPCAL_R{robot}.mod"])
+        rows = re.findall(r"jointtarget \w+:=\[\[([^\]]*)\]", programs[f"WPCAL_W1_R{robot}.mod"])
         joints.append(np.radians([[float(v) for v in row.split(",")] for row in rows]))
     tip = tip_in_part(cell, *joints)[run.first : run.last + 1]
     expected = tip_in_part(cell, simple_plan.state.joints1, simple_plan.state.joints2)
@@ -92,7 +92,7 @@ def test_unchecked_is_said_and_never_free(cell, run, simple_plan):
     assert all(point["clearance_mm"] is None for point in record["points"])
     for text in write_programs(dual_program(unchecked, cell)).values():
         assert "free" not in text
-    assert "NOT CHECKED for collisions" in write_programs(dual_program(unchecked, cell))["WPCAL_R1.mod"]
+    assert "NOT CHECKED for collisions" in write_programs(dual_program(unchecked, cell))["WPCAL_W1_R1.mod"]
     checked = run_record(run, cell)
     assert checked["freedom"] == "free"
     assert checked["check"]["states"] == (len(run) - 1) * 10 + 1
@@ -114,7 +114,7 @@ def test_a_language_that_cannot_hold_a_program_does_not_stop_the_others(cell, ru
     silent = replace(cell.arm2, joints=tuple(replace(joint, speed_rad_s=None) for joint in cell.arm2.joints))
     program = dual_program(run, replace(cell, arm2=silent))
     programs, refusals = possible_programs(program)
-    assert sorted(programs) == ["WPCAL_R1.mod", "WPCAL_R2.mod"]
+    assert sorted(programs) == ["WPCAL_W1_R1.mod", "WPCAL_W1_R2.mod"]
     assert len(refusals) == 1
     assert "does not state the speed of joint S" in refusals[0]
 
