@@ -16,7 +16,7 @@ const common = {
   absWorkingDir: here,
   bundle: true,
   minify: true,
-  target: ["chrome100", "firefox113", "safari16.4"], // the first with DecompressionStream, or near it
+  target: ["chrome111", "firefox113", "safari16.4"], // the first with DecompressionStream and color-mix, or near it
   charset: "ascii", // a page shows the same in whatever encoding it is taken for
   legalComments: "none", // the whole licence is in the banner
   logLevel: "warning",

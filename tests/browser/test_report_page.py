@@ -14,6 +14,7 @@ from wpcal.report import build_report, read_report_files
 from wpcal.viewer import PartMesh, read_part_glb, write_part_glb
 from wpcal.viewer.part_mesh import SolidMesh
 
+SADDLE = Path(__file__).parents[2] / "fixtures" / "saddle"
 HOSTILE = "</script><img src=x onerror=window.hacked=1>"
 RESIDUAL_PINK = (214, 36, 110)
 AXIS_RED = (214, 60, 60)
@@ -23,21 +24,29 @@ PHONE_WIDTH = 390
 ON_FACES = [
     ("base plate", [150.0, 30.0, 10.0], [0.0, 0.0, 1.0]),
     ("web", [100.0, 56.0, 50.0], [0.0, -1.0, 0.0]),
+    ("web", [100.0, 60.0, 90.0], [0.0, 0.0, 1.0]),
+    ("web", [25.0, 60.0, 50.0], [-1.0, 0.0, 0.0]),
 ]
 """Solid, place and outward normal in the frame `part`: faces that the first view shows."""
 DRAWN_MM, DRAWN_RAD = 0.02, 1e-3
 """A step of the mesh is 0.003 mm; the rest is 32-bit numbers in the browser, and a triangle's normal from them."""
 SEAM, FRAME = 1, 7
 """W2 faces the viewer; its eighth frame is away from both ends."""
+BEHIND = 2
+"""W3 is on the far side of the web."""
+
+
+def run_wpcal(*arguments: str | Path) -> None:
+    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The result of `wpcal demo`."""
     out = tmp_path_factory.mktemp("demo") / "out"
-    command = [sys.executable, "-m", "wpcal", "demo", "-o", str(out)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-    assert done.returncode == 0, done.stderr
+    run_wpcal("demo", "-o", out)
     return out
 
 
@@ -147,14 +156,24 @@ def test_the_tooltip_of_a_point_shows_its_residual(folder: Path, open_page: Any)
 
 
 def test_what_is_behind_the_part_does_not_answer(folder: Path, open_page: Any) -> None:
-    """W3 is on the far side of the web."""
     found = open_page(folder / "report.html")
-    hidden = seams(folder)[2]["frames"][FRAME]["p_mm"]
+    hidden = seams(folder)[BEHIND]["frames"][FRAME]["p_mm"]
     assert found.page.evaluate("p => window.wpcal.viewer.isHidden(p)", hidden)
     found.page.mouse.move(*found.project(hidden))
     found.page.wait_for_timeout(200)
     tip = found.page.locator(".tooltip")
     assert tip.is_hidden() or not tip.inner_text().startswith("W3")
+
+
+def test_a_row_of_the_table_brings_its_seam_to_the_front(folder: Path, open_page: Any) -> None:
+    found = open_page(folder / "report.html")
+    frame = seams(folder)[BEHIND]["frames"][FRAME]["p_mm"]
+    assert found.page.evaluate("p => window.wpcal.viewer.isHidden(p)", frame)
+    found.page.locator("#seams tbody tr").nth(BEHIND).click()
+    found.page.evaluate("() => window.wpcal.viewer.draw()")
+    assert not found.page.evaluate("p => window.wpcal.viewer.isHidden(p)", frame)
+    spot = found.page.evaluate("p => window.wpcal.project(p)", frame)
+    assert spot["inside"]
 
 
 def test_the_page_unpacks_the_very_bytes_of_the_mesh(folder: Path, open_page: Any) -> None:
@@ -232,6 +251,14 @@ def test_a_calibration_without_mesh_seams_and_predictions(folder: Path, tmp_path
     assert found.page.locator("#criteria").count() == 0
     assert "no seam" in found.page.locator("#seams").inner_text()
     assert found.page.locator("input[data-layer='part']").count() == 0
+
+
+def test_points_that_fit_exactly_and_a_closed_seam(tmp_path: Path, open_page: Any) -> None:
+    run_wpcal("calibrate", SADDLE / "saddle.step", SADDLE / "taught_exact.csv", "-o", tmp_path / "out")
+    found = open_page(tmp_path / "out" / "report.html")
+    assert found.said == []
+    assert "NaN" not in found.page.locator("#page").inner_html()
+    assert found.page.locator(".gauge .value").first.inner_text() == "0.000 mm"
 
 
 def test_the_printer_gets_a_picture_of_the_view(folder: Path, open_page: Any) -> None:

@@ -9,9 +9,12 @@ from cad.write_glb import TRIAD_MM, write_glb
 from wpcal.core.transform import RigidTransform
 from wpcal.export import WeldPath, WeldProgram
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
+from wpcal.viewer import PartMesh, SolidMesh, write_part_glb
 
 SAME_MM = 1e-4
 """32-bit numbers of metres: 6e-8 of 0.5 m."""
+STEP_M = 2e-6
+"""A step of `part.glb`: 100 mm / 65535, and round-off of 32-bit metres."""
 LINES = 1
 
 
@@ -50,3 +53,56 @@ def test_seams_and_triads_are_named_nodes_in_metres_with_y_up():
     np.testing.assert_allclose(axes[:, :, 0], np.repeat(p[1:-1, None], 3, axis=1), rtol=0, atol=SAME_MM)
     drawn = (axes[:, :, 1] - axes[:, :, 0]) / TRIAD_MM
     np.testing.assert_allclose(drawn, np.swapaxes(R[1:-1], 1, 2), rtol=0, atol=SAME_MM)
+
+
+def placed_triangles(data, name):
+    """Corners of a node's triangles, metres with y up, through the matrices of its parents."""
+    json_length, _ = struct.unpack_from("<I4s", data, 12)
+    document = json.loads(data[20 : 20 + json_length])
+    binary = data[28 + json_length :]
+    nodes = document["nodes"]
+    parents = {child: number for number, node in enumerate(nodes) for child in node.get("children", ())}
+    (number,) = [number for number, node in enumerate(nodes) if node.get("name") == name]
+    (primitive,) = document["meshes"][nodes[number]["mesh"]]["primitives"]
+
+    def numbers(accessor, kind, width):
+        view = document["bufferViews"][accessor["bufferView"]]
+        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        return np.frombuffer(binary, kind, accessor["count"] * width, start).reshape(-1, width)
+
+    p = numbers(document["accessors"][primitive["attributes"]["POSITION"]], "<f4", 3).astype(float)
+    corners = document["accessors"][primitive["indices"]]
+    rows = numbers(corners, {5125: "<u4", 5123: "<u2"}[corners["componentType"]], 1).ravel()
+    while True:
+        matrix = np.array(nodes[number].get("matrix", np.eye(4).ravel())).reshape(4, 4).T
+        p = p @ matrix[:3, :3].T + matrix[:3, 3]
+        if number not in parents:
+            return p[rows].reshape(-1, 3, 3), document["materials"][primitive["material"]]
+        number = parents[number]
+
+
+def test_the_part_hangs_under_a_node_with_its_pose():
+    corners = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [0.0, 50.0, 0.0], [0.0, 0.0, 20.0]])
+    triangles = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    none = np.zeros((0, 2), dtype=np.int64)
+    solids = (
+        SolidMesh("W1", corners, triangles, none, (1.0, 0.0, 0.0)),
+        SolidMesh("web", corners + 7, triangles, none),
+    )
+    T = RigidTransform.from_six_tuple([800.0, -200.0, 150.0, 0.3, -0.2, 0.6], target="base", source="part")
+    p = np.array([[400.0, 0.0, 0.0]] * 4)
+    R = np.broadcast_to(np.eye(3), (4, 3, 3))
+    row = np.zeros(1, dtype=np.int64)
+    frames = SeamFrames(np.arange(2.0), p[1:-1], R[1:-1], np.ones(2), "base")
+    pieces = SeamPieces(row, row, row, row, row, np.zeros((1, 3)))
+    seam = Seam("W1", JointType.TEE, WeldType.FILLET, (), pieces, False, 1.0, True, True, (), frames)
+    program = WeldProgram((WeldPath(seam, p, R, None),), T, part_glb=write_part_glb(PartMesh(solids, 0.1, 0.6)))
+    (data,) = write_glb(program).values()
+    found, material = placed_triangles(data, "W1#2")  # the seam keeps its name
+    x, y, z = (T.apply(corners) / 1000.0).T
+    expected = np.stack([x, z, -y], axis=1)[triangles]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=STEP_M)
+    np.testing.assert_allclose(material["pbrMetallicRoughness"]["baseColorFactor"], [1, 0, 0, 1], rtol=0, atol=0.01)
+    found, _ = placed_triangles(data, "web")
+    x, y, z = (T.apply(corners + 7.0) / 1000.0).T
+    np.testing.assert_allclose(found, np.stack([x, z, -y], axis=1)[triangles], rtol=0, atol=STEP_M)

@@ -2,7 +2,8 @@
 import { Vector3 } from "three";
 
 export class Labels {
-  constructor(overlay) {
+  constructor(viewer, overlay) {
+    this.viewer = viewer;
     this.overlay = overlay;
     this.items = [];
     this.hidden = new Set();
@@ -14,7 +15,7 @@ export class Labels {
       element.className = `label ${className}`.trim();
       element.textContent = text;
       this.overlay.append(element);
-      this.items.push({ layer, p: new Vector3(...p), element });
+      this.items.push({ layer, p: new Vector3(...p), element, behind: false });
     }
   }
 
@@ -28,11 +29,25 @@ export class Labels {
     this.items = this.items.filter((item) => item.layer !== layer);
   }
 
+  placeOf({ layer, p }) {
+    return p.clone().applyMatrix4(this.viewer.layer(layer).matrixWorld).toArray();
+  }
+
+  /** Finds which labels are of places behind the part: they fade, and give way to others. */
+  sort() {
+    for (const item of this.items) {
+      item.behind = !this.hidden.has(item.layer) && this.viewer.isHidden(this.placeOf(item));
+      item.element.classList.toggle("behind", item.behind);
+    }
+    this.place();
+  }
+
   /** Moves every label; where two would lie on each other the later one is not shown. */
-  place(project, layerOf) {
+  place() {
     const taken = [];
-    for (const { layer, p, element } of this.items) {
-      const { x, y, inside } = project(p.clone().applyMatrix4(layerOf(layer).matrixWorld).toArray());
+    for (const item of [...this.items].sort((a, b) => a.behind - b.behind)) {
+      const { layer, element } = item;
+      const { x, y, inside } = this.viewer.project(this.placeOf(item));
       const width = 7 * element.textContent.length + 6; // measuring each would cost a layout of the page
       const box = [x, y - 8, x + width, y + 8];
       const free = taken.every((other) => box[0] > other[2] || box[2] < other[0] || box[1] > other[3] || box[3] < other[1]);

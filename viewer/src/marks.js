@@ -12,7 +12,8 @@ const REFERENCE_HEIGHT_PX = 800; // of a usual view; the lift need not be exact
 const LIFT = `
   {
     float eyeZ = -gl_Position.w;
-    float lifted = eyeZ + ${(2 * LIFT_PX).toFixed(1)} * gl_Position.w / (projectionMatrix[1][1] * ${REFERENCE_HEIGHT_PX.toFixed(1)});
+    float pixel = 2.0 * gl_Position.w / (projectionMatrix[1][1] * ${REFERENCE_HEIGHT_PX.toFixed(1)});
+    float lifted = eyeZ + ${LIFT_PX.toFixed(1)} * pixel;
     gl_Position.z = (projectionMatrix[2][2] * lifted + projectionMatrix[3][2]) / -lifted * gl_Position.w;
   }
 `;

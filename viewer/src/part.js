@@ -6,6 +6,7 @@ const HEADER = 12; // magic, version, length
 const CHUNK = 8; // length, type
 const COMPONENTS = { 5120: Int8Array, 5123: Uint16Array, 5125: Uint32Array };
 const SIZES = { SCALAR: 1, VEC3: 3 };
+const MUTED = 0.5; // of the way to the view's own grey
 const TRIANGLES = 4;
 const LINES = 1;
 
@@ -100,11 +101,11 @@ function append(target, start, indices, offset) {
   return start + indices.length;
 }
 
-/** The solid's own colour, which glTF keeps linear, or the view's. */
+/** The solid's own colour (linear, as glTF keeps it), drawn towards the view's: seams must stand out on it. */
 function colourOfSolid(document, primitive, fallback) {
   const { extras, pbrMetallicRoughness } = document.materials[primitive.material];
   const [red, green, blue] = pbrMetallicRoughness.baseColorFactor;
-  const { r, g, b } = extras.stated ? new Color(red, green, blue) : fallback;
+  const { r, g, b } = extras.stated ? new Color(red, green, blue).lerp(fallback, MUTED) : fallback;
   return [r, g, b].map((value) => Math.round(255 * value));
 }
 

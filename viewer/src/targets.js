@@ -2,7 +2,6 @@
 import { Matrix4 } from "three";
 
 const CLICK_PX = 4; // a hand shakes by less; more is a drag
-const NEAREST = 8; // places tried from the nearest on before the search gives up: each costs a ray through the part
 
 export class Targets {
   constructor(viewer) {
@@ -65,7 +64,7 @@ export class Targets {
   at(x, y) {
     const near = this.sets.flatMap((set) => this.near(set, x, y));
     near.sort((a, b) => b.set.priority - a.set.priority || a.distance - b.distance);
-    const found = near.slice(0, NEAREST).find(({ p }) => !this.viewer.isHidden(p));
+    const found = near.find(({ p }) => !this.viewer.isHidden(p));
     if (!found) return null;
     const { set, index, p } = found;
     return { layer: set.layer, data: set.data, index, p, ...this.viewer.project(p) };

@@ -24,6 +24,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
+import { DepthMap, OCCLUDERS } from "./depth.js";
 import { framed, placesOf, sphereAround } from "./framing.js";
 import { decodePart } from "./part.js";
 import { Labels } from "./labels.js";
@@ -46,6 +47,7 @@ const VIEWS = {
   bottom: [0, -1e-4, -1],
 };
 const MARGIN = 1.15; // some air at the rim, and room for labels
+const REST_MS = 150; // without a new drawing: then labels behind the part fade
 const THEMES = {
   light: { part: "#b9c2cc", edge: "#38434f" },
   dark: { part: "#7d8a98", edge: "#0e1318" },
@@ -84,7 +86,8 @@ class Viewer {
     this.resolution = new Vector2(1, 1);
     this.layers = new Map();
     this.targets = new Targets(this);
-    this.labels = overlay ? new Labels(overlay) : null;
+    this.depth = new DepthMap(this);
+    this.labels = overlay ? new Labels(this, overlay) : null;
     this.asked = false;
     this.light();
     this.control(wheel);
@@ -179,6 +182,7 @@ class Viewer {
     });
     const mesh = new Mesh(part.faces, material);
     mesh.userData.solids = part.solids;
+    mesh.layers.enable(OCCLUDERS);
     const edges = new LineSegments(part.edges, new LineBasicMaterial({ color: this.colours.edge }));
     this.layer(name).add(mesh);
     this.layer(`${name} edges`).add(edges);
@@ -186,6 +190,7 @@ class Viewer {
     this.move(`${name} edges`, T);
     const setOpacity = (opacity) => {
       Object.assign(material, { opacity, transparent: opacity < 1, depthWrite: opacity === 1, needsUpdate: true });
+      mesh.layers[opacity < 1 ? "disable" : "enable"](OCCLUDERS);
       this.render();
     };
     return { solids: part.solids, setOpacity };
@@ -207,6 +212,7 @@ class Viewer {
       polygonOffsetUnits: 2,
     });
     const mesh = new Mesh(geometry, material);
+    if (opacity === 1) mesh.layers.enable(OCCLUDERS);
     this.layer(layer).add(mesh);
     this.render();
     return mesh;
@@ -301,30 +307,9 @@ class Viewer {
     return { x, y, inside: Math.abs(v.x) <= 1 && Math.abs(v.y) <= 1 && Math.abs(v.z) <= 1 };
   }
 
-  /** Whether a part's faces stand before a place; a place on a face counts as in front of it. */
+  /** Whether faces stand before a place; a place on a face counts as in front of it. */
   isHidden(p) {
-    const place = new Vector3(...p);
-    const eye = this.camera.position;
-    const toPlace = place.clone().sub(eye);
-    const distance = toPlace.length();
-    const caster = new Raycaster(eye, toPlace.normalize(), this.camera.near, distance - this.slackAt(distance));
-    return this.meshes().some((mesh) => caster.intersectObject(mesh, false).length > 0);
-  }
-
-  meshes() {
-    const found = [];
-    for (const group of this.layers.values()) {
-      if (!group.visible) continue;
-      group.traverse((object) => {
-        if (object.isMesh && !object.isLineSegments2 && !object.material.transparent) found.push(object);
-      });
-    }
-    return found;
-  }
-
-  /** Ten pixels' worth of depth: marks are drawn that much in front of where they are. */
-  slackAt(distance) {
-    return (10 * 2 * Math.tan((FIELD_OF_VIEW_DEG * Math.PI) / 360) * distance) / this.height;
+    return this.depth.hides(p);
   }
 
   // Camera ------------------------------------------------------------------------------------------------------------
@@ -341,7 +326,13 @@ class Viewer {
 
   /** Looks at everything from a side (`iso`, `front`, `top`, …) or from a direction; what is looked at fills the view. */
   view(from = "iso", names = null) {
-    const { eye, target } = framed(placesOf(this.groups(names)), VIEWS[from] ?? from, this.camera, MARGIN);
+    this.lookAt(placesOf(this.groups(names)), VIEWS[from] ?? from);
+  }
+
+  /** Looks at places (Vector3 or [x, y, z], mm) from a direction, so that they fill the view. */
+  lookAt(places, direction) {
+    const points = places.map((place) => (Array.isArray(place) ? new Vector3(...place) : place));
+    const { eye, target } = framed(points, direction, this.camera, MARGIN);
     this.bounds = this.extent();
     this.controls.target.copy(target);
     this.camera.position.copy(eye);
@@ -379,6 +370,9 @@ class Viewer {
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
     this.renderer.render(this.scene, this.camera);
-    this.labels?.place((p) => this.project(p), (name) => this.layer(name));
+    this.labels?.place();
+    this.depth.outdate();
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => this.labels?.sort(), REST_MS);
   }
 }

@@ -77,7 +77,7 @@ def write_part_glb(mesh: PartMesh) -> bytes:
 
 
 def _container(document: dict[str, Any], data: bytes) -> bytes:
-    text = json.dumps(document, separators=(",", ":"), ensure_ascii=False).encode("utf-8")
+    text = json.dumps(document, separators=(",", ":")).encode("ascii")
     text += b" " * (-len(text) % 4)
     data += b"\0" * (-len(data) % 4)
     chunks = _CHUNK.pack(len(text), b"JSON") + text + _CHUNK.pack(len(data), b"BIN\0") + data

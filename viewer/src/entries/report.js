@@ -1,7 +1,7 @@
 // The report of a calibration: report.html.
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 import { el } from "../dom.js";
-import { buildScene } from "../report/scene.js";
+import { buildScene, lookAtSeam } from "../report/scene.js";
 import { criteriaSection, fitSection, notesSection, pointsSection, seamsSection, sourcesSection } from "../report/sections.js";
 import { verdict } from "../report/verdict.js";
 
@@ -13,7 +13,9 @@ async function main() {
   root.append(verdict(calibration, seams, frames), view);
   const viewer = buildSceneOrSayWhy(view, { calibration, seams, frames, part });
   const focus = (row) => {
-    viewer?.view("iso", [seams[row].accepted ? "seams" : "candidates"]);
+    const box = view.querySelector(`input[data-layer="${seams[row].accepted ? "seams" : "candidates"}"]`);
+    if (box && !box.checked) box.click();
+    if (viewer) lookAtSeam(viewer, frames[row]);
     view.scrollIntoView({ behavior: "smooth" });
   };
   root.append(

@@ -49,14 +49,14 @@ function chart({ title, xTitle, yTitle, x, y, marks }) {
 }
 
 function polyline(xs, ys, x, y, attributes) {
-  return svg("polyline", { ...attributes, points: xs.map((v, i) => `${x.at(v).toFixed(1)},${y.at(ys[i]).toFixed(1)}`).join(" ") });
+  const corners = xs.map((v, i) => `${x.at(v).toFixed(1)},${y.at(ys[i]).toFixed(1)}`);
+  return svg("polyline", { ...attributes, points: corners.join(" ") });
 }
 
-function level(value, x, y, text, className) {
-  const ends = x.ends;
+function level(value, y, text, className) {
   return [
     svg("line", { class: className, x1: LEFT, x2: WIDTH - RIGHT, y1: y.at(value), y2: y.at(value) }),
-    svg("text", { class: `note ${className}`, x: ends ?? WIDTH - RIGHT, y: y.at(value) - 5, "text-anchor": "end" }, text),
+    svg("text", { class: `note ${className}`, x: WIDTH - RIGHT, y: y.at(value) - 5, "text-anchor": "end" }, text),
   ];
 }
 
@@ -71,7 +71,7 @@ export function errorPlot(seams, frames, tolerance) {
     polyline(s, u95, x, y, { class: "series", "data-series": i % 6 }).appendChild(svg("title", {}, seam.name)).parentNode,
   );
   const names = shown.length > 8 ? [] : endLabels(shown, x, y);
-  const marks = [...level(tolerance, x, y, `tolerance ${short(tolerance)} mm`, "limit"), ...lines, ...names];
+  const marks = [...level(tolerance, y, `tolerance ${short(tolerance)} mm`, "limit"), ...lines, ...names];
   return chart({ title: "95 % error along the seams", xTitle: "arc length, mm", yTitle: "95 % error, mm", x, y, marks });
 }
 
@@ -90,14 +90,16 @@ function endLabels(shown, x, y) {
 /** The annealer's largest distance at the end of each temperature, and the best so far: the paper's figure 2. */
 export function annealingPlot({ temperature_mm: T, f_mm: f, best_f_mm: best }, objective) {
   const low = Math.min(...best.filter((v) => v > 0), objective || Infinity) / 1.5;
+  if (!Number.isFinite(low)) return null; // nothing above zero: nothing to show on a logarithmic scale
   const positive = (values) => values.map((v) => Math.max(v, low));
   const x = scale([T[0], T.at(-1)], [LEFT, WIDTH - RIGHT], { log: true });
   x.ticks = decades(Math.log10(T.at(-1)), Math.log10(T[0]));
   const y = scale([low, Math.max(...f) * 1.5], [HEIGHT - BOTTOM, TOP], { log: true });
   const marks = [
-    ...(objective > 0 ? level(objective, x, y, `answer ${fixed(objective, 4)} mm`, "answer") : []),
+    ...(objective > 0 ? level(objective, y, `answer ${fixed(objective, 4)} mm`, "answer") : []),
     polyline(T, positive(f), x, y, { class: "series faint", "data-series": 0 }),
     polyline(T, positive(best), x, y, { class: "series", "data-series": 1 }),
   ];
-  return chart({ title: "Annealing trace", xTitle: "temperature, mm (falling to the right)", yTitle: "largest distance, mm", x, y, marks });
+  const xTitle = "temperature, mm (falling to the right)";
+  return chart({ title: "Annealing trace", xTitle, yTitle: "largest distance, mm", x, y, marks });
 }

@@ -11,6 +11,7 @@ const CANDIDATE = "#8a94a0";
 const MOST_TRIADS = 600; // more is a hedgehog
 const TRIAD_PART = 0.035; // of the radius of everything
 const LONGEST_PART = 0.2; // a residual is drawn at most this long, as a part of the radius
+const ROUND_A_SEAM = 0.15; // of the radius of everything: what is shown around a seam that is looked at
 const FACTORS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000];
 
 /** Builds the view inside `host` and returns it. */
@@ -41,6 +42,17 @@ export function buildScene(host, { calibration, seams, frames, part }) {
   host.append(panel);
   viewer.view("iso");
   return viewer;
+}
+
+/** Shows one seam with its surroundings, from the side it is welded from. */
+export function lookAtSeam(viewer, { p, R }) {
+  const outward = [0, 1, 2].map((row) => R.reduce((sum, axes) => sum + axes[row][2], 0) / R.length);
+  const isRound = Math.hypot(...outward) < 0.3; // around a pipe the directions cancel
+  const room = ROUND_A_SEAM * viewer.extent().radius;
+  const steps = [-room, room].flatMap((d) => [[d, 0, 0], [0, d, 0], [0, 0, d]]);
+  const around = p.flatMap((place) => steps.map((step) => place.map((v, i) => v + step[i])));
+  const aside = [0, 1, 2].map((row) => R[0][row][0]); // a little along the seam: straight on, edges hide each other
+  viewer.lookAt(around, isRound ? [-0.62, -0.68, 0.5] : outward.map((v, i) => v + 0.35 * aside[i]));
 }
 
 function layersOf(seams, part) {

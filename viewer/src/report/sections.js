@@ -54,18 +54,23 @@ export function pointsSection({ points, tolerance_mm }) {
     { title: "95 % error mm", number: true, cell: ({ error_95_mm }) => fixed(error_95_mm, 4) },
   ];
   const rowOf = ({ distance_mm }) => ({ class: distance_mm > tolerance_mm ? "bad" : null });
-  const caption = "Residual: where the point was taught minus where the fit puts it, base frame. The bar is full at the tolerance.";
+  const caption =
+    "Residual: where the point was taught minus where the fit puts it, base frame. The bar is full at the tolerance.";
   return section("points", "Taught points", table(columns, points, { rowOf, caption }));
 }
 
 export function criteriaSection({ criteria, criterion }) {
   if (!criteria) return null;
+  const remark = (row) => {
+    const remarks = [row.criterion === criterion && "used", row.criterion === criteria.best && "least predicted error"];
+    return remarks.filter(Boolean).join(", ");
+  };
   const columns = [
     { title: "criterion", cell: (row) => CRITERIA[row.criterion] ?? row.criterion },
     { title: "largest mm", number: true, cell: ({ largest_mm }) => fixed(largest_mm, 4) },
     { title: "RMS mm", number: true, cell: ({ rms_mm }) => fixed(rms_mm, 4) },
     { title: "95 % seam error mm", number: true, cell: ({ seam_error_95_mm }) => fixed(seam_error_95_mm, 4) },
-    { title: "", cell: (row) => [row.criterion === criterion && "used", row.criterion === criteria.best && "least predicted error"].filter(Boolean).join(", ") },
+    { title: "", cell: remark },
   ];
   const best = CRITERIA[criteria.best] ?? criteria.best;
   const why = `Least predicted error: ${best} (${criteria.why}).`;
@@ -83,11 +88,14 @@ export function fitSection(record) {
     ["correction x, y, z", `${[c.x_mm, c.y_mm, c.z_mm].map((v) => fixed(v, 4)).join(", ")} mm`],
     ["correction α, β, γ", `${[c.alpha_rad, c.beta_rad, c.gamma_rad].map((v) => fixed(v, 7)).join(", ")} rad`],
   ];
-  const matrix = el("table", { class: "matrix" }, T_base_part.map((row) => el("tr", {}, row.map((v) => el("td", { class: "number" }, fixed(v, 6))))));
+  const cells = (row) => row.map((v) => el("td", { class: "number" }, fixed(v, 6)));
+  const matrix = el("table", { class: "matrix" }, T_base_part.map((row) => el("tr", {}, cells(row))));
   const trace = solver.trace && annealingPlot(solver.trace, record.objective_mm);
-  const pose = el("p", { class: "caption" }, "T_base_part: columns are the part's axes in the robot's base, then its origin in mm.");
-  const numbers = el("div", {}, facts(rows), pose, el("div", { class: "table-scroll" }, matrix));
-  const legend = "Annealing: the largest distance at the end of each temperature (faint) and the best so far; the line is the answer after the polish.";
+  const pose = "T_base_part: columns are the part's axes in the robot's base, then its origin in mm.";
+  const numbers = el("div", {}, facts(rows), el("p", { class: "caption" }, pose), el("div", { class: "table-scroll" }, matrix));
+  const legend =
+    "Annealing: the largest distance at the end of each temperature (faint) and the best so far; " +
+    "the line is the answer after the polish.";
   const figure = trace && el("figure", {}, trace, el("figcaption", { class: "caption" }, legend));
   return section("fit", "Fit", el("div", { class: "beside" }, numbers, figure));
 }
@@ -97,6 +105,11 @@ export function notesSection({ issues }) {
   return section("notes", "Notes on the data", el("ul", {}, issues.map(({ message }) => el("li", {}, message))));
 }
 
+function teachingError({ sigma_mm, bound_mm }) {
+  if (sigma_mm !== null) return `σ ${sigma_mm} mm an axis`;
+  return bound_mm === null ? "from the residuals" : `within ±${bound_mm} mm an axis`;
+}
+
 export function sourcesSection(record, mesh) {
   const files = Object.entries(record.inputs ?? {});
   const columns = [
@@ -104,10 +117,9 @@ export function sourcesSection(record, mesh) {
     { title: "file", cell: ([, { file }]) => file || "–" },
     { title: "SHA-256", cell: ([, { sha256 }]) => el("code", {}, sha256 ?? "–") },
   ];
-  const teaching = record.teaching_error;
   const rows = [
     ["tolerance", `${record.tolerance_mm} mm`],
-    ["teaching error", teaching.sigma_mm !== null ? `σ ${teaching.sigma_mm} mm an axis` : teaching.bound_mm !== null ? `within ±${teaching.bound_mm} mm an axis` : "from the residuals"],
+    ["teaching error", teachingError(record.teaching_error)],
     ["robot space", record.robot_space],
     ["versions", Object.entries(record.versions).map(([name, version]) => `${name} ${version}`).join(", ")],
   ];

@@ -46,8 +46,19 @@ export function verdict(calibration, seams, frames) {
   return el(
     "header",
     { class: passed ? "pass" : "fail" },
-    el("div", { class: "title" }, el("p", { class: "eyebrow" }, "Calibration"), el("h1", {}, inputs.part?.file ?? "part"), el("p", {}, counts.join(" · "))),
-    el("div", { class: "verdict" }, el("span", { class: "stamp" }, calibration.verdict), el("p", {}, `${what} the tolerance of ${short(tolerance)} mm.`)),
+    el(
+      "div",
+      { class: "title" },
+      el("p", { class: "eyebrow" }, "Calibration"),
+      el("h1", {}, inputs.part?.file ?? "part"),
+      el("p", {}, counts.join(" · ")),
+    ),
+    el(
+      "div",
+      { class: "verdict" },
+      el("span", { class: "stamp" }, calibration.verdict),
+      el("p", {}, `${what} the tolerance of ${short(tolerance)} mm.`),
+    ),
     el(
       "div",
       { class: "gauges" },
