@@ -12,6 +12,7 @@ const WIRE = "#b98a2f";
 const GRID_MM = 250;
 const GRID_COLOUR = "#8a94a0";
 const GRID_REACH_MM = 500; // beyond the bases
+const BESIDE_MM = 300; // of a base on the floor: outside of a pedestal
 const FROM = [-0.35, -0.85, 0.4]; // from the torch's side, a little above
 
 /** Builds the view inside `host`; returns {viewer, whole(), pose(frames, {row, part}), seam(points)}. */
@@ -33,7 +34,7 @@ export function buildScene(host, data, part) {
   ["wire", "tip"].forEach((layer) => carried.set(layer, data.carriers.tool));
   carried.set("seam", data.carriers.part);
   addFloor(viewer, data.bases);
-  viewer.addLabels("names", data.bases.map((p, i) => ({ p: [p[0], p[1], p[2] + 40], text: `robot ${i + 1}` })));
+  viewer.addLabels("names", data.bases.map((p, i) => ({ p: [p[0], p[1] - BESIDE_MM, 0], text: `robot ${i + 1}` })));
   const near = ["tip", "seam", "part", ...data.bodies.filter((body) => body.group === "part").map(layerOf)];
   const bodies = ["part", ...new Set(data.bodies.map(layerOf))];
   const closer = el("button", { type: "button", "data-test": "closer", onclick: () => viewer.view(FROM, near) }, "torch");
