@@ -42,6 +42,18 @@ export class Labels {
     this.place();
   }
 
+  /** Paints the labels that are shown onto a picture of the view, in its pixels. */
+  paint(context, scale) {
+    Object.assign(context, { font: `${12 * scale}px sans-serif`, textBaseline: "middle", lineWidth: 3 * scale });
+    Object.assign(context, { strokeStyle: "#ffffff", fillStyle: "#17202a", lineJoin: "round" });
+    for (const item of this.items.filter(({ element, behind }) => !element.hidden && !behind)) {
+      const { x, y } = this.viewer.project(this.placeOf(item));
+      const [left, text] = [(x + 10) * scale, item.element.textContent];
+      context.strokeText(text, left, y * scale);
+      context.fillText(text, left, y * scale);
+    }
+  }
+
   /** Moves every label; where two would lie on each other the later one is not shown. */
   place() {
     const taken = [];

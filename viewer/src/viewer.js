@@ -362,6 +362,17 @@ class Viewer {
     });
   }
 
+  /** A picture of the view with its labels, as the address of a PNG. */
+  picture() {
+    this.draw();
+    const { width, height } = this.canvas;
+    const copy = Object.assign(document.createElement("canvas"), { width, height });
+    const context = copy.getContext("2d");
+    context.drawImage(this.canvas, 0, 0);
+    this.labels?.paint(context, this.renderer.getPixelRatio());
+    return copy.toDataURL("image/png");
+  }
+
   draw() {
     const sphere = this.bounds ?? new Sphere(new Vector3(), 1000);
     const distance = this.camera.position.distanceTo(sphere.center);

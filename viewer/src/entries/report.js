@@ -44,8 +44,7 @@ function buildSceneOrSayWhy(host, what) {
 
 /** Puts a picture beside the canvas for the printer. */
 function freeze(viewer) {
-  viewer.draw();
-  const picture = el("img", { class: "print-only", alt: "the view", src: viewer.canvas.toDataURL("image/png") });
+  const picture = el("img", { class: "print-only", alt: "the view", src: viewer.picture() });
   viewer.canvas.parentNode.querySelector("img")?.remove();
   viewer.canvas.after(picture);
 }
