@@ -22,6 +22,9 @@ LARGEST_DAMPING = 1e6
 """Steps as short as this demands improve nothing any more."""
 LEAST_DAMPING = 1e-6
 """Below this the damping has no effect on a step, and would take long to come back."""
+STIFFNESSES = (1.0, 10.0, 100.0)
+"""Of limits, one after the other. Stiff limits make short steps, and are needed only where a limit stands against a
+heavy objective: where the wished weld position is not clear."""
 WINDOW, LEAST_GAIN = 5, 2e-3
 """Ends when so many steps together gain less than this part of the sum: an objective then changes by a thousandth."""
 LEAST_CURVATURE = 1e-9
@@ -30,7 +33,30 @@ ACTIVE_ROUNDS = 4
 """Most rounds that look for the limits which count after a step; two or three settle as a rule."""
 
 
-def refine_path(problem: PlanningProblem, path: Path, weights: FloatArray, *, iterations: int = 80) -> Path:
+def refine_within_limits(problem: PlanningProblem, path: Path, weights: FloatArray) -> Path:
+    """Refine a path with stiffer and stiffer limits until it keeps them, or the stiffest do not help.
+
+    Parameters
+    ----------
+    problem : PlanningProblem
+    path : Path
+    weights : ndarray, shape (3,)
+
+    Returns
+    -------
+    Path
+        As `refine_path` leaves it; it may still break a limit.
+    """
+    for stiffness in STIFFNESSES:
+        path = refine_path(problem, path, weights, stiffness=stiffness)
+        if problem.is_allowed(path.coordinates, path.joints):
+            break
+    return path
+
+
+def refine_path(
+    problem: PlanningProblem, path: Path, weights: FloatArray, *, stiffness: float = 1.0, iterations: int = 80
+) -> Path:
     """Make the weighted sum of squared objectives small, starting from a path.
 
     Parameters
@@ -40,6 +66,8 @@ def refine_path(problem: PlanningProblem, path: Path, weights: FloatArray, *, it
         The start; its branches stay.
     weights : ndarray, shape (3,)
         Of the squared objectives, in the order of `OBJECTIVES`.
+    stiffness : float
+        Factor on what a path is beyond its limits.
     iterations : int
         At most so many steps.
 
@@ -48,12 +76,12 @@ def refine_path(problem: PlanningProblem, path: Path, weights: FloatArray, *, it
     Path
         Never with a larger sum than the start.
     """
-    damping, model = FIRST_DAMPING, linearise(problem, path, weights)
+    damping, model = FIRST_DAMPING, linearise(problem, path, weights, stiffness=stiffness)
     costs = [model.cost]
     while len(costs) <= iterations and damping < LARGEST_DAMPING:
         step = damped_step(model, damping)
         moved = None if step is None else _moved(problem, path, step)
-        model_moved = None if moved is None else linearise(problem, moved, weights)
+        model_moved = None if moved is None else linearise(problem, moved, weights, stiffness=stiffness)
         if step is None or moved is None or model_moved is None or not model_moved.cost < model.cost:
             damping *= 4.0
             continue

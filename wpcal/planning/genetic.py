@@ -18,9 +18,13 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.planning.linear_model import Path
 from wpcal.planning.objectives import OBJECTIVES
+from wpcal.planning.pareto import is_nondominated, spread_rows
 from wpcal.planning.problem import PlanningProblem
 from wpcal.planning.sweep import Progress
 from wpcal.planning.waves import CONSTRAINTS, PathCode
+
+MOST_PATHS = 60
+"""Paths that are given out: more than one can choose from, spread over the front."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +71,7 @@ def evolve_paths(
     Returns
     -------
     paths : list of Path
-        Those of the last population that are allowed.
+        The best allowed ones of all generations, at most `MOST_PATHS`.
     interrupted : bool
         Whether the user ended it early.
 
@@ -92,6 +96,7 @@ def evolve_paths(
         xl=code.least,
         xu=code.largest,
     )
+    kept = Archive.empty(len(code.least))
     algorithm: Any = NSGA2(pop_size=options.population, sampling=start)
     algorithm.setup(task, termination=("n_gen", options.generations), seed=options.seed, verbose=False)
     interrupted = False
@@ -99,16 +104,45 @@ def evolve_paths(
         for generation in range(options.generations):
             progress("breeding paths", generation, options.generations)
             asked = algorithm.ask()
-            decoded = code.decode(asked.get("X"))
+            genes = asked.get("X")
+            decoded = code.decode(genes)
             values = problem.objectives(decoded.coordinates, decoded.joints)
             Evaluator().eval(StaticProblem(task, F=values, G=decoded.violations), asked)
             algorithm.tell(infills=asked)
+            allowed = (decoded.violations <= 0).all(axis=1)
+            kept = kept.joined(genes[allowed], values[allowed])
     except KeyboardInterrupt:
         interrupted = True
-    if algorithm.pop is None:
+    if len(kept.genes) == 0:
         return [], interrupted
-    last = code.decode(algorithm.pop.get("X"))
-    return [last.path(int(row)) for row in np.flatnonzero((last.violations <= 0).all(axis=1))], interrupted
+    best = code.decode(kept.genes[spread_rows(kept.values, MOST_PATHS)])
+    return [best.path(row) for row in range(len(best.coordinates))], interrupted
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Archive:
+    """The best allowed paths so far: a population forgets some of them when it thins a crowd.
+
+    Parameters
+    ----------
+    genes : ndarray, shape (m, g)
+    values : ndarray, shape (m, k)
+        Their objectives.
+    """
+
+    genes: FloatArray
+    values: FloatArray
+
+    @classmethod
+    def empty(cls, genes: int) -> Archive:
+        """Return an archive without paths, for so many genes."""
+        return cls(np.zeros((0, genes)), np.zeros((0, len(OBJECTIVES))))
+
+    def joined(self, genes: FloatArray, values: FloatArray) -> Archive:
+        """Return the best of these paths and of new ones."""
+        both = np.concatenate([self.genes, genes]), np.concatenate([self.values, values])
+        rows = is_nondominated(both[1])
+        return Archive(both[0][rows], both[1][rows])
 
 
 def first_population(code: PathCode, population: int, rng: np.random.Generator) -> FloatArray:

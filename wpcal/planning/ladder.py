@@ -16,7 +16,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.planning.cell import JOINTS
 from wpcal.planning.closed_chain import PLACE, ROTATION, SPIN, YAW, joints_along
 from wpcal.planning.linear_model import Path
-from wpcal.planning.meeting import Meeting, usable_branches, wished_coordinates
+from wpcal.planning.meeting import ROTATIONS_RAD, Meeting, allowed_rotations, usable_branches, wished_coordinates
 from wpcal.planning.objectives import deviations
 from wpcal.planning.problem import PlanningProblem
 from wpcal.robot.inverse import TURN
@@ -27,8 +27,6 @@ FEWEST_RUNGS, MOST_RUNGS = 8, 40
 """A short seam still has a shape, and a long one need not cost more than a second."""
 YAWS, SPINS = 12, 8
 """Directions of travel and spins of the torch: steps that the least squares afterwards leave far behind."""
-ROTATIONS_RAD = tuple(np.radians((-50.0, -25.0, 0.0, 25.0, 50.0)))
-"""Rotations of the joint from the wished one: a part that turns less must accept such."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,8 +86,7 @@ def _nearest(s_mm: FloatArray, wished: FloatArray) -> IntArray:
 def _attitudes(problem: PlanningProblem, meeting: Meeting) -> FloatArray:
     """Return the attitudes of a rung, shape (a, 9)."""
     wishes = problem.wishes
-    rotation = wishes.rotation_rad + np.array(ROTATIONS_RAD)
-    rotation = rotation[np.abs(rotation) <= wishes.rotation_range_rad]
+    rotation = allowed_rotations(wishes, ROTATIONS_RAD)
     yaw, spin = TURN * np.arange(YAWS) / YAWS, TURN * np.arange(SPINS) / SPINS
     grid = [values.ravel() for values in np.meshgrid(yaw, spin, rotation, indexing="ij")]
     coordinates = wished_coordinates(wishes, len(grid[0]))

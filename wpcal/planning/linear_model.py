@@ -122,7 +122,7 @@ class LinearModel:
         return band
 
 
-def linearise(problem: PlanningProblem, path: Path, weights: FloatArray) -> LinearModel:
+def linearise(problem: PlanningProblem, path: Path, weights: FloatArray, *, stiffness: float = 1.0) -> LinearModel:
     """Return the least-squares problem of a path about itself.
 
     Parameters
@@ -131,6 +131,8 @@ def linearise(problem: PlanningProblem, path: Path, weights: FloatArray) -> Line
     path : Path
     weights : ndarray, shape (3,)
         Of the squared objectives, in the order of `OBJECTIVES`.
+    stiffness : float
+        Factor on what a path is beyond its limits.
     """
     n, s, K = len(path.coordinates), problem.path.s_mm, problem.weights
     slopes = np.degrees(joint_slopes(problem.cell, path.coordinates, path.joints))
@@ -147,8 +149,8 @@ def linearise(problem: PlanningProblem, path: Path, weights: FloatArray) -> Line
     return LinearModel(
         wish=wish_scale * np.degrees(deviations(path.coordinates, problem.wishes)),
         dwish=dwish,
-        beyond=np.concatenate([values for values, _ in limits], axis=1),
-        dbeyond=np.concatenate([derivative for _, derivative in limits], axis=1),
+        beyond=stiffness * np.concatenate([values for values, _ in limits], axis=1),
+        dbeyond=stiffness * np.concatenate([derivative for _, derivative in limits], axis=1),
         move=scale * np.degrees(np.diff(path.joints, axis=0)),
         dq=slopes,
         scale=scale,

@@ -1,11 +1,12 @@
 """Where the robots may meet: places of the weld point and branches of the inverses from which a search can start.
 
 A coarse look at places between the bases, at all directions of travel, all spins of the torch and some points of the
-seam, with the wished weld position and torch angles.
+seam, with the wished weld position and torch angles; where that leads nowhere, with other rotations of the joint, too.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +38,8 @@ from wpcal.robot.opw import BRANCHES
 
 TURNS = 8
 """Directions of travel and spins of the torch, each."""
+ROTATIONS_RAD = tuple(np.radians((0.0, -50.0, -25.0, 25.0, 50.0)))
+"""Rotations of the joint from the wished one, that first: a part that turns less must accept such."""
 SCANNED_POINTS = 6
 """Points of the seam, from its first to its last."""
 CHECKED_PLACES, CHECKED = 6, 96
@@ -59,6 +62,12 @@ def wished_coordinates(wishes: Wishes, count: int) -> FloatArray:
     coordinates[:, SLOPE], coordinates[:, ROTATION] = wishes.slope_rad, wishes.rotation_rad
     coordinates[:, WORK], coordinates[:, TRAVEL] = wishes.work_rad, wishes.travel_rad
     return coordinates
+
+
+def allowed_rotations(wishes: Wishes, offsets_rad: Sequence[float]) -> FloatArray:
+    """Return those rotations, so far from the wished one, that are within their range; rad."""
+    rotations = wishes.rotation_rad + np.array(offsets_rad)
+    return np.asarray(rotations[np.abs(rotations) <= wishes.rotation_range_rad], dtype=np.float64)
 
 
 def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: SeamPath) -> tuple[FloatArray, BoolArray]:
@@ -118,7 +127,14 @@ def find_meetings(problem: PlanningProblem, count: int) -> list[Meeting]:
     ConvergenceError
         When no place and branches have an allowed state at every scanned point; what fails most.
     """
-    places, scan = candidate_places(problem.cell), _Scan.of(problem)
+    try:
+        return _find_meetings(problem, count, _Scan.of(problem, ROTATIONS_RAD[:1]))
+    except (ConvergenceError, GeometryError):  # the wished weld position may be what keeps the robots from meeting
+        return _find_meetings(problem, count, _Scan.of(problem, ROTATIONS_RAD))
+
+
+def _find_meetings(problem: PlanningProblem, count: int, scan: _Scan) -> list[Meeting]:
+    places = candidate_places(problem.cell)
     joints, usable = scan.solve(problem, places)
     _require_reach(problem, scan, places, joints)
     # states (place, point, turns) of each pair of branches: products of the two tables of usable ones
@@ -128,7 +144,9 @@ def find_meetings(problem: PlanningProblem, count: int) -> list[Meeting]:
     ranked = np.argsort(np.argsort(-fewest, axis=0, kind="stable"), axis=0)  # rank of a place for its branches
     fewest[ranked >= CHECKED_PLACES] = 0
     order = np.argsort(-fewest, axis=None, kind="stable")[:CHECKED]
-    states = [_states(joints, usable, *np.unravel_index(i, fewest.shape)) for i in order if fewest.flat[i] > 0]
+    states = [
+        _states(joints, usable, len(places), *np.unravel_index(i, fewest.shape)) for i in order if fewest.flat[i] > 0
+    ]
     if not states:
         raise ConvergenceError(
             "no feasible plan: joint limits and singular poses fail most; nowhere do both robots keep off them at "
@@ -155,20 +173,21 @@ def _most_in_the_way(clear: Clearance) -> tuple[str, str]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Scan:
-    """Points and turns that are looked at in every place: K rows."""
+    """Points, rotations and turns that are looked at in every place: K rows, point by point."""
 
     path: SeamPath
     coordinates: FloatArray
     point: IntArray
 
     @classmethod
-    def of(cls, problem: PlanningProblem) -> _Scan:
+    def of(cls, problem: PlanningProblem, rotations_rad: Sequence[float]) -> _Scan:
         turns = TURN * np.arange(TURNS) / TURNS
         points = np.linspace(0, len(problem.path) - 1, SCANNED_POINTS).round().astype(np.int64)
-        point = np.repeat(points, TURNS * TURNS)
-        yaw, spin = np.tile(np.repeat(turns, TURNS), SCANNED_POINTS), np.tile(turns, SCANNED_POINTS * TURNS)
+        grid = np.meshgrid(allowed_rotations(problem.wishes, rotations_rad), turns, turns, indexing="ij")
+        rotation, yaw, spin = (np.tile(values.ravel(), SCANNED_POINTS) for values in grid)
+        point = np.repeat(points, grid[0].size)
         coordinates = wished_coordinates(problem.wishes, len(point))
-        coordinates[:, YAW], coordinates[:, SPIN] = yaw, spin
+        coordinates[:, ROTATION], coordinates[:, YAW], coordinates[:, SPIN] = rotation, yaw, spin
         return cls(problem.path.select(point), coordinates, point)
 
     def solve(self, problem: PlanningProblem, places: FloatArray) -> tuple[FloatArray, BoolArray]:
@@ -191,12 +210,12 @@ class _States:
     """(k,), 0 … SCANNED_POINTS - 1"""
 
 
-def _states(joints: FloatArray, usable: BoolArray, place: np.intp, one: np.intp, two: np.intp) -> _States:
-    per_place = SCANNED_POINTS * TURNS * TURNS
+def _states(joints: FloatArray, usable: BoolArray, places: int, place: np.intp, one: np.intp, two: np.intp) -> _States:
+    per_place = joints.shape[1] // places
     rows = slice(int(place) * per_place, (int(place) + 1) * per_place)
     both = np.flatnonzero(usable[0, rows, one] & usable[1, rows, two])
     chosen = np.stack([joints[0, rows, one][both], joints[1, rows, two][both]])
-    return _States(int(place), (int(one), int(two)), chosen, both // (TURNS * TURNS))
+    return _States(int(place), (int(one), int(two)), chosen, both // (per_place // SCANNED_POINTS))
 
 
 def _require_reach(problem: PlanningProblem, scan: _Scan, places: FloatArray, joints: FloatArray) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
 
 
@@ -25,6 +25,33 @@ def is_nondominated(values: FloatArray) -> BoolArray:
     earlier = np.tri(len(values), k=-1, dtype=bool).T  # [i, j]: row i comes before row j
     beats = no_worse & (better | earlier)
     return np.asarray(~beats.any(axis=0))
+
+
+def spread_rows(values: FloatArray, count: int) -> IntArray:
+    """Choose rows that lie far from each other: the best of each objective first, then always the farthest one.
+
+    Parameters
+    ----------
+    values : ndarray, shape (m, k)
+        Scaled by the range of each column for the distances.
+    count : int
+        At most so many rows.
+
+    Returns
+    -------
+    ndarray of int
+        Increasing.
+    """
+    span = np.ptp(values, axis=0)
+    scaled = values / np.where(span > 0, span, 1.0)
+    chosen = list(dict.fromkeys(int(row) for row in scaled.argmin(axis=0)))[:count]
+    nearest = np.min([np.linalg.norm(scaled - scaled[row], axis=1) for row in chosen], axis=0)
+    nearest[chosen] = -1.0
+    while len(chosen) < min(count, len(values)):
+        chosen.append(int(nearest.argmax()))
+        nearest = np.minimum(nearest, np.linalg.norm(scaled - scaled[chosen[-1]], axis=1))
+        nearest[chosen[-1]] = -1.0
+    return np.array(sorted(chosen), dtype=np.int64)
 
 
 def hypervolume(values: FloatArray, reference: FloatArray) -> float:

@@ -22,6 +22,9 @@ from wpcal.planning.schedule import SPEED_MM_S, joint_speeds
 from wpcal.planning.singularity import LEAST_REGULARITY, regularity
 from wpcal.planning.workplace import weld_zone
 
+ALLOWED_EXCESS = 1e-9
+"""Round-off of an angle that stands at the end of its range."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanningProblem:
@@ -84,6 +87,10 @@ class PlanningProblem:
         one, _ = regularity(self.cell.arm1, joints[:, :JOINTS])
         two, _ = regularity(self.cell.arm2, joints[:, JOINTS:])
         return np.concatenate([one, two], axis=1)
+
+    def is_allowed(self, coordinates: FloatArray, joints: FloatArray) -> bool:
+        """Tell whether one path keeps all limits at its points; arguments as in `excesses`."""
+        return max(self.excesses(coordinates, joints).values()) <= ALLOWED_EXCESS
 
     def excesses(self, coordinates: FloatArray, joints: FloatArray) -> dict[str, float]:
         """Return how far one path is beyond each kind of limit, by name; all zero for an allowed path.

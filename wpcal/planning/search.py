@@ -22,13 +22,11 @@ from wpcal.planning.linear_model import Path
 from wpcal.planning.objectives import OBJECTIVES, Wishes, f1_1, f1_2, f2
 from wpcal.planning.pareto import hypervolume, is_nondominated
 from wpcal.planning.plan import Freedom, ParetoSet, Plan
-from wpcal.planning.problem import PlanningProblem
+from wpcal.planning.problem import ALLOWED_EXCESS, PlanningProblem
 from wpcal.planning.recheck import recheck_clearance
 from wpcal.planning.schedule import SPEED_MM_S
 from wpcal.planning.sweep import Progress, sweep_paths
 
-ALLOWED_EXCESS = 1e-9
-"""Round-off of an angle that stands at the end of its range."""
 REFERENCE_MARGIN = 1.5
 """The reference of the hypervolume is this times the largest value of each objective over the deterministic front: its
 ends then count, and a plan that is worse than all of it in one objective does not."""
@@ -151,9 +149,7 @@ def require_apart(cell: RobotCell) -> None:
 
 def best_paths(problem: PlanningProblem, paths: Sequence[Path]) -> list[Path]:
     """Return the paths that break no limit and that none of the others beats, in their order."""
-    allowed = [
-        path for path in paths if max(problem.excesses(path.coordinates, path.joints).values()) <= ALLOWED_EXCESS
-    ]
+    allowed = [path for path in paths if problem.is_allowed(path.coordinates, path.joints)]
     if not allowed:
         return []
     values = np.stack([problem.objectives(path.coordinates, path.joints) for path in allowed])

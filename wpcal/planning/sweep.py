@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ConvergenceError
-from wpcal.planning.curves import refine_path
+from wpcal.planning.curves import refine_path, refine_within_limits
 from wpcal.planning.ladder import build_ladder, shortest_path
 from wpcal.planning.linear_model import Path, linearise
 from wpcal.planning.meeting import find_meetings
@@ -36,13 +36,17 @@ def weight_vector(position: float, torch: float) -> FloatArray:
     return np.array([position, torch, 1.0])
 
 
-def sweep_paths(problem: PlanningProblem, progress: Progress) -> Iterator[Path]:
+def sweep_paths(
+    problem: PlanningProblem, progress: Progress, weights: Sequence[tuple[float, float]] = SWEEP
+) -> Iterator[Path]:
     """Find one path for each pair of weights, and give each out as soon as it is there.
 
     Parameters
     ----------
     problem : PlanningProblem
     progress : callable
+    weights : sequence of (float, float)
+        Of weld position and torch angles, in an order in which neighbours are near.
 
     Yields
     ------
@@ -57,11 +61,11 @@ def sweep_paths(problem: PlanningProblem, progress: Progress) -> Iterator[Path]:
         When no ladder has a way through.
     """
     path = _first_path(problem, progress)
-    for done, (position, torch) in enumerate(SWEEP):
-        progress("sweeping the weights", done, len(SWEEP))
-        path = refine_path(problem, path, weight_vector(position, torch))
+    for done, (position, torch) in enumerate(weights):
+        progress("sweeping the weights", done, len(weights))
+        path = refine_within_limits(problem, path, weight_vector(position, torch))
         yield path
-    progress("sweeping the weights", len(SWEEP), len(SWEEP))
+    progress("sweeping the weights", len(weights), len(weights))
 
 
 def _first_path(problem: PlanningProblem, progress: Progress) -> Path:
