@@ -23,6 +23,8 @@ from wpcal.planning.problem import PlanningProblem
 from wpcal.planning.sweep import Progress
 from wpcal.planning.waves import CONSTRAINTS, PathCode
 
+LARGEST_ARCHIVE = 300
+"""Paths that are remembered while it runs: comparing all of them with a generation then takes milliseconds."""
 MOST_PATHS = 60
 """Paths that are given out: more than one can choose from, spread over the front."""
 
@@ -141,7 +143,9 @@ class Archive:
     def joined(self, genes: FloatArray, values: FloatArray) -> Archive:
         """Return the best of these paths and of new ones."""
         both = np.concatenate([self.genes, genes]), np.concatenate([self.values, values])
-        rows = is_nondominated(both[1])
+        rows = np.flatnonzero(is_nondominated(both[1]))
+        if len(rows) > LARGEST_ARCHIVE:
+            rows = rows[spread_rows(both[1][rows], LARGEST_ARCHIVE)]
         return Archive(both[0][rows], both[1][rows])
 
 

@@ -12,6 +12,7 @@ from wpcal.planning.meeting import Meeting, find_meetings
 from wpcal.planning.objectives import deviations
 from wpcal.planning.problem import PlanningProblem
 from wpcal.planning.search import require_apart
+from wpcal.planning.singularity import LEAST_REGULARITY
 from wpcal.planning.workplace import candidate_places, weld_zone
 
 WEIGHTS = np.array([1e-3, 0.1, 1.0])
@@ -24,6 +25,7 @@ def test_a_ladder_holds_only_allowed_states_with_every_turn_of_the_last_axis(pro
         assert len(attitude) == len(joints) > 0
         assert ((joints >= low) & (joints <= high)).all()
         assert problem.margins(joints).min() > 0
+        assert problem.regularity(joints).min() >= LEAST_REGULARITY
         assert joints[:, 11].max() - joints[:, 11].min() > 2 * np.pi
 
 
