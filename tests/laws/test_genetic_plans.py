@@ -1,4 +1,4 @@
-"""The genetic algorithm must earn its place: what it gains on the deterministic front, and that it finds plans alone."""
+"""The genetic algorithm must earn its place: what it gains on the deterministic front, and what it finds alone."""
 
 from pathlib import Path
 
