@@ -17,8 +17,9 @@ from wpcal.planning.genetic import GeneticOptions, evolve_paths
 from wpcal.planning.linear_model import Path as RobotPath
 from wpcal.planning.objectives import Wishes
 from wpcal.planning.pareto import hypervolume, is_nondominated
+from wpcal.planning.plan import Freedom
 from wpcal.planning.problem import PlanningProblem
-from wpcal.planning.recheck import Freedom, recheck_clearance
+from wpcal.planning.recheck import recheck_clearance
 from wpcal.planning.seam_file import read_seam_path
 from wpcal.planning.search import PlanningResult, best_paths, make_plan, plan_seam
 from wpcal.planning.sweep import sweep_paths
