@@ -23,6 +23,8 @@ from wpcal.planning.problem import PlanningProblem
 from wpcal.planning.sweep import Progress
 from wpcal.planning.waves import CONSTRAINTS, PathCode
 
+POOL = 20
+"""Random paths for each one of an unseeded population: one in some hundreds is allowed, and a few are a start."""
 LARGEST_ARCHIVE = 300
 """Paths that are remembered while it runs: comparing all of them with a generation then takes milliseconds."""
 MOST_PATHS = 60
@@ -150,9 +152,15 @@ class Archive:
 
 
 def first_population(code: PathCode, population: int, rng: np.random.Generator) -> FloatArray:
-    """Return the genes of a first population: the bases as they are, if there are any, and random smooth paths."""
-    genes = code.random(population, rng)
+    """Return the genes of a first population.
+
+    The bases as they are, if there are any, and random paths near them; otherwise those random smooth paths, of
+    `POOL` times as many, that violate least.
+    """
     if len(code.bases) > 1:
-        given = code.of_bases()[:population]
+        genes, given = code.random(population, rng), code.of_bases()[:population]
         genes[: len(given)] = given
-    return genes
+        return genes
+    pool = [code.random(population, rng) for _ in range(POOL)]
+    violated = np.concatenate([np.maximum(code.decode(genes).violations, 0.0).sum(axis=1) for genes in pool])
+    return np.concatenate(pool)[np.argsort(violated, kind="stable")[:population]]
