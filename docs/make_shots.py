@@ -1,12 +1,14 @@
-"""Photograph wpcal's pages for the README and the tour: `make shots`. Needs chromium and playwright.
+"""Photograph wpcal's pages for the README and the tour: `make shots`, or this script with names.
 
-Every shot calibrates a part of `fixtures/` (or opens another page of ours), brings the page into a state and keeps one
-picture in `docs/images`.
+Needs chromium and playwright. Every shot calibrates a part of `fixtures/` (or opens another page of ours), brings the
+page into a state and keeps one picture in `docs/images`.
 """
 
 import contextlib
 import io
 import shutil
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -72,6 +74,20 @@ def see_through(page: Any, folder: Path) -> None:
     page.wait_for_timeout(300)
 
 
+def plan_of_saddle(folder: Path) -> Path:
+    """Plan the saddle with both methods, the second a short run."""
+    cells, out = FIXTURES / "cells", folder / "plan"
+    files = [str(cells / "two-mh6.json"), str(cells / "saddle-seams.json")]
+    options = ["--seam", "W1", "--generations", "15", "--population", "40", "-o", str(out)]
+    subprocess.run([sys.executable, "-m", "wpcal", "plan", *files, *options], check=True, capture_output=True)
+    return out / "plan.html"
+
+
+def on_the_way(page: Any, folder: Path) -> None:
+    """Let both robots be twelve seconds on the way."""
+    page.evaluate("window.wpcal.seek(12)")
+
+
 SHOTS = (
     Shot("report", report_of("tee")),
     Shot("report-seam", report_of("tee"), act=hover_a_seam, element="#view"),
@@ -81,6 +97,8 @@ SHOTS = (
     Shot("report-frame", report_of("frame"), act=see_through, element="#view"),
     Shot("report-fail", report_of("tee", off_mm=2.5), height=1150),
     Shot("report-phone", report_of("saddle"), width=390, height=844),
+    Shot("plan", plan_of_saddle, width=1160, height=800, act=on_the_way),
+    Shot("plan-curves", plan_of_saddle, height=860, act=on_the_way, element=".charts"),
 )
 
 
@@ -114,4 +132,5 @@ def take(shot: Shot, running: Any) -> None:
 
 with browser() as chromium:
     for one in SHOTS:
-        take(one, chromium)
+        if not sys.argv[1:] or one.name in sys.argv[1:]:
+            take(one, chromium)

@@ -11,6 +11,7 @@ from cad.cli.options import read_pose, seam_options, to_seam_options
 
 if TYPE_CHECKING:
     from cad.convert import WrittenCalibration
+    from wpcal.planning.grasp import Holding
 
 
 @click.command()
@@ -37,6 +38,14 @@ if TYPE_CHECKING:
 @click.option("--tcp-bias-mm", type=float, default=0.0, show_default=True, help="Error of the tool centre point.")
 @click.option("--certify", is_flag=True, help="Close a gap by branch and bound over all rotations (slow).")
 @seam_options
+@click.option(
+    "--cell",
+    "cell_json",
+    metavar="CELL.json",
+    type=click.Path(path_type=Path),
+    help="With --holder-joints: the cell of two robots; cell.json with the part's place in the gripper is written.",
+)
+@click.option("--holder-joints", metavar="Q1,…,Q6", help="Shown angles of robot 2 while it held the part, deg.")
 @click.option("--mark-seams", is_flag=True, help="Write the seams as named edges into the moved STEP file.")
 @click.option("--force", is_flag=True, help="Write into a folder that exists and holds files.")
 @click.option("--json", "as_json", is_flag=True, help="Print calibration.json on stdout.")
@@ -80,6 +89,7 @@ def run_calibration(part_step: Path, taught_csv: Path, out: Path, *, force: bool
         certify=values["certify"],
     )
     nominal = None if values["nominal"] is None else read_pose(values["nominal"])
+    holding = read_holder(values["cell_json"], values["holder_joints"])
     check_writable(out, overwrite=force)
     read_taught(taught_csv)
     arguments = {
@@ -95,7 +105,36 @@ def run_calibration(part_step: Path, taught_csv: Path, out: Path, *, force: bool
         written: WrittenCalibration = run_in_child(
             "cad.convert:calibrate_files", arguments, what=f"calibrating {part_step}", progress=progress
         )
-    return written
+    return written if holding is None else write_grasp(holding, written, out)
+
+
+def read_holder(cell_json: Path | None, joints_deg: str | None) -> Holding | None:
+    """Read the cell and the joints of robot 2 where both are given.
+
+    Raises
+    ------
+    InputError
+        When only one of them is.
+    """
+    from wpcal.core.errors import InputError
+    from wpcal.planning.grasp import read_holding
+
+    if (cell_json is None) != (joints_deg is None):
+        raise InputError("--cell and --holder-joints belong together: where robot 2 stands and how it held the part")
+    return None if cell_json is None or joints_deg is None else read_holding(cell_json, joints_deg)
+
+
+def write_grasp(holding: Holding, written: WrittenCalibration, out: Path) -> WrittenCalibration:
+    """Write the cell with the part's place in the gripper beside the calibration."""
+    from dataclasses import replace
+
+    from wpcal.core.records import to_json, write_file
+    from wpcal.planning.grasp import cell_files, solve_grasp
+
+    files = cell_files(holding, solve_grasp(holding, written.result.T_base_part))
+    for name, record in files.items():
+        write_file(out / name, to_json(record), overwrite=True)  # the folder was new, or --force was given
+    return replace(written, files=(*written.files, *files))
 
 
 def show_written(written: WrittenCalibration, out: Path) -> None:

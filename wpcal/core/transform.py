@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -108,6 +110,27 @@ class RigidTransform:
         if v.shape != (6,):
             raise InputError(f"expected six numbers x, y, z, alpha, beta, gamma, got shape {v.shape}")
         return cls(rotation_from_zyx(v[3], v[4], v[5]), v[:3], target, source)
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any], *, target: str, source: str) -> RigidTransform:
+        """Build from the fields ``xyz_mm`` and ``rpy_deg`` of a file, ``R = Rz(yaw) Ry(pitch) Rx(roll)``.
+
+        Raises
+        ------
+        InputError
+            When a field does not hold three numbers.
+        KeyError
+            When a field is missing.
+        """
+        xyz, rpy = (np.asarray(record[field], dtype=np.float64) for field in ("xyz_mm", "rpy_deg"))
+        if xyz.shape != (3,) or rpy.shape != (3,):
+            raise InputError(f"T_{target}_{source}: expected three numbers in xyz_mm and in rpy_deg")
+        return cls(rotation_from_zyx(*np.deg2rad(rpy)), xyz, target, source)
+
+    def to_record(self) -> dict[str, list[float]]:
+        """Return ``xyz_mm`` and ``rpy_deg``; `from_record` reads them back to round-off."""
+        angles = np.rad2deg(zyx_from_rotation(self.R))
+        return {"xyz_mm": self.t_mm.tolist(), "rpy_deg": [float(angle) for angle in angles]}
 
     @property
     def matrix(self) -> FloatArray:

@@ -63,14 +63,32 @@ def write_inform(program: WeldProgram) -> dict[str, str]:
     names = {k: v.upper() for k, v in safe_names([path.seam.name for path in program.paths], rules).items()}
     T_base_frame = rounded_frame(program.T_base_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)
     calls = [f"CALL JOB:{name}" for name in names.values()]
-    files = {f"{main}.jbi": _job(main, [], [*_header(program, names, T_base_frame), *calls])}
+    files = {f"{main}.jbi": inform_job(main, [], [*_header(program, names, T_base_frame), *calls])}
     for path in program.paths:
         name = names[path.seam.name]
-        files[f"{name}.jbi"] = _job(name, _positions(path, program, T_base_frame), _moves(path, program))
+        files[f"{name}.jbi"] = inform_job(name, _positions(path, program, T_base_frame), _moves(path, program))
     return files
 
 
-def _job(name: str, positions: list[str], instructions: list[str]) -> str:
+def inform_job(name: str, positions: list[str], instructions: list[str], *, group: str | None = "RB1") -> str:
+    """Put positions and instructions into the frame of a job.
+
+    Parameters
+    ----------
+    name : str
+        A name that the language takes, upper case.
+    positions : list of str
+        Lines of the section ``//POS`` after the counts.
+    instructions : list of str
+        Lines between NOP and END.
+    group : str or None
+        The robot that the job moves; None for a job that moves none.
+
+    Raises
+    ------
+    InputError
+        When the job has too many lines.
+    """
     if len(instructions) + 2 > MOST_LINES:
         raise InputError(f"INFORM: {name} needs {len(instructions) + 2} lines, a job has at most {MOST_LINES}")
     count = sum(line.startswith("C") for line in positions)
@@ -83,7 +101,7 @@ def _job(name: str, positions: list[str], instructions: list[str]) -> str:
         "//INST",
         f"///DATE {NO_DATE}",
         "///ATTR SC,RW",
-        "///GROUP1 RB1",
+        *([] if group is None else [f"///GROUP1 {group}"]),
         "NOP",
         *instructions,
         "END",

@@ -24,7 +24,12 @@ from wpcal.export.registry import Exporter
 NAMES = NameRules("plain text", 60)
 """The name of the file."""
 PROGRAM_SCHEMA = "wpcal/program/1"
-SCHEMA_FILES = {"wpcal/program/1": "program-1.schema.json", "wpcal/seams/1": "seams-1.schema.json"}
+SCHEMA_FILES = {
+    "wpcal/program/1": "program-1.schema.json",
+    "wpcal/seams/1": "seams-1.schema.json",
+    "wpcal/cell/1": "cell-1.schema.json",
+    "wpcal/pareto/1": "pareto-1.schema.json",
+}
 """The JSON Schemas that are shipped, by the name that a file states."""
 CSV_COLUMNS = (
     *("seam", "point", "role", "x_mm", "y_mm", "z_mm", "qx", "qy", "qz", "qw"),

@@ -11,7 +11,6 @@ import numpy as np
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
-from wpcal.core.rotations import rotation_from_zyx, zyx_from_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.arm import Arm, Coupling, Joint
 from wpcal.robot.chain import MDHChain
@@ -127,10 +126,7 @@ def _joint(record: dict[str, Any]) -> Joint:
 def _transform(record: dict[str, Any] | None, *, target: str, source: str) -> RigidTransform:
     if record is None:
         return RigidTransform.identity(target=target, source=source)
-    xyz, rpy = np.asarray(record["xyz_mm"], dtype=float), np.deg2rad(np.asarray(record["rpy_deg"], dtype=float))
-    if xyz.shape != (3,) or rpy.shape != (3,):
-        raise InputError(f"T_{target}_{source}: expected three numbers in xyz_mm and in rpy_deg")
-    return RigidTransform(rotation_from_zyx(*rpy), xyz, target, source)
+    return RigidTransform.from_record(record, target=target, source=source)
 
 
 def arm_record(arm: Arm) -> dict[str, Any]:
@@ -166,8 +162,8 @@ def _chain_record(chain: MDHChain) -> dict[str, Any]:
     ]
     return {
         "links": links,
-        "T_base_dh0": _transform_record(chain.T_base_dh0),
-        "T_dhn_flange": _transform_record(chain.T_dhn_flange),
+        "T_base_dh0": chain.T_base_dh0.to_record(),
+        "T_dhn_flange": chain.T_dhn_flange.to_record(),
     }
 
 
@@ -180,8 +176,3 @@ def _joint_record(joint: Joint) -> dict[str, Any]:
         "speed_deg_s": None if joint.speed_rad_s is None else float(np.rad2deg(joint.speed_rad_s)),
         "pulses_per_deg": joint.pulses_per_deg,
     }
-
-
-def _transform_record(T_target_source: RigidTransform) -> dict[str, Any]:
-    angles = np.rad2deg(zyx_from_rotation(T_target_source.R))
-    return {"xyz_mm": T_target_source.t_mm.tolist(), "rpy_deg": [float(angle) for angle in angles]}

@@ -1,0 +1,80 @@
+"""`wpcal calibrate --cell --holder-joints`: robot 1 touches the part that robot 2 holds; the cell learns the grasp."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wpcal.planning.cell import part_in_world
+from wpcal.planning.cell_file import read_cell
+
+FIXTURES = Path(__file__).parents[2] / "fixtures"
+SADDLE = FIXTURES / "saddle" / "saddle.step"
+CELL = FIXTURES / "cells" / "two-mh6.json"
+JOINTS_DEG = (19.0, 21.0, 36.0, 15.0, -77.0, 40.0)
+FILE_MM = 1e-6
+"""The taught points of the fixture have nine decimals; the calibration of exact points keeps six."""
+
+
+def run_wpcal(*arguments: Path | str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+
+
+def calibrate(out: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return run_wpcal("calibrate", SADDLE, FIXTURES / "saddle" / "taught_exact.csv", "-o", out, *arguments)
+
+
+def test_the_cell_written_has_the_part_where_it_was_touched(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = calibrate(out, "--cell", str(CELL), "--holder-joints", ",".join(map(str, JOINTS_DEG)))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "cell.json" in done.stdout
+    cell = read_cell(out / "cell.json")
+    held = np.linalg.inv(cell.T_world_base1.matrix) @ part_in_world(cell, np.radians([JOINTS_DEG]))[0]
+    found = json.loads((out / "calibration.json").read_text())
+    np.testing.assert_allclose(held, found["T_base_part"], rtol=0, atol=FILE_MM)
+    assert not cell.T_flange2_part.is_close(read_cell(CELL).T_flange2_part, atol_mm=1.0, atol_rad=1e-3)
+
+
+def test_one_of_the_two_alone_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
+    for arguments in (("--cell", str(CELL)), ("--holder-joints", "0,0,0,0,0,0")):
+        done = calibrate(tmp_path / "out", *arguments)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert "--cell and --holder-joints belong together" in done.stderr
+        assert done.stderr.count("\n") == 1
+    done = calibrate(tmp_path / "out", "--cell", str(CELL), "--holder-joints", "0,0,0,0,200,0")
+    assert done.returncode == 2
+    assert "B is 200 deg" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.deep
+def test_what_was_touched_can_be_planned(tmp_path: Path) -> None:
+    """Robot 2 holds the saddle as its cell says; robot 1 touches it, and the cell that comes out plans the seam."""
+    cell = read_cell(CELL)
+    held = np.linalg.inv(cell.T_world_base1.matrix) @ part_in_world(cell, np.radians([JOINTS_DEG]))[0]
+    truth = np.array(json.loads((FIXTURES / "saddle" / "truth.json").read_text())["T_base_part"])
+    move = held @ np.linalg.inv(truth)
+    rows = list(csv.DictReader((FIXTURES / "saddle" / "taught_exact.csv").read_text().splitlines()))
+    places = [move[:3, :3] @ [float(row[f"{axis}_mm"]) for axis in "xyz"] + move[:3, 3] for row in rows]
+    lines = [
+        f"{r['name']},{x!r},{y!r},{z!r},{r['use']}"
+        for r, (x, y, z) in zip(rows, map(np.ndarray.tolist, places), strict=True)
+    ]
+    taught = tmp_path / "taught.csv"
+    taught.write_text("\n".join(["name,x_mm,y_mm,z_mm,use", *lines, ""]))
+    out, joints = tmp_path / "out", ",".join(map(str, JOINTS_DEG))
+    done = run_wpcal("calibrate", SADDLE, taught, "-o", out, "--cell", CELL, "--holder-joints", joints)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert read_cell(out / "cell.json").T_flange2_part.is_close(cell.T_flange2_part, atol_mm=FILE_MM, atol_rad=FILE_MM)
+    done = run_wpcal("plan", out / "cell.json", out / "seams.json", "--seam", "W1", "-o", tmp_path / "plan")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads((tmp_path / "plan" / "plan.json").read_text())["freedom"] == "free"
+    assert 'id="blob-part"' in (tmp_path / "plan" / "plan.html").read_text(encoding="utf-8")

@@ -1,0 +1,111 @@
+"""`wpcal plan` from files to files: the plan, its page and the programs of both robots say the same."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wpcal.planning.cell import part_in_world, tool_in_world
+from wpcal.planning.cell_file import read_cell
+from wpcal.viewer import PartMesh, SolidMesh, write_part_glb
+
+pytest.importorskip("fcl", reason="python-fcl is not installed")
+CELLS = Path(__file__).parents[2] / "fixtures" / "cells"
+CLOSED_CHAIN_MM = 1e-6
+"""The issue's number for every point of every plan."""
+PROGRAM_MM = 0.02
+"""Five decimals of a degree in twelve joints at two metres."""
+
+
+def run_wpcal(*arguments: Path | str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+
+
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plan of the saddle; a triangle stands for the part's mesh beside the seams."""
+    folder = tmp_path_factory.mktemp("plan")
+    shutil.copy(CELLS / "saddle-seams.json", folder / "seams.json")
+    corners = np.array([[0.0, 0, 0], [50, 0, 0], [0, 50, 0]])
+    solid = SolidMesh("pipe", corners, np.array([[0, 1, 2]]), np.array([[0, 1], [1, 2], [2, 0]]))
+    (folder / "part.glb").write_bytes(write_part_glb(PartMesh((solid,), 0.1, 0.3)))
+    done = run_wpcal("plan", CELLS / "two-mh6.json", folder / "seams.json", "--seam", "W1", "-o", folder / "out")
+    assert (done.returncode, done.stderr) == (0, "")
+    return folder / "out"
+
+
+def test_every_file_is_there(planned: Path) -> None:
+    jobs = {f"WPCAL_W1{end}" for end in (".jbi", "_R1.jbi", "_R2.jbi", "_R1.mod", "_R2.mod")}
+    assert {file.name for file in planned.iterdir()} == {"pareto.json", "plan.json", "plan.csv", "plan.html"} | jobs
+    assert 'id="blob-part"' in (planned / "plan.html").read_text(encoding="utf-8")
+
+
+def test_the_wire_is_on_the_seam_in_every_file(planned: Path) -> None:
+    cell = read_cell(CELLS / "two-mh6.json")
+    seam = json.loads((CELLS / "saddle-seams.json").read_text())["seams"][0]["frames"]
+    expected = np.array([frame["p_mm"] for frame in seam])
+
+    def tip(joints: list[list[list[float]]]) -> np.ndarray:
+        one, two = (np.radians(np.array(q)) for q in joints)
+        return (np.linalg.inv(part_in_world(cell, two)) @ tool_in_world(cell, one))[:, :3, 3]
+
+    record = json.loads((planned / "plan.json").read_text())
+    weld = [row for row, point in enumerate(record["points"]) if point["s_mm"] is not None]
+    found = tip([[record["points"][row][f"robot{robot}_deg"] for row in weld] for robot in (1, 2)])
+    np.testing.assert_allclose(found, expected, rtol=0, atol=CLOSED_CHAIN_MM)
+
+    table = list(csv.DictReader((planned / "plan.csv").read_text().splitlines()))
+    found = tip(
+        [[[float(table[row][f"r{robot}_{name}_deg"]) for name in "SLURBT"] for row in weld] for robot in (1, 2)]
+    )
+    np.testing.assert_allclose(found, expected, rtol=0, atol=CLOSED_CHAIN_MM)
+
+    for pattern, ending in ((r"jointtarget \w+:=\[\[([^\]]*)\]", "mod"), (r"^C\d{5}=([^\r\n]*)", "jbi")):
+        joints = []
+        for robot in (1, 2):
+            rows = re.findall(pattern, (planned / f"WPCAL_W1_R{robot}.{ending}").read_text(), re.MULTILINE)
+            joints.append([[float(value) for value in rows[row].split(",")] for row in weld])
+        np.testing.assert_allclose(tip(joints), expected, rtol=0, atol=PROGRAM_MM)
+
+
+def test_both_programs_wait_at_the_same_marks(planned: Path) -> None:
+    ids = [re.findall(r"\\ID:=(\d+)", (planned / f"WPCAL_W1_R{robot}.mod").read_text()) for robot in (1, 2)]
+    marks = [
+        re.findall(r"^'MARK (\d+)", (planned / f"WPCAL_W1_R{robot}.jbi").read_text(), re.MULTILINE) for robot in (1, 2)
+    ]
+    points = json.loads((planned / "plan.json").read_text())["points"]
+    assert ids[0] == ids[1] == [str(point["mark"]) for point in points[1:]]
+    assert marks[0] == marks[1] == [str(point["mark"]) for point in points]
+
+
+def test_what_is_called_free_was_measured(planned: Path) -> None:
+    record = json.loads((planned / "plan.json").read_text())
+    assert record["freedom"] == "free"
+    assert {plan["freedom"] for plan in json.loads((planned / "pareto.json").read_text())["plans"]} == {"free"}
+    assert record["check"]["steps_cut_into"] == 10
+    assert record["check"]["states"] == 10 * (len(record["points"]) - 1) + 1
+    assert record["check"]["least_margin_mm"] > 0
+    speeds = np.diff([p["s_mm"] for p in record["points"] if p["s_mm"] is not None]) / np.diff(
+        [p["t_s"] for p in record["points"] if p["s_mm"] is not None]
+    )
+    np.testing.assert_allclose(speeds, record["speed_mm_s"], rtol=1e-9, atol=0)
+    assert record["speed_mm_s"] == 6.0
+
+
+def test_a_file_that_is_no_mesh_is_refused_before_any_work(tmp_path: Path) -> None:
+    shutil.copy(CELLS / "saddle-seams.json", tmp_path / "seams.json")
+    (tmp_path / "part.glb").write_bytes(b"no mesh")
+    done = run_wpcal("plan", CELLS / "two-mh6.json", tmp_path / "seams.json", "--seam", "W1", "-o", tmp_path / "out")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.count("\n") == 1
+    assert "part.glb" in done.stderr
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,56 @@
+"""The genetic algorithm must earn its place: what it gains on the deterministic front, and what it finds alone."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wpcal.planning.cell_file import read_cell
+from wpcal.planning.genetic import GeneticOptions, evolve_paths
+from wpcal.planning.objectives import Wishes
+from wpcal.planning.pareto import hypervolume
+from wpcal.planning.problem import PlanningProblem
+from wpcal.planning.seam_file import read_seam_path
+from wpcal.planning.search import best_paths
+from wpcal.planning.sweep import sweep_paths
+
+CELLS = Path(__file__).parents[2] / "fixtures" / "cells"
+GENERATIONS = 100
+SEEDS = 5
+
+
+def silent(what, done, of):
+    """Show nothing."""
+
+
+@pytest.fixture(scope="module")
+def problem():
+    cell = read_cell(CELLS / "two-mh6.json")
+    return PlanningProblem(cell, read_seam_path(CELLS / "saddle-seams.json", "W1", cell), Wishes())
+
+
+@pytest.fixture(scope="module")
+def front(problem):
+    return best_paths(problem, list(sweep_paths(problem, silent)))
+
+
+def values_of(problem, paths):
+    return np.array([problem.objectives(path.coordinates, path.joints) for path in paths])
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("seed", range(SEEDS))
+def test_seeded_it_enlarges_the_hypervolume(problem, front, seed):
+    before = values_of(problem, front)
+    reference = 1.5 * before.max(axis=0)
+    paths, _ = evolve_paths(problem, front, GeneticOptions(generations=GENERATIONS, seed=seed), silent)
+    both = np.concatenate([before, values_of(problem, best_paths(problem, paths))])
+    assert hypervolume(both, reference) > 1.01 * hypervolume(before, reference)
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("seed", range(SEEDS))
+def test_unseeded_it_finds_allowed_plans(problem, seed):
+    options = GeneticOptions(generations=GENERATIONS, seed=seed, seeded=False)
+    paths, _ = evolve_paths(problem, (), options, silent)
+    assert len(best_paths(problem, paths)) >= 1

@@ -1,0 +1,146 @@
+"""Laws of plans for two robots: closed chains, true objectives, limits that hold, and a moved cell that plans alike."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell import part_in_world, tool_in_world
+from wpcal.planning.cell_file import read_cell
+from wpcal.planning.closed_chain import SeamPath, f3
+from wpcal.planning.pareto import is_nondominated
+from wpcal.planning.plan import Freedom, Preference
+from wpcal.planning.recheck import recheck_clearance
+from wpcal.planning.seam_file import read_seam_path
+from wpcal.planning.search import plan_seam
+from wpcal.seam.position import weld_rotation, weld_slope
+
+CELLS = Path(__file__).parents[2] / "fixtures" / "cells"
+THINNED = 3
+"""Every third point of the saddle: a search then takes a second or two."""
+CLOSED_MM, CLOSED_RAD = 1e-6, 1e-9
+"""Asked of the closed chain at every point of every plan."""
+SAME_DEG = 1e-6
+"""Objectives computed again from the joints by forward kinematics, in degrees and degrees a millimetre."""
+SAME_PLAN_DEG, SAME_PLAN_RAD = 0.02, 0.05
+"""A moved cell gives other round-off, which the iterations carry into the last digits of a flat optimum."""
+LARGEST_STEP_RAD = np.radians(30.0)
+"""No joint moves more between points that are 7 mm apart; a wrap would be 360 degrees."""
+
+
+@pytest.fixture(scope="module")
+def cell():
+    return read_cell(CELLS / "two-mh6.json")
+
+
+@pytest.fixture(scope="module")
+def path(cell):
+    whole = read_seam_path(CELLS / "saddle-seams.json", "W1", cell)
+    return whole.select(np.arange(0, len(whole), THINNED))
+
+
+@pytest.fixture(scope="module")
+def result(cell, path):
+    return plan_seam(cell, path)
+
+
+def frames_of(cell, path, plan):
+    """Seam axes in `world` and tool axes in the seam, from the joints alone."""
+    R_seam = part_in_world(cell, plan.state.joints2)[:, :3, :3] @ path.R
+    return R_seam, np.swapaxes(R_seam, 1, 2) @ tool_in_world(cell, plan.state.joints1)[:, :3, :3]
+
+
+def test_there_is_a_front_to_choose_from(result):
+    assert len(result.front) >= 8
+    assert is_nondominated(result.front.values).all()
+
+
+def test_the_chain_is_closed_at_every_point_of_every_plan(cell, path, result):
+    for plan in result.front.plans:
+        _, R_seam_tool = frames_of(cell, path, plan)
+        off_mm, _ = f3(cell, path, plan.state, R_seam_tool)
+        assert off_mm.max() <= CLOSED_MM
+        wire = R_seam_tool[:, :, 2]
+        wished = np.stack(
+            [
+                np.sin(plan.travel_rad),
+                np.cos(plan.travel_rad) * np.sin(plan.work_rad),
+                -np.cos(plan.travel_rad) * np.cos(plan.work_rad),
+            ],
+            axis=1,
+        )
+        assert np.linalg.norm(wire - wished, axis=1).max() <= CLOSED_RAD
+
+
+def test_objectives_are_those_of_the_joints(cell, path, result):
+    for plan in result.front.plans:
+        R_seam, R_seam_tool = frames_of(cell, path, plan)
+        slope, rotation = weld_slope(R_seam[..., 0]), weld_rotation(R_seam[..., 0], R_seam[..., 2])
+        position = np.sqrt(np.mean((slope - np.radians(10.0)) ** 2 + rotation**2))
+        x, y, z = R_seam_tool[:, :, 2].T
+        torch = np.sqrt(np.mean(np.arctan2(y, -z) ** 2 + np.arcsin(x) ** 2))
+        rates = np.diff(plan.state.both, axis=0) / np.diff(path.s_mm)[:, None]
+        weights = np.concatenate([cell.weights1, cell.weights2])
+        mean = np.average((rates**2) @ weights / weights.sum(), weights=np.diff(path.s_mm))
+        expected = np.degrees([position, torch, np.sqrt(mean)])
+        np.testing.assert_allclose(list(plan.objectives.values()), expected, rtol=0, atol=SAME_DEG)
+
+
+def test_limits_speeds_and_steps_hold(cell, path, result):
+    for plan in result.front.plans:
+        assert cell.arm1.within_limits(plan.state.joints1).all()
+        assert cell.arm2.within_limits(plan.state.joints2).all()
+        steps = np.abs(np.diff(plan.state.both, axis=0))
+        assert steps.max() <= LARGEST_STEP_RAD
+        speeds = np.array([joint.speed_rad_s for joint in (*cell.arm1.joints, *cell.arm2.joints)])
+        assert (steps / np.diff(path.s_mm)[:, None] * result.speed_mm_s <= speeds).all()
+
+
+def test_every_plan_is_free_at_steps_finer_than_it_was_checked(cell, result):
+    for plan in result.front.plans:
+        assert plan.freedom is Freedom.FREE
+        assert recheck_clearance(plan, cell, refine=25).freedom is Freedom.FREE
+
+
+def test_preferences_take_the_ends_and_the_middle(result):
+    values = result.front.values
+    assert values[result.front.chosen(Preference.POSITION), 0] == values[:, 0].min()
+    assert values[result.front.chosen(Preference.SMOOTH), 2] == values[:, 2].min()
+    assert values[:, 0].min() < values[result.front.chosen(Preference.BALANCED), 0] < values[:, 0].max()
+
+
+def assert_alike(one, other):
+    assert len(one.front) == len(other.front)
+    np.testing.assert_allclose(one.front.values, other.front.values, rtol=0, atol=SAME_PLAN_DEG)
+    for a, b in zip(one.front.plans, other.front.plans, strict=True):
+        np.testing.assert_allclose(a.state.both, b.state.both, rtol=0, atol=SAME_PLAN_RAD)
+
+
+def test_a_cell_moved_on_its_floor_plans_alike(cell, path, result):
+    move = RigidTransform(rotation_from_zyx(0.0, 0.0, np.pi / 2), [1000.0, 2000.0, 300.0], "world", "world")
+    bench = tuple(replace(b, p=move.apply(b.p), q=move.apply(b.q), hull=move.apply(b.hull)) for b in cell.bench)
+    moved = replace(
+        cell,
+        T_world_base1=move @ cell.T_world_base1,
+        T_world_base2=move @ cell.T_world_base2,
+        bench=bench,
+    )
+    assert_alike(result, plan_seam(moved, path))
+
+
+def test_other_coordinates_of_the_part_plan_alike(cell, path, result):
+    turn = RigidTransform(rotation_from_zyx(0.3, -0.4, 1.0), [10.0, 20.0, -30.0], "part", "part")
+    part = tuple(replace(b, p=turn.apply(b.p), q=turn.apply(b.q)) for b in cell.part)
+    other = replace(cell, T_flange2_part=cell.T_flange2_part @ turn.inverse(), part=part)
+    moved = SeamPath(path.name, path.s_mm, turn.apply(path.p), turn.R @ path.R)
+    assert_alike(result, plan_seam(other, moved))
+
+
+def test_the_wished_position_is_what_a_plan_of_that_preference_has(cell, path, result):
+    plan = result.front.plans[result.front.chosen(Preference.POSITION)]
+    R_seam, _ = frames_of(cell, path, plan)
+    slope = np.degrees(weld_slope(R_seam[..., 0]))
+    assert np.abs(slope - 10.0).max() < 3.0

@@ -1,0 +1,135 @@
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wpcal.cli.main import run
+
+CELLS = Path(__file__).parents[3] / "fixtures" / "cells"
+CELL, SEAMS = CELLS / "two-mh6.json", CELLS / "saddle-seams.json"
+
+
+@pytest.fixture(scope="module")
+def few_points(tmp_path_factory):
+    """The saddle with every fourth of its points: a search takes a second."""
+    record = json.loads(SEAMS.read_text(encoding="utf-8"))
+    record["seams"][0]["frames"] = record["seams"][0]["frames"][::4]
+    file = tmp_path_factory.mktemp("seams") / "seams.json"
+    file.write_text(json.dumps(record), encoding="utf-8")
+    return file
+
+
+def call(*arguments):
+    with pytest.raises(SystemExit) as stopped:
+        run([str(argument) for argument in arguments])
+    return stopped.value.code
+
+
+def changed_cell(tmp_path, change):
+    record = json.loads(CELL.read_text(encoding="utf-8"))
+    change(record)
+    file = tmp_path / "cell.json"
+    file.write_text(json.dumps(record), encoding="utf-8")
+    return file
+
+
+def test_a_plan_is_written_whole(tmp_path, few_points, capsys):
+    out = tmp_path / "out"
+    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--prefer", "position") == 0
+    shown = capsys.readouterr().out
+    assert "Plans of seam W1" in shown
+    assert "together: " in shown
+    record = json.loads((out / "pareto.json").read_text(encoding="utf-8"))
+    chosen = record["plans"][record["chosen"] - 1]
+    assert chosen["objectives"]["position_deg"] == min(plan["objectives"]["position_deg"] for plan in record["plans"])
+    with (out / "plan.csv").open(encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["s_mm"]]
+    assert len(rows) == len(chosen["s_mm"])
+    np.testing.assert_allclose(
+        [float(row["r2_T_deg"]) for row in rows], np.array(chosen["robot2_deg"])[:, 5], rtol=0, atol=1e-7
+    )
+    assert json.loads((out / "plan.json").read_text(encoding="utf-8"))["freedom"] == "free"
+    assert {file.suffix for file in out.iterdir()} >= {".mod", ".jbi", ".json", ".csv"}
+
+
+def test_json_is_the_record_alone(tmp_path, few_points, capsys):
+    out = tmp_path / "out"
+    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--json", "--generations", "1") == 0
+    assert capsys.readouterr().out == (out / "pareto.json").read_text(encoding="utf-8")
+
+
+def test_no_feasible_plan_is_an_answer(tmp_path, few_points, capsys):
+    out = tmp_path / "out"
+    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--speed-mm-s", "5000") == 1
+    assert capsys.readouterr().err == "wpcal: no feasible plan: joint speeds fails most, on 15 of 15 paths\n"
+    record = json.loads((out / "pareto.json").read_text(encoding="utf-8"))
+    assert (record["plans"], record["failed"].split(",")[0]) == ([], "no feasible plan: joint speeds fails most")
+    assert [file.name for file in out.iterdir()] == ["pareto.json"]
+
+
+def remove_grasp(record):
+    del record["holder_robot"]["T_flange_part"]
+
+
+def far_away(record):
+    record["holder_robot"]["T_world_base"]["xyz_mm"] = [8000, 0, 0]
+
+
+def too_close(record):
+    record["holder_robot"]["T_world_base"]["xyz_mm"] = [250, 0, 0]
+    record["bench"] = []
+
+
+def block(record):
+    body = {"name": "block", "capsules": [{"p_mm": [0, 0, 60], "q_mm": [0, 0, 300], "radius_mm": 60}]}
+    record["holder_robot"]["part"].append(body)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (remove_grasp, "holder_robot: T_flange_part is missing"),
+        (far_away, "seam W1, point 1 (s = 0.0 mm): out of reach of robot"),
+        (too_close, "the robots stand too close (bases 250 mm apart)"),
+        (block, "every state at the start of the seam is in collision"),
+    ],
+)
+def test_a_bad_cell_is_one_line_and_nothing_written(tmp_path, few_points, capsys, change, says):
+    out = tmp_path / "out"
+    assert call("plan", changed_cell(tmp_path, change), few_points, "--seam", "W1", "-o", out) == 2
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("--seam", "W7"), "no seam 'W7'; the file has W1"),
+        (("--seam", "W1", "--slope-deg", "60"), "slope: 60 deg is outside its range 30"),
+        (("--seam", "W1", "--speed-mm-s", "0"), "--speed-mm-s"),
+    ],
+)
+def test_wrong_use_is_one_line_and_nothing_written(tmp_path, few_points, capsys, arguments, says):
+    out = tmp_path / "out"
+    assert call("plan", CELL, few_points, *arguments, "-o", out) == 2
+    assert says in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_a_seam_file_of_another_version_is_refused(tmp_path, capsys):
+    file = tmp_path / "seams.json"
+    file.write_text(SEAMS.read_text(encoding="utf-8").replace("wpcal/seams/1", "wpcal/seams/9"), encoding="utf-8")
+    assert call("plan", CELL, file, "--seam", "W1", "-o", tmp_path / "out") == 2
+    assert "expected a record of schema wpcal/seams/1, found wpcal/seams/9" in capsys.readouterr().err
+
+
+def test_results_are_not_overwritten(tmp_path, few_points, capsys):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "mine.txt").write_text("mine", encoding="utf-8")
+    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out) == 2
+    assert "give --force" in capsys.readouterr().err

@@ -1,0 +1,127 @@
+"""Clearance by capsules: against bounded least squares on matrices, and the laws of a distance."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.bodies import Owner, body_frames, body_pairs
+from wpcal.planning.cell import CellState, Shape, part_in_world, tool_in_world
+from wpcal.planning.clearance import STATES, capsule_clearance
+
+ROUND_OFF_MM = 1e-9
+"""Coordinates of some metres: three orders above float64's own round-off."""
+SOLVER_MM = 1e-6
+"""What the bounded least squares keeps of coordinates of some metres."""
+
+
+def random_state(n, seed=0, spread=1.5):
+    rng = np.random.default_rng(seed)
+    return CellState(rng.uniform(-spread, spread, (n, 6)), rng.uniform(-spread, spread, (n, 6)))
+
+
+def test_every_pair_by_least_squares_gives_the_same_least_margin(cell, slow_margins):
+    state = random_state(4)
+    found = capsule_clearance(cell, state)
+    for i in range(len(state)):
+        margins, pairs = slow_margins(cell, state.joints1[i], state.joints2[i])
+        assert abs(found.margin_mm[i] - margins.min()) < SOLVER_MM
+        assert found.nearest(i) == pairs.names(int(np.argmin(margins)))
+        safety = pairs.safety_mm[found.pair[i]]
+        np.testing.assert_allclose(found.distance_mm[i] - safety, found.margin_mm[i], rtol=0, atol=ROUND_OFF_MM)
+
+
+def test_a_state_has_one_answer_alone_and_among_many(cell):
+    state = random_state(STATES + 3)
+    together = capsule_clearance(cell, state)
+    for i in (0, 5, STATES - 1, STATES, STATES + 2):
+        alone = capsule_clearance(cell, CellState(state.joints1[i : i + 1], state.joints2[i : i + 1]))
+        np.testing.assert_allclose(alone.margin_mm[0], together.margin_mm[i], rtol=0, atol=ROUND_OFF_MM)
+        assert alone.pair[0] == together.pair[i]
+
+
+def test_a_cell_moved_as_a_whole_has_the_same_clearances(cell):
+    move = RigidTransform(rotation_from_zyx(0.3, -0.4, 0.5), [300, -200, 100], "world", "world")
+    table = tuple(replace(shape, p=move.apply(shape.p), q=move.apply(shape.q)) for shape in cell.bench)
+    moved = replace(cell, T_world_base1=move @ cell.T_world_base1, T_world_base2=move @ cell.T_world_base2, bench=table)
+    state = random_state(50)
+    expected, found = capsule_clearance(cell, state), capsule_clearance(moved, state)
+    np.testing.assert_allclose(found.margin_mm, expected.margin_mm, rtol=0, atol=ROUND_OFF_MM)
+    assert found.pair.tolist() == expected.pair.tolist()
+
+
+def test_thicker_capsules_and_longer_safety_take_the_same_from_the_margin(cell):
+    state = random_state(50)
+    before = capsule_clearance(cell, state).margin_mm
+    thick = replace(
+        cell,
+        **{
+            name: tuple(replace(shape, radius_mm=shape.radius_mm + 2.5) for shape in getattr(cell, name))
+            for name in ("links1", "links2", "torch", "part", "bench")
+        },
+    )
+    np.testing.assert_allclose(capsule_clearance(thick, state).margin_mm, before - 5.0, rtol=0, atol=ROUND_OFF_MM)
+    strict = replace(
+        cell, d1_mm=cell.d1_mm + 5, torch=tuple(replace(s, to_part_mm=s.to_part_mm and 8.0) for s in cell.torch)
+    )
+    np.testing.assert_allclose(capsule_clearance(strict, state).margin_mm, before - 5.0, rtol=0, atol=ROUND_OFF_MM)
+
+
+def test_the_nozzle_alone_has_its_own_distance_to_the_part(cell):
+    pairs = body_pairs(cell)
+    own = {pairs.names(row) for row in range(len(pairs)) if pairs.safety_mm[row] != cell.d1_mm}
+    assert own == {("robot 1 nozzle", "robot 2 run pipe"), ("robot 1 nozzle", "robot 2 branch pipe")}
+
+
+def test_which_bodies_are_compared(cell):
+    pairs = body_pairs(cell)
+    named = {pairs.names(row) for row in range(len(pairs))}
+    assert ("robot 1 forearm", "robot 1 torch body") in named  # a torch folded back
+    assert ("robot 1 upper arm", "robot 1 wrist") in named
+    assert ("robot 1 forearm", "robot 1 wrist") not in named  # they touch at the wrist's centre
+    assert ("robot 1 wrist", "robot 1 torch body") not in named
+    assert ("robot 1 pedestal", "robot 2 pedestal") in named
+    assert ("robot 1 pedestal", "table") not in named
+    assert ("robot 1 upper arm", "table") in named
+    owners = {(pairs.bodies[i].owner, pairs.bodies[j].owner) for i, j in zip(pairs.first, pairs.second, strict=True)}
+    assert (Owner.BENCH, Owner.BENCH) not in owners
+
+
+def test_arms_that_reach_for_each_other_overlap_and_do_not_when_folded_away(cell):
+    towards, away = np.zeros((1, 6)), np.array([[0.0, -1.2, 1.2, 0, 0.3, 0]])
+    met = capsule_clearance(cell, CellState(towards, towards))
+    assert not met.is_clear[0]
+    assert met.distance_mm[0] < 0
+    apart = capsule_clearance(cell, CellState(away, away))
+    assert apart.is_clear[0]
+    assert apart.distance_mm[0] > cell.d1_mm
+
+
+def test_a_ball_beside_a_ball(cell):
+    ball = Shape("ball", [[0, 0, 0]], [[0, 0, 0]], [10])
+    bare = replace(cell, links1=(), links2=(), torch=(ball,), part=(ball,), bench=())
+    state = random_state(20)
+    expected = np.linalg.norm(
+        tool_in_world(cell, state.joints1)[:, :3, 3] - part_in_world(cell, state.joints2)[:, :3, 3], axis=1
+    )
+    np.testing.assert_allclose(capsule_clearance(bare, state).distance_mm, expected - 20, rtol=0, atol=ROUND_OFF_MM)
+
+
+def test_a_cell_without_bodies_has_nothing_to_meet(cell):
+    bare = replace(cell, links1=(), links2=(), torch=(), part=(), bench=())
+    found = capsule_clearance(bare, random_state(3))
+    assert found.is_clear.all()
+    assert found.pair.tolist() == [-1, -1, -1]
+    assert np.isinf(found.margin_mm).all()
+
+
+def test_frames_end_at_the_flanges(cell):
+    state = random_state(5)
+    frames = body_frames(cell, state)
+    np.testing.assert_allclose(
+        frames[6].matrices(), cell.T_world_base1.matrix @ cell.arm1.forward(state.joints1), rtol=0, atol=ROUND_OFF_MM
+    )
+    np.testing.assert_allclose(
+        frames[13].matrices(), cell.T_world_base2.matrix @ cell.arm2.forward(state.joints2), rtol=0, atol=ROUND_OFF_MM
+    )

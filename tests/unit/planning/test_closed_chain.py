@@ -1,0 +1,103 @@
+import numpy as np
+import pytest
+
+from wpcal.core.errors import InputError
+from wpcal.export.torch import measure_torch
+from wpcal.planning.cell import JOINTS, CellState
+from wpcal.planning.closed_chain import (
+    COORDINATES,
+    ROTATION,
+    SLOPE,
+    SPIN,
+    TRAVEL,
+    WORK,
+    YAW,
+    SeamPath,
+    all_joints,
+    f3,
+    joint_slopes,
+    joints_along,
+    seam_in_middle,
+    torch_on_seam,
+    unwrap,
+)
+from wpcal.seam.position import weld_rotation, weld_slope
+from wpcal.seam.seam import SeamFrames
+
+CLOSED_MM, CLOSED_RAD = 1e-6, 1e-9
+"""Asked of the closed chain at every point; round-off of a metre is four orders below."""
+ROUND_OFF_RAD = 1e-12
+"""Some sines and arc tangents of one angle."""
+SLOPE_ATOL = 1e-7
+"""Round-off of the difference quotient with `STEP`: 1e-15 / 1e-6 times the size of a joint angle."""
+STEP = 1e-6
+
+
+@pytest.fixture
+def coordinates(path):
+    """Coordinates at which several branches of both arms reach, different at every point."""
+    rng = np.random.default_rng(3)
+    middle = np.zeros((len(path), COORDINATES))
+    middle[:, :3] = (-50.0, 60.0, 750.0)
+    middle[:, YAW], middle[:, SLOPE], middle[:, ROTATION] = 1.4, 0.17, 0.26
+    middle[:, WORK], middle[:, TRAVEL], middle[:, SPIN] = 0.1, -0.2, 0.7
+    return middle + rng.normal(0.0, 0.02, middle.shape)
+
+
+def test_every_branch_closes_the_chain_exactly(cell, path, coordinates):
+    one, two = all_joints(cell, path, coordinates)
+    tried = 0
+    for a in range(8):
+        for b in range(8):
+            if np.isfinite(one[:, a]).all() and np.isfinite(two[:, b]).all():
+                off_mm, off_rad = f3(cell, path, CellState(one[:, a], two[:, b]), torch_on_seam(coordinates))
+                assert off_mm.max() <= CLOSED_MM
+                assert off_rad.max() <= CLOSED_RAD
+                tried += 1
+    assert tried >= 4
+
+
+def test_a_moved_joint_opens_the_chain(cell, path, coordinates):
+    joints = joints_along(cell, path, coordinates, (0, 0), np.zeros(12))
+    joints[5, 1] += 1e-4
+    off_mm, off_rad = f3(cell, path, CellState(joints[:, :JOINTS], joints[:, JOINTS:]), torch_on_seam(coordinates))
+    assert off_mm[5] > 0.05
+    assert off_rad[5] > 0.9e-4
+    assert np.delete(off_mm, 5).max() <= CLOSED_MM
+
+
+def test_slope_rotation_work_and_travel_are_those_of_the_conventions(coordinates):
+    R = seam_in_middle(coordinates)
+    np.testing.assert_allclose(weld_slope(R[..., 0]), coordinates[:, SLOPE], rtol=0, atol=ROUND_OFF_RAD)
+    np.testing.assert_allclose(
+        weld_rotation(R[..., 0], R[..., 2]), coordinates[:, ROTATION], rtol=0, atol=ROUND_OFF_RAD
+    )
+    wire = np.einsum("nij,nj->ni", R, torch_on_seam(coordinates)[..., 2])
+    work, travel = measure_torch(R, wire)
+    np.testing.assert_allclose(work, coordinates[:, WORK], rtol=0, atol=ROUND_OFF_RAD)
+    np.testing.assert_allclose(travel, coordinates[:, TRAVEL], rtol=0, atol=ROUND_OFF_RAD)
+
+
+@pytest.mark.parametrize("column", range(COORDINATES))
+def test_derivatives_are_those_of_difference_quotients(cell, path, coordinates, column):
+    joints = joints_along(cell, path, coordinates, (0, 0), np.zeros(12))
+    step = np.zeros(COORDINATES)
+    step[column] = STEP
+    ahead, back = (joints_along(cell, path, coordinates + way * step, (0, 0), joints[0]) for way in (1, -1))
+    slopes = joint_slopes(cell, coordinates, joints)
+    np.testing.assert_allclose(slopes[:, :, column], (ahead - back) / (2 * STEP), rtol=0, atol=SLOPE_ATOL)
+
+
+def test_a_turning_axis_goes_on_beyond_half_a_turn():
+    true = np.linspace(0.0, 8.0, 50)[:, None]
+    wrapped = (true + np.pi) % (2 * np.pi) - np.pi
+    np.testing.assert_allclose(unwrap(wrapped, np.zeros(1)), true, rtol=0, atol=ROUND_OFF_RAD)
+    np.testing.assert_allclose(unwrap(wrapped, np.array([6.0])), true + 2 * np.pi, rtol=0, atol=ROUND_OFF_RAD)
+
+
+def test_a_path_stands_in_the_part():
+    frames = SeamFrames(np.arange(2.0), np.zeros((2, 3)), np.stack([np.eye(3)] * 2), np.zeros(2), "base")
+    with pytest.raises(InputError, match="expected frames in part, got base"):
+        SeamPath.of_frames("W1", frames)
+    with pytest.raises(InputError, match="at least two points, got 1"):
+        SeamPath.of_frames("W1", SeamFrames(np.zeros(1), np.zeros((1, 3)), np.eye(3)[None], np.zeros(1)))

@@ -1,0 +1,64 @@
+"""No path is called free that is not, and none the other way round: judged by bounded least squares, pair by pair."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wpcal.planning.cell import Shape, tool_in_world
+from wpcal.planning.plan import Freedom
+from wpcal.planning.recheck import check_path
+
+pytest.importorskip("fcl", reason="python-fcl is not installed")
+ENGINES_MM = 2e-3
+"""What FCL's allowance (1e-4) and the bounded least squares of coordinates of metres leave between both."""
+CELLS = 25
+LOOKS = 12
+"""States of a path that are judged again: each takes some hundredths of a second."""
+
+
+def cluttered(cell, tip, rng):
+    """The cell with a post and a box somewhere near the torch's way."""
+    place = tip + rng.uniform(-1, 1, 3) * [260, 260, 160]
+    post = Shape("post", [[*place[:2], 0]], [place], [rng.uniform(5, 30)])
+    low = tip + rng.uniform(-1, 1, 3) * [320, 320, 260]
+    high = low + rng.uniform(30, 120, 3)
+    corners = [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+    box = Shape("box", [low], [high], [1.0], hull=corners)
+    return replace(cell, bench=(*cell.bench, post, box))
+
+
+def test_the_verdict_is_that_of_another_engine(cell, simple_plan, slow_margins):
+    rng = np.random.default_rng(11)
+    tip = tool_in_world(cell, simple_plan.state.joints1[:1])[0, :3, 3]
+    verdicts = []
+    for _ in range(CELLS):
+        around = cluttered(cell, tip, rng)
+        found = check_path(simple_plan.state, simple_plan.s_mm, around)
+        verdicts.append(found.freedom)
+        at = np.append(rng.uniform(0, len(simple_plan) - 1, LOOKS), found.worst / found.refine)
+        rows, parts = np.divmod(at, 1.0)
+        rows = rows.astype(int)
+        after = np.minimum(rows + 1, len(simple_plan) - 1)
+        q1, q2 = (
+            q[rows] + parts[:, None] * (q[after] - q[rows])
+            for q in (simple_plan.state.joints1, simple_plan.state.joints2)
+        )
+        judged = [slow_margins(around, one, two, hulls=True)[0].min() for one, two in zip(q1, q2, strict=True)]
+        if found.freedom is Freedom.FREE:
+            assert abs(judged[-1] - found.clearance.margin_mm[found.worst]) < ENGINES_MM
+            assert min(judged) > -found.motion_mm / 2  # between checked states no body goes farther
+        else:
+            assert judged[-1] <= ENGINES_MM
+    assert {Freedom.FREE, Freedom.NOT_FREE} == set(verdicts)
+
+
+def test_a_few_random_states_between_the_points_have_the_margins_that_were_found(cell, simple_plan, slow_margins):
+    rng = np.random.default_rng(3)
+    found = check_path(simple_plan.state, simple_plan.s_mm, cell)
+    for row in rng.integers(0, len(found.s_mm), LOOKS).tolist():
+        i, part = row // 10, row % 10 / 10
+        state = simple_plan.state
+        joints = [q[i] + part * (q[min(i + 1, len(q) - 1)] - q[i]) for q in (state.joints1, state.joints2)]
+        judged = slow_margins(cell, *joints, hulls=True)[0].min()
+        assert abs(judged - found.clearance.margin_mm[row]) < ENGINES_MM

@@ -1,0 +1,145 @@
+"""Distances of hulls: against a nonnegative least squares of the corners, all pairs one by one, and capsules."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from wpcal.core.errors import GeometryError
+from wpcal.planning.bodies import body_frames, body_pairs
+from wpcal.planning.cell import CellState, Shape
+from wpcal.planning.cell_file import read_cell
+from wpcal.planning.clearance import capsule_clearance, pair_margins
+from wpcal.planning.hulls import FCL_MM, capsule_around, hull_clearance
+
+pytest.importorskip("fcl", reason="python-fcl is not installed")
+CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
+HULL_MM = 2 * FCL_MM
+"""FCL's distance is reported this much too small at most: the allowance and its own error."""
+LEAST_SQUARES_MM = 1e-3
+"""What the weighted rows that stand for the sums to one leave of distances of a metre."""
+ROUND_OFF_MM = 1e-9
+
+
+@pytest.fixture(scope="module")
+def cell():
+    return read_cell(CELL)
+
+
+def random_state(n, seed=0):
+    rng = np.random.default_rng(seed)
+    return CellState(rng.uniform(-1.5, 1.5, (n, 6)), rng.uniform(-1.5, 1.5, (n, 6)))
+
+
+def rounded_off(shape, rng, n=40):
+    """A shape with a hull of n random points inside its capsules; few points fill little of them."""
+    k = rng.integers(0, len(shape.p), n)
+    s, aside = rng.uniform(0, 1, (n, 1)), rng.normal(size=(n, 3))
+    aside /= np.linalg.norm(aside, axis=1, keepdims=True)
+    points = shape.p[k] + s * (shape.q - shape.p)[k] + 0.99 * shape.radius_mm[k, None] * aside
+    return replace(shape, hull=points)
+
+
+def with_hulls(cell, corners):
+    rng = np.random.default_rng(5)
+    names = ("links1", "links2", "torch", "part", "bench")
+    return replace(cell, **{name: tuple(rounded_off(s, rng, corners) for s in getattr(cell, name)) for name in names})
+
+
+@pytest.fixture(scope="module")
+def hulled(cell):
+    return with_hulls(cell, 40)
+
+
+def corner_distance(A, B):
+    """Distance of the hulls of two sets of corners, by nonnegative least squares with heavy rows for the sums."""
+    heavy = 1e5
+    rows = np.block([[A.T, -B.T], [heavy * np.ones((1, len(A))), np.zeros((1, len(B)))]])
+    rows = np.vstack([rows, np.concatenate([np.zeros(len(A)), heavy * np.ones(len(B))])])
+    x, _ = nnls(rows, np.array([0, 0, 0, heavy, heavy]))
+    a, b = x[: len(A)], x[len(A) :]
+    return np.linalg.norm(A.T @ a / a.sum() - B.T @ b / b.sum())
+
+
+@pytest.mark.parametrize(("corners", "states"), [(40, 25), (5, 60)])
+def test_every_pair_of_hulls_by_least_squares_gives_the_same_least_margin(cell, corners, states):
+    """With five corners the capsules around hulls say little of them: the order of the bounds is not that of hulls."""
+    hulled, state = with_hulls(cell, corners), random_state(states)
+    pairs = body_pairs(hulled)
+    found = hull_clearance(hulled, state)
+    frames = body_frames(hulled, state)
+    for i in range(len(state)):
+        corners = []
+        for body in pairs.bodies:
+            T = frames[body.carrier].matrices()
+            corners.append(body.shape.hull @ T[min(i, len(T) - 1), :3, :3].T + T[min(i, len(T) - 1), :3, 3])
+        margins = [corner_distance(corners[a], corners[b]) for a, b in zip(pairs.first, pairs.second, strict=True)]
+        assert abs(found.margin_mm[i] - (margins - pairs.safety_mm).min()) < LEAST_SQUARES_MM
+
+
+def test_hulls_inside_capsules_are_never_nearer(hulled):
+    state = random_state(300)
+    hulls, capsules = hull_clearance(hulled, state), capsule_clearance(hulled, state)
+    assert (hulls.margin_mm >= capsules.margin_mm - HULL_MM).all()
+    assert (hulls.margin_mm > capsules.margin_mm + 1.0).any()  # and somewhere it matters
+
+
+def test_bodies_without_hulls_are_measured_by_their_capsules(cell):
+    bare = replace(cell, bench=tuple(replace(shape, hull=()) for shape in cell.bench))
+    state = random_state(100)
+    by_hulls, by_capsules = hull_clearance(bare, state), capsule_clearance(bare, state)
+    np.testing.assert_array_equal(by_hulls.margin_mm, by_capsules.margin_mm)
+    np.testing.assert_array_equal(by_hulls.pair, by_capsules.pair)
+
+
+def test_a_capsule_against_a_box(cell):
+    table = Shape(
+        "box", [[0, 0, 0]], [[0, 0, 0]], [1], hull=[[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    )
+    ball = Shape("ball", [[0, 0, 0]], [[0, 0, 0]], [10])
+    bare = replace(cell, links1=(), links2=(), torch=(ball,), part=(), bench=(table,))
+    state = random_state(30)
+    centre = body_frames(bare, state)[14].p.T
+    outside = np.linalg.norm(centre - np.clip(centre, 0, 1), axis=1) - 10
+    found = hull_clearance(bare, state).distance_mm
+    np.testing.assert_allclose(found, np.maximum(outside, 0), rtol=0, atol=HULL_MM)
+
+
+def test_overlapping_hulls_are_not_clear(hulled):
+    meeting = CellState(np.zeros((1, 6)), np.zeros((1, 6)))
+    found = hull_clearance(hulled, meeting)
+    assert not found.is_clear[0]
+    assert found.distance_mm[0] == 0.0
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_capsule_around_points_holds_them(seed):
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(30, 3)) * rng.uniform(1, 300, 3) + rng.uniform(-500, 500, 3)
+    p, q, radius = capsule_around(points)
+    u = q - p
+    t = np.clip((points - p) @ u / max(u @ u, 1e-30), 0, 1)
+    assert np.linalg.norm(points - p - t[:, None] * u, axis=1).max() <= radius + ROUND_OFF_MM
+
+
+def test_the_capsule_around_a_rod_is_slim():
+    rod = np.array([[x, 3 * np.cos(a), 3 * np.sin(a)] for x in (0.0, 200.0) for a in np.linspace(0, 6, 12)])
+    p, q, radius = capsule_around(rod)
+    assert radius < 3.2
+    assert 190 < np.linalg.norm(q - p) <= 200
+
+
+def test_flat_hulls_are_refused(cell):
+    flat = replace(cell.bench[0], hull=[[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+    with pytest.raises(GeometryError, match="table: the corners of its hull lie in a plane"):
+        hull_clearance(replace(cell, bench=(flat,)), random_state(1))
+
+
+def test_margins_of_pairs_have_the_least_margin(cell):
+    state = random_state(40)
+    margins = pair_margins(body_pairs(cell), body_frames(cell, state))
+    found = capsule_clearance(cell, state)
+    np.testing.assert_array_equal(margins.min(axis=0), found.margin_mm)
+    np.testing.assert_array_equal(margins.argmin(axis=0), found.pair)

@@ -1,0 +1,85 @@
+import numpy as np
+import pytest
+
+from wpcal.planning.closed_chain import COORDINATES, SPIN, YAW, joints_along
+from wpcal.planning.curves import damped_step, refine_path
+from wpcal.planning.linear_model import Path, linearise
+from wpcal.planning.objectives import OBJECTIVES
+
+WEIGHTS = np.array([1e-3, 1e-3, 1.0])
+SUM_ATOL = 1e-12
+"""Round-off of sums of some hundred squares near one."""
+GRADIENT_RTOL = 1e-4
+"""Of the largest part: clearances have one-sided difference quotients, everything else exact derivatives."""
+
+
+@pytest.fixture(scope="module")
+def start(problem):
+    coordinates = np.zeros((len(problem.path), COORDINATES))
+    coordinates[:, :3] = (-50.0, 50.0, 700.0)
+    coordinates[:, YAW], coordinates[:, SPIN] = 1.4, 0.7
+    joints = joints_along(problem.cell, problem.path, coordinates, (0, 1), np.zeros(12))
+    return Path(coordinates, (0, 1), joints)
+
+
+def test_the_sum_is_that_of_the_weighted_objectives(problem, start):
+    model = linearise(problem, start, WEIGHTS)
+    values = problem.objectives(start.coordinates, start.joints)
+    beyond = (np.maximum(model.beyond, 0.0) ** 2).sum()
+    assert model.cost == pytest.approx((WEIGHTS * values**2).sum() + beyond, rel=0, abs=SUM_ATOL)
+
+
+def test_the_gradient_is_that_of_the_sum(problem, start):
+    rng = np.random.default_rng(0)
+    rough = start.coordinates + rng.normal(0.0, 0.01, start.coordinates.shape)
+    joints = joints_along(problem.cell, problem.path, rough, start.branches, start.joints[0])
+    path = Path(rough, start.branches, joints)
+    model = linearise(problem, path, WEIGHTS)
+    direction = rng.normal(0.0, 1.0, rough.shape)
+    sums = []
+    for way in (1e-7, -1e-7):
+        moved = rough + way * direction
+        joints = joints_along(problem.cell, problem.path, moved, start.branches, path.joints[0])
+        sums.append(linearise(problem, Path(moved, start.branches, joints), WEIGHTS).cost)
+    expected = 2.0 * (model.gradient(model.beyond > 0) * direction).sum()
+    assert (sums[0] - sums[1]) / 2e-7 == pytest.approx(expected, rel=GRADIENT_RTOL)
+
+
+def test_the_band_holds_the_normal_matrix(problem, start):
+    model = linearise(problem, start, WEIGHTS)
+    active = model.beyond > 0
+    step, other = np.random.default_rng(1).normal(0.0, 1.0, (2, *start.coordinates.shape))
+    n = step.size
+    full = np.zeros((n, n))
+    for offset, diagonal in enumerate(model.band(active)):
+        full[np.arange(offset, n), np.arange(n - offset)] = diagonal[: n - offset]
+    full += np.tril(full, -1).T
+    moves = [model.scale * np.diff(np.einsum("nmi,ni->nm", model.dq, x), axis=0) for x in (step, other)]
+    limits = [active * np.einsum("nmi,ni->nm", model.dbeyond, x) for x in (step, other)]
+    wishes = [x @ model.dwish.T for x in (step, other)]
+    expected = sum(float((a * b).sum()) for a, b in (moves, limits, wishes))
+    assert step.ravel() @ full @ other.ravel() == pytest.approx(expected, rel=1e-10)
+
+
+def test_a_step_reaches_the_least_of_the_model(problem, start):
+    model = linearise(problem, start, WEIGHTS)
+    step = damped_step(model, 1e-6)
+    least = model.predicted_cost(step)
+    rng = np.random.default_rng(2)
+    assert least < model.cost
+    assert all(model.predicted_cost(step + rng.normal(0.0, 1e-3, step.shape)) > least for _ in range(20))
+
+
+def test_refining_never_makes_the_sum_larger_and_trades_as_the_weights_say(problem, start):
+    smooth, exact = (refine_path(problem, start, np.array([w, w, 1.0])) for w in (1e-5, 1e-1))
+    for weight, path in ((1e-5, smooth), (1e-1, exact)):
+        weights = np.array([weight, weight, 1.0])
+        assert linearise(problem, path, weights).cost < linearise(problem, start, weights).cost
+        assert max(problem.excesses(path.coordinates, path.joints).values()) == 0.0
+    values = {name: (a, b) for name, a, b in zip(OBJECTIVES, *map(objectives(problem), (smooth, exact)), strict=True)}
+    assert values["position_deg"][0] > 10 * values["position_deg"][1]
+    assert values["motion_deg_per_mm"][0] < 0.8 * values["motion_deg_per_mm"][1]
+
+
+def objectives(problem):
+    return lambda path: problem.objectives(path.coordinates, path.joints)

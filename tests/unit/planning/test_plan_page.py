@@ -1,0 +1,163 @@
+"""`plan.html` in a browser: the front picks plans, the time moves the arms to where they are, names stay names."""
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wpcal.core.errors import InputError
+from wpcal.planning.cell import Shape, tool_in_world
+from wpcal.planning.page import MethodFront, build_plan_page
+from wpcal.planning.run import build_run
+from wpcal.planning.schedule import schedule_plan
+
+pytest.importorskip("fcl", reason="python-fcl is not installed")
+NAMES = ("position_deg", "torch_deg", "motion_deg_per_mm")
+DRAWN_MM = 0.01
+"""Frames are kept as 32-bit numbers: 1e-4 mm at 2 m; the clock of the page has milliseconds."""
+HOSTILE = "</script><img src=x onerror='window.struck = true'>"
+LAUNCH = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+
+
+@pytest.fixture(scope="module")
+def runs(cell, simple_plan):
+    """A front of three: found in two ways, the last one unchecked."""
+    schedule = schedule_plan(simple_plan, cell)
+    values = [(9.0, 2.0, 0.5), (5.0, 1.0, 0.9), (2.0, 3.0, 1.6)]
+    plans = [
+        replace(simple_plan, objectives=dict(zip(NAMES, row, strict=True)), found_by=found)
+        for row, found in zip(values, ("ladder", "nsga2", "ladder"), strict=True)
+    ]
+    return [build_run(plan, cell, schedule, refine=10 if row < 2 else None) for row, plan in enumerate(plans)]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        pytest.skip("no chromium on this machine")
+    with playwright.sync_playwright() as run:
+        browser = run.chromium.launch(executable_path=chromium, args=LAUNCH)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def opened(browser, tmp_path):
+    """Open a page from a file; it must call nobody and complain of nothing."""
+    said, asked = [], []
+
+    def open_page(html):
+        path = tmp_path / "plan.html"
+        path.write_text(html, encoding="utf-8")
+        page = browser.new_page(viewport={"width": 1280, "height": 900})
+        page.on("console", lambda message: said.append(message.text))
+        page.on("pageerror", lambda error: said.append(str(error)))
+        page.on("request", lambda request: asked.append(request.url))
+        page.goto(path.as_uri())
+        wait_until(page, "window.wpcal && window.wpcal.ready")
+        return page
+
+    yield open_page
+    assert said == []
+    assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
+
+
+def wait_until(page, expression):
+    """Ask again and again from outside: the page's own policy lets nothing be evaluated inside."""
+    for _ in range(1200):
+        if page.evaluate(expression):
+            return
+        page.wait_for_timeout(50)
+    raise TimeoutError(expression)
+
+
+def tip_drawn(page):
+    """Where the view has the wire's tip: the last column of the layer's matrix."""
+    return np.array(page.evaluate("window.wpcal.viewer.layer('tip').matrixWorld.elements"))[12:15]
+
+
+def test_the_time_moves_the_torch_to_where_it_is(opened, cell, runs):
+    page = opened(build_plan_page(runs, cell, NAMES, chosen=1))
+    tip = tool_in_world(cell, runs[1].state.joints1)[:, :3, 3]
+    for row in (0, 5, 40, len(runs[1]) - 1):
+        page.evaluate(f"window.wpcal.seek({round(float(runs[1].t_s[row]), 4)})")
+        np.testing.assert_allclose(tip_drawn(page), tip[row], rtol=0, atol=DRAWN_MM)
+    assert page.evaluate("window.wpcal.project(window.wpcal.viewer.layer('tip').position.toArray())")
+    assert "of 28.6 s" in page.inner_text("[data-test=clock]")
+    assert page.inner_text("[data-test=place]") == "leaving the seam"
+
+
+def test_every_body_is_drawn_where_its_frame_is(opened, cell, runs):
+    """The flange of robot 2 carries the part: layer of its bodies against the kinematics."""
+    page = opened(build_plan_page(runs, cell, NAMES, chosen=0))
+    page.evaluate(f"window.wpcal.seek({round(float(runs[0].t_s[20]), 4)})")
+    drawn = np.array(page.evaluate("window.wpcal.viewer.layer('part@15').matrixWorld.elements")).reshape(4, 4).T
+    T = cell.T_world_base2.matrix @ cell.arm2.forward(runs[0].state.joints2[20:21])[0] @ cell.T_flange2_part.matrix
+    np.testing.assert_allclose(drawn, T, rtol=0, atol=DRAWN_MM)
+    assert page.evaluate("window.wpcal.viewer.layer('robot1@3').children.length") == 2  # elbow and forearm
+
+
+def test_a_click_in_the_front_shows_that_plan(opened, cell, runs):
+    page = opened(build_plan_page(runs, cell, NAMES, chosen=1))
+    assert page.inner_text("[data-test=which]") == "plan 2 of 3, the chosen one"
+    assert page.inner_text("[data-test=freedom]") == "FREE"
+    page.click("[data-plan='2']")
+    wait_until(page, "window.wpcal.plan === 2")
+    assert page.inner_text("[data-test=which]") == "plan 3 of 3"
+    assert page.inner_text("[data-test=freedom]") == "UNCHECKED"
+    assert page.locator(".plan.chosen").count() == 1
+    page.click("#front tr[data-row='0']")
+    wait_until(page, "window.wpcal.plan === 0")
+    assert page.inner_text("[data-test=freedom]") == "FREE"
+    assert page.locator("svg.chart").count() == 5
+
+
+def test_what_each_method_found_stands_behind_the_plans(opened, cell, runs):
+    fronts = [
+        MethodFront("ladder", np.array([[9.0, 2, 0.5], [2.0, 3, 1.6]]), 12.3),
+        MethodFront("nsga2", np.array([[5.0, 1, 0.9]]), 4.5),
+    ]
+    page = opened(build_plan_page(runs, cell, NAMES, chosen=0, fronts=fronts))
+    assert [page.locator(f"[data-front='{name}'] path").count() for name in ("ladder", "nsga2")] == [2, 1]
+    assert "2 plans by itself, hypervolume 12.3" in page.inner_text("#front")
+
+
+def test_playing_lets_the_time_run_and_a_click_in_a_chart_sets_it(opened, cell, runs):
+    page = opened(build_plan_page(runs, cell, NAMES, chosen=0))
+    before = tip_drawn(page)
+    page.click("[data-test=play]")
+    wait_until(page, "Number(document.querySelector('[data-test=time]').value) > 1.3")
+    page.click("[data-test=play]")
+    assert np.linalg.norm(tip_drawn(page) - before) > 0.1
+    page.locator(".charts svg").first.click(position={"x": 300, "y": 60})
+    assert 5 < float(page.input_value("[data-test=time]")) < 25
+
+
+def test_names_stay_names(opened, cell, runs):
+    odd = Shape(HOSTILE, [[0, 900, 0]], [[0, 900, 10]], [5])
+    strange = replace(cell, name=HOSTILE, bench=(*cell.bench, odd))
+    renamed = [replace(run, plan=replace(run.plan, seam=HOSTILE, found_by=HOSTILE)) for run in runs]
+    html = build_plan_page(renamed, strange, NAMES, chosen=0)
+    assert HOSTILE not in html
+    page = opened(html)
+    assert page.inner_text("h1") == f"Seam {HOSTILE}"
+    assert page.evaluate("window.struck") is None
+    assert page.locator("img").count() == 0
+
+
+def test_a_page_that_may_call_nobody(cell, runs):
+    html = build_plan_page(runs, cell, NAMES, chosen=0)
+    assert "default-src 'none'" in html
+    assert "connect-src" not in html
+    assert build_plan_page(runs, cell, NAMES, chosen=0) == html
+
+
+def test_a_front_of_nothing_or_of_two_seams_is_refused(cell, runs):
+    with pytest.raises(InputError, match="plans of one seam"):
+        build_plan_page([], cell, NAMES, chosen=0)
+    other = replace(runs[1], plan=replace(runs[1].plan, seam="W2"))
+    with pytest.raises(InputError, match="plans of one seam"):
+        build_plan_page([runs[0], other], cell, NAMES, chosen=0)

@@ -1,0 +1,95 @@
+"""Segment distances against a bounded least squares, dense sampling, and the laws of a distance."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import lsq_linear
+
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.planning.segments import Segments, dot, segment_distances
+
+ROUND_OFF_MM = 1e-9
+"""Coordinates of up to 1e3 mm: five orders of float64's own round-off."""
+SOLVER_MM = 1e-6
+"""What the bounded least squares states as its own tolerance, times the coordinates."""
+TOUCHING_MM = 1e-5
+"""Parallel and touching: the square root of the round-off of a squared length of 1e6 mm²."""
+
+
+def segments(start, end):
+    p, end = np.asarray(start, dtype=float).T, np.asarray(end, dtype=float).T
+    return Segments(p, end - p)
+
+
+def random_pairs(rng, n):
+    ends = rng.uniform(-500, 500, (4, n, 3))
+    return segments(ends[0], ends[1]), segments(ends[2], ends[3])
+
+
+def least_squares_distance(first, second, i):
+    A = np.stack([first.u[:, i], -second.u[:, i]], axis=1)
+    answer = lsq_linear(A, second.p[:, i] - first.p[:, i], bounds=(0, 1), method="bvls", tol=1e-14)
+    return np.sqrt(2 * answer.cost)
+
+
+def test_bounded_least_squares_finds_the_same_distance():
+    first, second = random_pairs(np.random.default_rng(0), 300)
+    expected = [least_squares_distance(first, second, i) for i in range(300)]
+    np.testing.assert_allclose(segment_distances(first, second), expected, rtol=0, atol=SOLVER_MM)
+
+
+def test_no_sampled_pair_of_points_is_nearer_and_one_is_nearly_as_near():
+    first, second = random_pairs(np.random.default_rng(1), 40)
+    s = np.linspace(0, 1, 201)
+    a = first.p[:, :, None] + first.u[:, :, None] * s
+    b = second.p[:, :, None] + second.u[:, :, None] * s
+    gap = a[..., :, None] - b[..., None, :]
+    sampled = np.sqrt(dot(gap, gap)).min(axis=(1, 2))
+    found = segment_distances(first, second)
+    assert (found <= sampled + ROUND_OFF_MM).all()
+    half_steps = (np.linalg.norm(first.u, axis=0) + np.linalg.norm(second.u, axis=0)) / 400
+    assert (sampled <= found + half_steps).all()
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_order_direction_and_place_do_not_matter(seed):
+    rng = np.random.default_rng(seed)
+    first, second = random_pairs(rng, 5)
+    expected = segment_distances(first, second)
+    R, t = rotation_from_zyx(*rng.uniform(-np.pi, np.pi, 3)), rng.uniform(-300, 300, (3, 1))
+    turned = [Segments(R @ part.p + t, R @ part.u) for part in (first, second)]
+    back = Segments(first.p + first.u, -first.u)
+    for pair in ((second, first), (back, second), turned):
+        np.testing.assert_allclose(segment_distances(*pair), expected, rtol=0, atol=ROUND_OFF_MM)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "expected"),
+    [
+        ([[0, 0, 0], [10, 0, 0]], [[5, -5, 3], [5, 5, 3]], 3.0),  # crossing
+        ([[0, 0, 0], [10, 0, 0]], [[13, 4, 0], [20, 4, 0]], 5.0),  # end to end
+        ([[0, 0, 0], [10, 0, 0]], [[4, 0, 2], [4, 0, 9]], 2.0),  # inside to end
+        ([[0, 0, 0], [10, 0, 0]], [[-4, 6, 0], [30, 6, 0]], 6.0),  # parallel
+        ([[0, 0, 0], [10, 0, 0]], [[-4, 6, 0], [-1, 6, 0]], np.hypot(1, 6)),  # parallel, apart
+        ([[0, 0, 0], [0, 0, 0]], [[3, 4, 0], [3, 4, 9]], 5.0),  # a point and a segment
+        ([[1, 1, 1], [1, 1, 1]], [[1, 1, 3], [1, 1, 3]], 2.0),  # two points
+        ([[0, 0, 0], [10, 0, 0]], [[2, -1, 0], [3, 4, 0]], 0.0),  # meeting
+    ],
+)
+def test_places_with_a_known_distance(first, second, expected):
+    found = segment_distances(segments([first[0]], [first[1]]), segments([second[0]], [second[1]]))
+    np.testing.assert_allclose(found, [expected], rtol=0, atol=ROUND_OFF_MM)
+
+
+@pytest.mark.parametrize("lean", [0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3])
+def test_nearly_parallel_segments(lean):
+    rng = np.random.default_rng(2)
+    first, _ = random_pairs(rng, 50)
+    side = np.cross(first.u.T, rng.normal(size=(50, 3))).T
+    u = first.u + lean * side
+    second = Segments(first.p + 0.25 * first.u + 20 * side / np.linalg.norm(side, axis=0), 0.5 * u)
+    expected = [least_squares_distance(first, second, i) for i in range(50)]
+    np.testing.assert_allclose(segment_distances(first, second), expected, rtol=0, atol=SOLVER_MM)
+    on = Segments(first.p + 0.25 * first.u, 0.5 * u)
+    np.testing.assert_allclose(segment_distances(first, on), np.zeros(50), rtol=0, atol=TOUCHING_MM)

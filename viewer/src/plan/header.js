@@ -1,0 +1,33 @@
+// What the plan is, and whether it is free: at the top of the page.
+import { el, fixed } from "../dom.js";
+
+const STAMPS = { free: "FREE", "not free": "NOT FREE", unchecked: "UNCHECKED" };
+const CLASSES = { free: "pass", "not free": "fail", unchecked: "open" };
+
+/** Returns {element, show(row)}. */
+export function buildHeader(data) {
+  const stamp = el("p", { class: "stamp", "data-test": "freedom" });
+  const checked = el("p", { "data-test": "checked" });
+  const speed = el("p", {});
+  const which = el("p", { class: "eyebrow", "data-test": "which" });
+  const title = el("div", { class: "title" }, which, el("h1", {}, `Seam ${data.seam}`), el("p", {}, data.cell), speed);
+  const element = el("header", {}, title, el("div", { class: "verdict" }, stamp, checked));
+  return {
+    element,
+    show(row) {
+      const plan = data.plans[row];
+      element.className = CLASSES[plan.freedom];
+      which.textContent = `plan ${row + 1} of ${data.plans.length}${row === data.chosen ? ", the chosen one" : ""}`;
+      stamp.textContent = STAMPS[plan.freedom];
+      checked.replaceChildren(...checkedText(plan));
+      speed.textContent = plan.schedule;
+    },
+  };
+}
+
+function checkedText({ check }) {
+  if (!check) return ["no state was measured between the bodies"];
+  if (!check.between) return [`${check.states} states; no bodies that could meet`];
+  const least = `least: ${check.between.join(" to ")}, ${fixed(check.least_distance_mm, 1)} mm at s = ${fixed(check.s_mm, 1)} mm`;
+  return [`${check.states} states measured by hulls`, el("br"), least];
+}

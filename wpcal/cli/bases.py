@@ -1,0 +1,44 @@
+"""`wpcal bases`: where two robots stand to each other, from points that both touched."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
+@click.argument("touched_csv", metavar="TOUCHED.csv", type=click.Path(path_type=Path))
+@click.option("-o", "--output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Folder to write.")
+@click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1.")
+@click.option("--force", is_flag=True, help="Write into a folder that holds something.")
+@click.option("--json", "as_json", is_flag=True, help="Print the record of the fit on stdout.")
+def bases(*, cell_json: Path, touched_csv: Path, output: Path, tolerance_mm: float, force: bool, as_json: bool) -> int:
+    """Put the place of robot 2 into a cell, from points that both robots touched with known tools.
+
+    TOUCHED.csv has the columns name, base1_x_mm, base1_y_mm, base1_z_mm, base2_x_mm, base2_y_mm, base2_z_mm. Writes
+    cell.json and the arms that stand beside CELL.json. Ends with code 1 when a residual is larger than the tolerance.
+    """
+    from wpcal.core.errors import blamed_on
+    from wpcal.core.records import check_writable, new_directory, to_json, write_file
+    from wpcal.planning.bases import measure_bases, read_touched
+
+    check_writable(output, overwrite=force)
+    touched = read_touched(touched_csv)
+    with blamed_on(str(touched_csv)):
+        found = measure_bases(cell_json, touched, tolerance_mm=tolerance_mm)
+    with new_directory(output, overwrite=force) as folder:
+        for name, record in found.files.items():
+            write_file(folder / name, to_json(record), overwrite=True)
+    if as_json:
+        click.echo(to_json(found.result.to_record()), nl=False)
+    else:
+        from wpcal.cli.calibration_tables import show_calibration
+        from wpcal.cli.console import plain_console
+
+        console = plain_console()
+        show_calibration(found.result, console)
+        console.print(f"robot 2 stands {found.moved_mm:.3f} mm from where the cell had it", highlight=False)
+        console.print(f"wrote {', '.join(found.files)} to {output}", highlight=False, markup=False)
+    return 0 if found.result.verdict == "PASS" else 1

@@ -1,0 +1,208 @@
+"""`wpcal plan`: two robots on one part; the plans between which one chooses, and the chosen one as programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from wpcal.planning.cell import RobotCell
+    from wpcal.planning.objectives import Wishes
+    from wpcal.planning.plan import Preference
+    from wpcal.planning.search import PlanningResult
+
+ANGLE = click.FloatRange(-180.0, 180.0)
+
+
+@click.command()
+@click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
+@click.argument("seams_json", metavar="SEAMS.json", type=click.Path(path_type=Path))
+@click.option("--seam", required=True, metavar="NAME", help="Which seam of the file: W1, W2, …")
+@click.option("-o", "--output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Folder to write.")
+@click.option(
+    "--prefer",
+    type=click.Choice(["position", "smooth", "balanced"]),
+    default="balanced",
+    show_default=True,
+    help="Which plan is written as programs.",
+)
+@click.option("--slope-deg", type=ANGLE, default=10.0, show_default=True, help="Wished slope of the weld, uphill.")
+@click.option("--rotation-deg", type=ANGLE, default=0.0, show_default=True, help="Wished rotation of the joint.")
+@click.option("--work-deg", type=ANGLE, default=0.0, show_default=True, help="Wished work angle of the torch.")
+@click.option("--travel-deg", type=ANGLE, default=0.0, show_default=True, help="Wished travel angle: + push, - drag.")
+@click.option("--torch-range-deg", type=ANGLE, default=15.0, show_default=True, help="Most that the torch is off them.")
+@click.option("--speed-mm-s", type=click.FloatRange(min=0, min_open=True), default=6.0, show_default=True)
+@click.option("--generations", type=click.IntRange(min=0), default=0, show_default=True, help="Of NSGA-II; 0: none.")
+@click.option("--population", type=click.IntRange(min=4), default=100, show_default=True, help="Of NSGA-II.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number.")
+@click.option("--force", is_flag=True, help="Write into a folder that holds something.")
+@click.option("--json", "as_json", is_flag=True, help="Print the record of pareto.json on stdout.")
+def plan(
+    *,
+    cell_json: Path,
+    seams_json: Path,
+    seam: str,
+    output: Path,
+    prefer: str,
+    slope_deg: float,
+    rotation_deg: float,
+    work_deg: float,
+    travel_deg: float,
+    torch_range_deg: float,
+    speed_mm_s: float,
+    generations: int,
+    population: int,
+    seed: int,
+    force: bool,
+    as_json: bool,
+) -> int:
+    """Plan how two robots weld one seam: robot 1 with the torch, robot 2 holding and turning the part.
+
+    CELL.json says what stands where; SEAMS.json is the seams.json of `wpcal calibrate`. Writes pareto.json (every plan
+    worth choosing from), plan.html (all of them to look at), and of the chosen one plan.json, plan.csv and programs of
+    both robots. Ctrl-C keeps the best plans so far. Ends with code 1 when there is no feasible plan.
+    """
+    from wpcal.core.errors import ConvergenceError
+    from wpcal.core.records import check_writable
+    from wpcal.planning.cell_file import read_cell
+    from wpcal.planning.genetic import GeneticOptions
+    from wpcal.planning.objectives import Wishes
+    from wpcal.planning.plan import Preference
+    from wpcal.planning.seam_file import read_seam_path
+    from wpcal.planning.search import plan_seam
+
+    check_writable(output, overwrite=force)
+    _require_extra("fcl", *(("pymoo",) if generations else ()))
+    wishes = Wishes(
+        slope_rad=math.radians(slope_deg),
+        rotation_rad=math.radians(rotation_deg),
+        work_rad=math.radians(work_deg),
+        travel_rad=math.radians(travel_deg),
+        torch_range_rad=math.radians(torch_range_deg),
+    )
+    genetic = GeneticOptions(population=population, generations=generations, seed=seed) if generations else None
+    cell = read_cell(cell_json)
+    path, mesh = read_seam_path(seams_json, seam, cell), _read_mesh(seams_json)
+    try:
+        with _shown_progress() as progress:
+            result = plan_seam(cell, path, wishes=wishes, speed_mm_s=speed_mm_s, genetic=genetic, progress=progress)
+    except ConvergenceError as error:
+        return _write_failure(cell, seam, wishes, speed_mm_s, str(error), output, force=force)
+    return _write(result, cell, Preference(prefer), output, mesh, force=force, as_json=as_json)
+
+
+def _read_mesh(seams_json: Path) -> bytes | None:
+    """Read the part's triangles where `wpcal calibrate` left them beside the seams.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read or is no such mesh.
+    """
+    from wpcal.core.errors import InputError
+    from wpcal.viewer import read_part_glb
+
+    path = seams_json.with_name("part.glb")
+    if not path.exists():
+        return None
+    try:
+        mesh = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+    read_part_glb(mesh, path=str(path))
+    return mesh
+
+
+def _require_extra(*modules: str) -> None:
+    """Refuse before any work what would fail at its end."""
+    from importlib.util import find_spec
+
+    from wpcal.core.errors import InputError
+
+    missing = [module for module in modules if find_spec(module) is None]
+    if missing:
+        raise InputError(f"planning needs {', '.join(missing)}: install wpcal[planning]")
+
+
+@contextmanager
+def _shown_progress() -> Iterator[Callable[[str, int, int], None]]:
+    """Yield a function that shows a bar on stderr, on a terminal only."""
+    import sys
+
+    if not sys.stderr.isatty():
+        yield lambda what, done, of: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("starting")
+
+        def show(what: str, done: int, of: int) -> None:
+            bar.update(task, description=what, completed=done, total=of)
+
+        yield show
+
+
+def _write(
+    result: PlanningResult,
+    cell: RobotCell,
+    preference: Preference,
+    output: Path,
+    mesh: bytes | None,
+    *,
+    force: bool,
+    as_json: bool,
+) -> int:
+    from wpcal.cli.console import plain_console
+    from wpcal.cli.plan_tables import show_plans
+    from wpcal.core.records import new_directory, to_json, write_file
+    from wpcal.planning.objectives import OBJECTIVES
+    from wpcal.planning.output import dual_program, freedom_of, possible_programs, run_csv, run_record
+    from wpcal.planning.page import MethodFront, build_plan_page
+    from wpcal.planning.pareto_record import pareto_record
+    from wpcal.planning.plan import Freedom
+    from wpcal.planning.run import build_run
+    from wpcal.planning.schedule import schedule_plan
+
+    record = to_json(pareto_record(result, cell, preference))
+    plans, chosen = result.front.plans, result.front.chosen(preference)
+    runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=result.speed_mm_s)) for one in plans]
+    run = runs[chosen]
+    files = {"pareto.json": record, "plan.json": to_json(run_record(run, cell)), "plan.csv": run_csv(run, cell)}
+    groups = (("ladder", result.ladder), ("nsga2", result.genetic))
+    fronts = [MethodFront(name, one.values, result.hypervolume_of(one)) for name, one in groups if one is not None]
+    files["plan.html"] = build_plan_page(runs, cell, OBJECTIVES, chosen=chosen, fronts=fronts, part_glb=mesh)
+    refusals: list[str] = []
+    if freedom_of(run) is Freedom.FREE:
+        programs, refusals = possible_programs(dual_program(run, cell))
+        files |= programs
+    with new_directory(output, overwrite=force) as folder:
+        for name, text in files.items():
+            write_file(folder / name, text, overwrite=True)
+    if as_json:
+        click.echo(record, nl=False)
+    else:
+        show_plans(result, preference, run, plain_console())
+    for refusal in refusals:
+        click.echo(f"wpcal: no program: {refusal}", err=True)
+    return 0 if freedom_of(run) is Freedom.FREE else 1
+
+
+def _write_failure(
+    cell: RobotCell, seam: str, wishes: Wishes, speed_mm_s: float, why: str, output: Path, *, force: bool
+) -> int:
+    """Write that there is no plan, and say it in one line."""
+    from wpcal.core.records import new_directory, to_json, write_file
+    from wpcal.planning.pareto_record import failed_record
+
+    record = failed_record(cell, seam, wishes, speed_mm_s, why)
+    with new_directory(output, overwrite=force) as folder:
+        write_file(folder / "pareto.json", to_json(record), overwrite=True)
+    click.echo(f"wpcal: {why}", err=True)
+    return 1
