@@ -24,6 +24,7 @@ from wpcal.core.errors import InputError, blamed_on
 from wpcal.core.issue import Issue
 from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
+from wpcal.export.taught_program import names_as_features
 from wpcal.features import FeatureKind, ReferenceFeature, find_features
 from wpcal.match import Match, TaughtPoints, match_points, name_points, pair_points, read_taught
 from wpcal.seam import Seam, SeamOptions, detect_seams
@@ -284,6 +285,7 @@ def calibrate_workpiece(
     options = options or CalibrateOptions()
     given = read_taught(Path(taught)) if isinstance(taught, str | Path) else taught
     workpiece = open_workpiece(step, progress=progress)
+    given = names_as_features(given, workpiece.features)
     with blamed_on(given.path):
         points = name_points(
             given,
@@ -339,7 +341,7 @@ class WrittenCalibration:
 
 def calibrate_files(
     step: Path,
-    taught: Path,
+    taught: Path | TaughtPoints,
     out: Path,
     *,
     overwrite: bool,
@@ -355,7 +357,8 @@ def calibrate_files(
 
     Parameters
     ----------
-    step, taught : Path
+    step : Path
+    taught : Path or TaughtPoints
     out : Path
         The folder to write into.
     overwrite : bool
@@ -408,7 +411,7 @@ def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[Refe
 
 def match_taught(
     step: Path,
-    taught: Path,
+    taught: TaughtPoints,
     *,
     sigma_mm: float | None,
     T_nominal_part: RigidTransform | None,
@@ -417,9 +420,9 @@ def match_taught(
 ) -> Match:
     """Find which feature of a STEP file each taught point is; parameters as in `wpcal.match.match_points`."""
     workpiece = open_workpiece(step, progress=progress)
-    with blamed_on(str(taught)):
+    with blamed_on(taught.path):
         return match_points(
-            read_taught(taught),
+            names_as_features(taught, workpiece.features),
             workpiece.features,
             sigma_mm=sigma_mm,
             T_nominal_part=T_nominal_part,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cad.cli.options import read_pose, seam_options, to_seam_options
+from wpcal.cli.program_options import program_options, read_touched
 
 if TYPE_CHECKING:
     from cad.convert import WrittenCalibration
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.argument("taught_csv", metavar="TAUGHT.csv", type=click.Path(path_type=Path))
+@click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
 @click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Folder to write into.")
 @click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1.")
 @click.option(
@@ -37,18 +38,25 @@ if TYPE_CHECKING:
 @click.option("--tcp-bias-mm", type=float, default=0.0, show_default=True, help="Error of the tool centre point.")
 @click.option("--certify", is_flag=True, help="Close a gap by branch and bound over all rotations (slow).")
 @seam_options
+@program_options
 @click.option("--mark-seams", is_flag=True, help="Write the seams as named edges into the moved STEP file.")
 @click.option("--force", is_flag=True, help="Write into a folder that exists and holds files.")
 @click.option("--json", "as_json", is_flag=True, help="Print calibration.json on stdout.")
-def calibrate(*, part_step: Path, taught_csv: Path, out: Path, force: bool, as_json: bool, **values: Any) -> int:
-    """Fit PART.step to the points in TAUGHT.csv and write its weld seams in robot coordinates.
+def calibrate(*, part_step: Path, taught: Path, out: Path, force: bool, as_json: bool, **values: Any) -> int:
+    """Fit PART.step to the points in TAUGHT and write its weld seams in robot coordinates.
 
-    TAUGHT.csv has the columns name, x_mm, y_mm, z_mm, and where wanted feature (or model_x_mm, model_y_mm,
+    TAUGHT is a table (.csv) or the controller's own program (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi).
+
+    A table has the columns name, x_mm, y_mm, z_mm, and where wanted feature (or model_x_mm, model_y_mm,
     model_z_mm) and use (yes, check, no). Without them the name is the feature's name (`wpcal features` lists them).
     Where the cell of the column feature is empty, the feature is found (see `wpcal match`).
+
+    A point of a program is the feature that has its name; for names that the part does not have it is found as well.
+    Coordinates in a user frame need the frame's values: those that the file carries, or --uframe.
+
     Ends with code 1 when a residual is larger than the tolerance.
     """
-    written = run_calibration(part_step, taught_csv, out, force=force, **values)
+    written = run_calibration(part_step, taught, out, force=force, **values)
     if as_json:
         from wpcal.core.records import to_json
 
@@ -58,14 +66,13 @@ def calibrate(*, part_step: Path, taught_csv: Path, out: Path, force: bool, as_j
     return 0 if written.result.verdict == "PASS" else 1
 
 
-def run_calibration(part_step: Path, taught_csv: Path, out: Path, *, force: bool, **values: Any) -> WrittenCalibration:
+def run_calibration(part_step: Path, taught: Path, out: Path, *, force: bool, **values: Any) -> WrittenCalibration:
     """Check what can be checked without the kernel, then calibrate in a child process."""
     from cad.child import run_in_child
     from cad.cli.progress import shown_progress
     from cad.convert import CalibrateOptions
     from wpcal.calibrate import Criterion, Solver, TeachingError
     from wpcal.core.records import check_writable
-    from wpcal.match import read_taught
 
     seams = to_seam_options(values)
     options = CalibrateOptions(
@@ -81,10 +88,10 @@ def run_calibration(part_step: Path, taught_csv: Path, out: Path, *, force: bool
     )
     nominal = None if values["nominal"] is None else read_pose(values["nominal"])
     check_writable(out, overwrite=force)
-    read_taught(taught_csv)
+    points = read_touched(taught, values)
     arguments = {
         "step": part_step,
-        "taught": taught_csv,
+        "taught": points,
         "out": out,
         "overwrite": force,
         "T_nominal_part": nominal,
