@@ -62,7 +62,7 @@ def write_dxf(program: WeldProgram) -> dict[str, str]:
         When the drawing does not pass the library's audit.
     """
     names = safe_names([path.seam.name for path in program.paths], NAMES)
-    with _reproducible():
+    with reproducible():
         return {f"{safe_name(program.controller.program_name, NAMES)}.dxf": _drawn(program, names)}
 
 
@@ -114,7 +114,7 @@ def _label(space: Any, text: str, p: FloatArray, layer: str, height: float) -> N
 
 
 @contextmanager
-def _reproducible() -> Iterator[None]:
+def reproducible() -> Iterator[None]:
     """Write without the time and with fixed identifiers: the same input gives the same bytes."""
     from ezdxf import options
 
