@@ -16,7 +16,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
 from wpcal.core.transform import RigidTransform
-from wpcal.export.naming import NameRules, comment_lines, safe_name, safe_names
+from wpcal.export.naming import NameRules, comment_lines, own_name, safe_name, safe_names
 from wpcal.export.program import WeldPath, WeldProgram, describe, describe_path
 from wpcal.export.registry import Exporter
 from wpcal.export.rounding import rounded
@@ -54,6 +54,11 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
     -------
     dict of str to str
         ``NAME.mod``, with lines ended by CR LF.
+
+    Raises
+    ------
+    InputError
+        When the tool's name is none that RAPID takes.
     """
     width = program.label_width
     module = safe_name(program.controller.program_name, NAMES)
@@ -67,7 +72,7 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
             f"  LOCAL CONST robtarget {label}:=[{pose},[0,0,0,0],{NO_EXTERNAL_AXES}];"
             for label, pose in zip(labels, poses, strict=True)
         ]
-    tool = safe_name(program.controller.tool_name, NAMES)
+    tool = own_name(program.controller.tool_name, NAMES, what="tool")
     for path in program.paths:
         lines += _procedure(path, names[path.seam.name], tool, width)
     calls = [f"    {PROCEDURE}{stem};" for stem in names.values()]
