@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.options import read_pose, seam_options, to_seam_options
+from cad.cli.options import fit_options, seam_options, to_calibrate_options
 from wpcal.cli.program_options import program_options, read_touched
 
 if TYPE_CHECKING:
@@ -18,25 +18,7 @@ if TYPE_CHECKING:
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
 @click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Folder to write into.")
-@click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1.")
-@click.option(
-    "--criterion",
-    type=click.Choice(["minimax", "least_squares", "weighted", "robust"]),
-    default="minimax",
-    show_default=True,
-)
-@click.option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True)
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number.")
-@click.option(
-    "--nominal",
-    metavar="POSE",
-    help="Where the cell's model has the part: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), or a JSON "
-    "file with a 4×4 matrix.",
-)
-@click.option("--sigma-mm", type=float, help="Teaching error: standard deviation per axis.")
-@click.option("--bound-mm", type=float, help="Teaching error: greatest error per axis.")
-@click.option("--tcp-bias-mm", type=float, default=0.0, show_default=True, help="Error of the tool centre point.")
-@click.option("--certify", is_flag=True, help="Close a gap by branch and bound over all rotations (slow).")
+@fit_options
 @seam_options
 @program_options
 @click.option("--mark-seams", is_flag=True, help="Write the seams as named edges into the moved STEP file.")
@@ -70,23 +52,9 @@ def run_calibration(part_step: Path, taught: Path, out: Path, *, force: bool, **
     """Check what can be checked without the kernel, then calibrate in a child process."""
     from cad.child import run_in_child
     from cad.cli.progress import shown_progress
-    from cad.convert import CalibrateOptions
-    from wpcal.calibrate import Criterion, Solver, TeachingError
     from wpcal.core.records import check_writable
 
-    seams = to_seam_options(values)
-    options = CalibrateOptions(
-        criterion=Criterion(values["criterion"]),
-        solver=Solver(values["solver"]),
-        seed=values["seed"],
-        tolerance_mm=values["tolerance_mm"],
-        teaching=TeachingError(
-            sigma_mm=values["sigma_mm"], bound_mm=values["bound_mm"], tcp_bias_mm=values["tcp_bias_mm"]
-        ),
-        seams=seams,
-        certify=values["certify"],
-    )
-    nominal = None if values["nominal"] is None else read_pose(values["nominal"])
+    options, nominal = to_calibrate_options(values)
     check_writable(out, overwrite=force)
     points = read_touched(taught, values)
     arguments = {
