@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cad.convert import Progress, find_seams, no_progress, open_workpiece
+from cad.convert import Progress, Workpiece, find_seams, no_progress, open_workpiece
 from wpcal.advise import Advice, Touchable, advise, judge_features
 from wpcal.calibrate import Criterion
 from wpcal.core.errors import InputError
@@ -70,6 +70,13 @@ def advise_points(
         features that may be taught.
     """
     workpiece = open_workpiece(step, progress=progress)
+    return advise_workpiece(workpiece, options=options, seam_options=seam_options, progress=progress)
+
+
+def advise_workpiece(
+    workpiece: Workpiece, *, options: AdviseOptions, seam_options: SeamOptions, progress: Progress = no_progress
+) -> Advice:
+    """Choose the features to teach of a part that was read already; as `advise_points`."""
     have = [feature_named(workpiece.features, name) for name in options.have]
     excluded = {feature_named(workpiece.features, name).name for name in options.exclude}
     progress("finding seams")

@@ -24,6 +24,7 @@ from wpcal.core.errors import InputError, blamed_on
 from wpcal.core.issue import Issue
 from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
+from wpcal.export.taught_program import names_as_features
 from wpcal.features import FeatureKind, ReferenceFeature, find_features
 from wpcal.match import Match, TaughtPoints, match_points, name_points, pair_points, read_taught
 from wpcal.seam import Seam, SeamOptions, detect_seams
@@ -284,20 +285,79 @@ def calibrate_workpiece(
     options = options or CalibrateOptions()
     given = read_taught(Path(taught)) if isinstance(taught, str | Path) else taught
     workpiece = open_workpiece(step, progress=progress)
+    named = name_taught(given, workpiece.features, options=options, T_nominal_part=T_nominal_part, progress=progress)
+    pair_points(named.taught, workpiece.features)
+    progress("finding seams")
+    seams, workpiece = find_seams(workpiece, options.seams)
+    progress("fitting")
+    result, u95 = fit_taught(named.taught, workpiece.features, seams, options=options, T_nominal_part=T_nominal_part)
+    return WorkpieceCalibration(workpiece, result, seams, u95, named.taught, found_names=named.found_names)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NamedPoints:
+    """Taught points that all have a feature or model coordinates.
+
+    Parameters
+    ----------
+    taught : TaughtPoints
+    found_names : bool
+        Whether features were found for points without one.
+    """
+
+    taught: TaughtPoints
+    found_names: bool
+
+
+def name_taught(
+    given: TaughtPoints,
+    features: Sequence[ReferenceFeature],
+    *,
+    options: CalibrateOptions,
+    T_nominal_part: RigidTransform | None = None,
+    progress: Progress = no_progress,
+) -> NamedPoints:
+    """Find the features of points without one; parameters and errors as in `wpcal.match.name_points`."""
+    asked = names_as_features(given, features)
     with blamed_on(given.path):
         points = name_points(
-            given,
-            workpiece.features,
+            asked,
+            features,
             sigma_mm=options.teaching.per_axis_mm,
             T_nominal_part=T_nominal_part,
             progress=progress,
         )
-    pairs, check = pair_points(points, workpiece.features)
-    progress("finding seams")
-    seams, workpiece = find_seams(workpiece, options.seams)
+    return NamedPoints(points, points is not asked)
+
+
+def fit_taught(
+    taught: TaughtPoints,
+    features: Sequence[ReferenceFeature],
+    seams: Sequence[Seam],
+    *,
+    options: CalibrateOptions,
+    T_nominal_part: RigidTransform | None = None,
+) -> tuple[CalibrationResult, tuple[FloatArray, ...]]:
+    """Fit a part to taught points that all have a feature, and predict the errors along its seams.
+
+    Parameters
+    ----------
+    taught : TaughtPoints
+    features : sequence of ReferenceFeature
+    seams : sequence of Seam
+        With frames in `part`. The criteria are compared along the accepted ones.
+    options : CalibrateOptions
+    T_nominal_part : RigidTransform, optional
+
+    Returns
+    -------
+    result : CalibrationResult
+    u95_mm : tuple of ndarray
+        95 % error at every frame of each seam, mm.
+    """
+    pairs, check = pair_points(taught, features)
     frames = [seam.frames.p for seam in seams if seam.accepted]
-    progress("fitting")
-    with blamed_on(points.path):
+    with blamed_on(taught.path):
         result = calibrate(
             pairs,
             criterion=options.criterion,
@@ -310,8 +370,7 @@ def calibrate_workpiece(
             certify=options.certify,
             seam_points=np.concatenate(frames) if frames else None,
         )
-    u95 = tuple(result.predict_error_mm(seam.frames.p) for seam in seams)
-    return WorkpieceCalibration(workpiece, result, seams, u95, points, found_names=points is not given)
+    return result, tuple(result.predict_error_mm(seam.frames.p) for seam in seams)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -339,7 +398,7 @@ class WrittenCalibration:
 
 def calibrate_files(
     step: Path,
-    taught: Path,
+    taught: Path | TaughtPoints,
     out: Path,
     *,
     overwrite: bool,
@@ -355,7 +414,8 @@ def calibrate_files(
 
     Parameters
     ----------
-    step, taught : Path
+    step : Path
+    taught : Path or TaughtPoints
     out : Path
         The folder to write into.
     overwrite : bool
@@ -408,7 +468,7 @@ def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[Refe
 
 def match_taught(
     step: Path,
-    taught: Path,
+    taught: TaughtPoints,
     *,
     sigma_mm: float | None,
     T_nominal_part: RigidTransform | None,
@@ -417,9 +477,9 @@ def match_taught(
 ) -> Match:
     """Find which feature of a STEP file each taught point is; parameters as in `wpcal.match.match_points`."""
     workpiece = open_workpiece(step, progress=progress)
-    with blamed_on(str(taught)):
+    with blamed_on(taught.path):
         return match_points(
-            read_taught(taught),
+            names_as_features(taught, workpiece.features),
             workpiece.features,
             sigma_mm=sigma_mm,
             T_nominal_part=T_nominal_part,

@@ -1,7 +1,9 @@
-"""DXF: the calibrated seams as 3-D polylines, the taught points with labels, and the residual vectors.
+"""DXF: the calibrated seams as 3-D polylines, the reference points with labels, and the residual vectors.
 
-Lengths are mm (the header says so), in the robot's base. A seam has a layer of its own, coloured by its joint. Residual
-vectors are drawn magnified, from the taught point against the residual; their layer's name says how much.
+Lengths are mm (the header says so), in the robot's base. A seam has a layer of its own, coloured by its joint. The
+reference points of the model stand where the fit puts them, with their names; the taught points have a layer of their
+own. Residual vectors are drawn magnified, from the taught point against the residual, with their true length in mm;
+their layer's name says how much they are magnified.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from wpcal.export import Exporter, WeldProgram
 from wpcal.export.naming import NameRules, printable, safe_name, safe_names
 from wpcal.seam.seam import JointType
 
-NAMES = NameRules("DXF", 60, "0 defpoints taught_points residuals_x100")
+NAMES = NameRules("DXF", 60, "0 defpoints reference_points taught_points residuals_x100")
 """Old readers take layer names of 255 characters; a list on a screen shows 60."""
 JOINT_COLOUR = {
     JointType.TEE: 3,
@@ -30,8 +32,9 @@ JOINT_COLOUR = {
     JointType.UNKNOWN: 8,
 }
 """AutoCAD colour index: green, blue, red, magenta, cyan, grey."""
-POINT_COLOUR, RESIDUAL_COLOUR = 7, 30
-"""Black or white by background, and orange."""
+REFERENCE_COLOUR, POINT_COLOUR, RESIDUAL_COLOUR = 4, 7, 30
+"""Cyan, black or white by background, and orange."""
+REFERENCE_LAYER = "REFERENCE_POINTS"
 POINT_LAYER = "TAUGHT_POINTS"
 RESIDUAL_LAYER = "RESIDUALS_X100"
 MAGNIFIED = 100.0
@@ -40,6 +43,8 @@ TEXT_PART = 0.01
 """Text height as a part of the drawing's diagonal: a label is read when the whole part fills the screen."""
 MILLIMETRES = 4
 """The value of $INSUNITS for mm."""
+POINT_MARK = 35
+"""The value of $PDMODE for a cross in a circle; a point is otherwise one pixel."""
 SMALLEST_TEXT_MM = 0.1
 """Where all points coincide."""
 
@@ -62,7 +67,7 @@ def write_dxf(program: WeldProgram) -> dict[str, str]:
         When the drawing does not pass the library's audit.
     """
     names = safe_names([path.seam.name for path in program.paths], NAMES)
-    with _reproducible():
+    with reproducible():
         return {f"{safe_name(program.controller.program_name, NAMES)}.dxf": _drawn(program, names)}
 
 
@@ -79,17 +84,30 @@ def _drawn(program: WeldProgram, names: dict[str, str]) -> str:
         document.layers.add(layer, color=JOINT_COLOUR[path.seam.joint])
         space.add_polyline3d(p.tolist(), dxfattribs={"layer": layer})
         _label(space, path.seam.name, p[0], layer, height)
-    document.layers.add(POINT_LAYER, color=POINT_COLOUR)
-    document.layers.add(RESIDUAL_LAYER, color=RESIDUAL_COLOUR)
-    for name, p, residual in points:
-        space.add_point(p.tolist(), dxfattribs={"layer": POINT_LAYER})
-        _label(space, name, p, POINT_LAYER, height)
-        space.add_line(p.tolist(), (p - MAGNIFIED * residual).tolist(), dxfattribs={"layer": RESIDUAL_LAYER})
+    _draw_points(document, points, height)
     if document.audit().has_errors:
         raise KernelError("the drawing has audit errors")
     text = io.StringIO()
     document.write(text)
     return text.getvalue()
+
+
+def _draw_points(document: Any, points: list[tuple[str, FloatArray, FloatArray]], height: float) -> None:
+    document.header["$PDMODE"], document.header["$PDSIZE"] = POINT_MARK, height
+    for layer, colour in (
+        (REFERENCE_LAYER, REFERENCE_COLOUR),
+        (POINT_LAYER, POINT_COLOUR),
+        (RESIDUAL_LAYER, RESIDUAL_COLOUR),
+    ):
+        document.layers.add(layer, color=colour)
+    space = document.modelspace()
+    for name, p, residual in points:
+        fitted, end = p - residual, p - MAGNIFIED * residual
+        space.add_point(fitted.tolist(), dxfattribs={"layer": REFERENCE_LAYER})
+        _label(space, name, fitted, REFERENCE_LAYER, height)
+        space.add_point(p.tolist(), dxfattribs={"layer": POINT_LAYER})
+        space.add_line(p.tolist(), end.tolist(), dxfattribs={"layer": RESIDUAL_LAYER})
+        _label(space, f"{np.linalg.norm(residual):.3f}", end, RESIDUAL_LAYER, height)
 
 
 def _points(program: WeldProgram) -> list[tuple[str, FloatArray, FloatArray]]:
@@ -114,7 +132,7 @@ def _label(space: Any, text: str, p: FloatArray, layer: str, height: float) -> N
 
 
 @contextmanager
-def _reproducible() -> Iterator[None]:
+def reproducible() -> Iterator[None]:
     """Write without the time and with fixed identifiers: the same input gives the same bytes."""
     from ezdxf import options
 

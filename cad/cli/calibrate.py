@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.options import read_pose, seam_options, to_seam_options
+from cad.cli.options import fit_options, seam_options, to_calibrate_options
+from wpcal.cli.program_options import program_options, read_touched
 
 if TYPE_CHECKING:
     from cad.convert import WrittenCalibration
@@ -16,27 +17,9 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.argument("taught_csv", metavar="TAUGHT.csv", type=click.Path(path_type=Path))
+@click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
 @click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Folder to write into.")
-@click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1.")
-@click.option(
-    "--criterion",
-    type=click.Choice(["minimax", "least_squares", "weighted", "robust"]),
-    default="minimax",
-    show_default=True,
-)
-@click.option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True)
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number.")
-@click.option(
-    "--nominal",
-    metavar="POSE",
-    help="Where the cell's model has the part: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), or a JSON "
-    "file with a 4×4 matrix.",
-)
-@click.option("--sigma-mm", type=float, help="Teaching error: standard deviation per axis.")
-@click.option("--bound-mm", type=float, help="Teaching error: greatest error per axis.")
-@click.option("--tcp-bias-mm", type=float, default=0.0, show_default=True, help="Error of the tool centre point.")
-@click.option("--certify", is_flag=True, help="Close a gap by branch and bound over all rotations (slow).")
+@fit_options
 @seam_options
 @click.option(
     "--cell",
@@ -46,18 +29,25 @@ if TYPE_CHECKING:
     help="With --holder-joints: the cell of two robots; cell.json with the part's place in the gripper is written.",
 )
 @click.option("--holder-joints", metavar="Q1,…,Q6", help="Shown angles of robot 2 while it held the part, deg.")
+@program_options
 @click.option("--mark-seams", is_flag=True, help="Write the seams as named edges into the moved STEP file.")
 @click.option("--force", is_flag=True, help="Write into a folder that exists and holds files.")
 @click.option("--json", "as_json", is_flag=True, help="Print calibration.json on stdout.")
-def calibrate(*, part_step: Path, taught_csv: Path, out: Path, force: bool, as_json: bool, **values: Any) -> int:
-    """Fit PART.step to the points in TAUGHT.csv and write its weld seams in robot coordinates.
+def calibrate(*, part_step: Path, taught: Path, out: Path, force: bool, as_json: bool, **values: Any) -> int:
+    """Fit PART.step to the points in TAUGHT and write its weld seams in robot coordinates.
 
-    TAUGHT.csv has the columns name, x_mm, y_mm, z_mm, and where wanted feature (or model_x_mm, model_y_mm,
+    TAUGHT is a table (.csv) or the controller's own program (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi).
+
+    A table has the columns name, x_mm, y_mm, z_mm, and where wanted feature (or model_x_mm, model_y_mm,
     model_z_mm) and use (yes, check, no). Without them the name is the feature's name (`wpcal features` lists them).
     Where the cell of the column feature is empty, the feature is found (see `wpcal match`).
+
+    A point of a program is the feature that has its name; for names that the part does not have it is found as well.
+    Coordinates in a user frame need the frame's values: those that the file carries, or --uframe.
+
     Ends with code 1 when a residual is larger than the tolerance.
     """
-    written = run_calibration(part_step, taught_csv, out, force=force, **values)
+    written = run_calibration(part_step, taught, out, force=force, **values)
     if as_json:
         from wpcal.core.records import to_json
 
@@ -67,34 +57,19 @@ def calibrate(*, part_step: Path, taught_csv: Path, out: Path, force: bool, as_j
     return 0 if written.result.verdict == "PASS" else 1
 
 
-def run_calibration(part_step: Path, taught_csv: Path, out: Path, *, force: bool, **values: Any) -> WrittenCalibration:
+def run_calibration(part_step: Path, taught: Path, out: Path, *, force: bool, **values: Any) -> WrittenCalibration:
     """Check what can be checked without the kernel, then calibrate in a child process."""
     from cad.child import run_in_child
     from cad.cli.progress import shown_progress
-    from cad.convert import CalibrateOptions
-    from wpcal.calibrate import Criterion, Solver, TeachingError
     from wpcal.core.records import check_writable
-    from wpcal.match import read_taught
 
-    seams = to_seam_options(values)
-    options = CalibrateOptions(
-        criterion=Criterion(values["criterion"]),
-        solver=Solver(values["solver"]),
-        seed=values["seed"],
-        tolerance_mm=values["tolerance_mm"],
-        teaching=TeachingError(
-            sigma_mm=values["sigma_mm"], bound_mm=values["bound_mm"], tcp_bias_mm=values["tcp_bias_mm"]
-        ),
-        seams=seams,
-        certify=values["certify"],
-    )
-    nominal = None if values["nominal"] is None else read_pose(values["nominal"])
+    options, nominal = to_calibrate_options(values)
     holding = read_holder(values["cell_json"], values["holder_joints"])
     check_writable(out, overwrite=force)
-    read_taught(taught_csv)
+    points = read_touched(taught, values)
     arguments = {
         "step": part_step,
-        "taught": taught_csv,
+        "taught": points,
         "out": out,
         "overwrite": force,
         "T_nominal_part": nominal,

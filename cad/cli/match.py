@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from cad.cli.options import read_pose
+from wpcal.cli.program_options import program_options, read_touched
 
 if TYPE_CHECKING:
     from wpcal.match import Match
@@ -18,7 +19,7 @@ MOST_SHOWN = 20
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.argument("taught_csv", metavar="TAUGHT.csv", type=click.Path(path_type=Path))
+@click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
 @click.option("--sigma-mm", type=float, help="Teaching error: standard deviation per axis.  [default: 0.3]")
 @click.option(
     "--nominal",
@@ -31,20 +32,24 @@ MOST_SHOWN = 20
     multiple=True,
     help="Points without a name are of these kinds.  [default: all]",
 )
+@program_options
 @click.option("--json", "as_json", is_flag=True, help="Print all answers as JSON on stdout.")
 def match(
     *,
     part_step: Path,
-    taught_csv: Path,
+    taught: Path,
     sigma_mm: float | None,
     nominal: str | None,
     kind: tuple[str, ...],
     as_json: bool,
+    **values: Any,
 ) -> int:
-    """Find which feature of PART.step each point of TAUGHT.csv is, from the distances between the points.
+    """Find which feature of PART.step each point of TAUGHT is, from the distances between the points.
 
-    Rows whose column feature is empty may be any feature. Lists every answer that the teaching error can explain. Ends
-    with code 2 when it cannot be told which of them is true; the line on stderr then says what would settle it.
+    TAUGHT is a table (.csv) or a controller's program, as for `wpcal calibrate`. Rows whose column feature is empty,
+    and points of a program whose name the part does not have, may be any feature. Lists every answer that the teaching
+    error can explain. Ends with code 2 when it cannot be told which of them is true; the line on stderr then says what
+    would settle it.
     """
     from cad.child import run_in_child
     from cad.cli.progress import shown_progress
@@ -52,15 +57,13 @@ def match(
 
     arguments = {
         "step": part_step,
-        "taught": taught_csv,
+        "taught": read_touched(taught, values),
         "sigma_mm": sigma_mm,
         "T_nominal_part": None if nominal is None else read_pose(nominal),
         "kinds": tuple(FeatureKind(letter) for letter in kind) or tuple(FeatureKind),
     }
     with shown_progress() as progress:
-        found: Match = run_in_child(
-            "cad.convert:match_taught", arguments, what=f"matching {taught_csv}", progress=progress
-        )
+        found: Match = run_in_child("cad.convert:match_taught", arguments, what=f"matching {taught}", progress=progress)
     if as_json:
         from wpcal.core.records import to_json
 
@@ -68,7 +71,7 @@ def match(
     else:
         _show(found)
     if found.chosen is None:
-        click.echo(f"wpcal: {taught_csv}: {found.reason}", err=True)
+        click.echo(f"wpcal: {taught}: {found.reason}", err=True)
         return 2
     return 0
 

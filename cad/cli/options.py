@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
+    from cad.convert import CalibrateOptions
     from wpcal.core.transform import RigidTransform
     from wpcal.seam import SeamOptions
 
@@ -35,6 +36,60 @@ def seam_options(command: Command) -> Command:
     ):
         command = option(command)
     return command
+
+
+def fit_options(command: Command) -> Command:
+    """Add the options by which taught points are fitted and judged."""
+    for option in reversed(
+        (
+            click.option(
+                "--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1."
+            ),
+            click.option(
+                "--criterion",
+                type=click.Choice(["minimax", "least_squares", "weighted", "robust"]),
+                default="minimax",
+                show_default=True,
+            ),
+            click.option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True),
+            click.option(
+                "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number."
+            ),
+            click.option(
+                "--nominal",
+                metavar="POSE",
+                help="Where the cell's model has the part: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), "
+                "or a JSON file with a 4×4 matrix.",
+            ),
+            click.option("--sigma-mm", type=float, help="Teaching error: standard deviation per axis."),
+            click.option("--bound-mm", type=float, help="Teaching error: greatest error per axis."),
+            click.option(
+                "--tcp-bias-mm", type=float, default=0.0, show_default=True, help="Error of the tool centre point."
+            ),
+            click.option("--certify", is_flag=True, help="Close a gap by branch and bound over all rotations (slow)."),
+        )
+    ):
+        command = option(command)
+    return command
+
+
+def to_calibrate_options(values: dict[str, Any]) -> tuple[CalibrateOptions, RigidTransform | None]:
+    """Take the values of `fit_options` and `seam_options` out of a command's arguments; with ``T_nominal_part``."""
+    from cad.convert import CalibrateOptions
+    from wpcal.calibrate import Criterion, Solver, TeachingError
+
+    seams = to_seam_options(values)
+    options = CalibrateOptions(
+        criterion=Criterion(values.pop("criterion")),
+        solver=Solver(values.pop("solver")),
+        seed=values.pop("seed"),
+        tolerance_mm=values.pop("tolerance_mm"),
+        teaching=TeachingError(**{name: values.pop(name) for name in ("sigma_mm", "bound_mm", "tcp_bias_mm")}),
+        seams=seams,
+        certify=values.pop("certify"),
+    )
+    nominal = values.pop("nominal")
+    return options, None if nominal is None else read_pose(nominal)
 
 
 def to_seam_options(values: dict[str, Any]) -> SeamOptions:

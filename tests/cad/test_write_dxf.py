@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from ezdxf import recover
 
-from cad.write_dxf import MAGNIFIED, POINT_LAYER, RESIDUAL_LAYER, write_dxf
+from cad.write_dxf import MAGNIFIED, POINT_LAYER, REFERENCE_LAYER, RESIDUAL_LAYER, write_dxf
 from wpcal.core.transform import RigidTransform
 from wpcal.export import WeldPath, WeldProgram
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
@@ -49,12 +49,25 @@ def test_seams_are_polylines_on_a_layer_each_coloured_by_joint(program):
 
 def test_points_have_labels_and_magnified_residuals(program):
     space = read(write_dxf(program)["WPCAL.dxf"]).modelspace()
-    (point,) = space.query("POINT")
+    points = {point.dxf.layer: np.array(point.dxf.location) for point in space.query("POINT")}
     (line,) = space.query("LINE")
-    assert (point.dxf.layer, line.dxf.layer) == (POINT_LAYER, RESIDUAL_LAYER)
-    assert "corner A" in [text.dxf.text for text in space.query("TEXT")]
+    assert line.dxf.layer == RESIDUAL_LAYER
+    np.testing.assert_allclose(points[POINT_LAYER], [1.0, 2.0, 3.0], rtol=0, atol=SAME_MM)
+    np.testing.assert_allclose(points[REFERENCE_LAYER], [0.9, 2.0, 3.2], rtol=0, atol=SAME_MM)
+    texts = {text.dxf.layer: text.dxf.text for text in space.query("TEXT")}
+    assert texts[REFERENCE_LAYER] == "corner A"
+    assert texts[RESIDUAL_LAYER] == "0.224"
     drawn = np.array(line.dxf.start) - np.array(line.dxf.end)
     np.testing.assert_allclose(drawn, MAGNIFIED * np.array([0.1, 0.0, -0.2]), rtol=0, atol=SAME_MM)
+
+
+def test_text_is_a_hundredth_of_the_drawing_and_points_are_marked(program):
+    document = read(write_dxf(program)["WPCAL.dxf"])
+    heights = {text.dxf.height for text in document.modelspace().query("TEXT")}
+    size = np.linalg.norm([100 / 3, 20 / 3 - 2.0, 3.0 + 3.25 / 3])
+    assert [*heights] == [pytest.approx(0.01 * size, rel=0, abs=SAME_MM)]
+    assert document.header["$PDMODE"] == 35
+    assert document.header["$PDSIZE"] == pytest.approx(0.01 * size, rel=0, abs=SAME_MM)
 
 
 def test_the_same_program_gives_the_same_bytes(program):

@@ -316,3 +316,28 @@ def test_odd_files_of_others(folder: Path, name: str) -> None:
     if not (SHARED / name).is_file():
         pytest.skip("the shared STEP files do not stand beside the project")
     assert_refused(folder, "features", SHARED / name, says=name)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("-o", "sheet.doc"), "unknown kind of sheet '.doc'; known: .pdf, .svg, .dxf, .png"),
+        (("-o", "sheet.svg", "--points", "V99"), "the part has no feature 'V99'"),
+        (("-o", "sheet.svg", "--points", "V2,v2"), "named twice"),
+        (("-o", "sheet.svg", "--points", "2"), "at least 3 points"),
+        (("-o", "sheet.svg", "--points", ","), "expected a number or names"),
+        (("-o", "nowhere/sheet.svg", "--points", "V2"), "nowhere/sheet.svg: cannot be written"),
+        (("-o", "taught.csv/sheet.svg", "--points", "V2"), "cannot be written"),
+    ],
+)
+def test_a_sheet_that_cannot_be_drawn(folder: Path, options: tuple[str, ...], says: str) -> None:
+    assert_refused(folder, "sheet", "tee.step", *options, says=says)
+
+
+def test_a_sheet_is_not_overwritten_without_force(folder: Path) -> None:
+    (folder / "sheet.svg").write_text("mine")
+    assert_refused(folder, "sheet", "tee.step", "-o", "sheet.svg", says="--force")
+    done = run_wpcal("sheet", "tee.step", "-o", "sheet.svg", "--force", "--json", cwd=folder)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [point["name"] for point in json.loads(done.stdout)["points"]] == ["V2", "V4", "V16", "H2"]
+    assert (folder / "sheet.svg").read_text().startswith("<?xml")

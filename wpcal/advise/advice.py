@@ -196,12 +196,17 @@ def advise(
 
 
 def where_it_is(feature: ReferenceFeature) -> str:
-    """Say in words where a feature is: ``hole of 10 mm, base plate, at (20, 20, 10)``."""
+    """Say in words where a feature is: ``hole of 10 mm on base plate at (20 20 10)``."""
+    place = " ".join(f"{round(v, 3) + 0.0:g}" for v in feature.p_mm)
+    return f"{what_it_is(feature)} at ({place})"
+
+
+def what_it_is(feature: ReferenceFeature) -> str:
+    """Say in words what a feature is: ``hole of 10 mm on base plate``."""
     words = {FeatureKind.VERTEX: "corner", FeatureKind.EDGE_MIDPOINT: "middle of the edge"}
     kind = words.get(feature.kind, feature.kind.word)
     size = "" if feature.diameter_mm is None else f" of {feature.diameter_mm:g} mm"
-    place = " ".join(f"{round(v, 3) + 0.0:g}" for v in feature.p_mm)
-    return f"{kind}{size}{f' on {feature.solid}' if feature.solid else ''} at ({place})"
+    return f"{kind}{size}{f' on {feature.solid}' if feature.solid else ''}"
 
 
 def template_csv(advice: Advice) -> str:

@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
+
+from wpcal.cli.program_options import program_options, read_touched
 
 
 @click.command()
 @click.argument("program", metavar="PROGRAM", type=click.Path(path_type=Path))
 @click.option("-o", "--out", metavar="TAUGHT.csv", type=click.Path(path_type=Path), help="[default: stdout]")
-@click.option(
-    "--uframe",
-    "uframes",
-    multiple=True,
-    metavar="[NAME=]VALUES",
-    help="User frame in the base, as on the pendant: X,Y,Z,A,B,C (KUKA), X,Y,Z,W,P,R (FANUC), X,Y,Z,Rx,Ry,Rz "
-    "(Yaskawa), X,Y,Z,Q1,Q2,Q3,Q4 (ABB); or `base`, or a frame that the file carries. NAME is the program's name or "
-    "number of it; without, it holds for every point whose frame is not known. Repeatable.",
-)
-@click.option("--tool", metavar="X,Y,Z", help="Tool centre point in the flange, mm, for points taught without a tool.")
+@program_options
 @click.option("--points", metavar="P1,P2", help="Only these.")
 @click.option("--force", is_flag=True, help="Overwrite TAUGHT.csv.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
@@ -27,25 +21,21 @@ def taught(
     *,
     program: Path,
     out: Path | None,
-    uframes: tuple[str, ...],
-    tool: str | None,
     points: str | None,
     force: bool,
     as_json: bool,
+    **values: Any,
 ) -> int:
     """Read taught points from PROGRAM (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi) in base coordinates.
 
-    The column feature repeats the point's name: put the name of the feature there that was touched.
+    The column feature repeats the point's name: put the name of the feature there that was touched. `wpcal calibrate`
+    reads a program by itself; this shows what it reads.
     """
     from wpcal.core.records import to_json, write_file
-    from wpcal.export.taught_program import parse_uframes, read_taught_program, taught_csv
+    from wpcal.export.taught_program import require_program, taught_csv
 
-    read = read_taught_program(
-        program,
-        uframes=parse_uframes(uframes),
-        tool=_numbers(tool) if tool is not None else None,
-        points=None if points is None else [name.strip() for name in points.split(",")],
-    )
+    require_program(program)
+    read = read_touched(program, values, points=points)
     if out is not None:
         write_file(out, taught_csv(read), overwrite=force)
     if as_json:
@@ -57,12 +47,3 @@ def taught(
     else:
         click.echo(f"wrote {len(read.names)} points to {out}")
     return 0
-
-
-def _numbers(text: str) -> list[float]:
-    from wpcal.core.errors import InputError
-
-    try:
-        return [float(value) for value in text.split(",")]
-    except ValueError:
-        raise InputError(f"--tool: expected X,Y,Z in mm, got {text!r}") from None

@@ -6,7 +6,7 @@ import json
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -121,5 +121,6 @@ def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
         temporary.write_bytes(data.encode("utf-8") if isinstance(data, str) else data)
         os.replace(temporary, path)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # where the folder is none there is nothing to take away
+            temporary.unlink()
         raise InputError(f"{path}: cannot be written: {(error.strerror or str(error)).lower()}") from None

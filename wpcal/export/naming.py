@@ -78,6 +78,22 @@ def safe_name(name: str, rules: NameRules) -> str:
     return safe_names([name], rules)[name]
 
 
+def own_name(name: str, rules: NameRules, *, what: str) -> str:
+    """Return a name that the user gave for something that exists on the controller, as it is.
+
+    Raises
+    ------
+    InputError
+        When the language does not take it: made safe, it would name something else.
+    """
+    if safe_name(name, rules) != name:
+        raise InputError(
+            f"{what} {name!r}: {rules.language} names have up to {rules.longest} letters, digits and underscores, "
+            "begin with a letter and are no keyword"
+        )
+    return name
+
+
 def printable(text: str) -> str:
     """Return a text in one line of ASCII; control characters and those of other scripts are written as escapes."""
     ascii_text = text.encode("ascii", "backslashreplace").decode("ascii")

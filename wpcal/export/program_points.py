@@ -12,8 +12,25 @@ from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 
+LEAST_JOINTS = 4
+"""Arms that weld have six joints, palletising arms four; fewer numbers are a line that was cut."""
 BASE = "base"
 """Label of the frame that is the robot's base itself."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointValues:
+    """A position stored as joint values.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Shown angles, deg, or encoder pulses.
+    in_pulses : bool
+    """
+
+    values: FloatArray
+    in_pulses: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,7 +51,9 @@ class ProgramPoint:
     at_flange : bool
         Recorded without a tool: the position is the flange's.
     fault : str or None
-        Why the position cannot be used: joint angles, pulses.
+        Why the position cannot be used as it is: joint angles, pulses.
+    joints : JointValues or None
+        The shown angles or pulses, where the file holds these instead of coordinates.
     """
 
     name: str
@@ -44,6 +63,7 @@ class ProgramPoint:
     frame: str | None = None
     at_flange: bool = False
     fault: str | None = None
+    joints: JointValues | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,9 +102,18 @@ class ProgramLanguage:
     pose_words: str
 
 
-def unusable_point(name: str, line: int, fault: str) -> ProgramPoint:
+def unusable_point(name: str, line: int, fault: str, joints: JointValues | None = None) -> ProgramPoint:
     """Return a point that the file holds in a form without coordinates."""
-    return ProgramPoint(name, line, np.full(3, np.nan), np.eye(3), fault=fault)
+    return ProgramPoint(name, line, np.full(3, np.nan), np.eye(3), fault=fault, joints=joints)
+
+
+def joint_values(values: Sequence[object], *, in_pulses: bool = False) -> JointValues | None:
+    """Return joint values; None where something else than finite numbers stands there (asterisks, a joint missing)."""
+    try:
+        found = np.array([float(str(value)) for value in values])
+    except ValueError:
+        return None
+    return JointValues(found, in_pulses) if len(found) >= LEAST_JOINTS and np.isfinite(found).all() else None
 
 
 def frame_from_xyz_angles(values: Sequence[float]) -> RigidTransform:

@@ -16,7 +16,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
 from wpcal.core.transform import RigidTransform
-from wpcal.export.naming import NameRules, comment_lines, safe_name, safe_names
+from wpcal.export.naming import NameRules, comment_lines, own_name, safe_name, safe_names
 from wpcal.export.program import WeldPath, WeldProgram, describe, describe_path
 from wpcal.export.registry import Exporter
 from wpcal.export.rounding import rounded
@@ -54,12 +54,17 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
     -------
     dict of str to str
         ``NAME.mod``, with lines ended by CR LF.
+
+    Raises
+    ------
+    InputError
+        When the tool's name is none that RAPID takes.
     """
     width = program.label_width
     module = safe_name(program.controller.program_name, NAMES)
-    T_base_frame = _frame_as_written(program.T_base_part)
+    frame, T_base_frame = _frame_as_written(program.T_base_part)
     names = safe_names([path.seam.name for path in program.paths], NAMES, room=max(width + 1, len(PROCEDURE)))
-    lines = [f"MODULE {module}", *_header(program, names), *_data(program, T_base_frame)]
+    lines = [f"MODULE {module}", *_header(program, names), *_data(program, frame)]
     for path in program.paths:
         labels = path.labels(names[path.seam.name], width=width)
         poses = _poses(*path.poses_in(T_base_frame))
@@ -67,7 +72,7 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
             f"  LOCAL CONST robtarget {label}:=[{pose},[0,0,0,0],{NO_EXTERNAL_AXES}];"
             for label, pose in zip(labels, poses, strict=True)
         ]
-    tool = safe_name(program.controller.tool_name, NAMES)
+    tool = own_name(program.controller.tool_name, NAMES, what="tool")
     for path in program.paths:
         lines += _procedure(path, names[path.seam.name], tool, width)
     calls = [f"    {PROCEDURE}{stem};" for stem in names.values()]
@@ -89,14 +94,14 @@ def _header(program: WeldProgram, names: dict[str, str]) -> list[str]:
     return comment_lines(text, mark="  ! ", longest=LONGEST_COMMENT)
 
 
-def _frame_as_written(T: RigidTransform) -> RigidTransform:
-    """Return the frame of the written digits, so that its own rounding does not move the targets in the base."""
+def _frame_as_written(T: RigidTransform) -> tuple[str, RigidTransform]:
+    """Return the frame's text and the frame of these digits, so that its rounding does not move targets in the base."""
     q = rounded(quaternion_from_rotation(T.R), QUATERNION_DECIMALS)
-    return RigidTransform(rotation_from_quaternion(q), rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
+    written = RigidTransform(rotation_from_quaternion(q), rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
+    return _texts(T.t_mm[None], q[None])[0], written
 
 
-def _data(program: WeldProgram, T_base_frame: RigidTransform) -> list[str]:
-    frame = _poses(T_base_frame.t_mm[None], T_base_frame.R[None])[0]
+def _data(program: WeldProgram, frame: str) -> list[str]:
     lines = [f'  PERS wobjdata wpPart:=[FALSE,TRUE,"",[{frame}],[[0,0,0],[1,0,0,0]]];']
     for name, speed in (("vWeld", program.motion.speed_mm_s), ("vAir", program.motion.air_speed_mm_s)):
         lines.append(f"  LOCAL CONST speeddata {name}:=[{speed:g},{TURN_DEG_S},{speed:g},{TURN_DEG_S}];")
@@ -104,8 +109,12 @@ def _data(program: WeldProgram, T_base_frame: RigidTransform) -> list[str]:
 
 
 def _poses(p: FloatArray, R: FloatArray) -> list[str]:
+    return _texts(p, quaternion_from_rotation(R))
+
+
+def _texts(p: FloatArray, q_xyzw: FloatArray) -> list[str]:
     places = rounded(p, MM_DECIMALS).tolist()
-    turns = rounded(np.roll(quaternion_from_rotation(R), 1, axis=1), QUATERNION_DECIMALS).tolist()
+    turns = rounded(np.roll(q_xyzw, 1, axis=1), QUATERNION_DECIMALS).tolist()
     m, k = MM_DECIMALS, QUATERNION_DECIMALS
     return [
         f"[{x:.{m}f},{y:.{m}f},{z:.{m}f}],[{w:.{k}f},{a:.{k}f},{b:.{k}f},{c:.{k}f}]"

@@ -19,6 +19,7 @@ from wpcal.export.program_points import (
     ProgramPoint,
     ProgramPoints,
     frame_from_xyz_angles,
+    joint_values,
     unusable_point,
 )
 
@@ -27,7 +28,7 @@ GROUP_1 = re.compile(r"GP1\s*:(?P<body>.*?)(?=GP\d+\s*:|\Z)", re.DOTALL)
 FRAME = re.compile(r"\bUF\s*:\s*(\w+)")
 TOOL = re.compile(r"\bUT\s*:\s*(\w+)")
 COORDINATE = re.compile(r"\b([XYZWPR])\s*=\s*(\S+?)\s*(?:mm|deg)\b")
-JOINT = re.compile(r"\bJ1\s*=")
+JOINT = re.compile(r"\bJ([1-6])\s*=\s*([-+.\d*]+)")
 
 
 def read_fanuc(text: str, path: str) -> ProgramPoints:
@@ -55,10 +56,10 @@ def _point(name: str, body: str, path: str, line: int) -> ProgramPoint:
     group = GROUP_1.search(body)
     if group is None:
         return unusable_point(name, line, "has no position of motion group 1")
-    if JOINT.search(group["body"]):
-        return unusable_point(
-            name, line, "is stored as joint angles; show it as Cartesian on the pendant and save again"
-        )
+    angles = JOINT.findall(group["body"])
+    if angles:
+        what = "is stored as joint angles; show it as Cartesian on the pendant and save again"
+        return unusable_point(name, line, what, joint_values([dict(angles).get(key, "") for key in "123456"]))
     values = dict(COORDINATE.findall(group["body"]))
     if any("*" in value for value in values.values()):
         return unusable_point(name, line, "was never taught")

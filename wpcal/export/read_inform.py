@@ -18,6 +18,7 @@ from wpcal.export.program_points import (
     ProgramPoint,
     ProgramPoints,
     frame_from_xyz_angles,
+    joint_values,
     unusable_point,
 )
 
@@ -52,7 +53,7 @@ def read_inform(text: str, path: str) -> ProgramPoints:
 def _point(name: str, values: str, settings: dict[str, str], path: str, line: int) -> ProgramPoint:
     kind = settings.get("POSTYPE", "").upper()
     if kind == "PULSE":
-        return unusable_point(name, line, IN_PULSES)
+        return unusable_point(name, line, IN_PULSES, joint_values(values.split(","), in_pulses=True))
     if kind not in ("ROBOT", "BASE", "USER"):
         return unusable_point(name, line, f"stands in POSTYPE {kind or 'none'}; expected ROBOT, BASE or USER")
     if kind == "BASE" and _has_base_axes(settings.get("NPOS", "")):

@@ -16,10 +16,12 @@ from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.export.program_points import (
     BASE,
+    JointValues,
     ProgramLanguage,
     ProgramPoint,
     ProgramPoints,
     frame_from_xyz_angles,
+    joint_values,
     unusable_point,
 )
 
@@ -31,6 +33,7 @@ FIELD = re.compile(r"(?:^|,)\s*(\w+)\s+([-+]?[\d.]+(?:[eE][-+]?\d+)?|#\w+)")
 POSITION_TYPES = frozenset({"e6pos", "e3pos", "pos"})
 JOINT_TYPES = frozenset({"e6axis", "e3axis", "axis"})
 PLACE = ("x", "y", "z", "a", "b", "c")
+AXES = ("a1", "a2", "a3", "a4", "a5", "a6")
 
 
 def read_krl(text: str, path: str) -> ProgramPoints:
@@ -41,7 +44,7 @@ def read_krl(text: str, path: str) -> ProgramPoints:
     FormatError
         When a position lacks a coordinate.
     """
-    positions: list[tuple[str, int, RigidTransform | None]] = []
+    positions: list[tuple[str, int, RigidTransform | JointValues | None]] = []
     frames: dict[str, RigidTransform] = {}
     used: dict[str, dict[str, str]] = {}
     for number, line in enumerate(text.splitlines(), start=1):
@@ -56,7 +59,7 @@ def read_krl(text: str, path: str) -> ProgramPoints:
         elif kind in POSITION_TYPES:
             positions.append((name, number, _pose(fields, name, path, number)))
         elif kind in JOINT_TYPES:
-            positions.append((name, number, None))
+            positions.append((name, number, joint_values([fields.get(key, "") for key in AXES])))
         elif kind == "fdat":
             used[name.lower()] = fields
     points = tuple(_point(name, line, pose, used.get(f"f{name[1:]}".lower())) for name, line, pose in positions)
@@ -75,10 +78,12 @@ def _pose(fields: dict[str, str], name: str, path: str, line: int) -> RigidTrans
     return RigidTransform(rotation_from_zyx(alpha, beta, gamma), np.array([x, y, z]), "base", "frame")
 
 
-def _point(name: str, line: int, pose: RigidTransform | None, used: dict[str, str] | None) -> ProgramPoint:
+def _point(
+    name: str, line: int, pose: RigidTransform | JointValues | None, used: dict[str, str] | None
+) -> ProgramPoint:
     shown = name[1:] if used is not None and name[:1] in "Xx" else name
-    if pose is None:
-        return unusable_point(shown, line, "is stored as joint angles; store it as E6POS on the controller")
+    if not isinstance(pose, RigidTransform):
+        return unusable_point(shown, line, "is stored as joint angles; store it as E6POS on the controller", pose)
     if used is not None and used.get("ipo_frame", "#base").lower() == "#tcp":
         return unusable_point(shown, line, "was taught with a fixed tool (IPO_FRAME #TCP)")
     base, tool = (used or {}).get("base_no", "-1"), (used or {}).get("tool_no", "-1")

@@ -16,7 +16,15 @@ import numpy as np
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.rotations import rotation_from_quaternion
 from wpcal.core.transform import RigidTransform
-from wpcal.export.program_points import BASE, ProgramLanguage, ProgramPoint, ProgramPoints, unusable_point
+from wpcal.export.program_points import (
+    BASE,
+    JointValues,
+    ProgramLanguage,
+    ProgramPoint,
+    ProgramPoints,
+    joint_values,
+    unusable_point,
+)
 
 COMMENT_OR_STRING = re.compile(r'"(?:[^"\n]|"")*"|![^\n]*')
 DECLARATION = re.compile(
@@ -48,7 +56,7 @@ def read_rapid(text: str, path: str) -> ProgramPoints:
         When a value breaks the syntax or a quaternion is not of unit length.
     """
     plain = COMMENT_OR_STRING.sub(_blank, text)
-    targets: list[tuple[str, int, RigidTransform | None]] = []
+    targets: list[tuple[str, int, RigidTransform | JointValues | None]] = []
     frames: dict[str, RigidTransform | None] = {}
     for match in DECLARATION.finditer(plain):
         line = plain.count("\n", 0, match.start()) + 1
@@ -57,7 +65,8 @@ def read_rapid(text: str, path: str) -> ProgramPoints:
             frames[name] = _work_object(value, name, path, line)
             continue
         for element, single in _elements(name, match["array"], value, path, line):
-            targets.append((element, line, None if kind == "jointtarget" else _pose(single, element, path, line)))
+            is_joint = kind == "jointtarget"
+            targets.append((element, line, _joints(single) if is_joint else _pose(single, element, path, line)))
     uses = _find_uses(plain)
     points = tuple(_point(*target, uses.get(target[0].split("{")[0].lower(), _Uses()), frames) for target in targets)
     return ProgramPoints(points, {name: T for name, T in frames.items() if T is not None})
@@ -115,6 +124,12 @@ def _pose(value: Any, name: str, path: str, line: int) -> RigidTransform:
         raise FormatError(f"{name}: expected [x,y,z],[q1,q2,q3,q4]: {error}", path=path, line=line) from None
 
 
+def _joints(value: Any) -> JointValues | None:
+    """Read ``[[a1,…,a6],[external axes]]``, deg."""
+    angles = value[0] if isinstance(value, list) and value else None
+    return joint_values(angles) if isinstance(angles, list) else None
+
+
 def _transform(place: np.ndarray[Any, Any], q_wxyz: np.ndarray[Any, Any]) -> RigidTransform:
     if place.shape != (3,) or q_wxyz.shape != (4,):
         raise InputError(f"got {place.size} and {q_wxyz.size} numbers")
@@ -152,10 +167,14 @@ def _find_uses(plain: str) -> dict[str, _Uses]:
 
 
 def _point(
-    name: str, line: int, pose: RigidTransform | None, uses: _Uses, frames: dict[str, RigidTransform | None]
+    name: str,
+    line: int,
+    pose: RigidTransform | JointValues | None,
+    uses: _Uses,
+    frames: dict[str, RigidTransform | None],
 ) -> ProgramPoint:
-    if pose is None:
-        return unusable_point(name, line, "is a jointtarget; store it as a robtarget on the controller")
+    if not isinstance(pose, RigidTransform):
+        return unusable_point(name, line, "is a jointtarget; store it as a robtarget on the controller", pose)
     if len(uses.frames) > 1:
         return unusable_point(name, line, f"is moved to in several work objects: {', '.join(sorted(uses.frames))}")
     written = {known.lower(): known for known in frames}

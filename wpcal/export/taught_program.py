@@ -6,6 +6,7 @@ import csv
 import io
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -13,9 +14,12 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
-from wpcal.export.program_points import BASE, ProgramLanguage, ProgramPoint, ProgramPoints
+from wpcal.export.program_points import BASE, JointValues, ProgramLanguage, ProgramPoint, ProgramPoints
+from wpcal.features.reference import ReferenceFeature
 from wpcal.match.taught import TaughtPoints
+from wpcal.robot.arm import Arm
 
 LANGUAGES = {
     ".mod": "wpcal.export.read_rapid",
@@ -42,6 +46,7 @@ def read_taught_program(
     *,
     uframes: Mapping[str, str | Sequence[float]] | None = None,
     tool: Sequence[float] | None = None,
+    arm: Arm | None = None,
     points: Sequence[str] | None = None,
 ) -> TaughtPoints:
     """Read the taught points of a program as points in `base`.
@@ -56,6 +61,9 @@ def read_taught_program(
         q1 to q4), ``base``, or the name of a frame that the file carries.
     tool : sequence of float, optional
         x, y, z of the tool centre point in the flange, mm, for points recorded without a tool.
+    arm : Arm, optional
+        For points stored as joint angles or pulses; they need `tool` as well. With an identified arm all points must be
+        of this kind: coordinates in a program were computed with the controller's nominal model.
     points : sequence of str, optional
         Only these.
 
@@ -78,7 +86,13 @@ def read_taught_program(
     given = {key: _given_frame(key, value, language, found) for key, value in (uframes or {}).items()}
     if tool is not None and (len(tool) != 3 or not all(math.isfinite(v) for v in tool)):
         raise InputError(f"tool: expected x, y, z in mm, got {list(tool)}")
-    p_base = [_in_base(point, given, tool, found, language, shown) for point in chosen]
+    _require_one_space(chosen, arm, shown)
+    p_base = [
+        _in_base(point, given, tool, found, language, shown)
+        if arm is None or point.joints is None
+        else _through_arm(point, point.joints, arm, tool, shown)
+        for point in chosen
+    ]
     names = tuple(point.name for point in chosen)
     return TaughtPoints(
         names,
@@ -88,7 +102,39 @@ def read_taught_program(
         ("yes",) * len(names),
         shown,
         tuple(point.line for point in chosen),
+        RobotSpace.NOMINAL if arm is None else arm.space,
     )
+
+
+def names_as_features(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> TaughtPoints:
+    """Take the names of a program's points for features where the part has them, and leave the others to be found.
+
+    Controllers number their points (``P1``, ``C00003``), and only some can be named: a name that the part does not have
+    says nothing. Points that do not come from a program are returned as they are.
+
+    Parameters
+    ----------
+    taught : TaughtPoints
+    features : sequence of ReferenceFeature
+        Of the part.
+    """
+    if not is_program(Path(taught.path)):
+        return taught
+    known = {feature.name.lower() for feature in features}
+    return replace(taught, features=tuple(name if name.lower() in known else "" for name in taught.features))
+
+
+def require_program(path: Path) -> None:
+    """Refuse a file that no language claims.
+
+    Raises
+    ------
+    InputError
+        Naming the known suffixes.
+    """
+    if not is_program(path):
+        known = ", ".join(LANGUAGES)
+        raise InputError(f"{path}: unknown kind of program {path.suffix or '(no suffix)'!r}; known: {known}")
 
 
 def parse_uframes(texts: Sequence[str]) -> dict[str, str | Sequence[float]]:
@@ -114,19 +160,18 @@ def parse_uframes(texts: Sequence[str]) -> dict[str, str | Sequence[float]]:
 
 
 def taught_csv(taught: TaughtPoints) -> str:
-    """Return the table that `wpcal calibrate` reads: name, coordinates in `base`, feature."""
+    """Return the table that `wpcal calibrate` reads: name, coordinates in `base`, feature (robot_space)."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("name", "x_mm", "y_mm", "z_mm", "feature"))
+    space = [] if taught.space is RobotSpace.NOMINAL else [taught.space.value]
+    writer.writerow(("name", "x_mm", "y_mm", "z_mm", "feature", *(["robot_space"] if space else [])))
     for name, p, feature in zip(taught.names, taught.p_base, taught.features, strict=True):
-        writer.writerow([name, *(f"{v:.6f}" for v in p), feature])
+        writer.writerow([name, *(f"{v:.6f}" for v in p), feature, *space])
     return text.getvalue()
 
 
 def _language(path: Path) -> ProgramLanguage:
-    if not is_program(path):
-        known = ", ".join(LANGUAGES)
-        raise InputError(f"{path}: unknown kind of program {path.suffix or '(no suffix)'!r}; known: {known}")
+    require_program(path)
     language: ProgramLanguage = import_module(LANGUAGES[path.suffix.lower()]).LANGUAGE
     return language
 
@@ -179,7 +224,9 @@ def _in_base(
     path: str,
 ) -> FloatArray:
     if point.fault:
-        raise FormatError(f"point {point.name}: {point.fault}", path=path, line=point.line)
+        what = f"point {point.name}: {point.fault}"
+        what += "" if point.joints is None else "; or give the arm with --robot, and --tool"
+        raise FormatError(what, path=path, line=point.line)
     p = point.p_mm
     if point.at_flange:
         if tool is None:
@@ -189,6 +236,34 @@ def _in_base(
             )
         p = p + point.R @ np.asarray(tool, dtype=np.float64)
     return _frame_of(point, given, found, language, path).apply(p)
+
+
+def _require_one_space(points: Sequence[ProgramPoint], arm: Arm | None, path: str) -> None:
+    if arm is None or arm.space is RobotSpace.NOMINAL:
+        return
+    for point in points:
+        if point.joints is None:
+            what = f"point {point.name}: holds coordinates, which the controller computed with its nominal model; "
+            what += f"{arm.name} is an identified arm and needs joint angles or pulses"
+            raise FormatError(what, path=path, line=point.line)
+
+
+def _through_arm(
+    point: ProgramPoint, joints: JointValues, arm: Arm, tool: Sequence[float] | None, path: str
+) -> FloatArray:
+    """Return where the tool tip was, by the forward kinematics of the arm."""
+    if tool is None:
+        what = "is stored as joint values; give --tool X,Y,Z of the tool centre point in the flange"
+        raise FormatError(f"point {point.name}: {what}", path=path, line=point.line)
+    try:
+        q = arm.angles_from_pulses(joints.values) if joints.in_pulses else np.deg2rad(joints.values)
+        T = arm.forward(q[None])[0]
+    except (InputError, ValueError) as error:
+        raise FormatError(f"point {point.name}: {error}", path=path, line=point.line) from None
+    if not arm.within_limits(q):
+        what = f"its joint values are beyond the limits of {arm.name}: another arm, or other pulses per degree"
+        raise FormatError(f"point {point.name}: {what}", path=path, line=point.line)
+    return np.asarray(T[:3, :3] @ np.asarray(tool, dtype=np.float64) + T[:3, 3], dtype=np.float64)
 
 
 def _frame_of(

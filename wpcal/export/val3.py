@@ -17,7 +17,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.export.naming import NameRules, comment_lines, safe_name, safe_names
+from wpcal.export.naming import NameRules, comment_lines, own_name, safe_name, safe_names
 from wpcal.export.program import WeldPath, WeldProgram, describe, describe_path
 from wpcal.export.registry import Exporter
 from wpcal.export.rounding import rounded, zyx_degrees
@@ -56,7 +56,7 @@ def write_val3(program: WeldProgram) -> dict[str, str]:
     Raises
     ------
     InputError
-        When a seam has too many points.
+        When a seam has too many points or the tool's name is none that VAL3 takes.
     """
     for path in program.paths:
         if len(path) > MOST_POINTS:
@@ -153,7 +153,7 @@ def _program(name: str, code: list[str]) -> str:
 
 
 def _start(program: WeldProgram, names: dict[str, str]) -> list[str]:
-    tool = safe_name(program.controller.tool_name, NAMES)
+    tool = own_name(program.controller.tool_name, NAMES, what="tool")
     text = [
         *describe(program),
         "points are children of fPart, the part as calibrated; mm; R = Rx(rx) Ry(ry) Rz(rz), deg",

@@ -55,15 +55,19 @@ def free_share(graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, R: FloatA
     return np.asarray(1.0 - blocked.reshape(rays.shape[:2]).mean(axis=1), dtype=np.float64)
 
 
-def is_blocked(graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray) -> BoolArray:
+def is_blocked(
+    graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, *, length_mm: float = TORCH_MM
+) -> BoolArray:
     """Tell which rays hit a face of the part.
 
     Parameters
     ----------
     origins, rays : ndarray, shape (m, 3)
         Starts and unit directions in `part`, mm.
+    length_mm : float
+        Where the rays end.
     """
-    ray, face, low, high = _through_boxes(trimmed, origins, rays)
+    ray, face, low, high = _through_boxes(trimmed, origins, rays, length_mm)
     blocked = np.zeros(len(origins), dtype=bool)
     t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, STEPS)
     side = _height(graph, np.repeat(face, STEPS), origins, rays, np.repeat(ray, STEPS), t.ravel()).reshape(t.shape)
@@ -91,7 +95,7 @@ def _height(
 
 
 def _through_boxes(
-    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray
+    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length_mm: float
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
     """Return pairs of a ray and a face whose box it goes through, and where it enters and leaves."""
     low, high = trimmed.face_box
@@ -100,7 +104,7 @@ def _through_boxes(
         for number, (o, d) in enumerate(zip(origins, rays, strict=True)):
             a, b = (low - THIN_MM - o) / d, (high + THIN_MM - o) / d
             enter = np.maximum(np.fmin(a, b).max(axis=1), 0.0)
-            leave = np.minimum(np.fmax(a, b).min(axis=1), TORCH_MM)
+            leave = np.minimum(np.fmax(a, b).min(axis=1), length_mm)
             faces = np.flatnonzero(leave > enter)
             found.append((np.full(len(faces), number), faces, enter[faces], leave[faces]))
     if not found:

@@ -101,3 +101,22 @@ def test_wrong_frames_end_with_two(tmp_path, capsys, options, message):
     code, out, err = call(capsys, "taught", program, *options)
     assert (code, out) == (2, "")
     assert message in err
+
+
+def test_a_limit_of_one_format_keeps_all_from_being_written(finished_folder, capsys):
+    folder = finished_folder()
+    code, out, err = call(capsys, "export", folder, "-f", "krl", "-f", "fanuc", "--speed-mm-s", "8.05")
+    assert (code, out) == (2, "")
+    assert "FANUC: 8.05 mm/s is neither" in err
+    assert files_below(folder) == ["calibration.json", "seams.json"]
+
+
+@pytest.mark.parametrize(("format_name", "longest"), [("rapid", 32), ("val3", 15)])
+def test_a_tool_that_the_language_cannot_name_is_refused(finished_folder, capsys, format_name, longest):
+    folder = finished_folder()
+    assert call(capsys, "export", folder, "-f", format_name, "--tool-name", "t" * longest)[0] == 0
+    for name in ("t" * (longest + 1), "my torch", "for"):
+        code, _, err = call(capsys, "export", folder, "-f", format_name, "--tool-name", name, "--force")
+        assert code == 2
+        assert f"tool '{name}'" in err
+        assert f"up to {longest} letters" in err

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -45,6 +45,7 @@ def rotation(q):
 
 
 @given(seed=st.integers(0, 2**32))
+@example(seed=1181448)  # scaling the frame's rounded quaternion to one once moved its last digit
 def test_what_is_written_is_read_back(make_program, assert_same_poses, seed):
     program = make_program(seed, names=("W1", "Rib 7/ä"))
     (text,) = write_rapid(program).values()

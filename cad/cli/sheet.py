@@ -1,0 +1,82 @@
+"""`wpcal sheet`: a page for the person at the robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from cad.sheet import Sheet, SheetOptions
+
+
+@click.command()
+@click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--out", required=True, metavar="SHEET", type=click.Path(path_type=Path), help=".pdf, .svg, .dxf or .png"
+)
+@click.option(
+    "--points",
+    metavar="N|V1,H3",
+    default="4",
+    show_default=True,
+    help="How many points `wpcal advise` shall pick, or the features to touch, in this order.",
+)
+@click.option("--paper", type=click.Choice(["A3", "A4"]), default="A3", show_default=True)
+@click.option("--force", is_flag=True, help="Overwrite SHEET.")
+@click.option("--json", "as_json", is_flag=True, help="Print what is on the sheet as JSON on stdout.")
+def sheet(*, part_step: Path, out: Path, points: str, paper: str, force: bool, as_json: bool) -> int:
+    """Draw PART.step with the points to touch, numbered, and a table to fill in by hand.
+
+    Front, left side, top and a view from above, without hidden lines. The points have the names that `wpcal features`,
+    `advise` and `calibrate` use.
+    """
+    from cad.child import run_in_child
+    from cad.cli.progress import shown_progress
+    from wpcal.core.errors import InputError
+    from wpcal.core.records import write_file
+
+    options = _options(out, points, paper)
+    if out.exists() and not force:
+        raise InputError(f"{out}: exists; give --force to overwrite it")
+    with shown_progress() as progress:
+        made: Sheet = run_in_child(
+            "cad.sheet:make_sheet",
+            {"step": part_step, "options": options},
+            what=f"drawing {part_step}",
+            progress=progress,
+        )
+    write_file(out, made.data, overwrite=force)
+    if as_json:
+        from wpcal.core.records import to_json
+
+        click.echo(to_json(made.record), nl=False)
+    else:
+        names = " ".join(point["name"] for point in made.record["points"])
+        click.echo(f"wrote {out}: {made.record['paper']}, scale {made.record['scale']}, touch {names}")
+    return 0
+
+
+def _options(out: Path, points: str, paper: str) -> SheetOptions:
+    from importlib.util import find_spec
+
+    from cad.sheet import SHEET_SUFFIXES, SheetOptions
+    from cad.sheet.paper import PAPERS
+    from wpcal.core.errors import InputError
+
+    suffix = out.suffix.lower()
+    if suffix not in SHEET_SUFFIXES:
+        raise InputError(
+            f"{out}: unknown kind of sheet {suffix or '(no suffix)'!r}; known: {', '.join(SHEET_SUFFIXES)}"
+        )
+    if suffix in (".pdf", ".png") and find_spec("matplotlib") is None:
+        raise InputError(f"a {suffix} sheet needs matplotlib: install wpcal[plots], or write .svg or .dxf")
+    names = tuple(name.strip() for name in points.split(",") if name.strip())
+    if not names:
+        raise InputError("--points: expected a number or names of features, got nothing")
+    if len(names) == 1 and names[0].isdecimal():
+        return SheetOptions(suffix, PAPERS[paper], count=int(names[0]))
+    if len({name.lower() for name in names}) < len(names):
+        raise InputError(f"--points: a feature is named twice in {points}")
+    return SheetOptions(suffix, PAPERS[paper], names=names)

@@ -1,0 +1,168 @@
+"""`make_sheet`: from a STEP file to the bytes of a teach sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cad.convert import Progress, Workpiece, no_progress, open_workpiece
+from cad.sheet.paper import A3, Paper, SheetLayout, lay_out, scale_words
+from cad.write_dxf import reproducible
+from wpcal import __version__
+from wpcal.core.errors import GeometryError, InputError
+from wpcal.features import ReferenceFeature, feature_named
+
+SHEET_SUFFIXES = (".pdf", ".svg", ".dxf", ".png")
+SHEET_SCHEMA = "wpcal/sheet/1"
+
+
+@dataclass(frozen=True, slots=True)
+class SheetOptions:
+    """What is on a sheet.
+
+    Parameters
+    ----------
+    suffix : str
+        One of `SHEET_SUFFIXES`.
+    paper : Paper
+    names : tuple of str
+        Features to touch, in this order; where empty, those that `advise` picks.
+    count : int
+        How many it picks.
+    """
+
+    suffix: str
+    paper: Paper = A3
+    names: tuple[str, ...] = ()
+    count: int = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sheet:
+    """A finished sheet.
+
+    Parameters
+    ----------
+    data : bytes
+        Of the file.
+    record : dict
+        What is on it: part, paper, scales and points.
+    """
+
+    data: bytes
+    record: dict[str, Any]
+
+
+def make_sheet(step: Any, *, options: SheetOptions, progress: Progress = no_progress) -> Sheet:
+    """Draw a part in four views with the reference points to touch and a table to fill in.
+
+    Parameters
+    ----------
+    step : path, build123d shape, or iterable of build123d shapes
+    options : SheetOptions
+    progress : callable, optional
+
+    Returns
+    -------
+    Sheet
+
+    Raises
+    ------
+    InputError
+        When the part cannot be read, has no such feature, the points are too many for the paper, or nothing can be
+        advised.
+    KernelError
+        When the kernel fails.
+    """
+    from cad.sheet.fonts import require_font
+    from cad.sheet.render import render
+    from cad.sheet.views import project_views
+
+    require_font()
+    workpiece = open_workpiece(step, progress=progress)
+    features = _features(workpiece, options, progress)
+    paper = options.paper
+    if len(features) > paper.most_points:
+        raise InputError(f"{paper.name} has room for {paper.most_points} points, got {len(features)}")
+    progress("projecting the views")
+    views = project_views(workpiece.graph, workpiece.solids, np.array([feature.p_mm for feature in features]))
+    layout = lay_out(paper, views, len(features))
+    progress("drawing")
+    title = _title(workpiece)
+    with reproducible():
+        document = _drawn(layout, _rows(features), title)
+        data = render(document, paper, options.suffix)
+    record = {
+        "schema": SHEET_SCHEMA,
+        "part": {"file": title.file, "sha256": title.sha256},
+        "paper": paper.name,
+        "scale": scale_words(layout.places[0].scale),
+        "points": [{"number": k, **feature.to_record()} for k, feature in enumerate(features, 1)],
+    }
+    return Sheet(data, record)
+
+
+def _drawn(layout: SheetLayout, rows: list[Any], title: Any) -> Any:
+    from cad.sheet.draw import Pen, draw_views
+    from cad.sheet.table import draw_table, draw_title
+
+    document = _new_document()
+    pen = Pen(document.modelspace(), layout.paper)
+    pen.box(layout.paper.frame, "BORDER")
+    draw_views(pen, layout, rows)
+    draw_table(pen, layout.table, rows)
+    draw_title(pen, layout, title)
+    return document
+
+
+def _features(workpiece: Workpiece, options: SheetOptions, progress: Progress) -> tuple[ReferenceFeature, ...]:
+    if options.names:
+        return tuple(feature_named(workpiece.features, name) for name in options.names)
+    from cad.advise import AdviseOptions, advise_workpiece
+    from wpcal.seam import SeamOptions
+
+    chosen = AdviseOptions(points=options.count)
+    try:
+        found = advise_workpiece(workpiece, options=chosen, seam_options=SeamOptions(), progress=progress)
+    except GeometryError as error:
+        raise GeometryError(f"{error}; or name the points with --points") from None
+    return found.chosen.features
+
+
+def _rows(features: Sequence[ReferenceFeature]) -> list[Any]:
+    from cad.sheet.draw import Row
+    from wpcal.advise.advice import what_it_is
+
+    rows = []
+    for number, feature in enumerate(features, 1):
+        x, y, z = (f"{v + 0.0:.3f}" for v in np.round(feature.p_mm, 3))
+        rows.append(Row(str(number), feature.name, " ".join(what_it_is(feature).split()), (x, y, z)))
+    return rows
+
+
+def _title(workpiece: Workpiece) -> Any:
+    from cad.sheet.table import TitleBlock
+
+    source = workpiece.source
+    made_by = f"wpcal {__version__}"
+    if source is None:
+        return TitleBlock("shapes from a script", "none", "", "mm", made_by)
+    return TitleBlock(Path(source.file_name).stem, source.file_name, source.sha256, source.unit, made_by)
+
+
+def _new_document() -> Any:
+    import ezdxf
+
+    from cad.sheet.draw import LAYERS, MILLIMETRES
+    from cad.sheet.fonts import FONT
+
+    document = ezdxf.new("R2018")
+    document.header["$INSUNITS"] = MILLIMETRES
+    document.styles.add("SHEET", font=FONT)
+    for name, (color, pen) in LAYERS.items():
+        document.layers.add(name, color=color, lineweight=pen)
+    return document

@@ -1,0 +1,86 @@
+"""A sheet's drawing as the bytes of a DXF, SVG, PDF or PNG file; the same sheet gives the same bytes."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+from cad.sheet.paper import Paper
+from wpcal.core.errors import KernelError
+
+DPI = 200
+"""Of the PNG: 0.127 mm a pixel, a third of a pen's width."""
+MM_PER_INCH = 25.4
+POINTS_PER_INCH = 72.0
+"""Matplotlib takes the width of a pen in points; the SVG backend takes mm."""
+
+
+def render(document: Any, paper: Paper, suffix: str) -> bytes:
+    """Return the file's bytes.
+
+    Parameters
+    ----------
+    document : ezdxf document
+    paper : Paper
+    suffix : str
+        ``.dxf``, ``.svg``, ``.pdf`` or ``.png``; the last two need matplotlib.
+
+    Raises
+    ------
+    KernelError
+        When the drawing does not pass the library's audit.
+    """
+    if document.audit().has_errors:
+        raise KernelError("the drawing has audit errors")
+    if suffix == ".dxf":
+        text = io.StringIO()
+        document.write(text)
+        return text.getvalue().encode("utf-8")
+    return _svg(document, paper) if suffix == ".svg" else _figure(document, paper, suffix[1:])
+
+
+def _configuration(pen_scale: float) -> Any:
+    from ezdxf.addons.drawing.config import BackgroundPolicy, ColorPolicy, Configuration, LineweightPolicy
+
+    return Configuration(
+        background_policy=BackgroundPolicy.WHITE,
+        color_policy=ColorPolicy.COLOR,
+        lineweight_policy=LineweightPolicy.ABSOLUTE,
+        lineweight_scaling=pen_scale,
+        min_lineweight=0.0,
+    )
+
+
+def _drawn(document: Any, backend: Any, *, pen_scale: float = 1.0) -> None:
+    from ezdxf.addons.drawing import Frontend, RenderContext
+
+    Frontend(RenderContext(document), backend, _configuration(pen_scale)).draw_layout(document.modelspace())
+
+
+def _svg(document: Any, paper: Paper) -> bytes:
+    from ezdxf.addons.drawing import layout
+    from ezdxf.addons.drawing.svg import SVGBackend
+    from ezdxf.math import BoundingBox2d
+
+    backend = SVGBackend()
+    _drawn(document, backend)
+    page = layout.Page(paper.width, paper.height, layout.Units.mm, layout.Margins.all(0))
+    whole = BoundingBox2d([(0, 0), (paper.width, paper.height)])
+    settings = layout.Settings(scale=1.0, fit_page=False)
+    text: str = backend.get_string(page, settings=settings, render_box=whole)
+    return text.encode("utf-8")
+
+
+def _figure(document: Any, paper: Paper, kind: str) -> bytes:
+    from ezdxf.addons.drawing.matplotlib import MatplotlibBackend
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(paper.width / MM_PER_INCH, paper.height / MM_PER_INCH), dpi=DPI)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    _drawn(document, MatplotlibBackend(axes, adjust_figure=False), pen_scale=POINTS_PER_INCH / MM_PER_INCH)
+    axes.set_xlim(0.0, paper.width)
+    axes.set_ylim(0.0, paper.height)
+    data = io.BytesIO()
+    metadata = {"CreationDate": None} if kind == "pdf" else {"Software": None}
+    figure.savefig(data, format=kind, dpi=DPI, metadata=metadata)
+    return data.getvalue()

@@ -1,0 +1,141 @@
+"""The teach sheet of the samples: what a person needs is on it, where it belongs."""
+
+import io
+import re
+from pathlib import Path
+
+import ezdxf
+import numpy as np
+import pytest
+
+from cad.convert import open_workpiece
+from cad.sheet import SheetOptions, make_sheet
+from cad.sheet.draw import Pen, Row, draw_views
+from cad.sheet.make import _new_document
+from cad.sheet.paper import A3, A4, lay_out
+from cad.sheet.views import ISO, project_views
+from wpcal.core.errors import GeometryError, InputError
+from wpcal.features import feature_named
+
+ROOT = Path(__file__).parents[2]
+TEE = ROOT / "fixtures" / "tee" / "tee.step"
+FRAME = ROOT / "fixtures" / "frame" / "frame.step"
+REAL = ROOT.parent / "shared" / "step"
+NAMES = ("V2", "V4", "V16", "H2")
+SAME_MM = 1e-6
+"""Lines come from triangles whose corners are the exact corners of the part."""
+PAPER_MM = 1e-9
+"""Places on paper are a product and a sum."""
+
+
+@pytest.fixture(scope="module")
+def tee():
+    return open_workpiece(TEE)
+
+
+def views_of(workpiece, names):
+    p = np.array([feature_named(workpiece.features, name).p_mm for name in names])
+    return project_views(workpiece.graph, workpiece.solids, p), p
+
+
+def test_views_show_the_outline_of_the_part(tee):
+    """The tee is 200 by 120 by 90: each orthogonal view has two of these sizes."""
+    views, _ = views_of(tee, NAMES)
+    sizes = [view.box[1] - view.box[0] for view in views[:3]]
+    np.testing.assert_allclose(sizes, [[200, 90], [120, 90], [200, 120]], rtol=0, atol=SAME_MM)
+
+
+def test_hidden_lines_are_not_drawn(tee):
+    """From the front the plate hides nothing but the web's foot and the holes: a rectangle and three sides of one."""
+    front = views_of(tee, NAMES)[0][0]
+    lengths = np.linalg.norm(front.segments[:, 1] - front.segments[:, 0], axis=1)
+    assert lengths.sum() == pytest.approx(2 * (200 + 10) + 150 + 2 * 80, rel=0, abs=SAME_MM)
+
+
+def test_a_point_behind_the_web_is_told_from_those_in_sight(tee):
+    iso = views_of(tee, NAMES)[0][3]
+    assert iso.axes is ISO
+    assert iso.is_seen.tolist() == [True, True, False, True]
+    top = views_of(tee, ("V2", "H1"))[0][2]
+    assert top.is_seen.all()
+
+
+@pytest.mark.parametrize("paper", [A3, A4])
+@pytest.mark.parametrize(
+    ("part", "names"),
+    [
+        (TEE, NAMES),
+        (FRAME, ("V3", "V5", "V57", "V63", "V1", "V60")),
+        (REAL / "nist_ctc_05_asme1_ap242-e1.stp", ("V1", "V20", "V40", "H3", "H7", "H9", "C5", "M9")),
+    ],
+)
+def test_everything_is_inside_the_frame_and_labels_do_not_collide(part, names, paper):
+    if not part.is_file():
+        pytest.skip("the shared STEP files do not stand beside the project")
+    workpiece = open_workpiece(part)
+    views, _ = views_of(workpiece, names)
+    layout = lay_out(paper, views, len(names))
+    for place in layout.places:
+        drawn = place.on_paper(np.concatenate([place.view.segments.reshape(-1, 2), place.view.p]))
+        assert (drawn >= [paper.margin, layout.table.top]).all()
+        assert (drawn <= [paper.frame.right, paper.frame.top]).all()
+    front, left, top = layout.places[:3]
+    z, x = front.on_paper(front.view.p)[:, 1], front.on_paper(front.view.p)[:, 0]
+    np.testing.assert_allclose(left.on_paper(left.view.p)[:, 1], z, rtol=0, atol=PAPER_MM)
+    np.testing.assert_allclose(top.on_paper(top.view.p)[:, 0], x, rtol=0, atol=PAPER_MM)
+    rows = [Row(str(k), name, "", ("", "", "")) for k, name in enumerate(names, 1)]
+    for labels in draw_views(Pen(_new_document().modelspace(), paper), layout, rows):
+        boxes = [label.box for label in labels]
+        for i, a in enumerate(boxes):
+            assert not any(a.x < b.right and b.x < a.right and a.y < b.top and b.y < a.top for b in boxes[i + 1 :])
+
+
+def test_the_dxf_holds_names_numbers_coordinates_and_the_hash():
+    sheet = make_sheet(TEE, options=SheetOptions(".dxf", names=NAMES))
+    document = ezdxf.read(io.StringIO(sheet.data.decode()))
+    assert not document.audit().has_errors
+    assert document.header["$INSUNITS"] == 4
+    texts = [text.dxf.text for text in document.modelspace().query("TEXT")]
+    for name in NAMES:
+        assert texts.count(name) == 5  # in four views and in the table
+    assert {"200.000", "120.000", "180.000"} <= set(texts)
+    digest = sheet.record["part"]["sha256"]
+    assert digest[:32] in " ".join(texts)
+    assert digest[32:] in texts
+    assert any("scale 1:2" in text for text in texts)
+
+
+def test_points_are_those_that_advise_picks():
+    from cad.advise import AdviseOptions, advise_points
+    from wpcal.seam import SeamOptions
+
+    advised = advise_points(TEE, options=AdviseOptions(points=5), seam_options=SeamOptions())
+    sheet = make_sheet(TEE, options=SheetOptions(".dxf", count=5))
+    assert tuple(point["name"] for point in sheet.record["points"]) == advised.chosen.names
+
+
+@pytest.mark.parametrize(
+    ("suffix", "start"), [(".pdf", b"%PDF"), (".svg", b"<?xml"), (".png", b"\x89PNG"), (".dxf", b"  0")]
+)
+def test_each_format_is_written_and_twice_the_same(suffix, start):
+    options = SheetOptions(suffix, A4, names=NAMES)
+    first = make_sheet(TEE, options=options).data
+    assert first.startswith(start)
+    assert make_sheet(TEE, options=options).data == first
+
+
+def test_the_svg_has_the_size_of_the_paper():
+    head = make_sheet(TEE, options=SheetOptions(".svg", A4, names=NAMES)).data[:300].decode()
+    assert re.search(r'width="297mm" height="210mm"', head)
+
+
+def test_what_does_not_fit_or_exist_is_refused():
+    with pytest.raises(InputError, match="no feature 'V99'"):
+        make_sheet(TEE, options=SheetOptions(".dxf", names=("V99",)))
+    many = tuple(feature.name for feature in open_workpiece(TEE).features[: A4.most_points + 1])
+    with pytest.raises(InputError, match=f"A4 has room for {A4.most_points} points"):
+        make_sheet(TEE, options=SheetOptions(".dxf", A4, names=many))
+    from build123d import Box
+
+    with pytest.raises(GeometryError, match="or name the points with --points"):
+        make_sheet(Box(10, 20, 30), options=SheetOptions(".dxf"))

@@ -1,0 +1,97 @@
+"""The controller's own program as the file of taught points: the same numbers as from the table."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+TEE = Path(__file__).parents[2] / "fixtures" / "tee"
+FRAME = (500.0, 100.0, 50.0)
+"""Of a user frame that is not turned: its points are the taught ones minus this."""
+SAME_MM = 1e-9
+"""The coordinates have two decimals; adding and subtracting the frame leaves round-off."""
+
+
+def run_wpcal(*arguments: Path | str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+
+
+def taught_rows() -> list[dict[str, str]]:
+    return list(csv.DictReader((TEE / "taught.csv").read_text().splitlines()))
+
+
+def krl(names: list[str], *, with_frame: bool) -> str:
+    lines = ["DEFDAT TEACH"]
+    x0, y0, z0 = FRAME
+    if with_frame:
+        lines.append(f"BASE_DATA[7]={{FRAME: X {x0},Y {y0},Z {z0},A 0.0,B 0.0,C 0.0}}")
+    for name, row in zip(names, taught_rows(), strict=True):
+        x, y, z = (float(row[f"{axis}_mm"]) - origin for axis, origin in zip("xyz", FRAME, strict=True))
+        lines.append(f"DECL E6POS X{name}={{X {x:.4f},Y {y:.4f},Z {z:.4f},A 0.0,B 90.0,C 0.0,S 2,T 35}}")
+        lines.append(f'DECL FDAT F{name}={{TOOL_NO 1,BASE_NO 7,IPO_FRAME #BASE,POINT2[] " "}}')
+    return "\n".join([*lines, "ENDDAT", ""])
+
+
+def calibrated(program: Path, out: Path, *options: str) -> dict[str, object]:
+    done = run_wpcal("calibrate", TEE / "tee.step", program, "-o", out, *options)
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    record: dict[str, object] = json.loads((out / "calibration.json").read_text())
+    return record
+
+
+def from_table(folder: Path) -> dict[str, object]:
+    table = folder / "taught.csv"
+    table.write_text((TEE / "taught.csv").read_text().replace("check", "yes"))
+    return calibrated(table, folder / "table")
+
+
+def assert_same(found: dict[str, object], expected: dict[str, object]) -> None:
+    for key in ("T_base_part", "objective_mm"):
+        np.testing.assert_allclose(np.array(found[key]), np.array(expected[key]), rtol=0, atol=SAME_MM)
+
+
+def test_named_points_give_the_numbers_of_the_table(tmp_path: Path) -> None:
+    program = tmp_path / "teach.dat"
+    program.write_text(krl([row["name"] for row in taught_rows()], with_frame=True))
+    found = calibrated(program, tmp_path / "out")
+    assert_same(found, from_table(tmp_path))
+    assert "features" not in found
+
+
+def test_numbered_points_are_found_and_the_frame_is_given(tmp_path: Path) -> None:
+    program = tmp_path / "teach.dat"
+    program.write_text(krl(["P1", "P2", "P3", "P4", "P5", "P6"], with_frame=False))
+    frame = ("--uframe", "7=500,100,50,0,0,0")
+    found = calibrated(program, tmp_path / "out", *frame)
+    assert_same(found, from_table(tmp_path))
+    assert found["features"] == {f"P{n}": row["name"] for n, row in enumerate(taught_rows(), 1)}
+    match = run_wpcal("match", TEE / "tee.step", program, *frame, "--json")
+    assert (match.returncode, match.stderr) == (0, "")
+    record = json.loads(match.stdout)
+    assert record["answers"][record["chosen"]]["features"] == [row["name"] for row in taught_rows()]
+
+
+@pytest.mark.parametrize("command", [("calibrate", "-o", "out"), ("match",)])
+def test_a_frame_without_values_is_asked_for(tmp_path: Path, command: tuple[str, ...]) -> None:
+    program = tmp_path / "teach.dat"
+    program.write_text(krl(["P1", "P2", "P3", "P4", "P5", "P6"], with_frame=False))
+    options = [str(tmp_path / word) if word == "out" else word for word in command[1:]]
+    done = run_wpcal(command[0], TEE / "tee.step", program, *options)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.count("\n") == 1
+    assert "teach.dat, line 2: point P1: stands in user frame 7" in done.stderr
+    assert "--uframe 7=X,Y,Z,A,B,C" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_options_for_programs_are_refused_with_a_table(tmp_path: Path) -> None:
+    done = run_wpcal("calibrate", TEE / "tee.step", TEE / "taught.csv", "-o", tmp_path / "out", "--tool", "0,0,1")
+    assert done.returncode == 2
+    assert "is no controller program: --tool cannot be used with it" in done.stderr

@@ -1,0 +1,51 @@
+"""The files in the how-to pages are, line by line, what `wpcal export` writes from the T-joint's golden calibration."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from wpcal.cli.main import run
+
+ROOT = Path(__file__).parents[3]
+PAGES = ROOT / "docs" / "how-to"
+WHOLE = {
+    "abb.md": ["WPCAL.mod"],
+    "fanuc.md": ["WPCAL.ls", "W1.ls"],
+    "kuka.md": ["WPCAL.src", "WPCAL.dat"],
+    "universal-robots-and-staubli.md": ["WPCAL.script", "WPCAL.pjx", "WPCAL.dtx", "start.pgx", "stop.pgx"],
+    "yaskawa.md": ["WPCAL.jbi", "W1.jbi"],
+}
+
+
+def blocks(page):
+    """The lines of every block with the command above it."""
+    found, command, text = [], None, None
+    for line in (PAGES / page).read_text(encoding="utf-8").splitlines():
+        start = re.fullmatch(r"<!-- wpcal (export .*): (\S+) -->", line)
+        if start:
+            command = start.groups()
+        elif command and text is None and line == "```text":
+            text = []
+        elif text is not None and line == "```":
+            found.append((*command, text))
+            command, text = None, None
+        elif text is not None:
+            text.append(line)
+    return found
+
+
+@pytest.mark.parametrize("page", WHOLE)
+def test_the_page_shows_what_is_written(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    found = blocks(page)
+    assert [file for _, file, _ in found] == WHOLE[page]
+    for number, (command, file, lines) in enumerate(found):
+        out = tmp_path / str(number)
+        with pytest.raises(SystemExit) as ended:
+            run([*shlex.split(command), "-o", str(out)])
+        assert ended.value.code == 0
+        (path,) = out.rglob(file)
+        written = path.read_bytes().decode().replace("\r\n", "\n").rstrip("\n").split("\n")
+        assert lines == written, f"{page}: run python docs/make_controller_files.py"

@@ -1,0 +1,81 @@
+"""Options by which the taught points of a controller's program are turned into the robot's base."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from wpcal.match.taught import TaughtPoints
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def program_options(command: Command) -> Command:
+    """Add ``--uframe``, ``--tool`` and ``--robot``."""
+    for option in (
+        click.option(
+            "--robot", metavar="ARM", help="Arm file, or the name of a shipped arm: for points stored as joint angles."
+        ),
+        click.option("--tool", metavar="X,Y,Z", help="Tool tip in the flange, mm, for points taught without a tool."),
+        click.option(
+            "--uframe",
+            "uframes",
+            multiple=True,
+            metavar="[NAME=]VALUES",
+            help="User frame in the base, as on the pendant: X,Y,Z,A,B,C (KUKA), X,Y,Z,W,P,R (FANUC), X,Y,Z,Rx,Ry,Rz "
+            "(Yaskawa), X,Y,Z,Q1,Q2,Q3,Q4 (ABB); or `base`, or a frame that the file carries. NAME is the program's "
+            "name or number of it; without, it holds for every point whose frame is not known. Repeatable.",
+        ),
+    ):
+        command = option(command)
+    return command
+
+
+def read_touched(path: Path, values: dict[str, Any], *, points: str | None = None) -> TaughtPoints:
+    """Read taught points from a table or a program, taking the values of `program_options` out of `values`.
+
+    Parameters
+    ----------
+    path : Path
+        A program is known by its suffix.
+    values : dict
+        A command's arguments; ``uframes``, ``tool`` and ``robot`` are taken out.
+    points : str, optional
+        Names of points of a program, with commas between them: only these.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be used, or an option for programs is given with a table.
+    """
+    from wpcal.core.errors import InputError
+    from wpcal.export.taught_program import is_program, parse_uframes, read_taught_program
+    from wpcal.match import read_taught
+    from wpcal.robot.arm_file import find_arm
+
+    uframes, tool, robot = (values.pop(name) for name in ("uframes", "tool", "robot"))
+    if not is_program(path):
+        given = [f"--{name}" for name, value in (("uframe", uframes), ("tool", tool), ("robot", robot)) if value]
+        if given:
+            raise InputError(f"{path}: is no controller program: {', '.join(given)} cannot be used with it")
+        return read_taught(path)
+    return read_taught_program(
+        path,
+        uframes=parse_uframes(uframes),
+        tool=None if tool is None else _numbers(tool),
+        arm=None if robot is None else find_arm(robot),
+        points=None if points is None else [name.strip() for name in points.split(",")],
+    )
+
+
+def _numbers(text: str) -> list[float]:
+    from wpcal.core.errors import InputError
+
+    try:
+        return [float(value) for value in text.split(",")]
+    except ValueError:
+        raise InputError(f"--tool: expected X,Y,Z in mm, got {text!r}") from None
