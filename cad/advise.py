@@ -12,7 +12,7 @@ from cad.convert import Progress, find_seams, no_progress, open_workpiece
 from wpcal.advise import Advice, Touchable, advise, judge_features
 from wpcal.calibrate import Criterion
 from wpcal.core.errors import InputError
-from wpcal.features import FeatureKind, feature_named
+from wpcal.features import POINT_KINDS, FeatureKind, feature_named
 from wpcal.seam import Seam, SeamOptions
 
 
@@ -44,7 +44,7 @@ class AdviseOptions:
     have: tuple[str, ...] = ()
     exclude: tuple[str, ...] = ()
     near: tuple[float, float, float, float] | None = None
-    kinds: tuple[FeatureKind, ...] = tuple(FeatureKind)
+    kinds: tuple[FeatureKind, ...] = POINT_KINDS
 
 
 def advise_points(

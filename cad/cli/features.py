@@ -6,10 +6,12 @@ from pathlib import Path
 
 import click
 
+from cad.cli.options import KIND_LETTERS
+
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.option("--kind", type=click.Choice(["V", "C", "H", "S", "M"]), multiple=True, help="Only these kinds.")
+@click.option("--kind", type=click.Choice(KIND_LETTERS), multiple=True, help="Only these kinds.")
 @click.option("--solid", metavar="NAME", help="Only on this solid; * stands for any characters.")
 @click.option("--min-diameter-mm", type=float, help="Only round features at least this large.")
 @click.option("--near", metavar="X,Y,Z", help="Nearest to this place of the part first.")
@@ -26,6 +28,8 @@ def features(
     """List the reference features of PART.step, with the names that `wpcal calibrate` accepts.
 
     V: corners. C: circular rims (centre). H: holes (centre of the entry rim). S: sphere centres. M: edge midpoints.
+    B: bosses, pins and the outsides of pipes. L: slots. X: corners that a round took away. E: ends of edges that are no
+    corners. P: datum planes. A: cylinder axes.
     """
     from cad.child import run_in_child
     from cad.cli.progress import shown_progress

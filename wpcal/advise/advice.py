@@ -198,7 +198,7 @@ def advise(
 def where_it_is(feature: ReferenceFeature) -> str:
     """Say in words where a feature is: ``hole of 10 mm, base plate, at (20, 20, 10)``."""
     words = {FeatureKind.VERTEX: "corner", FeatureKind.EDGE_MIDPOINT: "middle of the edge"}
-    kind = words.get(feature.kind, feature.kind.word)
+    kind = words.get(feature.kind, feature.kind.word.replace("_", " "))
     size = "" if feature.diameter_mm is None else f" of {feature.diameter_mm:g} mm"
     place = " ".join(f"{round(v, 3) + 0.0:g}" for v in feature.p_mm)
     return f"{kind}{size}{f' on {feature.solid}' if feature.solid else ''} at ({place})"

@@ -91,7 +91,7 @@ def judge_features(
 def _of_kind(kind: FeatureKind) -> Ease:
     if kind in (FeatureKind.VERTEX, FeatureKind.HOLE):
         return Ease.SHARP
-    return Ease.VAGUE if kind is FeatureKind.EDGE_MIDPOINT else Ease.ROUND
+    return Ease.VAGUE if kind in (FeatureKind.EDGE_MIDPOINT, FeatureKind.EDGE_END) else Ease.ROUND
 
 
 def _vertices(graph: BrepGraph, features: Sequence[ReferenceFeature]) -> IntArray:
