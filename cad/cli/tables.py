@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rich.table import Table
@@ -13,22 +13,23 @@ if TYPE_CHECKING:
     from wpcal.seam import Seam
 
 
-def features_table(features: Sequence[ReferenceFeature], file_name: str) -> Table:
-    """Return one row a feature."""
+def features_table(features: Sequence[ReferenceFeature], file_name: str, ease: Mapping[str, str]) -> Table:
+    """Return one row a feature; `ease` by name."""
     table = Table(title=f"What can be taught on {file_name} (part frame)")
     for heading, justify in (("feature", "left"), ("kind", "left"), ("x mm", "right"), ("y mm", "right")):
         table.add_column(heading, justify="right" if justify == "right" else "left")
     table.add_column("z mm", justify="right")
-    for heading in ("size mm", "touch", "solid"):
+    for heading in ("size mm", "touch", "ease", "solid"):
         table.add_column(heading)
     for feature in features:
-        place = (f"{v + 0.0:.3f}" for v in feature.p_mm)
+        place = (f"{round(v, 3) + 0.0:.3f}" for v in feature.p_mm)
         table.add_row(
             feature.name,
             feature.kind.word.replace("_", " "),
             *place,
             size_words(feature),
             feature.kind.touch.value,
+            ease[feature.name],
             feature.solid,
         )
     return table

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from wpcal.advise.design import Design, least_swap, spread_rows
-from wpcal.advise.touchable import Ease, Touchable
 from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.uncertainty import error_95, isotropic_covariance, minimax_covariance
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.features.reference import FeatureKind, ReferenceFeature
+from wpcal.features.touchable import Ease, Touchable
 from wpcal.match.places import Places
 from wpcal.match.search import squares_limit
 from wpcal.seam.seam import Seam

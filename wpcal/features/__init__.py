@@ -11,17 +11,23 @@ from wpcal.features.reference import (
     Touch,
     feature_named,
     features_record,
+    point_named,
 )
+from wpcal.features.touchable import Ease, Touchable, judge_features
 
 __all__ = [
     "POINT_KINDS",
+    "Ease",
     "FeatureKind",
     "HoleForm",
     "HoleStep",
     "ReferenceFeature",
     "Touch",
+    "Touchable",
     "choose_features",
     "feature_named",
     "features_record",
     "find_features",
+    "judge_features",
+    "point_named",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.brep.curves import edge_lengths, evaluate_edges
+from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -31,12 +31,13 @@ def find_vertices(graph: BrepGraph) -> Found:
 def _edges_at_vertices(graph: BrepGraph) -> IntArray:
     real = (graph.edge_kind != CurveKind.DEGENERATE) & ~graph.is_seam_edge
     ends = graph.edge_vertices[real].ravel()
-    return np.bincount(ends[ends >= 0], minlength=len(graph.vertex_p))
+    return np.asarray(np.bincount(ends[ends >= 0], minlength=len(graph.vertex_p)), dtype=np.int64)
 
 
 def _straight_edges(graph: BrepGraph) -> IntArray:
-    lines = np.flatnonzero((graph.edge_kind == CurveKind.LINE) & ~graph.is_seam_edge & (graph.edge_solid >= 0))
-    return lines[edge_lengths(graph)[lines] >= LEAST_EDGE_MM]
+    straight = (graph.edge_kind == CurveKind.LINE) & ~graph.is_seam_edge & (graph.edge_solid >= 0)
+    long_enough = np.ptp(graph.edge_range, axis=1) >= LEAST_EDGE_MM  # the parameter of a line is its length
+    return np.asarray(np.flatnonzero(straight & long_enough), dtype=np.int64)
 
 
 def find_midpoints(graph: BrepGraph) -> Found:
@@ -48,7 +49,7 @@ def find_midpoints(graph: BrepGraph) -> Found:
         p=p,
         solid=graph.edge_solid[lines],
         direction=positive_axes(slope),
-        length_mm=edge_lengths(graph)[lines],
+        length_mm=np.ptp(graph.edge_range[lines], axis=1),
     )
 
 

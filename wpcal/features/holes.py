@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from wpcal.brep.graph import SurfaceKind
@@ -21,9 +23,10 @@ def find_holes(walls: Walls) -> Found:
     coaxial, rims = walls.coaxial, walls.rims
     label = _bodies(walls)
     body_of_face = np.full(coaxial.graph.face_count, -1, dtype=np.int64)
-    body_of_face[coaxial.faces] = label
-    ends = Ends.of(coaxial.graph, body_of_face, coaxial.axis[first_rows(label)])
     of_wall = label[walls.first]
+    with_rim = np.isin(label, of_wall[rims.wall[walls.is_hollow[rims.wall]]])
+    body_of_face[coaxial.faces] = np.where(with_rim, label, -1)
+    ends = _without_drill_points(Ends.of(coaxial.graph, body_of_face, coaxial.axis[first_rows(label)]), walls, of_wall)
     rows = _entries(walls, of_wall, ends)
     wall, way = rims.wall[rows], np.where(rims.is_upper[rows], 1.0, -1.0)
     body = of_wall[wall]
@@ -41,6 +44,19 @@ def find_holes(walls: Walls) -> Found:
         steps=steps,
         faces=faces_of(walls, wall),
     )
+
+
+def _without_drill_points(ends: Ends, walls: Walls, body_of_wall: IntArray) -> Ends:
+    """Let bodies reach as far as their borders and cylindrical walls: a cone that comes to a point is no depth."""
+    low, high = np.full(len(ends.low), np.inf), np.full(len(ends.high), -np.inf)
+    hollow = walls.is_hollow
+    for body, least, greatest in (
+        (ends.body[ends.is_border], ends.least[ends.is_border], ends.greatest[ends.is_border]),
+        (body_of_wall[hollow], walls.ends.low[hollow], walls.ends.high[hollow]),
+    ):
+        np.minimum.at(low, body, least)
+        np.maximum.at(high, body, greatest)
+    return replace(ends, low=low, high=high)
 
 
 def _bodies(walls: Walls) -> IntArray:

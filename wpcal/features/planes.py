@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.brep.curves import edge_polylines
+from wpcal.brep.curves import evaluate_edges, piece_counts
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.features.found import AXIS_ROUND, NAMING_MM, Found, first_rows, label_equal, members, sums
@@ -55,11 +55,14 @@ def _areas(graph: BrepGraph, faces: IntArray, normal: FloatArray) -> tuple[Float
     row = np.full(graph.face_count, -1)
     row[faces] = np.arange(len(faces))
     used = np.flatnonzero((row[graph.coedge_face] >= 0) & (graph.edge_kind[graph.coedge_edge] != CurveKind.DEGENERATE))
-    start, _, points = edge_polylines(graph)
     edge, sign = graph.coedge_edge[used], np.where(graph.coedge_forward[used], 1.0, -1.0)
-    pieces = np.diff(start)[edge] - 1
-    of = np.repeat(np.arange(len(used)), pieces)
-    low = start[edge[of]] + np.arange(pieces.sum()) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    samples = piece_counts(graph)[edge] + 1
+    of = np.repeat(np.arange(len(used)), samples)
+    share = (np.arange(len(of)) - np.repeat(np.cumsum(samples) - samples, samples)) / (samples[of] - 1)
+    t0, t1 = graph.edge_range[edge[of]].T
+    points = evaluate_edges(graph, edge[of], t0 * (1.0 - share) + t1 * share)[0]
+    low = np.flatnonzero(share < 1.0)
+    of = of[low]
     face = row[graph.coedge_face[used]][of]
     pivot = graph.face_frame[faces, 0]
     a, b = points[low] - pivot[face], points[low + 1] - pivot[face]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from enum import Enum
@@ -178,9 +178,10 @@ class ReferenceFeature:
         return record | {key: value for key, value in optional.items() if value is not None}
 
 
-def features_record(features: Sequence[ReferenceFeature]) -> dict[str, Any]:
-    """Return the record of ``wpcal features --json``."""
-    return {"schema": FEATURES_SCHEMA, "features": [feature.to_record() for feature in features]}
+def features_record(features: Sequence[ReferenceFeature], ease: Mapping[str, str]) -> dict[str, Any]:
+    """Return the record of ``wpcal features --json``; `ease` says by name how well each can be touched."""
+    records = [{**feature.to_record(), "ease": ease[feature.name]} for feature in features]
+    return {"schema": FEATURES_SCHEMA, "features": records}
 
 
 def feature_named(features: Sequence[ReferenceFeature], name: str) -> ReferenceFeature:
@@ -198,3 +199,19 @@ def feature_named(features: Sequence[ReferenceFeature], name: str) -> ReferenceF
         hint = f"; near: {', '.join(near)}" if near else ""
         raise InputError(f"the part has no feature {name!r}{hint}; `wpcal features` lists them")
     return found
+
+
+def point_named(features: Sequence[ReferenceFeature], name: str) -> FloatArray:
+    """Return the point of the feature of a name, in `part`, mm.
+
+    Raises
+    ------
+    InputError
+        When there is none, or it is a plane or an axis, which a single touch does not fix.
+    """
+    feature = feature_named(features, name)
+    if feature.kind in (FeatureKind.PLANE, FeatureKind.AXIS):
+        raise InputError(
+            f"{feature.name} is a datum {feature.kind.word} and no point to touch; name a point of the part"
+        )
+    return feature.p_mm

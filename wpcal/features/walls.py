@@ -28,6 +28,16 @@ OPEN_LEAN = 0.1
 """A face beside an end looks out of it, or closes it, when its normal leans this much (6 degrees) along the axis."""
 
 
+QUARTER_TURN_RAD = np.pi / 2
+"""A border with samples all around has no wider gap: a whole circle has one every eighth of a turn."""
+
+
+def sample_edges(graph: BrepGraph, edges: IntArray) -> FloatArray:
+    """Return `SAMPLES` parameters on each edge, ends included; shape (m, SAMPLES)."""
+    share = np.linspace(0.0, 1.0, SAMPLES)
+    return np.asarray(graph.edge_range[edges, :1] * (1 - share) + graph.edge_range[edges, 1:] * share)
+
+
 def linked(count: int, i: IntArray, j: IntArray) -> IntArray:
     """Number the groups of 0 … count - 1 that pairs i, j link together; shape (count,)."""
     graph = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
@@ -150,15 +160,29 @@ class Walls:
 
     @cached_property
     def turn(self) -> FloatArray:
-        """How far each wall reaches around its axis, rad: by its arcs; a whole turn where it closes onto itself."""
-        graph, ends = self.coaxial.graph, self.ends
-        straight = graph.edge_kind[ends.edge] == CurveKind.LINE
-        count = len(self.first)
-        inside = np.bincount(ends.body[straight & ~ends.is_border], minlength=count)
-        closed = (np.bincount(ends.body[straight & ends.is_border], minlength=count) == 0) & (inside > 0)
-        arcs = np.zeros(count)
+        """How far each wall reaches around its axis, rad: by its arcs; a whole turn where its border is all around."""
+        arcs = np.zeros(len(self.first))
         np.maximum.at(arcs, self.rims.all_wall, self.rims.all_turn)
-        return np.where(closed, 2 * np.pi, arcs)
+        return np.where(self._widest_gap() < QUARTER_TURN_RAD, 2 * np.pi, arcs)
+
+    def _widest_gap(self) -> FloatArray:
+        """The widest angle about each wall's axis without a sample of its border, rad."""
+        ends, graph = self.ends, self.coaxial.graph
+        rows = np.flatnonzero(ends.is_border)
+        t = sample_edges(graph, ends.edge[rows])
+        p = evaluate_edges(graph, np.repeat(ends.edge[rows], SAMPLES), t.ravel())[0]
+        wall = np.repeat(ends.body[rows], SAMPLES)
+        frame = graph.face_frame[self.coaxial.faces[self.first]][wall]
+        x, y = np.einsum("kai,ki->ak", frame[:, 1:3], p - frame[:, 0])
+        angle = np.arctan2(y, x)
+        order = np.lexsort((angle, wall))
+        wall, angle = wall[order], angle[order]
+        gap = np.full(len(self.first), 0.0)
+        same = np.flatnonzero(np.diff(wall) == 0)
+        np.maximum.at(gap, wall[same], np.diff(angle)[same])
+        begin, end = np.flatnonzero(np.diff(wall, prepend=-1)), np.flatnonzero(np.diff(wall, append=-1))
+        np.maximum.at(gap, wall[begin], angle[begin] + 2 * np.pi - angle[end])
+        return gap
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,8 +224,7 @@ class Ends:
         body, faces = body_of_face[face], graph.edge_faces[edge]
         beyond = np.where(faces[:, 0] == face, faces[:, 1], faces[:, 0])
         is_border = (beyond < 0) | (body_of_face[beyond] != body)
-        share = np.linspace(0.0, 1.0, SAMPLES)
-        t = graph.edge_range[edge, :1] * (1 - share) + graph.edge_range[edge, 1:] * share
+        t = sample_edges(graph, edge)
         p = evaluate_edges(graph, np.repeat(edge, SAMPLES), t.ravel())[0].reshape(-1, SAMPLES, 3)
         height = np.einsum("ksi,ki->ks", p, axis[body])
         lean = np.zeros(len(edge))
