@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from build123d import Align, Axis, Box, Cone, Cylinder, Pos, Rot, SlotOverall, extrude, fillet
 
-from cad.convert import open_workpiece
+import cad.convert
+from cad.convert import list_features, open_workpiece
 from cad.to_brep import to_brep
 from wpcal.brep import BrepGraph, SurfaceKind
 from wpcal.core.arrays import IntArray
@@ -227,3 +228,17 @@ def test_nist_ftc_06_has_twelve_holes_and_eight_bosses(shared_step: Path) -> Non
     }
     inch = feature_named(features, "H1")
     np.testing.assert_allclose([s[0] / 25.4 for s in steps(inch)], [0.625, 0.415], rtol=0, atol=ROUND_OFF_MM)
+
+
+TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
+
+
+def test_the_easiest_come_first_and_large_parts_are_judged_by_kind(monkeypatch: pytest.MonkeyPatch) -> None:
+    judged = list_features(TEE)
+    assert [item.ease for item in judged] == sorted(item.ease for item in judged)
+    assert {item.feature.kind for item in judged if item.ease is Ease.SHARP} == {FeatureKind.VERTEX, FeatureKind.HOLE}
+    monkeypatch.setattr(cad.convert, "MOST_JUDGED", 0)
+    by_kind = list_features(TEE)
+    assert sorted(item.feature.name for item in by_kind) == sorted(item.feature.name for item in judged)
+    assert Ease.HIDDEN in {item.ease for item in judged}
+    assert Ease.HIDDEN not in {item.ease for item in by_kind}

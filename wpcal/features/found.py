@@ -78,7 +78,7 @@ class Found:
 
 
 def _read_only(values: FloatArray) -> FloatArray:
-    values = np.array(values, dtype=np.float64)
+    values = np.array(values, dtype=np.float64) + 0.0  # -0 is 0
     values.setflags(write=False)
     return values
 

@@ -87,7 +87,7 @@ def judge_features(
     a boss's end or a slot with the part itself before it, is hidden.
     """
     trimmed = trimmed or TrimmedFaces.of(graph)
-    ease = np.array([_of_kind(feature.kind) for feature in features], dtype=np.int64)
+    ease = np.array([usual_ease(feature.kind) for feature in features], dtype=np.int64)
     corners = [k for k, feature in enumerate(features) if feature.kind is FeatureKind.VERTEX]
     outward = [k for k, feature in enumerate(features) if feature.kind in LOOKING_OUT]
     p = np.array([feature.p_mm for feature in features]).reshape(-1, 3)
@@ -106,7 +106,8 @@ def judge_features(
     return tuple(Touchable(feature, Ease(value)) for feature, value in zip(features, ease, strict=True))
 
 
-def _of_kind(kind: FeatureKind) -> Ease:
+def usual_ease(kind: FeatureKind) -> Ease:
+    """Return how well features of a kind can be touched where nothing is in the way."""
     if kind in (FeatureKind.VERTEX, FeatureKind.HOLE):
         return Ease.SHARP
     if kind not in POINT_KINDS:
