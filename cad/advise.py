@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from cad.convert import Progress, Workpiece, find_seams, no_progress, open_workpiece
-from wpcal.advise import Advice, Touchable, advise, judge_features
+from wpcal.advise import Advice, advise
 from wpcal.calibrate import Criterion
 from wpcal.core.errors import InputError
-from wpcal.features import FeatureKind, feature_named
+from wpcal.features import POINT_KINDS, FeatureKind, Touchable, feature_named, judge_features
 from wpcal.seam import Seam, SeamOptions
 
 
@@ -44,7 +44,7 @@ class AdviseOptions:
     have: tuple[str, ...] = ()
     exclude: tuple[str, ...] = ()
     near: tuple[float, float, float, float] | None = None
-    kinds: tuple[FeatureKind, ...] = tuple(FeatureKind)
+    kinds: tuple[FeatureKind, ...] = POINT_KINDS
 
 
 def advise_points(

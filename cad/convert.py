@@ -25,7 +25,7 @@ from wpcal.core.issue import Issue
 from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.export.taught_program import names_as_features
-from wpcal.features import FeatureKind, ReferenceFeature, find_features
+from wpcal.features import FeatureKind, ReferenceFeature, Touchable, find_features, judge_features, usual_ease
 from wpcal.match import Match, TaughtPoints, match_points, name_points, pair_points, read_taught
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.interpenetration import interpenetrating_solids
@@ -461,9 +461,19 @@ def calibrate_files(
     return WrittenCalibration(found.result, found.seams, found.u95_mm, record, files)
 
 
-def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[ReferenceFeature, ...]:
-    """Return the reference features of a STEP file."""
-    return open_workpiece(step, progress=progress).features
+MOST_JUDGED = 5000
+"""Above so many features each has the ease of its kind: judging compares all corners with all faces (100 MB here)."""
+
+
+def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:
+    """Return the reference features of a STEP file, those that are easiest to touch first."""
+    workpiece = open_workpiece(step, progress=progress)
+    if len(workpiece.features) > MOST_JUDGED:
+        judged = tuple(Touchable(feature, usual_ease(feature.kind)) for feature in workpiece.features)
+    else:
+        progress("judging features")
+        judged = judge_features(workpiece.graph, workpiece.features)
+    return tuple(sorted(judged, key=lambda item: item.ease))
 
 
 def match_taught(

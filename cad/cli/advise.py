@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.options import seam_options, to_seam_options
+from cad.cli.options import POINT_LETTERS, seam_options, to_seam_options
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 @click.option("--have", metavar="V1,V4", default="", help="Features that are taught anyway.")
 @click.option("--exclude", metavar="V3,H2", default="", help="Features not to be advised.")
 @click.option("--near", metavar="X,Y,Z,R", help="Only features within R mm of this point of the part.")
-@click.option("--kind", type=click.Choice(["V", "C", "H", "S", "M"]), multiple=True, help="Only these kinds.")
+@click.option("--kind", type=click.Choice(POINT_LETTERS), multiple=True, help="Only these kinds.")
 @seam_options
 @click.option("-o", "--out", metavar="TEMPLATE.csv", type=click.Path(path_type=Path), help="Taught file to fill in.")
 @click.option("--force", is_flag=True, help="Overwrite TEMPLATE.csv.")
@@ -74,7 +74,7 @@ def advise(*, part_step: Path, out: Path | None, force: bool, as_json: bool, **v
 def _options(values: dict[str, Any]) -> Any:
     from cad.advise import AdviseOptions
     from wpcal.calibrate import Criterion
-    from wpcal.features import FeatureKind
+    from wpcal.features import POINT_KINDS, FeatureKind
 
     return AdviseOptions(
         points=values["points"],
@@ -84,7 +84,7 @@ def _options(values: dict[str, Any]) -> Any:
         have=_names(values["have"]),
         exclude=_names(values["exclude"]),
         near=None if values["near"] is None else _sphere(values["near"]),
-        kinds=tuple(FeatureKind(letter) for letter in values["kind"]) or tuple(FeatureKind),
+        kinds=tuple(FeatureKind(letter) for letter in values["kind"]) or POINT_KINDS,
     )
 
 

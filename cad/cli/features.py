@@ -6,10 +6,12 @@ from pathlib import Path
 
 import click
 
+from cad.cli.options import KIND_LETTERS
+
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.option("--kind", type=click.Choice(["V", "C", "H", "S", "M"]), multiple=True, help="Only these kinds.")
+@click.option("--kind", type=click.Choice(KIND_LETTERS), multiple=True, help="Only these kinds.")
 @click.option("--solid", metavar="NAME", help="Only on this solid; * stands for any characters.")
 @click.option("--min-diameter-mm", type=float, help="Only round features at least this large.")
 @click.option("--near", metavar="X,Y,Z", help="Nearest to this place of the part first.")
@@ -26,6 +28,8 @@ def features(
     """List the reference features of PART.step, with the names that `wpcal calibrate` accepts.
 
     V: corners. C: circular rims (centre). H: holes (centre of the entry rim). S: sphere centres. M: edge midpoints.
+    B: bosses, pins and the outsides of pipes. L: slots. X: corners that a round took away. E: ends of edges that are no
+    corners. P: datum planes. A: cylinder axes. The easiest to touch come first: sharp, round, hidden, vague, indirect.
     """
     from cad.child import run_in_child
     from cad.cli.progress import shown_progress
@@ -33,21 +37,24 @@ def features(
 
     place = None if near is None else _place(near)
     with shown_progress() as progress:
-        found = run_in_child(
+        judged = run_in_child(
             "cad.convert:list_features", {"step": part_step}, what=f"reading {part_step}", progress=progress
         )
     kinds = [FeatureKind(letter) for letter in kind]
-    chosen = choose_features(found, kinds=kinds, solid=solid, min_diameter_mm=min_diameter_mm, near=place)
+    chosen = choose_features(
+        [item.feature for item in judged], kinds=kinds, solid=solid, min_diameter_mm=min_diameter_mm, near=place
+    )
+    ease = {item.feature.name: item.ease.word for item in judged}
     if as_json:
         from wpcal.core.records import to_json
         from wpcal.features import features_record
 
-        click.echo(to_json(features_record(chosen)), nl=False)
+        click.echo(to_json(features_record(chosen, ease)), nl=False)
     else:
         from cad.cli.tables import features_table
         from wpcal.cli.console import plain_console
 
-        plain_console().print(features_table(chosen, part_step.name))
+        plain_console().print(features_table(chosen, part_step.name, ease))
     return 0
 
 

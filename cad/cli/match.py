@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.options import read_pose
+from cad.cli.options import POINT_LETTERS, read_pose
 from wpcal.cli.program_options import program_options, read_touched
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ MOST_SHOWN = 20
 )
 @click.option(
     "--kind",
-    type=click.Choice(["V", "C", "H", "S", "M"]),
+    type=click.Choice(POINT_LETTERS),
     multiple=True,
     help="Points without a name are of these kinds.  [default: all]",
 )
@@ -53,14 +53,14 @@ def match(
     """
     from cad.child import run_in_child
     from cad.cli.progress import shown_progress
-    from wpcal.features import FeatureKind
+    from wpcal.features import POINT_KINDS, FeatureKind
 
     arguments = {
         "step": part_step,
         "taught": read_touched(taught, values),
         "sigma_mm": sigma_mm,
         "T_nominal_part": None if nominal is None else read_pose(nominal),
-        "kinds": tuple(FeatureKind(letter) for letter in kind) or tuple(FeatureKind),
+        "kinds": tuple(FeatureKind(letter) for letter in kind) or POINT_KINDS,
     }
     with shown_progress() as progress:
         found: Match = run_in_child("cad.convert:match_taught", arguments, what=f"matching {taught}", progress=progress)

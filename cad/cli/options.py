@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from wpcal.core.transform import RigidTransform
     from wpcal.seam import SeamOptions
 
+POINT_LETTERS = ("V", "C", "H", "S", "M", "B", "E")
+"""`FeatureKind` values of `POINT_KINDS`; written out so that the help needs no NumPy."""
+KIND_LETTERS = (*POINT_LETTERS, "L", "X", "P", "A")
+"""All `FeatureKind` values."""
+
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 

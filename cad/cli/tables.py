@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rich.table import Table
@@ -13,19 +13,42 @@ if TYPE_CHECKING:
     from wpcal.seam import Seam
 
 
-def features_table(features: Sequence[ReferenceFeature], file_name: str) -> Table:
-    """Return one row a feature."""
+def features_table(features: Sequence[ReferenceFeature], file_name: str, ease: Mapping[str, str]) -> Table:
+    """Return one row a feature; `ease` by name."""
     table = Table(title=f"What can be taught on {file_name} (part frame)")
     for heading, justify in (("feature", "left"), ("kind", "left"), ("x mm", "right"), ("y mm", "right")):
         table.add_column(heading, justify="right" if justify == "right" else "left")
-    for heading in ("z mm", "diameter mm"):
-        table.add_column(heading, justify="right")
-    table.add_column("solid")
+    table.add_column("z mm", justify="right")
+    for heading in ("size mm", "touch", "ease", "solid"):
+        table.add_column(heading)
     for feature in features:
-        diameter = "" if feature.diameter_mm is None else f"{feature.diameter_mm:.3f}"
-        place = (f"{v + 0.0:.3f}" for v in feature.p_mm)
-        table.add_row(feature.name, feature.kind.word.replace("_", " "), *place, diameter, feature.solid)
+        place = (f"{round(v, 3) + 0.0:.3f}" for v in feature.p_mm)
+        table.add_row(
+            feature.name,
+            feature.kind.word.replace("_", " "),
+            *place,
+            size_words(feature),
+            feature.kind.touch.value,
+            ease[feature.name],
+            feature.solid,
+        )
     return table
+
+
+def size_words(feature: ReferenceFeature) -> str:
+    """Say a feature's size: ``18.000 / 10.000 x 20.000 through, counterbore``; diameters, then depth or length, mm."""
+    diameters = list(dict.fromkeys(f"{step.diameter_mm:.3f}" for step in feature.steps))
+    if not diameters and feature.diameter_mm is not None:
+        diameters = [f"{feature.diameter_mm:.3f}"]
+    lengths = [f"{value:.3f}" for value in (feature.length_mm, feature.depth_mm) if value is not None]
+    words = [" x ".join([" / ".join(diameters), *lengths] if diameters else lengths)]
+    if feature.area_mm2 is not None:
+        words.append(f"{feature.area_mm2:.1f} mm2")
+    if feature.is_through is not None:
+        words.append("through" if feature.is_through else "blind")
+    if feature.form is not None and feature.form.value != "plain":
+        words.append(feature.form.value)
+    return " ".join(word for word in words if word)
 
 
 def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] | None = None) -> Table:

@@ -8,11 +8,11 @@ import numpy as np
 from rich.table import Table
 
 from cad.convert import find_seams, open_workpiece
-from wpcal.advise import advise, judge_features
+from wpcal.advise import advise
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.uncertainty import COVERAGE, error_95, minimax_covariance
 from wpcal.core.arrays import FloatArray
-from wpcal.features import FeatureKind
+from wpcal.features import FeatureKind, judge_features
 from wpcal.match import Places
 from wpcal.seam import SeamOptions
 from wpcal.study.teaching_error import fit_trials

@@ -14,11 +14,11 @@ import pytest
 
 from cad.advise import AdviseOptions, advise_points
 from cad.convert import Workpiece, find_seams, open_workpiece
-from wpcal.advise import Ease, advise, judge_features
+from wpcal.advise import advise
 from wpcal.calibrate import Criterion, TeachingError, calibrate
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.pairs import PointPairs
-from wpcal.features import feature_named
+from wpcal.features import Ease, feature_named, judge_features
 from wpcal.match import read_taught
 from wpcal.seam import Seam, SeamOptions
 

@@ -85,7 +85,7 @@ def test_the_pose_of_a_real_part_is_found(name: str, tmp_path: Path) -> None:
     part = shared(name)
     listed = wpcal("features", part, "--json")
     assert (listed.returncode, listed.stderr) == (0, "")
-    features = json.loads(listed.stdout)["features"]
+    features = [f for f in json.loads(listed.stdout)["features"] if f["ease"] != "indirect"]
     write_taught(features, tmp_path / "taught.csv")
     done = wpcal("calibrate", part, tmp_path / "taught.csv", "-o", tmp_path / "out", "--json")
     assert (done.returncode, done.stderr) == (0, "")

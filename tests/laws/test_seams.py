@@ -101,12 +101,15 @@ def test_a_moved_part_has_moved_features(name: str, T: RigidTransform) -> None:
     there, here = listed(moved(graph_of(name), T), identity), listed(graph_of(name), T)
     assert there == here
     rims = {row[1:] for row in there if row[0] == "C"}
-    assert all(row[1:] in rims for row in listed(moved(graph_of(name), T), identity, holes=True))
+    assert all(row[1:] in rims for row in listed(moved(graph_of(name), T), identity, with_entry=True))
 
 
-def listed(graph: BrepGraph, place: RigidTransform, *, holes: bool = False) -> list[tuple[Any, ...]]:
-    """Features without their names. Of a through hole either rim is the entry, by its place: those are asked apart."""
-    found = [feature for feature in find_features(graph) if (feature.kind is FeatureKind.HOLE) == holes]
+WITH_ENTRY = (FeatureKind.HOLE, FeatureKind.BOSS)
+
+
+def listed(graph: BrepGraph, place: RigidTransform, *, with_entry: bool = False) -> list[tuple[Any, ...]]:
+    """Features without their names. Of a through hole or a pipe either rim is the entry, by its place: asked apart."""
+    found = [feature for feature in find_features(graph) if (feature.kind in WITH_ENTRY) == with_entry]
     p = place.apply(np.array([feature.p_mm for feature in found]).reshape(-1, 3))
     sizes = [(f.kind.value, f.solid, round(f.diameter_mm or 0.0, 6)) for f in found]
     points = (np.round(p, 5) + 0.0).tolist()

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from wpcal.advise.design import Design, least_swap, spread_rows
-from wpcal.advise.touchable import Ease, Touchable
 from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.uncertainty import error_95, isotropic_covariance, minimax_covariance
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.features.reference import FeatureKind, ReferenceFeature
+from wpcal.features.touchable import Ease, Touchable
 from wpcal.match.places import Places
 from wpcal.match.search import squares_limit
 from wpcal.seam.seam import Seam
@@ -204,7 +204,7 @@ def where_it_is(feature: ReferenceFeature) -> str:
 def what_it_is(feature: ReferenceFeature) -> str:
     """Say in words what a feature is: ``hole of 10 mm on base plate``."""
     words = {FeatureKind.VERTEX: "corner", FeatureKind.EDGE_MIDPOINT: "middle of the edge"}
-    kind = words.get(feature.kind, feature.kind.word)
+    kind = words.get(feature.kind, feature.kind.word.replace("_", " "))
     size = "" if feature.diameter_mm is None else f" of {feature.diameter_mm:g} mm"
     return f"{kind}{size}{f' on {feature.solid}' if feature.solid else ''}"
 

@@ -2,6 +2,33 @@
 
 from wpcal.features.choose import choose_features
 from wpcal.features.find import find_features
-from wpcal.features.reference import FeatureKind, ReferenceFeature, feature_named, features_record
+from wpcal.features.reference import (
+    POINT_KINDS,
+    FeatureKind,
+    HoleForm,
+    HoleStep,
+    ReferenceFeature,
+    Touch,
+    feature_named,
+    features_record,
+    point_named,
+)
+from wpcal.features.touchable import Ease, Touchable, judge_features, usual_ease
 
-__all__ = ["FeatureKind", "ReferenceFeature", "choose_features", "feature_named", "features_record", "find_features"]
+__all__ = [
+    "POINT_KINDS",
+    "Ease",
+    "FeatureKind",
+    "HoleForm",
+    "HoleStep",
+    "ReferenceFeature",
+    "Touch",
+    "Touchable",
+    "choose_features",
+    "feature_named",
+    "features_record",
+    "find_features",
+    "judge_features",
+    "point_named",
+    "usual_ease",
+]

@@ -1,8 +1,8 @@
-"""`ReferenceFeature`: a point of the part that a person can find and touch, with a name he can say."""
+"""`ReferenceFeature`: a thing on the part that a person can find and touch, with a name he can say."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from enum import Enum
@@ -14,6 +14,17 @@ from wpcal.core.errors import InputError
 FEATURES_SCHEMA = "wpcal/features/1"
 
 
+class Touch(Enum):
+    """How a feature is touched; the value is said to people."""
+
+    CORNER = "tip in corner"
+    EDGE = "tip on edge"
+    RIM = "rim"
+    WALL = "wall"
+    FACE = "face"
+    THREE_FACES = "its three faces"
+
+
 class FeatureKind(Enum):
     """Kinds of reference features; the value is the letter that their names begin with."""
 
@@ -22,11 +33,78 @@ class FeatureKind(Enum):
     HOLE = "H"
     SPHERE = "S"
     EDGE_MIDPOINT = "M"
+    BOSS = "B"
+    SLOT = "L"
+    VIRTUAL_CORNER = "X"
+    EDGE_END = "E"
+    PLANE = "P"
+    AXIS = "A"
 
     @property
     def word(self) -> str:
         """The kind in words, as in JSON."""
         return self.name.lower()
+
+    @property
+    def touch(self) -> Touch:
+        """How a feature of this kind is touched."""
+        return _TOUCH[self]
+
+    @property
+    def is_point(self) -> bool:
+        """Whether it has a point that one touch of a tip, or a tip centred by eye, can take."""
+        return self in POINT_KINDS
+
+
+_TOUCH = {
+    FeatureKind.VERTEX: Touch.CORNER,
+    FeatureKind.CIRCLE: Touch.RIM,
+    FeatureKind.HOLE: Touch.RIM,
+    FeatureKind.SPHERE: Touch.FACE,
+    FeatureKind.EDGE_MIDPOINT: Touch.EDGE,
+    FeatureKind.BOSS: Touch.RIM,
+    FeatureKind.SLOT: Touch.WALL,
+    FeatureKind.VIRTUAL_CORNER: Touch.THREE_FACES,
+    FeatureKind.EDGE_END: Touch.EDGE,
+    FeatureKind.PLANE: Touch.FACE,
+    FeatureKind.AXIS: Touch.WALL,
+}
+POINT_KINDS = (
+    FeatureKind.VERTEX,
+    FeatureKind.CIRCLE,
+    FeatureKind.HOLE,
+    FeatureKind.SPHERE,
+    FeatureKind.EDGE_MIDPOINT,
+    FeatureKind.BOSS,
+    FeatureKind.EDGE_END,
+)
+"""Kinds that a taught point without a name may be: datum planes and axes are no points, the middle of a slot and a
+corner that a round took away are places in the air."""
+
+
+@dataclass(frozen=True, slots=True)
+class HoleStep:
+    """One diameter of a hole.
+
+    Parameters
+    ----------
+    diameter_mm : float
+    from_mm, to_mm : float
+        Where it begins and ends, measured from the entry into the hole.
+    """
+
+    diameter_mm: float
+    from_mm: float
+    to_mm: float
+
+
+class HoleForm(Enum):
+    """What a hole looks like along its axis."""
+
+    PLAIN = "plain"
+    COUNTERSINK = "countersink"
+    COUNTERBORE = "counterbore"
+    """More than one diameter."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,10 +119,26 @@ class ReferenceFeature:
     p_mm : ndarray, shape (3,)
         The point in `part`, mm: of a circle, hole or sphere the centre.
     direction : ndarray, shape (3,), or None
-        Unit axis in `part`: of a hole out of its entry, of a circle along its axis, of an edge along it.
+        Unit axis in `part`: of a hole, boss or slot out of its entry, of a plane outward, of a circle or axis along it,
+        of an edge along it.
     diameter_mm : float or None
+        Of a slot its width.
     solid : str
         Name of the solid it is on.
+    faces : tuple of int
+        The faces of the `BrepGraph` that are touched for it: of a hole or boss the wall of `diameter_mm`, of a slot its
+        two round and two flat walls, of a plane or axis all that lie on it, of a virtual corner the planes.
+    length_mm : float or None
+        Of an edge's midpoint the edge's length, of a boss or axis that along the axis, of a slot the greatest.
+    depth_mm : float or None
+        Of a hole or slot from its entry to its end; the point of a drill not counted.
+    area_mm2 : float or None
+        Of a plane; curved borders as polylines with a sag of 0.01 mm.
+    is_through : bool or None
+        Of a hole or slot: open at both ends.
+    form : HoleForm or None
+    steps : tuple of HoleStep
+        The diameters of a hole from its entry.
     """
 
     name: str
@@ -53,22 +147,41 @@ class ReferenceFeature:
     direction: FloatArray | None
     diameter_mm: float | None
     solid: str
+    faces: tuple[int, ...] = ()
+    length_mm: float | None = None
+    depth_mm: float | None = None
+    area_mm2: float | None = None
+    is_through: bool | None = None
+    form: HoleForm | None = None
+    steps: tuple[HoleStep, ...] = ()
 
     def to_record(self) -> dict[str, Any]:
-        """Return plain values for a JSON file."""
-        return {
+        """Return plain values for a JSON file; what does not apply to the kind is left out."""
+        record: dict[str, Any] = {
             "name": self.name,
             "kind": self.kind.word,
             "p_mm": self.p_mm.tolist(),
             "direction": None if self.direction is None else self.direction.tolist(),
             "diameter_mm": self.diameter_mm,
             "solid": self.solid,
+            "touch": self.kind.touch.value,
+            "faces": list(self.faces),
         }
+        optional = {
+            "length_mm": self.length_mm,
+            "depth_mm": self.depth_mm,
+            "area_mm2": self.area_mm2,
+            "is_through": self.is_through,
+            "form": None if self.form is None else self.form.value,
+            "steps": [[step.diameter_mm, step.from_mm, step.to_mm] for step in self.steps] or None,
+        }
+        return record | {key: value for key, value in optional.items() if value is not None}
 
 
-def features_record(features: Sequence[ReferenceFeature]) -> dict[str, Any]:
-    """Return the record of ``wpcal features --json``."""
-    return {"schema": FEATURES_SCHEMA, "features": [feature.to_record() for feature in features]}
+def features_record(features: Sequence[ReferenceFeature], ease: Mapping[str, str]) -> dict[str, Any]:
+    """Return the record of ``wpcal features --json``; `ease` says by name how well each can be touched."""
+    records = [{**feature.to_record(), "ease": ease[feature.name]} for feature in features]
+    return {"schema": FEATURES_SCHEMA, "features": records}
 
 
 def feature_named(features: Sequence[ReferenceFeature], name: str) -> ReferenceFeature:
@@ -86,3 +199,19 @@ def feature_named(features: Sequence[ReferenceFeature], name: str) -> ReferenceF
         hint = f"; near: {', '.join(near)}" if near else ""
         raise InputError(f"the part has no feature {name!r}{hint}; `wpcal features` lists them")
     return found
+
+
+def point_named(features: Sequence[ReferenceFeature], name: str) -> FloatArray:
+    """Return the point of the feature of a name, in `part`, mm.
+
+    Raises
+    ------
+    InputError
+        When there is none, or it is a plane or an axis, which a single touch does not fix.
+    """
+    feature = feature_named(features, name)
+    if feature.kind in (FeatureKind.PLANE, FeatureKind.AXIS):
+        raise InputError(
+            f"{feature.name} is a datum {feature.kind.word} and no point to touch; name a point of the part"
+        )
+    return feature.p_mm

@@ -14,7 +14,7 @@ from wpcal.calibrate.least_squares import kabsch
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.features.reference import FeatureKind, ReferenceFeature, feature_named
+from wpcal.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature, feature_named
 from wpcal.match.places import Places
 from wpcal.match.search import MOST_ANSWERS, Assignments, find_assignments
 from wpcal.match.symmetry import EXACT_MM, PartMotion, best_next_point
@@ -107,7 +107,7 @@ def match_points(
     *,
     sigma_mm: float | None = None,
     T_nominal_part: RigidTransform | None = None,
-    kinds: Sequence[FeatureKind] = tuple(FeatureKind),
+    kinds: Sequence[FeatureKind] = POINT_KINDS,
     progress: Progress | None = None,
 ) -> Match:
     """Find which feature each taught point is.
@@ -124,7 +124,7 @@ def match_points(
     T_nominal_part : RigidTransform, optional
         Where the cell's model has the part: of several answers the nearest is taken.
     kinds : sequence of FeatureKind
-        What points without a name may be.
+        What points without a name may be; where not given all that a tip can touch as a point.
     progress : callable, optional
         Gets a line of text now and then.
 
@@ -141,7 +141,7 @@ def match_points(
     """
     used = [row for row, use in enumerate(taught.use) if use != "no"]
     sigma = _stated_sigma(taught, used) if sigma_mm is None else sigma_mm
-    places = Places.of(features)
+    places = Places.of(_usable(taught, used, features, kinds))
     allowed = [_allowed(taught, row, features, places, kinds) for row in used]
     points = tuple(taught.names[row] for row in used)
     p_base = taught.p_base[used]
@@ -187,6 +187,14 @@ def _stated_sigma(taught: TaughtPoints, used: Sequence[int]) -> float:
     return math.sqrt(float(np.linalg.eigvalsh(taught.covariances[list(used)]).max()))
 
 
+def _usable(
+    taught: TaughtPoints, used: Sequence[int], features: Sequence[ReferenceFeature], kinds: Sequence[FeatureKind]
+) -> list[ReferenceFeature]:
+    """Return the features that points may be: of the kinds, and those that points name."""
+    named = {feature_named(features, taught.features[row]).name for row in used if taught.features[row]}
+    return [feature for feature in features if feature.kind in kinds or feature.name in named]
+
+
 def _allowed(
     taught: TaughtPoints,
     row: int,
@@ -197,7 +205,8 @@ def _allowed(
     if not np.isnan(taught.p_part[row]).any():
         raise InputError("points without names and points with model coordinates cannot stand in one file")
     if not taught.features[row]:
-        return None if len(set(kinds)) == len(FeatureKind) else places.of_kinds(kinds)
+        rows = places.of_kinds(kinds)
+        return None if len(rows) == len(places.p) else rows
     return np.array([places.holding(feature_named(features, taught.features[row]).name)])
 
 

@@ -11,12 +11,26 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from wpcal.core.arrays import FloatArray, IntArray, frozen
-from wpcal.features.reference import FeatureKind, ReferenceFeature
+from wpcal.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature
 
 SAME_MM = 0.01
 """Features nearer than this are one place: a hole and its rim, the corners of two plates that meet."""
-SAID_FIRST = (FeatureKind.HOLE, FeatureKind.VERTEX, FeatureKind.SPHERE, FeatureKind.CIRCLE, FeatureKind.EDGE_MIDPOINT)
+SAID_FIRST = (
+    FeatureKind.HOLE,
+    FeatureKind.VERTEX,
+    FeatureKind.SPHERE,
+    FeatureKind.CIRCLE,
+    FeatureKind.BOSS,
+    FeatureKind.EDGE_END,
+    FeatureKind.EDGE_MIDPOINT,
+    FeatureKind.VIRTUAL_CORNER,
+    FeatureKind.SLOT,
+    FeatureKind.AXIS,
+    FeatureKind.PLANE,
+)
 """Of features at one place the kind that a person would name."""
+HARD_TO_FIND = (FeatureKind.EDGE_MIDPOINT, FeatureKind.EDGE_END)
+"""Places on an edge that nothing marks to the touch."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,8 +71,8 @@ class Places:
         return np.array([k for k, g in enumerate(self.features) if any(f.kind in kinds for f in g)], dtype=np.int64)
 
     def easy_to_touch(self, most: int) -> IntArray:
-        """Return at most so many places, spread over the list; middles of edges only where there is nothing else."""
-        rows = self.of_kinds([kind for kind in FeatureKind if kind is not FeatureKind.EDGE_MIDPOINT])
+        """Return at most so many places, spread over the list; points on edges only where there is nothing else."""
+        rows = self.of_kinds([kind for kind in POINT_KINDS if kind not in HARD_TO_FIND])
         rows = rows if len(rows) else np.arange(len(self.p))
         return rows[np.unique(np.linspace(0, len(rows) - 1, min(most, len(rows))).astype(np.int64))]
 

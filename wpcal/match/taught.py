@@ -15,7 +15,7 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.pairs import PointPairs
 from wpcal.core.robot_space import RobotSpace, space_of_table
 from wpcal.core.tables import read_table
-from wpcal.features.reference import ReferenceFeature, feature_named
+from wpcal.features.reference import ReferenceFeature, point_named
 
 TAUGHT_COLUMNS = ("x_mm", "y_mm", "z_mm")
 MODEL_COLUMNS = ("model_x_mm", "model_y_mm", "model_z_mm")
@@ -158,6 +158,6 @@ def _feature_point(taught: TaughtPoints, features: Sequence[ReferenceFeature], n
     if not name:
         raise FormatError("the feature is empty", path=taught.path, line=line, column="feature")
     try:
-        return feature_named(features, name).p_mm
+        return point_named(features, name)
     except InputError as error:
         raise FormatError(str(error), path=taught.path, line=line) from None

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from cad.cli.options import KIND_LETTERS, POINT_LETTERS
 from wpcal.core.arrays import frozen
 from wpcal.core.errors import InputError
-from wpcal.features import FeatureKind, ReferenceFeature, choose_features, feature_named
+from wpcal.features import POINT_KINDS, FeatureKind, ReferenceFeature, choose_features, feature_named, point_named
 
 
 def feature(name: str, x: float, diameter_mm: float | None, solid: str) -> ReferenceFeature:
@@ -47,3 +48,15 @@ def test_names_are_found_in_any_case() -> None:
     assert feature_named(PART, " h2 ") is PART[3]
     with pytest.raises(InputError, match="near: H"):
         feature_named(PART, "H7")
+
+
+def test_a_plane_is_no_point() -> None:
+    datum = feature("P1", 3, None, "plate")
+    with pytest.raises(InputError, match="P1 is a datum plane"):
+        point_named((*PART, datum), "p1")
+    assert point_named(PART, "h1").tolist() == [5, 0, 0]
+
+
+def test_the_commands_offer_the_kinds_that_there_are() -> None:
+    assert sorted(KIND_LETTERS) == sorted(kind.value for kind in FeatureKind)
+    assert sorted(POINT_LETTERS) == sorted(kind.value for kind in POINT_KINDS)

@@ -127,6 +127,13 @@ def test_features_at_one_place_are_one_answer() -> None:
     assert name_points(without_names(points[:4]), features).features == ("H1", "V2", "V3", "V4")
 
 
+def test_a_plane_is_no_point_without_a_name() -> None:
+    points = random_points(np.random.default_rng(6), 20)
+    datum = ReferenceFeature("P1", FeatureKind.PLANE, frozen(points[0]), None, None, "S1")
+    with pytest.raises(GeometryError, match="no features of the part"):
+        match_points(without_names(points[:4]), (datum, *as_features(points)[1:]))
+
+
 def wrong_single_answers(parts: int, seed: int) -> tuple[int, int]:
     """Count wrong answers that stand alone, and right ones, over random parts, half of them regular."""
     rng = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""How well a feature can be touched with a wire tip: sharp free corners and holes first."""
+"""How well a feature can be touched: sharp free corners and holes first, then what takes several touches."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.features.reference import FeatureKind, ReferenceFeature
+from wpcal.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature
 from wpcal.seam.concave import LEAST_TURN_SIN, are_concave
 from wpcal.seam.reach import START_MM, is_blocked
 
@@ -21,6 +21,10 @@ CONTACT_MM = 0.5
 """A corner this near to another solid is no corner to the eye: the gap that a fillet bridges."""
 OPPOSITE = 0.999
 """Faces whose normals are opposite within 2.5 degrees lie against each other."""
+LEAST_SPREAD = 0.1
+"""Least singular value of the normals at a corner: below it (at 8 degrees off smooth) the tip slides along an edge."""
+LOOKING_OUT = (FeatureKind.HOLE, FeatureKind.BOSS, FeatureKind.SLOT)
+"""Kinds whose direction points out to where the torch stands."""
 SAME_MM = 1e-3
 """A feature is at a vertex when it lies within this: the rounding by which features are named."""
 
@@ -35,7 +39,14 @@ class Ease(IntEnum):
     HIDDEN = 2
     """A corner in a notch, against another solid, or behind one."""
     VAGUE = 3
-    """The middle of an edge: it has to be measured out."""
+    """A point on an edge that nothing marks: its middle has to be measured out, its end in a round cannot be felt."""
+    INDIRECT = 4
+    """No point of the part: a plane or an axis, or a place in the air that touches on faces give."""
+
+    @property
+    def word(self) -> str:
+        """The ease in words, as in tables and JSON."""
+        return self.name.lower()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,11 +80,16 @@ def judge_features(
     -------
     tuple of Touchable
         In the order of the features.
+
+    Notes
+    -----
+    A corner of fewer than three independent normals is vague; a corner in a notch or covered, and the entry of a hole,
+    a boss's end or a slot with the part itself before it, is hidden.
     """
     trimmed = trimmed or TrimmedFaces.of(graph)
-    ease = np.array([_of_kind(feature.kind) for feature in features], dtype=np.int64)
+    ease = np.array([usual_ease(feature.kind) for feature in features], dtype=np.int64)
     corners = [k for k, feature in enumerate(features) if feature.kind is FeatureKind.VERTEX]
-    holes = [k for k, feature in enumerate(features) if feature.kind is FeatureKind.HOLE]
+    outward = [k for k, feature in enumerate(features) if feature.kind in LOOKING_OUT]
     p = np.array([feature.p_mm for feature in features]).reshape(-1, 3)
     if corners:
         vertex = _vertices(graph, [features[k] for k in corners])
@@ -81,17 +97,22 @@ def judge_features(
         free = _is_sharp(graph, vertex) & np.array([meeting.is_convex for meeting in meetings])
         free &= ~_lies_on_another(graph, trimmed, vertex, meetings)
         free &= ~_is_covered(graph, trimmed, p[corners], np.array([meeting.outward for meeting in meetings]))
+        smooth = np.array([not meeting.is_pointed for meeting in meetings])
+        ease[np.array(corners)[smooth]] = Ease.VAGUE
         ease[np.array(corners)[~free]] = Ease.HIDDEN
-    if holes:
-        out = np.array([features[k].direction for k in holes], dtype=np.float64)
-        ease[np.array(holes)[_is_covered(graph, trimmed, p[holes], out)]] = Ease.HIDDEN
+    if outward:
+        out = np.array([features[k].direction for k in outward], dtype=np.float64)
+        ease[np.array(outward)[_is_covered(graph, trimmed, p[outward], out)]] = Ease.HIDDEN
     return tuple(Touchable(feature, Ease(value)) for feature, value in zip(features, ease, strict=True))
 
 
-def _of_kind(kind: FeatureKind) -> Ease:
+def usual_ease(kind: FeatureKind) -> Ease:
+    """Return how well features of a kind can be touched where nothing is in the way."""
     if kind in (FeatureKind.VERTEX, FeatureKind.HOLE):
         return Ease.SHARP
-    return Ease.VAGUE if kind is FeatureKind.EDGE_MIDPOINT else Ease.ROUND
+    if kind not in POINT_KINDS:
+        return Ease.INDIRECT
+    return Ease.VAGUE if kind in (FeatureKind.EDGE_MIDPOINT, FeatureKind.EDGE_END) else Ease.ROUND
 
 
 def _vertices(graph: BrepGraph, features: Sequence[ReferenceFeature]) -> IntArray:
@@ -150,6 +171,11 @@ class _Meeting:
     def is_convex(self) -> bool:
         """Whether no edge rises above a free face."""
         return len(self.free) > 0 and bool((self.leaving @ self.free.T <= LEAST_TURN_SIN).all())
+
+    @property
+    def is_pointed(self) -> bool:
+        """Whether the faces' normals span space: a tip that is pressed against them stays where it is."""
+        return len(self.normals) >= 3 and bool(np.linalg.svd(self.normals, compute_uv=False)[-1] > LEAST_SPREAD)
 
     @property
     def outward(self) -> FloatArray:
