@@ -144,6 +144,9 @@ class WorkpieceCalibration:
         head: dict[str, Any] = {"schema": record.pop("schema"), "inputs": inputs}
         if self.found_names:
             head["features"] = {n: f for n, f in zip(self.taught.names, self.taught.features, strict=True) if f}
+        left_out = [n for n, use in zip(self.taught.names, self.taught.use, strict=True) if use == "no"]
+        if left_out:
+            head["left_out"] = left_out
         return {**head, **record, "issues": [*record["issues"], *found]}
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.calibrate.criteria import CriteriaComparison, Criterion
+from wpcal.calibrate.distrust import Distrusted
 from wpcal.calibrate.minimax import CERTIFIED_MM
 from wpcal.calibrate.uncertainty import POSTURE_FACTOR, TeachingError, error_95
 from wpcal.core.arrays import FloatArray, as_points, frozen
@@ -114,6 +115,8 @@ class CalibrationResult:
     tolerance_mm : float
     versions : dict of str to str
         wpcal, numpy, scipy.
+    distrusted : Distrusted or None
+        The points that the others contradict, and the answer with and without them.
     """
 
     pairs: PointPairs
@@ -133,6 +136,7 @@ class CalibrationResult:
     warnings: tuple[Issue, ...]
     tolerance_mm: float
     versions: dict[str, str]
+    distrusted: Distrusted | None = None
 
     @property
     def residuals(self) -> Residuals:
@@ -232,6 +236,7 @@ class CalibrationResult:
                 "tcp_bias_mm": self.teaching.tcp_bias_mm,
             },
             "criteria": None if self.criteria is None else self.criteria.to_record(),
+            "distrusted": None if self.distrusted is None else self.distrusted.to_record(),
             "warnings": issues,
             "issues": issues,
             "solver": self.solver.to_record(),

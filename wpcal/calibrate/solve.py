@@ -10,6 +10,7 @@ from wpcal import __version__
 from wpcal.calibrate.annealed import SearchProblem, about_centroid, about_origin
 from wpcal.calibrate.criteria import CriteriaComparison, Criterion, CriterionFit, compare_criteria, fit_criterion
 from wpcal.calibrate.diagnose import find_issues, require_plausible_units
+from wpcal.calibrate.distrust import Distrusted, compare_without
 from wpcal.calibrate.least_squares import distances, require_spread
 from wpcal.calibrate.minimax import MinimaxSolution, core_subset, solve_minimax
 from wpcal.calibrate.result import CalibrationResult, Solver, SolverReport
@@ -97,7 +98,7 @@ def calibrate(
         minimax, annealed, report = _search(pairs, nominal, solver, schedule, seed, certify=certify)
     fit = fit_criterion(pairs, criterion, teaching=model, seed=seed, minimax=minimax)
     points = pairs.p_source if seam_points is None else as_points(seam_points, name="seam points")
-    criteria, issues = _assess(pairs, fit, model, points, seed)
+    criteria, issues, distrusted = _assess(pairs, fit, model, points, seed)
     T_base_nominal = fit.T @ nominal.inverse()
     return CalibrationResult(
         pairs=pairs,
@@ -117,6 +118,7 @@ def calibrate(
         warnings=(*issues, *_verdict_issues(pairs, check, fit, tolerance_mm), *_bias_advice(model)),
         tolerance_mm=tolerance_mm,
         versions={"wpcal": __version__, "numpy": np.__version__, "scipy": scipy.__version__},
+        distrusted=distrusted,
     )
 
 
@@ -216,13 +218,19 @@ def _run(problem: SearchProblem, schedule: AnnealingSchedule, seed: int) -> Anne
 
 def _assess(
     pairs: PointPairs, fit: CriterionFit, teaching: TeachingError, points: FloatArray, seed: int
-) -> tuple[CriteriaComparison | None, tuple[Issue, ...]]:
+) -> tuple[CriteriaComparison | None, tuple[Issue, ...], Distrusted | None]:
     if len(pairs) > COMPARED:
         message = f"{len(pairs)} pairs: blunders are not looked for and the criteria not compared above {COMPARED}"
-        return None, (Issue("not-compared", message),)
+        return None, (Issue("not-compared", message),), None
     issues = find_issues(pairs, sigma_mm=teaching.per_axis_mm, seed=seed)
     comparison = compare_criteria(pairs, teaching=teaching, seam_points=points, issues=issues, known=(fit,), seed=seed)
-    return comparison, issues
+    wrong = [issue.ids for issue in issues if issue.code == "blunder"]
+    if not wrong:
+        return comparison, issues, None
+    distrusted = compare_without(
+        pairs, wrong[0], fit.criterion, teaching=teaching, seam_points=points, known=(fit,), seed=seed
+    )
+    return comparison, issues, distrusted
 
 
 def _verdict_issues(

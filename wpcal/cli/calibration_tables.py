@@ -10,10 +10,13 @@ from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from wpcal.calibrate import CalibrationResult
+    from wpcal.calibrate import CalibrationResult, Distrusted
 
 MOST_ROWS = 60
 """Points shown: more than a person has taught; of a larger set those that fit worst."""
+
+MOST_NAMED = 6
+"""Distrusted points named in the title; the points' own table has the rest."""
 
 
 def show_calibration(result: CalibrationResult, console: Console) -> None:
@@ -23,6 +26,8 @@ def show_calibration(result: CalibrationResult, console: Console) -> None:
     if result.criteria is not None:
         console.print(_criteria(result))
         console.print(f"least predicted error: {result.criteria.best.value} ({result.criteria.why})")
+    if result.distrusted is not None:
+        console.print(_distrusted(result.distrusted))
     for issue in result.warnings:
         console.print(f"warning: {issue.message}", highlight=False, markup=False)
     colour = "green" if result.verdict == "PASS" else "red"
@@ -75,4 +80,17 @@ def _criteria(result: CalibrationResult) -> Table:
     for row in result.criteria.rows if result.criteria else ():
         numbers = (row["largest_mm"], row["rms_mm"], row["seam_error_95_mm"])
         table.add_row(row["criterion"], *(f"{number:.4f}" for number in numbers))
+    return table
+
+
+def _distrusted(found: Distrusted) -> Table:
+    listed = ", ".join(found.names[:MOST_NAMED]) + (", …" if len(found.names) > MOST_NAMED else "")
+    title = f"With and without {listed} ({found.criterion.value})"
+    table = Table(title=title, caption=f"the two differ by up to {found.shift_mm:.3f} mm")
+    table.add_column("fit")
+    for heading in ("points", "largest mm", "RMS mm", "95 % error mm"):
+        table.add_column(heading, justify="right")
+    for word, fit in (("with", found.with_them), ("without", found.without_them)):
+        numbers = (fit.largest_mm, fit.rms_mm, fit.seam_error_95_mm)
+        table.add_row(word, str(fit.points), *(f"{number:.4f}" for number in numbers))
     return table

@@ -83,7 +83,9 @@ class TaughtPoints:
 def read_taught(path: Path) -> TaughtPoints:
     """Read ``name,x_mm,y_mm,z_mm[,feature | model_x_mm,model_y_mm,model_z_mm][,use][,sigma_mm][,robot_space]``.
 
-    Without the columns `feature` and `model_…` the name is the feature's name.
+    In place of ``sigma_mm`` the six columns of a covariance may stand, see
+    `wpcal.calibrate.pairs_file.covariances_of_table`. Without the columns `feature` and `model_…` the name is the
+    feature's name.
 
     Raises
     ------
