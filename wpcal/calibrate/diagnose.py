@@ -13,7 +13,7 @@ from scipy.special import chdtri, fdtri
 
 from wpcal.calibrate.least_squares import centred, distances, kabsch
 from wpcal.calibrate.robust import FALSE_ALARM, FLOOR_MM, fit_robust
-from wpcal.calibrate.weighted import least_sums
+from wpcal.calibrate.weighted import gauss_newton_steps
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import UnitError
 from wpcal.core.issue import Issue
@@ -174,7 +174,7 @@ def _poor_fit(pairs: PointPairs, total: float, sigma_mm: float | None) -> tuple[
     if pairs.covariances is not None:
         information = np.asarray(np.linalg.inv(pairs.covariances))
         R, t = kabsch(pairs.p_source, pairs.p_target, np.full(len(pairs), 1.0 / len(pairs)))
-        total = float(least_sums(pairs.p_source, pairs.p_target, information, R, t))
+        total = float(gauss_newton_steps(pairs.p_source, pairs.p_target, information, R, t)[1])
         stated = "than the stated teaching errors of the points explain"
     elif sigma_mm:
         total /= sigma_mm**2

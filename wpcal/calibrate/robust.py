@@ -17,10 +17,19 @@ from math import comb, inf
 import numpy as np
 from scipy.special import chdtri, fdtri
 
-from wpcal.calibrate.least_squares import COLLINEAR_RATIO, centred, distances, fit_least_squares, kabsch, require_spread
-from wpcal.calibrate.weighted import least_sums
+from wpcal.calibrate.least_squares import (
+    COLLINEAR_RATIO,
+    centred,
+    distances,
+    fit_least_squares,
+    kabsch,
+    require_spread,
+    rotation_maximising,
+)
+from wpcal.calibrate.weighted import gauss_newton_steps
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.pairs import PointPairs
+from wpcal.core.rotations import cross_matrix
 from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
 
@@ -39,6 +48,9 @@ FALSE_ALARM = 0.01
 
 FLOOR_MM = 0.01
 """Controllers print hundredths of a millimetre: a smaller difference is no evidence of anything."""
+
+ISOTROPIC = 1e-12
+"""Relative size of what of a matrix is no multiple of the identity but round-off."""
 
 LEAST_SIGMA_MM = 1e-6
 """A smaller stated error counts as this: nothing a controller shows is so fine, and its inverse square stays finite."""
@@ -75,6 +87,8 @@ class _Rows:
         A third of the traces of the information: what a closed-form fit can use of it.
     scaled : bool
         Whether the covariances are known with their size.
+    isotropic : bool
+        Whether they are multiples of the identity, so that the closed form is exact.
     """
 
     p: FloatArray
@@ -83,6 +97,7 @@ class _Rows:
     information: FloatArray
     weights: FloatArray
     scaled: bool
+    isotropic: bool
 
     @classmethod
     def of(cls, pairs: PointPairs, sigma_mm: float | None) -> _Rows:
@@ -93,7 +108,12 @@ class _Rows:
             covariances = np.tile(unit**2 * np.eye(3), (len(pairs), 1, 1))
         information = np.asarray(np.linalg.inv(covariances))
         weights = np.trace(information, axis1=1, axis2=2) / 3.0
-        return cls(centred(pairs.p_source), centred(pairs.p_target), covariances, information, weights, scaled)
+        isotropic = bool(
+            np.allclose(information, weights[:, None, None] * np.eye(3), rtol=0, atol=ISOTROPIC * weights.max())
+        )
+        return cls(
+            centred(pairs.p_source), centred(pairs.p_target), covariances, information, weights, scaled, isotropic
+        )
 
     def __len__(self) -> int:
         return len(self.p)
@@ -101,11 +121,21 @@ class _Rows:
     def select(self, rows: IntArray | BoolArray) -> _Rows:
         """Return the rows at indices or under a mask; any shape of indices makes a batch."""
         covariances, information = self.covariances[rows], self.information[rows]
-        return _Rows(self.p[rows], self.q[rows], covariances, information, self.weights[rows], self.scaled)
+        return _Rows(
+            self.p[rows], self.q[rows], covariances, information, self.weights[rows], self.scaled, self.isotropic
+        )
 
     def fit(self) -> tuple[FloatArray, FloatArray]:
-        """Fit in closed form with the weights."""
-        return kabsch(self.p, self.q, self.weights / self.weights.sum(axis=-1, keepdims=True))
+        """Fit in closed form with the weights, and where these are not all, with one Gauss-Newton step."""
+        R, t = kabsch(self.p, self.q, self.weights / self.weights.sum(axis=-1, keepdims=True))
+        if self.isotropic:
+            return R, t
+        step, _ = gauss_newton_steps(self.p, self.q, self.information, R, t)
+        centre = np.einsum("...ij,...j->...i", R, self.p.mean(axis=-2)) + t
+        turn = rotation_maximising(
+            np.eye(3) + cross_matrix(step[..., :3].reshape(-1, 3)).reshape(*step.shape[:-1], 3, 3)
+        )
+        return turn @ R, np.einsum("...ij,...j->...i", turn, t - centre) + centre + step[..., 3:]
 
     def squares(self, R: FloatArray, t: FloatArray) -> FloatArray:
         """Squared residuals rᵀ Λ r of a fit."""
@@ -203,12 +233,9 @@ def _is_blunder(inside: _Rows, new: _Rows, *, points: int) -> bool:
     R, t = inside.fit()
     moved = inside.p @ R.T + t
     centre = moved.mean(axis=0)
-    place = R @ new.p + t
-    J, J_new = point_jacobian(moved - centre), point_jacobian((place - centre)[None])[0]
-    WJ = inside.information @ J
-    spread = np.linalg.pinv(np.einsum("nik,nil->kl", J, WJ), hermitian=True)
-    step = spread @ np.einsum("nik,ni->k", WJ, inside.q - moved)  # zero where all covariances are multiples of I
-    deviation = new.q - place - J_new @ step
+    deviation = new.q - R @ new.p - t
+    J, J_new = point_jacobian(moved - centre), point_jacobian((new.q - deviation - centre)[None])[0]
+    spread = np.linalg.pinv(np.einsum("nik,nij,njl->kl", J, inside.information, J), hermitian=True)
     square = float(deviation @ np.linalg.solve(new.covariances + J_new @ spread @ J_new.T, deviation))
     freedom, level = 3 * len(inside) - 6, FALSE_ALARM / points
     if inside.scaled:
@@ -227,8 +254,7 @@ def _stands_out(rows: _Rows) -> bool:
     """
     n = len(rows)
     others = rows.select(np.array([[i for i in range(n) if i != left_out] for left_out in range(n)]))
-    R, t = others.fit()
-    sums = least_sums(others.p, others.q, others.information, R, t)
+    sums = others.squares(*others.fit()).sum(axis=1)
     first, second = np.partition(sums, 1)[:2]
     freedom, level = 3 * (n - 1) - 6, FALSE_ALARM / n
     limit = chdtri(freedom, level) if rows.scaled else fdtri(freedom, freedom, 1.0 - level) * first

@@ -93,8 +93,10 @@ def weighted_lower_bound(pairs: PointPairs) -> float:
     return float(bound * np.sqrt(least.sum() / len(pairs)))
 
 
-def least_sums(p: FloatArray, q: FloatArray, information: FloatArray, R: FloatArray, t: FloatArray) -> FloatArray:
-    """Estimate the least Σ r Λ r from a fit near by: one Gauss-Newton step, shape (...).
+def gauss_newton_steps(
+    p: FloatArray, q: FloatArray, information: FloatArray, R: FloatArray, t: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """From fits near by to the least Σ r Λ r: one Gauss-Newton step each, and the sum it comes to.
 
     Parameters
     ----------
@@ -103,7 +105,13 @@ def least_sums(p: FloatArray, q: FloatArray, information: FloatArray, R: FloatAr
     information : ndarray, shape (..., n, 3, 3)
         Λ, mm⁻².
     R, t : ndarray, shapes (..., 3, 3), (..., 3)
-        The fit.
+        The fits.
+
+    Returns
+    -------
+    steps : ndarray, shape (..., 6)
+        ξ about the centroid of the moved points.
+    sums : ndarray, shape (...)
     """
     moved = p @ np.swapaxes(R, -1, -2) + t[..., None, :]
     about = moved - moved.mean(axis=-2, keepdims=True)
@@ -111,8 +119,9 @@ def least_sums(p: FloatArray, q: FloatArray, information: FloatArray, R: FloatAr
     WJ, Wr = information @ J, np.einsum("...nij,...nj->...ni", information, r)
     gradient = np.einsum("...nik,...ni->...k", J, Wr)
     hessian = np.einsum("...nik,...nil->...kl", J, WJ)
-    step = np.einsum("...kl,...l->...k", np.linalg.pinv(hessian, hermitian=True), gradient)
-    return np.asarray(np.einsum("...ni,...ni->...", r, Wr) - np.einsum("...k,...k->...", gradient, step))
+    steps = np.einsum("...kl,...l->...k", np.linalg.pinv(hessian, hermitian=True), gradient)
+    sums = np.einsum("...ni,...ni->...", r, Wr) - np.einsum("...k,...k->...", gradient, steps)
+    return steps, np.asarray(sums)
 
 
 def _weighted_sum(pairs: PointPairs, W: FloatArray, T: RigidTransform) -> float:
