@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from wpcal.match import Match, TaughtPoints, match_points, name_points, pair_poi
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.interpenetration import interpenetrating_solids
 from wpcal.seam.record import seams_csv, seams_record
+from wpcal.touch import calibrate_touches, named_axes, touches_of
 
 Progress = Callable[[str], None]
 SEAM_RGB = (0.9, 0.2, 0.1)
@@ -287,34 +289,62 @@ def calibrate_workpiece(
     options = options or CalibrateOptions()
     given = read_taught(Path(taught)) if isinstance(taught, str | Path) else taught
     workpiece = open_workpiece(step, progress=progress)
-    with blamed_on(given.path):
-        points = name_points(
-            given,
-            workpiece.features,
-            sigma_mm=options.teaching.per_axis_mm,
-            T_nominal_part=T_nominal_part,
-            progress=progress,
-        )
-    pairs, check = pair_points(points, workpiece.features)
+    points = given if given.has_touches else _named(given, workpiece, options, T_nominal_part, progress)
+    fit = _touch_fit if given.has_touches else _point_fit
+    fitted = fit(points, workpiece, T_nominal_part)
     progress("finding seams")
     seams, workpiece = find_seams(workpiece, options.seams)
     frames = [seam.frames.p for seam in seams if seam.accepted]
     progress("fitting")
     with blamed_on(points.path):
-        result = calibrate(
-            pairs,
+        result = fitted(
             criterion=options.criterion,
             solver=options.solver,
             seed=options.seed,
             tolerance_mm=options.tolerance_mm,
             T_nominal_part=T_nominal_part,
             teaching=options.teaching,
-            check=check,
-            certify=options.certify,
             seam_points=np.concatenate(frames) if frames else None,
+            **({} if given.has_touches else {"certify": options.certify}),
         )
     u95 = tuple(result.predict_error_mm(seam.frames.p) for seam in seams)
     return WorkpieceCalibration(workpiece, result, seams, u95, points, found_names=points is not given)
+
+
+def _named(
+    given: TaughtPoints,
+    workpiece: Workpiece,
+    options: CalibrateOptions,
+    T_nominal_part: RigidTransform | None,
+    progress: Progress,
+) -> TaughtPoints:
+    """Find the features of points without a name."""
+    with blamed_on(given.path):
+        return name_points(
+            given,
+            workpiece.features,
+            sigma_mm=options.teaching.per_axis_mm,
+            T_nominal_part=T_nominal_part,
+            progress=progress,
+        )
+
+
+def _point_fit(
+    points: TaughtPoints, workpiece: Workpiece, _: RigidTransform | None
+) -> Callable[..., CalibrationResult]:
+    pairs, check = pair_points(points, workpiece.features)
+    return partial(calibrate, pairs, check=check)
+
+
+def _touch_fit(
+    points: TaughtPoints, workpiece: Workpiece, T_nominal_part: RigidTransform | None
+) -> Callable[..., CalibrationResult]:
+    trimmed, features = TrimmedFaces.of(workpiece.graph), workpiece.features
+    touches = touches_of(points, trimmed, features, use="yes", T_nominal_part=T_nominal_part)
+    check = None
+    if "check" in points.use:
+        check = touches_of(points, trimmed, features, use="check", T_nominal_part=T_nominal_part)
+    return partial(calibrate_touches, touches, check=check, axes=named_axes(features))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

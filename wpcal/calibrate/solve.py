@@ -15,10 +15,11 @@ from wpcal.calibrate.least_squares import distances, require_spread
 from wpcal.calibrate.minimax import MinimaxSolution, core_subset, solve_minimax
 from wpcal.calibrate.result import CalibrationResult, Solver, SolverReport
 from wpcal.calibrate.uncertainty import TeachingError
+from wpcal.calibrate.verdict import bias_advice, verdict_issues
 from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.errors import FrameError, InputError
 from wpcal.core.issue import Issue
-from wpcal.core.pairs import PointPairs, Residuals
+from wpcal.core.pairs import PointPairs
 from wpcal.core.transform import RigidTransform
 from wpcal.optim.annealing import AnnealingReport, AnnealingSchedule, anneal
 
@@ -115,7 +116,7 @@ def calibrate(
         teaching=model,
         solver=report,
         criteria=criteria,
-        warnings=(*issues, *_verdict_issues(pairs, check, fit, tolerance_mm), *_bias_advice(model)),
+        warnings=(*issues, *verdict_issues(pairs, check, fit.T, tolerance_mm), *bias_advice(model)),
         tolerance_mm=tolerance_mm,
         versions={"wpcal": __version__, "numpy": np.__version__, "scipy": scipy.__version__},
         distrusted=distrusted,
@@ -231,32 +232,3 @@ def _assess(
         pairs, wrong[0], fit.criterion, teaching=teaching, seam_points=points, known=(fit,), seed=seed
     )
     return comparison, issues, distrusted
-
-
-def _verdict_issues(
-    pairs: PointPairs, check: PointPairs | None, fit: CriterionFit, tolerance_mm: float
-) -> tuple[Issue, ...]:
-    found = []
-    for group, word in ((pairs, "fitted"), (check, "check")):
-        if group is None:
-            continue
-        residuals = Residuals.of(group, fit.T)
-        over = np.flatnonzero(residuals.norms_mm > tolerance_mm)
-        if len(over):
-            message = (
-                f"the largest residual of the {word} points is {residuals.largest_mm:.4g} mm at {residuals.worst}; the "
-                f"tolerance is {tolerance_mm:g} mm"
-            )
-            found.append(Issue("above-tolerance", message, tuple(group.names[i] for i in over[:20])))
-    return tuple(found)
-
-
-def _bias_advice(teaching: TeachingError) -> tuple[Issue, ...]:
-    if not teaching.tcp_bias_mm:
-        return ()
-    message = (
-        f"a tool centre point off by {teaching.tcp_bias_mm:g} mm leaves no residual while the torch keeps its posture; "
-        "the predicted errors allow for a weld a quarter turn away. Touch in the posture in which the tool centre "
-        "point was calibrated (Yin 2003, section 3)"
-    )
-    return (Issue("tcp-bias", message),)
