@@ -54,6 +54,8 @@ class CalibrateOptions:
     teaching : TeachingError
     seams : SeamOptions
     certify : bool
+    ball_mm : float
+        Radius of the ball in touches on faces that state none.
     """
 
     criterion: Criterion = Criterion.MINIMAX
@@ -63,6 +65,7 @@ class CalibrateOptions:
     teaching: TeachingError = field(default_factory=TeachingError)
     seams: SeamOptions = field(default_factory=SeamOptions)
     certify: bool = False
+    ball_mm: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -289,7 +292,11 @@ def calibrate_workpiece(
     options = options or CalibrateOptions()
     given = read_taught(Path(taught)) if isinstance(taught, str | Path) else taught
     workpiece = open_workpiece(step, progress=progress)
-    points = given if given.has_touches else _named(given, workpiece, options, T_nominal_part, progress)
+    points = (
+        given.with_ball(options.ball_mm)
+        if given.has_touches
+        else _named(given, workpiece, options, T_nominal_part, progress)
+    )
     fit = _touch_fit if given.has_touches else _point_fit
     fitted = fit(points, workpiece, T_nominal_part)
     progress("finding seams")
@@ -308,7 +315,7 @@ def calibrate_workpiece(
             **({} if given.has_touches else {"certify": options.certify}),
         )
     u95 = tuple(result.predict_error_mm(seam.frames.p) for seam in seams)
-    return WorkpieceCalibration(workpiece, result, seams, u95, points, found_names=points is not given)
+    return WorkpieceCalibration(workpiece, result, seams, u95, points, found_names=points.features != given.features)
 
 
 def _named(

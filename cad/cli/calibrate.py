@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 @click.option("--sigma-mm", type=float, help="Teaching error: standard deviation per axis.")
 @click.option("--bound-mm", type=float, help="Teaching error: greatest error per axis.")
 @click.option("--tcp-bias-mm", type=float, default=0.0, show_default=True, help="Error of the tool centre point.")
+@click.option("--ball-mm", type=float, default=0.0, show_default=True, help="Radius of the ball in touches on faces.")
 @click.option("--certify", is_flag=True, help="Close a gap by branch and bound over all rotations (slow).")
 @seam_options
 @click.option("--mark-seams", is_flag=True, help="Write the seams as named edges into the moved STEP file.")
@@ -79,6 +80,7 @@ def run_calibration(part_step: Path, taught_csv: Path, out: Path, *, force: bool
         ),
         seams=seams,
         certify=values["certify"],
+        ball_mm=values["ball_mm"],
     )
     nominal = None if values["nominal"] is None else read_pose(values["nominal"])
     check_writable(out, overwrite=force)

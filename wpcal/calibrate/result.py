@@ -209,8 +209,8 @@ class CalibrationResult:
 
     @property
     def certified(self) -> bool:
-        """Whether the bound proves that no rigid transform is better by more than 1e-6 mm."""
-        return self.gap_mm <= CERTIFIED_MM
+        """Whether the bound proves that no rigid transform is better by more than 1e-6 mm; of points only."""
+        return self.evidence is None and self.gap_mm <= CERTIFIED_MM
 
     @property
     def rms_mm(self) -> float:

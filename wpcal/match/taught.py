@@ -159,9 +159,9 @@ def read_taught(path: Path) -> TaughtPoints:
     use = table.choices("use", USES, default="yes")
     space, covariances = space_of_table(table), covariances_of_table(table)
     if table.has("kind"):
-        features = _first_words(table, "feature", len(names))
         p_part = table.numbers_where_given(MODEL_COLUMNS) if by_model else np.full(p_base.shape, np.nan)
         kinds, radius = _touch_columns(table)
+        features = tuple(table.columns["feature"]) if table.has("feature") else _points_own_names(names, kinds, p_part)
         return TaughtPoints(
             names, p_base, features, p_part, use, table.path, table.lines, space, covariances, kinds, radius
         )
@@ -171,8 +171,10 @@ def read_taught(path: Path) -> TaughtPoints:
     return TaughtPoints(names, p_base, named, p_part, use, table.path, table.lines, space, covariances)
 
 
-def _first_words(table: Table, column: str, n: int) -> tuple[str, ...]:
-    return tuple(table.columns[column]) if table.has(column) else ("",) * n
+def _points_own_names(names: Sequence[str], kinds: Sequence[TouchKind], p_part: FloatArray) -> tuple[str, ...]:
+    """Take the names of points without model coordinates for their features, as in a file without kinds."""
+    own = [kind is TouchKind.POINT and bool(np.isnan(p).any()) for kind, p in zip(kinds, p_part, strict=True)]
+    return tuple(name if is_own else "" for name, is_own in zip(names, own, strict=True))
 
 
 def _touch_columns(table: Table) -> tuple[tuple[TouchKind, ...], FloatArray]:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from wpcal import __version__
 from wpcal.calibrate.criteria import CriteriaComparison, Criterion
+from wpcal.calibrate.distrust import Distrusted, FitSummary
 from wpcal.calibrate.result import CalibrationResult, Solver, SolverReport
 from wpcal.calibrate.uncertainty import POSTURE_FACTOR, TeachingError, error_95
 from wpcal.calibrate.verdict import bias_advice, verdict_issues
@@ -18,12 +19,13 @@ from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
+from wpcal.core.tangent import log_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.optim.annealing import AnnealingSchedule
-from wpcal.touch.doubt import doubt_issues, find_distrusted
+from wpcal.touch.doubt import Doubt, doubt_issues, find_distrusted
 from wpcal.touch.fit import Pose, fit_least_squares, fit_minimax
 from wpcal.touch.freedoms import NamedAxis, held_freedoms
-from wpcal.touch.search import Found, search_pose
+from wpcal.touch.search import Found, search_pose, two_places
 from wpcal.touch.spread import predict_spread
 from wpcal.touch.touches import Touches
 
@@ -93,11 +95,13 @@ def calibrate_touches(
     chosen = (schedule or AnnealingSchedule()) if solver is Solver.ANNEALING else None
     found = search_pose(touches, nominal=used, schedule=chosen, seed=seed)
     freedoms = held_freedoms(touches, found.pose, axes)
+    if found.rival is not None:
+        raise two_places(touches, found.pose, found.rival)
     doubt = find_distrusted(touches, found.pose, model.per_axis_mm)
     kept = np.arange(len(touches))
     if criterion is Criterion.ROBUST and doubt is not None:
         kept = np.delete(kept, doubt.row)
-    pose, objective = _fit(touches.select(kept), found.pose, criterion)
+    pose, objective = _fit(touches.select(kept), found, criterion)
     spread = predict_spread(touches.select(kept), pose, criterion, model, seed=seed)
     T = RigidTransform(pose.R, pose.t, "base", "part")
     pairs, check_pairs = _pairs(touches, T), None if check is None else _pairs(check, T)
@@ -111,16 +115,16 @@ def calibrate_touches(
         T_base_nominal=T @ place.inverse(),
         criterion=criterion,
         objective_mm=objective,
-        annealed_objective_mm=found.annealed_mm,
+        annealed_objective_mm=None if found.annealed is None else found.annealed.largest_mm,
         lower_bound_mm=0.0,
         covariance=frozen(spread.covariance),
         degrees_of_freedom=spread.degrees_of_freedom,
         teaching=model,
-        solver=_report(found, solver, seed),
-        criteria=_compared(touches, found.pose, model, points, doubt is not None, seed),
+        solver=_report(found, solver, chosen, seed),
+        criteria=_compared(touches, found, model, points, doubt is not None, seed),
         warnings=(
-            *doubt_issues(touches, found.pose, doubt),
-            *_border_issues(touches, pose),
+            *doubt_issues(touches, doubt),
+            *_border_issues(touches.select(kept), pose),
             *verdict_issues(pairs, check_pairs, T, tolerance_mm),
             *bias_advice(model),
         ),
@@ -129,6 +133,7 @@ def calibrate_touches(
         evidence=found.evidence,
         freedoms=freedoms,
         lies_on=touches.words,
+        distrusted=None if doubt is None else _without(touches, found, doubt, criterion, model, points, seed),
     )
 
 
@@ -141,10 +146,16 @@ def _require_usable(touches: Touches, criterion: Criterion, tolerance_mm: float)
         raise GeometryError(f"{len(touches)} touches cannot hold a part; six on three faces do (3-2-1)")
 
 
-def _fit(touches: Touches, start: Pose, criterion: Criterion) -> tuple[Pose, float]:
+def _fit(touches: Touches, found: Found, criterion: Criterion) -> tuple[Pose, float]:
     """Fit by one criterion; the value is the largest residual or a root mean square, mm."""
+    start = found.pose
     if criterion is Criterion.MINIMAX:
         pose = fit_minimax(touches, fit_least_squares(touches, start))
+        if (
+            found.annealed is not None
+            and Pose.of(touches, found.annealed.R, found.annealed.t).largest_mm < pose.largest_mm
+        ):
+            pose = fit_minimax(touches, found.annealed)
         return pose, pose.largest_mm
     if criterion is Criterion.WEIGHTED:
         pose = fit_least_squares(touches, start, weighted=True)
@@ -161,7 +172,49 @@ def _pairs(touches: Touches, T: RigidTransform) -> PointPairs:
     return PointPairs(touches.names, contact, touches.p_base, touches.covariances, space=touches.space)
 
 
-def _report(found: Found, solver: Solver, seed: int) -> SolverReport:
+def _without(
+    touches: Touches,
+    found: Found,
+    doubt: Doubt,
+    criterion: Criterion,
+    teaching: TeachingError,
+    points: FloatArray,
+    seed: int,
+) -> Distrusted:
+    """Fit with and without the distrusted touch by the same criterion; robust leaves it out itself."""
+    used = Criterion.LEAST_SQUARES if criterion is Criterion.ROBUST else criterion
+    rest = touches.select(np.delete(np.arange(len(touches)), doubt.row))
+    (first, one), (second, other) = (_summary(t, found, used, teaching, points, seed) for t in (touches, rest))
+    moved = points @ (second.R - first.R).T + second.t - first.t
+    off = touches.select([doubt.row]).linearised(second.R, second.t).distances[0]
+    return Distrusted(
+        (touches.names[doubt.row],),
+        (float(off),),
+        used,
+        one,
+        other,
+        float(np.linalg.norm(moved, axis=1).max()),
+        float(np.linalg.norm(log_rotation(second.R @ first.R.T))),
+    )
+
+
+def _summary(
+    touches: Touches, found: Found, criterion: Criterion, teaching: TeachingError, points: FloatArray, seed: int
+) -> tuple[Pose, FitSummary]:
+    pose, _ = _fit(touches, found, criterion)
+    error = _largest_error_95(touches, pose, criterion, teaching, points, seed)
+    return pose, FitSummary(len(touches), pose.largest_mm, float(np.sqrt(np.mean(pose.at.distances**2))), error)
+
+
+def _largest_error_95(
+    touches: Touches, pose: Pose, criterion: Criterion, teaching: TeachingError, points: FloatArray, seed: int
+) -> float:
+    spread = predict_spread(touches, pose, criterion, teaching, seed=seed)
+    u95 = error_95(points @ pose.R.T + pose.t, spread.covariance, degrees_of_freedom=spread.degrees_of_freedom)
+    return float(u95.max()) + POSTURE_FACTOR * teaching.tcp_bias_mm
+
+
+def _report(found: Found, solver: Solver, schedule: AnnealingSchedule | None, seed: int) -> SolverReport:
     run, starts = found.run, found.evidence.starts
     if run is None:
         return SolverReport(solver, "damped Gauss-Newton from many starts, then an active set", seed, starts=starts)
@@ -172,24 +225,21 @@ def _report(found: Found, solver: Solver, seed: int) -> SolverReport:
         evaluations=run.evaluations,
         temperatures=run.temperatures,
         starts=starts,
-        schedule="default",
+        schedule="default" if schedule == AnnealingSchedule() else "custom",
         trace=run.trace,
     )
 
 
 def _compared(
-    touches: Touches, start: Pose, teaching: TeachingError, points: FloatArray, doubted: bool, seed: int
+    touches: Touches, found: Found, teaching: TeachingError, points: FloatArray, doubted: bool, seed: int
 ) -> CriteriaComparison:
     """Fit by the largest residual, by least squares and, with stated errors, weighted; compare what they predict."""
     rows, errors = [], {}
     for criterion in (Criterion.MINIMAX, Criterion.LEAST_SQUARES, Criterion.WEIGHTED):
         if criterion is Criterion.WEIGHTED and touches.covariances is None:
             continue
-        pose, objective = _fit(touches, start, criterion)
-        spread = predict_spread(touches, pose, criterion, teaching, seed=seed)
-        moved = points @ pose.R.T + pose.t
-        u95 = error_95(moved, spread.covariance, degrees_of_freedom=spread.degrees_of_freedom)
-        errors[criterion] = float(u95.max()) + POSTURE_FACTOR * teaching.tcp_bias_mm
+        pose, objective = _fit(touches, found, criterion)
+        errors[criterion] = _largest_error_95(touches, pose, criterion, teaching, points, seed)
         rows.append(
             {
                 "criterion": criterion.value,

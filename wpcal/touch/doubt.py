@@ -8,7 +8,8 @@ import numpy as np
 from scipy.special import chdtri, fdtri
 
 from wpcal.calibrate.diagnose import CLEAR_FACTOR
-from wpcal.calibrate.robust import FALSE_ALARM, FLOOR_MM
+from wpcal.calibrate.robust import FALSE_ALARM, FLOOR_MM, LEAST_SIGMA_MM
+from wpcal.core.arrays import FloatArray
 from wpcal.core.issue import Issue
 from wpcal.touch.fit import Pose, fit_least_squares, scaled_jacobian
 from wpcal.touch.touches import Touches
@@ -26,15 +27,26 @@ class Doubt:
     Parameters
     ----------
     row : int
-    without : Pose
-        The fit of the others, by least squares; its residuals are those of the others.
     off_mm : float
-        How far that touch lies from its target then, mm.
+        How far that touch lies from its target when the others are fitted without it, mm.
     """
 
     row: int
-    without: Pose
     off_mm: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Without:
+    """The fit without one touch: its sum of squares, its degrees of freedom."""
+
+    row: int
+    pose: Pose
+    total: float
+    freedom: int
+
+    @property
+    def mean(self) -> float:
+        return self.total / self.freedom
 
 
 def find_distrusted(touches: Touches, pose: Pose, sigma_mm: float | None) -> Doubt | None:
@@ -43,52 +55,53 @@ def find_distrusted(touches: Touches, pose: Pose, sigma_mm: float | None) -> Dou
     Parameters
     ----------
     touches : Touches
+        Where they carry covariances, a residual counts by these.
     pose : Pose
-        Their least-squares fit.
+        Near the answer.
     sigma_mm : float or None
-        Teaching error per axis, where stated: then the sums of squares are held against χ², else their ratio against F.
+        Teaching error per axis of touches without covariances, where stated. With stated errors the sums of squares are
+        held against χ², else their ratio against F.
 
     Returns
     -------
     Doubt or None
         None also where two touches could be the wrong one.
     """
-    total = float(np.sum(pose.at.d**2))
-    rank = pose.at.rank
-    whole = int(rank.sum()) - 6
-    suspects = np.argsort(-pose.at.distances, kind="stable")[:MOST_JUDGED]
+    stated = touches.covariances is not None
+    pose = fit_least_squares(touches, pose, weighted=stated)
+    unit = 1.0 if stated or sigma_mm is None else max(sigma_mm, LEAST_SIGMA_MM)
+    whole, squares = int(pose.at.rank.sum()) - 6, _squares(touches, pose)
     tried = []
-    for row in suspects:
-        freedom = whole - int(rank[row])
+    for row in np.argsort(-squares, kind="stable")[:MOST_JUDGED]:
+        freedom = whole - int(pose.at.rank[row])
         others = touches.select(np.delete(np.arange(len(touches)), row))
-        if freedom < 1 or not _is_held(others, pose):
-            continue
-        rest = fit_least_squares(others, pose)
-        tried.append((float(np.sum(rest.at.d**2)) / freedom, int(row), freedom, rest))
+        if freedom >= 1 and _is_held(others, pose):
+            rest = fit_least_squares(others, pose, weighted=stated)
+            tried.append(_Without(int(row), rest, float(_squares(others, rest).sum()) / unit**2, freedom))
     if not tried:
         return None
-    tried.sort(key=lambda item: item[0])
-    mean, row, freedom, rest = tried[0]
-    rivals = [item for item in tried[1:] if item[0] <= max(CLEAR_FACTOR * mean, FLOOR_MM**2)]
-    if rivals or not _is_explained(total, mean * freedom, whole, freedom, len(tried), sigma_mm):
+    tried.sort(key=lambda without: without.mean)
+    total, known = float(squares.sum()) / unit**2, stated or sigma_mm is not None
+    named = _named_by_size(total, whole, tried) if known else _named_by_ratio(total, whole, tried)
+    if named is None:
         return None
-    off = touches.select([row]).linearised(rest.R, rest.t).distances[0]
-    return Doubt(row, rest, float(off))
+    off = float(touches.select([named.row]).linearised(named.pose.R, named.pose.t).distances[0])
+    return Doubt(named.row, off) if off > FLOOR_MM else None
 
 
-def doubt_issues(touches: Touches, pose: Pose, doubt: Doubt | None) -> tuple[Issue, ...]:
-    """Say which touch is distrusted, and what the fit is with it and without it."""
+def doubt_issues(touches: Touches, doubt: Doubt | None) -> tuple[Issue, ...]:
+    """Say which touch is distrusted."""
     if doubt is None:
         return ()
     name = touches.names[doubt.row]
-    before, after = (float(np.sqrt(np.mean(p.at.distances**2))) for p in (pose, doubt.without))
-    middle = touches.targets.centre
-    moved = float(np.linalg.norm((pose.R - doubt.without.R) @ middle + pose.t - doubt.without.t))
-    message = (
-        f"the other touches agree without {name}, which is then {doubt.off_mm:.3g} mm off: RMS {before:.3g} mm with it, "
-        f"{after:.3g} mm without, and the part's middle moves by {moved:.3g} mm; touch it again, or --criterion robust"
-    )
+    message = f"the other touches contradict {name} ({doubt.off_mm:.3g} mm off their fit): touch it again"
     return (Issue("blunder", message, (name,)),)
+
+
+def _squares(touches: Touches, pose: Pose) -> FloatArray:
+    """Squared residuals, or dᵀ Λ d with the inverse covariances; shape (n,)."""
+    weights = pose.at.information(touches.covariances)
+    return np.asarray(np.einsum("ni,nij,nj->n", pose.at.d, weights, pose.at.d))
 
 
 def _is_held(touches: Touches, pose: Pose) -> bool:
@@ -97,12 +110,18 @@ def _is_held(touches: Touches, pose: Pose) -> bool:
     return bool(len(values) == 6 and values[-1] > HELD * values[0])
 
 
-def _is_explained(total: float, rest: float, whole: int, freedom: int, tests: int, sigma_mm: float | None) -> bool:
-    """Tell whether the touches contradict themselves as they are and agree without the one."""
-    level = FALSE_ALARM / tests
-    if sigma_mm is not None:
-        limits = (max(float(chdtri(nu, level)) * sigma_mm**2, FLOOR_MM**2) for nu in (whole, freedom))
-        return total > next(limits) and rest <= next(limits)
-    gone = whole - freedom
-    ratio = float(fdtri(gone, freedom, 1.0 - level))
-    return total - rest > max(ratio * rest * gone / freedom, FLOOR_MM**2)
+def _named_by_size(total: float, whole: int, tried: list[_Without]) -> _Without | None:
+    """Name the only touch without which the stated errors explain the rest, where they do not explain all."""
+    level = FALSE_ALARM / len(tried)
+    explained = [without for without in tried if without.total <= float(chdtri(without.freedom, level))]
+    return explained[0] if total > float(chdtri(whole, level)) and len(explained) == 1 else None
+
+
+def _named_by_ratio(total: float, whole: int, tried: list[_Without]) -> _Without | None:
+    """Name the touch without which the residuals are much smaller than without any other."""
+    first = tried[0]
+    rivals = [w for w in tried[1:] if w.mean <= max(CLEAR_FACTOR * first.mean, FLOOR_MM**2)]
+    gone = whole - first.freedom
+    ratio = float(fdtri(gone, first.freedom, 1.0 - FALSE_ALARM / len(tried)))
+    stands_out = total - first.total > max(ratio * first.mean * gone, FLOOR_MM**2)
+    return first if stands_out and not rivals else None

@@ -32,7 +32,7 @@ def project_to_edges(graph: BrepGraph, edges: IntArray, points: FloatArray) -> t
         Unit tangents.
     """
     kind = graph.edge_kind[edges]
-    origin, x, y, z = np.moveaxis(graph.edge_frame[edges], 1, 0)
+    origin, x, _, z = np.moveaxis(graph.edge_frame[edges], 1, 0)
     off = points - origin
     p, tangent = np.empty_like(points), np.empty_like(points)
     line, circle = kind == CurveKind.LINE, kind == CurveKind.CIRCLE

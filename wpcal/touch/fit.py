@@ -16,6 +16,8 @@ Kraft (1988), A software package for sequential quadratic programming, DFVLR-FB 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
@@ -87,7 +89,7 @@ class _Scale:
 
 
 def scaled_jacobian(touches: Touches, pose: Pose) -> tuple[FloatArray, FloatArray, float]:
-    """Derivative of the residuals by (L ω, v) about the touches' centroid, shape (n, 3, 6), that centroid, and L in mm."""
+    """Derivative of the residuals by (L ω, v) about the touches' centroid (n, 3, 6), that centroid, and L in mm."""
     scale = _Scale.of(touches)
     return scale.jacobian(pose.at), scale.pivot, scale.length_mm
 
@@ -107,11 +109,11 @@ def fit_least_squares(touches: Touches, start: Pose, *, weighted: bool = False) 
     Pose
     """
     scale, covariances = _Scale.of(touches), touches.covariances if weighted else None
-    pose, damping = start, 1e-3
+    pose, damping = Pose.of(touches, start.R, start.t), 1e-3  # the start may be a fit of other touches
     cost, gradient, hessian = _normal_equations(pose, scale, covariances)
     for _ in range(MOST_STEPS):
         lifted = hessian + damping * np.diag(np.maximum(np.diag(hessian), 1e-12))
-        step = -np.linalg.lstsq(lifted, gradient, rcond=None)[0]
+        step = np.asarray(-np.linalg.lstsq(lifted, gradient, rcond=None)[0])
         trial = pose.moved(touches, step, scale)
         trial_cost, *rest = _normal_equations(trial, scale, covariances)
         if trial_cost <= cost:
@@ -146,7 +148,7 @@ def fit_minimax(touches: Touches, start: Pose) -> Pose:
     Pose
         Never worse than the start.
     """
-    scale, best = _Scale.of(touches), start
+    scale, best = _Scale.of(touches), Pose.of(touches, start.R, start.t)
     for _ in range(MOST_ROUNDS):
         if best.largest_mm <= LEAST_LARGEST_MM:
             return best
@@ -162,19 +164,30 @@ def _solve_largest(touches: Touches, pose: Pose, scale: _Scale) -> FloatArray:
     """Scaled motion to a smaller largest residual; residuals in units of the one at the start."""
     unit = pose.largest_mm
     model = _Model(touches, pose, scale, unit)
-    found = minimize(
-        lambda z: z[6],
-        np.array([*np.zeros(6), 1.0]),
-        jac=lambda _: np.array([*np.zeros(6), 1.0]),
+    within: Any = {
+        "type": "ineq",
+        "fun": lambda z: z[6] - model.values(z[:6]),
+        "jac": lambda z: np.column_stack([-model.slopes(z[:6]), np.ones(model.count)]),
+    }
+    slope = np.zeros(7)
+    slope[6] = 1.0  # of s, the last variable; and where the search starts
+    found: Any = minimize(
+        _last,
+        slope,
+        jac=partial(_always, slope),
         method="SLSQP",
-        constraints={
-            "type": "ineq",
-            "fun": lambda z: z[6] - model.values(z[:6]),
-            "jac": lambda z: np.column_stack([-model.slopes(z[:6]), np.ones(model.count)]),
-        },
+        constraints=within,
         options={"maxiter": 100, "ftol": 1e-15},
     )
     return np.asarray(found.x[:6] * unit)
+
+
+def _last(z: FloatArray) -> float:
+    return float(z[-1])
+
+
+def _always(value: FloatArray, _: FloatArray) -> FloatArray:
+    return value
 
 
 def _without_ties(touches: Touches, best: Pose, scale: _Scale) -> Pose:
@@ -183,16 +196,17 @@ def _without_ties(touches: Touches, best: Pose, scale: _Scale) -> Pose:
     if unit <= LEAST_LARGEST_MM:
         return best
     model = _Model(touches, best, scale, unit)
-    found = minimize(
+    within: Any = {
+        "type": "ineq",
+        "fun": lambda z: 1.0 + SAME_VALUE - model.values(z),
+        "jac": lambda z: -model.slopes(z),
+    }
+    found: Any = minimize(
         model.half_squares,
         np.zeros(6),
         jac=model.half_squares_slope,
         method="SLSQP",
-        constraints={
-            "type": "ineq",
-            "fun": lambda z: 1.0 + SAME_VALUE - model.values(z),
-            "jac": lambda z: -model.slopes(z),
-        },
+        constraints=within,
         options={"maxiter": 100, "ftol": 1e-14},
     )
     trial = best.moved(touches, found.x * unit, scale)

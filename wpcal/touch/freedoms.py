@@ -63,8 +63,8 @@ def held_freedoms(touches: Touches, pose: Pose, axes: Sequence[NamedAxis] = ()) 
     if free.any():
         words = "; ".join(_motion(to_part, xi, axes) for xi in _spoken(Vt[free]))
         raise GeometryError(
-            f"the touches leave the part free: it {words}. They hold {int((~free).sum())} of six freedoms; touch a face "
-            "that hinders this"
+            f"the touches leave the part free: it {words}. They hold {int((~free).sum())} of six freedoms; touch a "
+            "face that hinders this"
         )
     shares = np.sum(U.reshape(n, 3, 6) ** 2, axis=1)
     return tuple(
@@ -123,7 +123,7 @@ def _axis_words(point: FloatArray, direction: FloatArray, axes: Sequence[NamedAx
 
 def _upright(direction: FloatArray) -> FloatArray:
     """Turn a direction so that its largest component is positive."""
-    return direction * np.sign(direction[np.argmax(np.abs(direction))])
+    return np.asarray(direction * np.sign(direction[np.argmax(np.abs(direction))]))
 
 
 def _numbers(vector: FloatArray) -> str:

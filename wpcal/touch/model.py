@@ -22,12 +22,49 @@ GRID = 48
 plane of the nearest is then off by 25 / radius mm."""
 
 
+ON_SURFACE_MM = 1e-3
+"""Surfaces of two faces are one when they are this near: files are written with three decimals."""
+PARALLEL = 1.0 - 1e-9
+"""Cosine of directions that are one; 1e-9 is 0.003 degrees, 1e-3 mm on the size of a hole."""
+
+
 class TargetKind(IntEnum):
     """What a touch lies on."""
 
     POINT = 0
     FACE = 1
     EDGE = 2
+
+
+def faces_on_surface(graph: BrepGraph, face: int) -> IntArray:
+    """Return the faces of a solid that lie on one plane, cylinder or sphere with a face, itself among them.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    face : int
+
+    Returns
+    -------
+    ndarray of int
+        The face alone where it lies on another kind of surface.
+    """
+    kind = graph.face_kind[face]
+    if kind not in (SurfaceKind.PLANE, SurfaceKind.CYLINDER, SurfaceKind.SPHERE):
+        return np.array([face])
+    mine, frames = graph.face_frame[face], graph.face_frame
+    arm, cosine = frames[:, 0] - mine[0], frames[:, 3] @ mine[3]
+    along = arm @ mine[3]
+    side = graph.face_outward * (np.sign(cosine) if kind == SurfaceKind.PLANE else 1.0)
+    same = (graph.face_kind == kind) & (graph.face_solid == graph.face_solid[face]) & (side == graph.face_outward[face])
+    if kind == SurfaceKind.PLANE:
+        near = np.abs(along)
+    else:
+        same &= np.abs(graph.face_param[:, 0] - graph.face_param[face, 0]) <= ON_SURFACE_MM
+        near = np.linalg.norm(arm - (along[:, None] * mine[3] if kind == SurfaceKind.CYLINDER else 0.0), axis=1)
+    if kind != SurfaceKind.SPHERE:
+        same &= np.abs(cosine) >= PARALLEL
+    return np.flatnonzero(same & (near <= ON_SURFACE_MM))
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,14 +123,30 @@ class GraphTargets:
         over = np.zeros(len(rows))
         face = np.flatnonzero(self.kind[rows] == TargetKind.FACE)
         if len(face):
-            f = self.index[rows[face]]
-            foot = project_to_faces(self.graph, f, points[face])
-            outside = ~self.trimmed.contains(f, foot.uv)
-            over[face[outside]] = self.trimmed.boundary_distance(f[outside], foot.p[outside])
+            over[face] = self._face_overhang(self.index[rows[face]], points[face])
         edge = np.flatnonzero(self.kind[rows] == TargetKind.EDGE)
         if len(edge):
             over[edge] = self._beyond_ends(self.index[rows[edge]], points[edge])
         return over
+
+    def _face_overhang(self, faces: IntArray, points: FloatArray) -> FloatArray:
+        """Least overhang over all faces on the surface of each: a wall of two half cylinders is one wall."""
+        sets = [self._same_surface[int(face)] for face in faces]
+        each = np.repeat(np.arange(len(faces)), [len(s) for s in sets])
+        f = np.concatenate(sets)
+        foot = project_to_faces(self.graph, f, points[each])
+        outside = ~self.trimmed.contains(f, foot.uv)
+        over = np.zeros(len(f))
+        over[outside] = self.trimmed.boundary_distance(f[outside], foot.p[outside])
+        least = np.full(len(faces), np.inf)
+        np.minimum.at(least, each, over)
+        return least
+
+    @cached_property
+    def _same_surface(self) -> dict[int, IntArray]:
+        """Faces of the same solid on the surface of each target's face, with the same side outward."""
+        faces = np.unique(self.index[self.kind == TargetKind.FACE])
+        return {int(face): faces_on_surface(self.graph, int(face)) for face in faces}
 
     @property
     def centre(self) -> FloatArray:
@@ -115,7 +168,8 @@ class GraphTargets:
                 border = self.trimmed.p0[pieces]
                 outlines.append(border if len(border) else self.graph.face_frame[index, :1])
             elif kind == TargetKind.EDGE:
-                t = np.linspace(*self.graph.edge_range[index], 9)
+                first, last = self.graph.edge_range[index]
+                t = np.linspace(first, last, 9)
                 outlines.append(evaluate_edges(self.graph, np.full(9, index), t)[0])
             else:
                 outlines.append(point[None])
@@ -163,7 +217,7 @@ class GraphTargets:
         return np.asarray(np.hypot(np.linalg.norm(d, axis=1), beyond))
 
     def _beyond_ends(self, edges: IntArray, points: FloatArray) -> FloatArray:
-        """How far the feet on straight edges lie beyond the ends, mm; 0 on other edges, which the search takes whole."""
+        """Tell how far feet on straight edges lie beyond the ends, mm; 0 on others, which the search takes whole."""
         frame, (first, last) = self.graph.edge_frame[edges], self.graph.edge_range[edges].T
         along = np.einsum("mi,mi->m", points - frame[:, 0], frame[:, 1])
         beyond = np.maximum(np.maximum(first - along, along - last), 0.0)
@@ -192,7 +246,7 @@ class _Cloud:
         normal = np.cross(du, dv)
         normal *= graph.face_outward[face] / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
         tree = cKDTree(p)
-        spacing = float(tree.query(p, k=2)[0][:, 1].max()) if len(p) > 1 else 0.0
+        spacing = float(np.asarray(tree.query(p, k=2)[0])[:, 1].max()) if len(p) > 1 else 0.0
         return cls(tree, p, normal, spacing)
 
     def distances(self, points: FloatArray, radius_mm: FloatArray) -> FloatArray:

@@ -142,7 +142,7 @@ class _Finder:
             raise self._fault(row, str(error), "feature") from None
 
     def _model_point(self, row: int) -> FloatArray:
-        point = self.taught.p_part[row]
+        point = np.asarray(self.taught.p_part[row])
         if not np.isnan(point).any():
             return point
         if self.taught.kind_of(row) is TouchKind.POINT:
@@ -154,7 +154,7 @@ class _Finder:
                 "found",
                 "feature",
             )
-        return self.to_part.apply(self.taught.p_base[row][None])[0]
+        return np.asarray(self.to_part.apply(self.taught.p_base[row][None])[0])
 
     def _face(self, row: int, kind: TouchKind, feature: ReferenceFeature | None) -> int:
         faces = np.flatnonzero(np.isin(self.graph.face_kind, SURFACES[kind]))
@@ -193,7 +193,7 @@ class _Finder:
         return np.asarray(near & (foot.normal @ normal >= 1.0 - ALIKE), dtype=bool)
 
     def _carries(self, faces: IntArray, feature: ReferenceFeature) -> BoolArray:
-        """Tell which faces are those of a feature: a plane through it, a wall about its axis, a ball about its centre."""
+        """Tell which faces are a feature's: a plane through it, a wall about its axis, a ball about its centre."""
         graph, p = self.graph, feature.p_mm
         kind, frame, size = graph.face_kind[faces], graph.face_frame[faces], graph.face_param[faces, 0]
         arm, axis = p - frame[:, 0], frame[:, 3]

@@ -13,7 +13,7 @@ import numpy as np
 
 from wpcal.calibrate.minimax import cube_rotations
 from wpcal.calibrate.result import StartsEvidence
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.tangent import log_rotation
@@ -41,16 +41,19 @@ class Found:
     Parameters
     ----------
     pose : Pose
-    annealed_mm : float or None
-        Largest residual of the annealer's best, before the polish.
+    annealed : Pose or None
+        The annealer's best, before the polish.
     run : AnnealingReport or None
     evidence : StartsEvidence
+    rival : Pose or None
+        Another place that fits as well, where no nominal place decides: then the part is loose or may stand in either.
     """
 
     pose: Pose
-    annealed_mm: float | None
+    annealed: Pose | None
     run: AnnealingReport | None
     evidence: StartsEvidence
+    rival: Pose | None
 
 
 def search_pose(
@@ -74,11 +77,6 @@ def search_pose(
     Returns
     -------
     Found
-
-    Raises
-    ------
-    GeometryError
-        When two places fit equally well and no nominal place decides.
     """
     starts = [] if nominal is None else [Pose.of(touches, nominal.R, nominal.t_mm)]
     run, annealed = None, None
@@ -86,7 +84,7 @@ def search_pose(
     if schedule is not None:
         run = _anneal(touches, schedule, seed)
         first = _centred(touches, rotation_from_zyx(*run.state[3:]), run.state[:3])
-        annealed = first.largest_mm
+        annealed = first
     starts += [first, *(_centred(touches, turn @ first.R) for turn in cube_rotations())]
     ends = [fit_least_squares(touches, start) for start in starts]
     off = np.array([float(touches.targets.overhang(touches.rows, end.at.contact_part).max()) for end in ends])
@@ -94,14 +92,14 @@ def search_pose(
     judged = np.where(off <= OFF_FACE_MM, values, values + off)
     best = int(np.argmin(judged))
     same = judged <= judged[best] + SAME_RMS_MM
-    if same[0] and nominal is not None:
-        best = 0
+    if nominal is not None:
+        best = _nearest(ends, np.flatnonzero(same), nominal, touches)
     agreeing = np.array([bool(s) and _is_same(end, ends[best], touches) for s, end in zip(same, ends, strict=True)])
-    if nominal is None and (same & ~agreeing).any():
-        raise _two_places(touches, ends[best], ends[int(np.flatnonzero(same & ~agreeing)[0])])
+    rivals = np.flatnonzero(same & ~agreeing)
+    rival = ends[int(rivals[0])] if nominal is None and len(rivals) else None
     others = judged[~same]
     evidence = StartsEvidence(len(starts), int(agreeing.sum()), float(others.min()) if len(others) else None)
-    return Found(ends[best], annealed, run, evidence)
+    return Found(ends[best], annealed, run, evidence, rival)
 
 
 def _centred(touches: Touches, R: FloatArray, shift: FloatArray | None = None) -> Pose:
@@ -132,6 +130,13 @@ def _anneal(touches: Touches, schedule: AnnealingSchedule, seed: int) -> Anneali
     )
 
 
+def _nearest(ends: list[Pose], rows: IntArray, nominal: RigidTransform, touches: Touches) -> int:
+    """Take of equal answers the one that moves the touched points least from the nominal place."""
+    modelled = nominal.inverse().apply(touches.p_base)
+    away = [float(np.sum((modelled @ ends[k].R.T + ends[k].t - touches.p_base) ** 2)) for k in rows]
+    return int(rows[int(np.argmin(away))])
+
+
 def _is_same(one: Pose, other: Pose, touches: Touches) -> bool:
     turn = float(np.linalg.norm(log_rotation(one.R @ other.R.T)))
     middle = touches.targets.centre
@@ -139,10 +144,11 @@ def _is_same(one: Pose, other: Pose, touches: Touches) -> bool:
     return turn <= SAME_TURN_RAD and shift <= SAME_SHIFT_MM
 
 
-def _two_places(touches: Touches, one: Pose, other: Pose) -> GeometryError:
+def two_places(touches: Touches, one: Pose, other: Pose) -> GeometryError:
+    """Say that two places fit equally well."""
     turn = float(np.degrees(np.linalg.norm(log_rotation(other.R @ one.R.T))))
     shift = float(np.linalg.norm((other.R - one.R) @ touches.targets.centre + other.t - one.t))
     return GeometryError(
-        f"the touches fit the part in two places, {turn:.3g} degrees and {shift:.3g} mm apart: say with --nominal where "
-        "it about stands, or touch one more face"
+        f"the touches fit the part in two places, {turn:.3g} degrees and {shift:.3g} mm apart: say with --nominal "
+        "where it about stands, or touch one more face"
     )

@@ -1,9 +1,10 @@
 r"""The covariance of a fit of touches.
 
 A touch is off by a random vector :math:`\delta_i`; its residual sees :math:`A_i \delta_i`. With
-:math:`d = A(\delta - J\xi)` linear, least squares has :math:`C = \sigma^2 (\sum J_i^\top A_i J_i)^{-1}` and the weighted
-fit the inverse of its information. The further motion of the minimax fit is simulated on the linear model with a fixed
-seed, all samples at once by Lawson's reweighting.
+:math:`d = A(\delta - J\xi)` linear and :math:`M = \sum J_i^\top A_i J_i`, least squares has
+:math:`C = M^{-1} (\sum J_i^\top A_i C_i A_i J_i) M^{-1}`, which is :math:`\sigma^2 M^{-1}` for equal errors, and the
+weighted fit the inverse of its information. The further motion of the minimax fit is simulated on the linear model with
+a fixed seed, all samples at once by Lawson's reweighting.
 
 References
 ----------
@@ -55,12 +56,12 @@ def predict_spread(
     Parameters
     ----------
     touches : Touches
-        Those that were fitted.
+        Those that were fitted. Where they carry covariances, these say how far each may be off.
     pose : Pose
         The fit.
     criterion : Criterion
     teaching : TeachingError
-        The residuals of the least-squares fit tell where it states nothing.
+        Of touches without covariances; the residuals of the least-squares fit tell where it states nothing.
     seed : int
 
     Returns
@@ -74,15 +75,29 @@ def predict_spread(
     """
     J, pivot, length = scaled_jacobian(touches, pose)
     to_origin = _to_origin(pivot, length)
-    if criterion is Criterion.WEIGHTED:
-        weights = pose.at.information(touches.covariances)
-        information = np.einsum("nik,nij,njl->kl", J, weights, J)
-        return Spread(to_origin @ np.linalg.inv(information) @ to_origin.T, math.inf)
+    if touches.covariances is not None:
+        scaled = _of_stated_errors(J, pose, touches.covariances, criterion, seed)
+        return Spread(to_origin @ scaled @ to_origin.T, math.inf)
     sigma, freedom = _sigma(touches, pose, teaching)
     scaled = np.linalg.inv(np.einsum("nik,nil->kl", J, J))
     if criterion is Criterion.MINIMAX and sigma > 0:
         scaled = scaled + _excess(J, pose, bounded=teaching.is_bounded, seed=seed)
     return Spread(sigma**2 * to_origin @ scaled @ to_origin.T, freedom)
+
+
+def _of_stated_errors(
+    J: FloatArray, pose: Pose, covariances: FloatArray, criterion: Criterion, seed: int
+) -> FloatArray:
+    """Covariance of the scaled motion where every touch states its error, shape (6, 6)."""
+    if criterion is Criterion.WEIGHTED:
+        weights = pose.at.information(covariances)
+        return np.asarray(np.linalg.inv(np.einsum("nik,nij,njl->kl", J, weights, J)))
+    if criterion is Criterion.MINIMAX:  # its two parts are not independent then: the whole is simulated
+        draws = np.random.default_rng(seed).standard_normal((EXCESS_SAMPLES, len(J), 3))
+        _, motions = _simulated(J, pose, np.einsum("nij,mnj->mni", np.linalg.cholesky(covariances), draws))
+        return np.asarray(motions.T @ motions / EXCESS_SAMPLES)
+    change = np.linalg.inv(np.einsum("nik,nil->kl", J, J))
+    return np.asarray(change @ np.einsum("nik,nij,njl->kl", J, covariances, J) @ change)  # J = A J
 
 
 def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> tuple[float, float]:
@@ -93,7 +108,7 @@ def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> tuple[float
     if freedom <= 0:
         raise InputError(
             "the touches are as many as the freedoms, so no residual tells how well they were made: state the teaching "
-            "error with --sigma-mm, or touch once more"
+            "error with --sigma-mm or a column sigma_mm, or touch once more"
         )
     squares = fit_least_squares(touches, pose).at.d
     return float(np.sqrt(np.sum(squares**2) / freedom)), freedom
@@ -101,12 +116,23 @@ def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> tuple[float
 
 def _excess(J: FloatArray, pose: Pose, *, bounded: bool, seed: int) -> FloatArray:
     """What the motion from least squares to minimax adds to the scaled covariance of unit errors, shape (6, 6)."""
-    rng, n = np.random.default_rng(seed), len(J)
-    shape = (EXCESS_SAMPLES, n, 3)
+    rng = np.random.default_rng(seed)
+    shape = (EXCESS_SAMPLES, len(J), 3)
     errors = rng.uniform(-math.sqrt(3.0), math.sqrt(3.0), shape) if bounded else rng.standard_normal(shape)
+    first, motions = _simulated(J, pose, errors)
+    further = motions - first
+    excess = further.T @ further
+    if bounded:
+        excess += first.T @ further + further.T @ first
+    return np.asarray(excess / EXCESS_SAMPLES)
+
+
+def _simulated(J: FloatArray, pose: Pose, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Scaled motions by least squares and by minimax of errors (m, n, 3), shapes (m, 6)."""
+    m, n = errors.shape[:2]
     seen = np.einsum("nij,mnj->mni", pose.at.A, errors)
-    first = _solve(J, seen, np.ones((EXCESS_SAMPLES, n)))
-    weights = np.full((EXCESS_SAMPLES, n), 1.0 / n)
+    first = _solve(J, seen, np.ones((m, n)))
+    weights = np.full((m, n), 1.0 / n)
     best, least = first, np.linalg.norm(seen + np.einsum("nik,mk->mni", J, first), axis=2).max(axis=1)
     for _ in range(LAWSON_STEPS):
         motion = _solve(J, seen, weights)
@@ -115,11 +141,7 @@ def _excess(J: FloatArray, pose: Pose, *, bounded: bool, seed: int) -> FloatArra
         best, least = np.where(better[:, None], motion, best), np.where(better, size.max(axis=1), least)
         weights = np.maximum(weights * size, LEAST_WEIGHT)
         weights /= weights.sum(axis=1, keepdims=True)
-    further = best - first
-    excess = further.T @ further
-    if bounded:
-        excess += first.T @ further + further.T @ first
-    return np.asarray(excess / EXCESS_SAMPLES)
+    return first, best
 
 
 def _solve(J: FloatArray, seen: FloatArray, weights: FloatArray) -> FloatArray:

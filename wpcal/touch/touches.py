@@ -6,7 +6,8 @@ the face stands off by r, so the residual is
 
 .. math:: d_i = x - f(x) - r_i n, \qquad \partial d_i = A_i \, \partial x,
 
-with :math:`A = n n^\top` on a face (one number), :math:`I - t t^\top` on an edge (two) and :math:`I` at a point (three).
+with :math:`A = n n^\top` on a face (one number), :math:`I - t t^\top` on an edge (two) and :math:`I` at a point
+(three).
 On a face :math:`d` is the signed distance along n, whose gradient is n exactly.
 """
 
@@ -175,10 +176,10 @@ class Linearised:
     @property
     def rank(self) -> IntArray:
         """How many numbers each touch gives: 1 on a face, 2 on an edge, 3 at a point; shape (n,)."""
-        return np.rint(np.trace(self.A, axis1=1, axis2=2)).astype(np.int64)
+        return np.asarray(np.rint(np.trace(self.A, axis1=1, axis2=2)), dtype=np.int64)
 
     def jacobian(self, pivot: FloatArray) -> FloatArray:
-        """Derivative of the residuals by the small motion (ω, v) about `pivot`, shape (n, 3, 6): -A [-[c - pivot]×, I]."""
+        """Derivative of the residuals by the small motion (ω, v) about `pivot`: -A [-[c - pivot]×, I], (n, 3, 6)."""
         return np.asarray(-self.A @ point_jacobian(self.centre - pivot))
 
     def information(self, covariances: FloatArray | None) -> FloatArray:
