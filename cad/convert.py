@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ from wpcal.match import Match, TaughtPoints, match_points, name_points, pair_poi
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.interpenetration import interpenetrating_solids
 from wpcal.seam.record import seams_csv, seams_record
+from wpcal.touch import calibrate_touches, named_axes, touches_of
 
 Progress = Callable[[str], None]
 SEAM_RGB = (0.9, 0.2, 0.1)
@@ -53,6 +55,8 @@ class CalibrateOptions:
     teaching : TeachingError
     seams : SeamOptions
     certify : bool
+    ball_mm : float
+        Radius of the ball in touches on faces that state none.
     """
 
     criterion: Criterion = Criterion.MINIMAX
@@ -62,6 +66,7 @@ class CalibrateOptions:
     teaching: TeachingError = field(default_factory=TeachingError)
     seams: SeamOptions = field(default_factory=SeamOptions)
     certify: bool = False
+    ball_mm: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -145,6 +150,9 @@ class WorkpieceCalibration:
         head: dict[str, Any] = {"schema": record.pop("schema"), "inputs": inputs}
         if self.found_names:
             head["features"] = {n: f for n, f in zip(self.taught.names, self.taught.features, strict=True) if f}
+        left_out = [n for n, use in zip(self.taught.names, self.taught.use, strict=True) if use == "no"]
+        if left_out:
+            head["left_out"] = left_out
         return {**head, **record, "issues": [*record["issues"], *found]}
 
 
@@ -286,11 +294,22 @@ def calibrate_workpiece(
     given = read_taught(Path(taught)) if isinstance(taught, str | Path) else taught
     workpiece = open_workpiece(step, progress=progress)
     named = name_taught(given, workpiece.features, options=options, T_nominal_part=T_nominal_part, progress=progress)
-    pair_points(named.taught, workpiece.features)
+    fit = prepare_fit(named.taught, workpiece, T_nominal_part=T_nominal_part, certify=options.certify)
     progress("finding seams")
     seams, workpiece = find_seams(workpiece, options.seams)
+    frames = [seam.frames.p for seam in seams if seam.accepted]
     progress("fitting")
-    result, u95 = fit_taught(named.taught, workpiece.features, seams, options=options, T_nominal_part=T_nominal_part)
+    with blamed_on(named.taught.path):
+        result = fit(
+            criterion=options.criterion,
+            solver=options.solver,
+            seed=options.seed,
+            tolerance_mm=options.tolerance_mm,
+            T_nominal_part=T_nominal_part,
+            teaching=options.teaching,
+            seam_points=np.concatenate(frames) if frames else None,
+        )
+    u95 = tuple(result.predict_error_mm(seam.frames.p) for seam in seams)
     return WorkpieceCalibration(workpiece, result, seams, u95, named.taught, found_names=named.found_names)
 
 
@@ -317,7 +336,12 @@ def name_taught(
     T_nominal_part: RigidTransform | None = None,
     progress: Progress = no_progress,
 ) -> NamedPoints:
-    """Find the features of points without one; parameters and errors as in `wpcal.match.name_points`."""
+    """Find the features of points without one; parameters and errors as in `wpcal.match.name_points`.
+
+    Touches on edges and faces are left as they are; those without a ball's radius get that of the options.
+    """
+    if given.has_touches:
+        return NamedPoints(given.with_ball(options.ball_mm), found_names=False)
     asked = names_as_features(given, features)
     with blamed_on(given.path):
         points = name_points(
@@ -330,47 +354,38 @@ def name_taught(
     return NamedPoints(points, points is not asked)
 
 
-def fit_taught(
-    taught: TaughtPoints,
-    features: Sequence[ReferenceFeature],
-    seams: Sequence[Seam],
-    *,
-    options: CalibrateOptions,
-    T_nominal_part: RigidTransform | None = None,
-) -> tuple[CalibrationResult, tuple[FloatArray, ...]]:
-    """Fit a part to taught points that all have a feature, and predict the errors along its seams.
+def prepare_fit(
+    taught: TaughtPoints, workpiece: Workpiece, *, T_nominal_part: RigidTransform | None = None, certify: bool = False
+) -> Callable[..., CalibrationResult]:
+    """Find what every taught row lies on, and return the fit that waits for its options.
 
     Parameters
     ----------
     taught : TaughtPoints
-    features : sequence of ReferenceFeature
-    seams : sequence of Seam
-        With frames in `part`. The criteria are compared along the accepted ones.
-    options : CalibrateOptions
+        With their features (`name_taught`).
+    workpiece : Workpiece
     T_nominal_part : RigidTransform, optional
+        Where the cell's model has the part: finds the face of touches that name none.
+    certify : bool
+        As in `wpcal.calibrate.calibrate`; there is no such proof for touches.
 
     Returns
     -------
-    result : CalibrationResult
-    u95_mm : tuple of ndarray
-        95 % error at every frame of each seam, mm.
+    callable
+        `wpcal.calibrate.calibrate` or `wpcal.touch.calibrate_touches` without its first argument.
+
+    Raises
+    ------
+    FormatError
+        Naming the row whose feature or face the part does not have.
     """
-    pairs, check = pair_points(taught, features)
-    frames = [seam.frames.p for seam in seams if seam.accepted]
-    with blamed_on(taught.path):
-        result = calibrate(
-            pairs,
-            criterion=options.criterion,
-            solver=options.solver,
-            seed=options.seed,
-            tolerance_mm=options.tolerance_mm,
-            T_nominal_part=T_nominal_part,
-            teaching=options.teaching,
-            check=check,
-            certify=options.certify,
-            seam_points=np.concatenate(frames) if frames else None,
-        )
-    return result, tuple(result.predict_error_mm(seam.frames.p) for seam in seams)
+    if not taught.has_touches:
+        pairs, check = pair_points(taught, workpiece.features)
+        return partial(calibrate, pairs, check=check, certify=certify)
+    trimmed, features = TrimmedFaces.of(workpiece.graph), workpiece.features
+    find = partial(touches_of, taught, trimmed, features, T_nominal_part=T_nominal_part)
+    checked = find(use="check") if "check" in taught.use else None
+    return partial(calibrate_touches, find(use="yes"), check=checked, axes=named_axes(features))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -40,7 +40,9 @@ def calibrate(*, part_step: Path, taught: Path, out: Path, force: bool, as_json:
 
     A table has the columns name, x_mm, y_mm, z_mm, and where wanted feature (or model_x_mm, model_y_mm,
     model_z_mm) and use (yes, check, no). Without them the name is the feature's name (`wpcal features` lists them).
-    Where the cell of the column feature is empty, the feature is found (see `wpcal match`).
+    Where the cell of the column feature is empty, the feature is found (see `wpcal match`). A column sigma_mm, or
+    cov_xx_mm2, cov_xy_mm2, cov_xz_mm2, cov_yy_mm2, cov_yz_mm2, cov_zz_mm2, says how far each point may be off. With a
+    column kind rows may be touched on planes, edges, holes, cylinders, spheres and surfaces.
 
     A point of a program is the feature that has its name; for names that the part does not have it is found as well.
     Coordinates in a user frame need the frame's values: those that the file carries, or --uframe.
@@ -121,6 +123,9 @@ def show_written(written: WrittenCalibration, out: Path) -> None:
     console = plain_console()
     console.print(seams_table(written.seams, "Seams (base frame in the files)", written.u95_mm))
     show_calibration(written.result, console)
+    if "left_out" in written.record:
+        listed = ", ".join(written.record["left_out"])
+        console.print(f"note: left out by hand (use no): {listed}", highlight=False, markup=False)
     for issue in written.record["issues"][len(written.result.warnings) :]:
         console.print(f"note: {issue['message']}", highlight=False, markup=False)
     console.print(f"wrote {', '.join(written.files)} to {out}", highlight=False, markup=False)

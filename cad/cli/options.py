@@ -71,6 +71,9 @@ def fit_options(command: Command) -> Command:
             click.option(
                 "--tcp-bias-mm", type=float, default=0.0, show_default=True, help="Error of the tool centre point."
             ),
+            click.option(
+                "--ball-mm", type=float, default=0.0, show_default=True, help="Radius of the ball in touches on faces."
+            ),
             click.option("--certify", is_flag=True, help="Close a gap by branch and bound over all rotations (slow)."),
         )
     ):
@@ -92,6 +95,7 @@ def to_calibrate_options(values: dict[str, Any]) -> tuple[CalibrateOptions, Rigi
         teaching=TeachingError(**{name: values.pop(name) for name in ("sigma_mm", "bound_mm", "tcp_bias_mm")}),
         seams=seams,
         certify=values.pop("certify"),
+        ball_mm=values.pop("ball_mm"),
     )
     nominal = values.pop("nominal")
     return options, None if nominal is None else read_pose(nominal)

@@ -1,6 +1,7 @@
 """From point pairs to the part's place: fits, their proof, their error, and what is wrong with the points."""
 
 from wpcal.calibrate.criteria import CriteriaComparison, Criterion
+from wpcal.calibrate.distrust import Distrusted, FitSummary, compare_without
 from wpcal.calibrate.least_squares import fit_least_squares, weighted_rms_bound
 from wpcal.calibrate.minimax import MinimaxSolution, solve_minimax
 from wpcal.calibrate.pairs_file import read_pairs
@@ -14,6 +15,8 @@ __all__ = [
     "CalibrationResult",
     "CriteriaComparison",
     "Criterion",
+    "Distrusted",
+    "FitSummary",
     "MinimaxSolution",
     "RobustSolution",
     "Solver",
@@ -21,6 +24,7 @@ __all__ = [
     "TeachingError",
     "anneal_pairs",
     "calibrate",
+    "compare_without",
     "fit_least_squares",
     "fit_robust",
     "fit_weighted",

@@ -18,7 +18,9 @@ from wpcal.calibrate.uncertainty import (
     error_95,
     isotropic_covariance,
     minimax_covariance,
+    propagated_covariance,
     residual_sigma,
+    unequal_minimax_covariance,
     weighted_covariance,
 )
 from wpcal.calibrate.weighted import fit_weighted, weighted_lower_bound, weighted_root_mean_square
@@ -117,7 +119,7 @@ def fit_criterion(
         mm.
     criterion : Criterion
     teaching : TeachingError
-        The residuals of the least-squares fit tell where it states nothing.
+        Of points that state no covariances; the residuals of the least-squares fit tell where it states nothing.
     seed : int
         Of the simulated part of the minimax covariance and the triples of the robust fit.
     minimax : MinimaxSolution, optional
@@ -156,8 +158,8 @@ def _covariance(
 ) -> tuple[FloatArray, float]:
     moved = T.apply(pairs.p_source[rows])
     sigma, freedom = teaching.per_axis_mm, math.inf
-    if criterion is Criterion.WEIGHTED and pairs.covariances is not None:
-        return weighted_covariance(moved, pairs.covariances[rows]), math.inf
+    if pairs.covariances is not None:
+        return _stated_covariance(moved, pairs.covariances[rows], criterion, seed), math.inf
     if sigma is None:
         p, q = pairs.p_source[rows], pairs.p_target[rows]
         if criterion is Criterion.MINIMAX:  # its residuals are not the ones whose sum of squares is χ²
@@ -168,6 +170,15 @@ def _covariance(
     if criterion is Criterion.MINIMAX:
         return minimax_covariance(moved, sigma, bounded=teaching.is_bounded, seed=seed), freedom
     return isotropic_covariance(moved, sigma), freedom
+
+
+def _stated_covariance(moved: FloatArray, covariances: FloatArray, criterion: Criterion, seed: int) -> FloatArray:
+    """Covariance of ξ where every point states its error."""
+    if criterion is Criterion.WEIGHTED:
+        return weighted_covariance(moved, covariances)
+    if criterion is Criterion.MINIMAX:
+        return unequal_minimax_covariance(moved, covariances, seed=seed)
+    return propagated_covariance(moved, covariances)
 
 
 def compare_criteria(

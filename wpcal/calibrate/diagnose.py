@@ -13,6 +13,7 @@ from scipy.special import chdtri, fdtri
 
 from wpcal.calibrate.least_squares import centred, distances, kabsch
 from wpcal.calibrate.robust import FALSE_ALARM, FLOOR_MM, fit_robust
+from wpcal.calibrate.weighted import gauss_newton_steps
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import UnitError
 from wpcal.core.issue import Issue
@@ -59,9 +60,10 @@ def find_issues(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int =
     Parameters
     ----------
     pairs : PointPairs
-        At least three that are not collinear, mm.
+        At least three that are not collinear, mm. Where they carry covariances, a mis-taught point is looked for with
+        these, and swaps and mirrors with the largest standard deviation among them.
     sigma_mm : float, optional
-        Teaching error per axis, where known.
+        Teaching error per axis of pairs without covariances, where known.
     seed : int
         Of the random triples of the robust fit.
 
@@ -72,9 +74,10 @@ def find_issues(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int =
         ``coplanar-mirror``.
     """
     total = _sum_of_squares(pairs.p_source, pairs.p_target)
-    explained = (
-        _swap(pairs, total, sigma_mm) or _mirror(pairs, total, sigma_mm) or _blunders(pairs, total, sigma_mm, seed)
-    )
+    most = sigma_mm
+    if pairs.covariances is not None:
+        most = float(np.sqrt(np.linalg.eigvalsh(pairs.covariances)[:, 2].max()))
+    explained = _swap(pairs, total, most) or _mirror(pairs, total, most) or _blunders(pairs, total, sigma_mm, seed)
     return (*explained, *_limits(pairs))
 
 
@@ -157,20 +160,34 @@ def _blunders(pairs: PointPairs, total: float, sigma_mm: float | None, seed: int
     robust = fit_robust(pairs, sigma_mm=sigma_mm, seed=seed)
     wrong = np.flatnonzero(~robust.inlier)
     if len(wrong):
-        listed = ", ".join(f"{pairs.names[i]} by {robust.deviation_mm[i]:.3g} mm" for i in wrong[:6])
+        listed = ", ".join(f"{pairs.names[i]} ({robust.deviation_mm[i]:.3g} mm off their fit)" for i in wrong[:6])
         more = f" and {len(wrong) - 6} more" if len(wrong) > 6 else ""
-        message = f"the other points agree without {listed}{more}: teach again"
+        message = f"the other points contradict {listed}{more}: teach again"
         return (Issue("blunder", message, tuple(pairs.names[i] for i in wrong)),)
-    freedom = 3 * len(pairs) - 6
-    if sigma_mm and total > float(chdtri(freedom, FALSE_ALARM)) * sigma_mm**2:
-        rms = float(np.sqrt(total / len(pairs)))
-        message = (
-            f"the residuals (RMS {rms:.3g} mm) are larger than the stated teaching error of {sigma_mm:.3g} mm per axis "
-            "explains, and no single point can be named: one is mis-taught, the part differs from its model, or the "
-            "stated error is too small; teach one more point"
-        )
-        return (Issue("poor-fit", message),)
-    return ()
+    return _poor_fit(pairs, total, sigma_mm)
+
+
+def _poor_fit(pairs: PointPairs, total: float, sigma_mm: float | None) -> tuple[Issue, ...]:
+    """Say that the stated errors do not explain the residuals, by a χ² test of their sum of squares."""
+    limit = float(chdtri(3 * len(pairs) - 6, FALSE_ALARM))
+    rms = float(np.sqrt(total / len(pairs)))
+    if pairs.covariances is not None:
+        information = np.asarray(np.linalg.inv(pairs.covariances))
+        R, t = kabsch(pairs.p_source, pairs.p_target, np.full(len(pairs), 1.0 / len(pairs)))
+        total = float(gauss_newton_steps(pairs.p_source, pairs.p_target, information, R, t)[1])
+        stated = "than the stated teaching errors of the points explain"
+    elif sigma_mm:
+        total /= sigma_mm**2
+        stated = f"than the stated teaching error of {sigma_mm:.3g} mm per axis explains"
+    else:
+        return ()
+    if total <= limit or rms <= FLOOR_MM:
+        return ()
+    message = (
+        f"the residuals (RMS {rms:.3g} mm) are larger {stated}, and no single point can be named: one is mis-taught, "
+        "the part differs from its model, or the stated error is too small; teach one more point"
+    )
+    return (Issue("poor-fit", message),)
 
 
 def _limits(pairs: PointPairs) -> tuple[Issue, ...]:

@@ -15,10 +15,18 @@ from wpcal.core.tables import Table, read_table
 MODEL_COLUMNS = ("model_x_mm", "model_y_mm", "model_z_mm")
 REAL_COLUMNS = ("real_x_mm", "real_y_mm", "real_z_mm")
 USES = ("yes", "check", "no")
+COVARIANCE_COLUMNS = ("cov_xx_mm2", "cov_xy_mm2", "cov_xz_mm2", "cov_yy_mm2", "cov_yz_mm2", "cov_zz_mm2")
+"""The upper triangle of the covariance of a taught point, row by row, axes of the base."""
+SYMMETRIC = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+"""Where each entry of the matrix stands among these columns."""
+LEAST_RATIO = 1e-12
+"""Least ratio of the smallest to the largest eigenvalue of a covariance: below, its inverse is round-off."""
 
 
 def read_pairs(path: Path) -> tuple[PointPairs, PointPairs | None]:
     """Read ``name,model_x_mm,model_y_mm,model_z_mm,real_x_mm,real_y_mm,real_z_mm[,use][,sigma_mm][,robot_space]``.
+
+    In place of ``sigma_mm`` the six columns of a covariance may stand, see `covariances_of_table`.
 
     Parameters
     ----------
@@ -63,20 +71,39 @@ def read_pairs(path: Path) -> tuple[PointPairs, PointPairs | None]:
 
 
 def covariances_of_table(table: Table) -> FloatArray | None:
-    """Return the covariances of taught points from a column ``sigma_mm``, mm², shape (n, 3, 3); None without one.
+    """Return the covariances of taught points, mm², shape (n, 3, 3); None where the table states none.
 
     Parameters
     ----------
     table : Table
-        ``sigma_mm`` is the standard deviation per axis of each point.
+        With a column ``sigma_mm``, the standard deviation per axis of each point, or the six columns ``cov_xx_mm2``,
+        ``cov_xy_mm2``, ``cov_xz_mm2``, ``cov_yy_mm2``, ``cov_yz_mm2``, ``cov_zz_mm2``, the covariance of each point
+        along the axes of the base.
 
     Raises
     ------
     FormatError
-        When a cell is no positive number.
+        When a column of errors is misspelt or missing, both kinds are there, a standard deviation is not positive, or
+        a covariance is not positive definite.
     """
-    if not table.has("sigma_mm"):
-        return None
+    table.refuse_misspelt(("sigma_mm", *COVARIANCE_COLUMNS))
+    if not any(table.has(column) for column in COVARIANCE_COLUMNS):
+        return _isotropic(table) if table.has("sigma_mm") else None
+    if table.has("sigma_mm"):
+        raise FormatError("give either the column sigma_mm or the six of the covariance", path=table.path, line=1)
+    covariances = table.numbers(COVARIANCE_COLUMNS)[:, SYMMETRIC]
+    eigenvalues = np.linalg.eigvalsh(covariances)
+    for line, value, largest in zip(table.lines, eigenvalues[:, 0], eigenvalues[:, 2], strict=True):
+        if value <= LEAST_RATIO * largest:
+            raise FormatError(
+                f"the covariance is not positive definite: its least eigenvalue is {value:.3g} mm²",
+                path=table.path,
+                line=line,
+            )
+    return np.asarray(covariances, dtype=np.float64)
+
+
+def _isotropic(table: Table) -> FloatArray:
     sigma = table.numbers(["sigma_mm"])[:, 0]
     for line, value in zip(table.lines, sigma, strict=True):
         if value <= 0:

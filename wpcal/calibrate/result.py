@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.calibrate.criteria import CriteriaComparison, Criterion
+from wpcal.calibrate.distrust import Distrusted
 from wpcal.calibrate.minimax import CERTIFIED_MM
 from wpcal.calibrate.uncertainty import POSTURE_FACTOR, TeachingError, error_95
 from wpcal.core.arrays import FloatArray, as_points, frozen
@@ -84,6 +85,51 @@ class SolverReport:
         return record
 
 
+@dataclass(frozen=True, slots=True)
+class StartsEvidence:
+    """What many starts say where nothing is proved: for touches on faces and edges.
+
+    Parameters
+    ----------
+    starts : int
+    agreeing : int
+        Starts that ended at the answer.
+    next_best_rms_mm : float or None
+        Root mean square residual of the best other place where a start came to rest; None where there is none.
+    """
+
+    starts: int
+    agreeing: int
+    next_best_rms_mm: float | None
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        return {"starts": self.starts, "agreeing": self.agreeing, "next_best_rms_mm": self.next_best_rms_mm}
+
+
+@dataclass(frozen=True, slots=True)
+class Freedom:
+    """One of the part's six freedoms, and what holds it.
+
+    Parameters
+    ----------
+    motion : str
+        In words, in coordinates of the part.
+    singular_value : float
+        Change of all residuals, mm, by 1 mm of that motion at the touches' own radius.
+    held_by : tuple of str
+        Touches, the one that holds most first.
+    """
+
+    motion: str
+    singular_value: float
+    held_by: tuple[str, ...]
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        return {"motion": self.motion, "singular_value": self.singular_value, "held_by": list(self.held_by)}
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class CalibrationResult:
     """The answer of `calibrate`.
@@ -114,6 +160,14 @@ class CalibrationResult:
     tolerance_mm : float
     versions : dict of str to str
         wpcal, numpy, scipy.
+    distrusted : Distrusted or None
+        The points that the others contradict, and the answer with and without them.
+    evidence : StartsEvidence or None
+        Of touches on faces and edges, for which the lower bound is zero.
+    freedoms : tuple of Freedom
+        Six for touches on faces and edges, else none.
+    lies_on : tuple of str
+        What each fitted touch lies on, in words; empty for points alone.
     """
 
     pairs: PointPairs
@@ -133,6 +187,10 @@ class CalibrationResult:
     warnings: tuple[Issue, ...]
     tolerance_mm: float
     versions: dict[str, str]
+    distrusted: Distrusted | None = None
+    evidence: StartsEvidence | None = None
+    freedoms: tuple[Freedom, ...] = ()
+    lies_on: tuple[str, ...] = ()
 
     @property
     def residuals(self) -> Residuals:
@@ -151,8 +209,8 @@ class CalibrationResult:
 
     @property
     def certified(self) -> bool:
-        """Whether the bound proves that no rigid transform is better by more than 1e-6 mm."""
-        return self.gap_mm <= CERTIFIED_MM
+        """Whether the bound proves that no rigid transform is better by more than 1e-6 mm; of points only."""
+        return self.evidence is None and self.gap_mm <= CERTIFIED_MM
 
     @property
     def rms_mm(self) -> float:
@@ -201,6 +259,21 @@ class CalibrationResult:
     def to_record(self) -> dict[str, Any]:
         """Return the record of ``calibration.json``, without the fields of the part's file."""
         issues = [issue.to_record() for issue in self.warnings]
+        return {**self._record(issues), **self._touch_record()}
+
+    def _touch_record(self) -> dict[str, Any]:
+        """What only touches on faces and edges have."""
+        if self.evidence is None:
+            return {}
+        return {
+            "touches": {
+                "lies_on": dict(zip(self.pairs.names, self.lies_on, strict=True)),
+                "evidence": self.evidence.to_record(),
+                "freedoms": [freedom.to_record() for freedom in self.freedoms],
+            }
+        }
+
+    def _record(self, issues: list[dict[str, Any]]) -> dict[str, Any]:
         return {
             "schema": SCHEMA,
             "robot_space": self.pairs.space.value,
@@ -232,6 +305,7 @@ class CalibrationResult:
                 "tcp_bias_mm": self.teaching.tcp_bias_mm,
             },
             "criteria": None if self.criteria is None else self.criteria.to_record(),
+            "distrusted": None if self.distrusted is None else self.distrusted.to_record(),
             "warnings": issues,
             "issues": issues,
             "solver": self.solver.to_record(),

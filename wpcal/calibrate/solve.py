@@ -10,14 +10,16 @@ from wpcal import __version__
 from wpcal.calibrate.annealed import SearchProblem, about_centroid, about_origin
 from wpcal.calibrate.criteria import CriteriaComparison, Criterion, CriterionFit, compare_criteria, fit_criterion
 from wpcal.calibrate.diagnose import find_issues, require_plausible_units
+from wpcal.calibrate.distrust import Distrusted, compare_without
 from wpcal.calibrate.least_squares import distances, require_spread
 from wpcal.calibrate.minimax import MinimaxSolution, core_subset, solve_minimax
 from wpcal.calibrate.result import CalibrationResult, Solver, SolverReport
 from wpcal.calibrate.uncertainty import TeachingError
+from wpcal.calibrate.verdict import bias_advice, verdict_issues
 from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.errors import FrameError, InputError
 from wpcal.core.issue import Issue
-from wpcal.core.pairs import PointPairs, Residuals
+from wpcal.core.pairs import PointPairs
 from wpcal.core.transform import RigidTransform
 from wpcal.optim.annealing import AnnealingReport, AnnealingSchedule, anneal
 
@@ -97,7 +99,7 @@ def calibrate(
         minimax, annealed, report = _search(pairs, nominal, solver, schedule, seed, certify=certify)
     fit = fit_criterion(pairs, criterion, teaching=model, seed=seed, minimax=minimax)
     points = pairs.p_source if seam_points is None else as_points(seam_points, name="seam points")
-    criteria, issues = _assess(pairs, fit, model, points, seed)
+    criteria, issues, distrusted = _assess(pairs, fit, model, points, seed)
     T_base_nominal = fit.T @ nominal.inverse()
     return CalibrationResult(
         pairs=pairs,
@@ -114,9 +116,10 @@ def calibrate(
         teaching=model,
         solver=report,
         criteria=criteria,
-        warnings=(*issues, *_verdict_issues(pairs, check, fit, tolerance_mm), *_bias_advice(model)),
+        warnings=(*issues, *verdict_issues(pairs, check, fit.T, tolerance_mm), *bias_advice(model)),
         tolerance_mm=tolerance_mm,
         versions={"wpcal": __version__, "numpy": np.__version__, "scipy": scipy.__version__},
+        distrusted=distrusted,
     )
 
 
@@ -216,39 +219,16 @@ def _run(problem: SearchProblem, schedule: AnnealingSchedule, seed: int) -> Anne
 
 def _assess(
     pairs: PointPairs, fit: CriterionFit, teaching: TeachingError, points: FloatArray, seed: int
-) -> tuple[CriteriaComparison | None, tuple[Issue, ...]]:
+) -> tuple[CriteriaComparison | None, tuple[Issue, ...], Distrusted | None]:
     if len(pairs) > COMPARED:
         message = f"{len(pairs)} pairs: blunders are not looked for and the criteria not compared above {COMPARED}"
-        return None, (Issue("not-compared", message),)
+        return None, (Issue("not-compared", message),), None
     issues = find_issues(pairs, sigma_mm=teaching.per_axis_mm, seed=seed)
     comparison = compare_criteria(pairs, teaching=teaching, seam_points=points, issues=issues, known=(fit,), seed=seed)
-    return comparison, issues
-
-
-def _verdict_issues(
-    pairs: PointPairs, check: PointPairs | None, fit: CriterionFit, tolerance_mm: float
-) -> tuple[Issue, ...]:
-    found = []
-    for group, word in ((pairs, "fitted"), (check, "check")):
-        if group is None:
-            continue
-        residuals = Residuals.of(group, fit.T)
-        over = np.flatnonzero(residuals.norms_mm > tolerance_mm)
-        if len(over):
-            message = (
-                f"the largest residual of the {word} points is {residuals.largest_mm:.4g} mm at {residuals.worst}; the "
-                f"tolerance is {tolerance_mm:g} mm"
-            )
-            found.append(Issue("above-tolerance", message, tuple(group.names[i] for i in over[:20])))
-    return tuple(found)
-
-
-def _bias_advice(teaching: TeachingError) -> tuple[Issue, ...]:
-    if not teaching.tcp_bias_mm:
-        return ()
-    message = (
-        f"a tool centre point off by {teaching.tcp_bias_mm:g} mm leaves no residual while the torch keeps its posture; "
-        "the predicted errors allow for a weld a quarter turn away. Touch in the posture in which the tool centre "
-        "point was calibrated (Yin 2003, section 3)"
+    wrong = [issue.ids for issue in issues if issue.code == "blunder"]
+    if not wrong:
+        return comparison, issues, None
+    distrusted = compare_without(
+        pairs, wrong[0], fit.criterion, teaching=teaching, seam_points=points, known=(fit,), seed=seed
     )
-    return (Issue("tcp-bias", message),)
+    return comparison, issues, distrusted

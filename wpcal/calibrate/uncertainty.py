@@ -5,7 +5,8 @@ A taught point is off by a small random vector. The fit turns these into a small
 :math:`p` of the part is then off by :math:`\omega \times p + v`.
 
 For least squares the map is linear. The minimax fit is the least-squares fit plus a motion that depends on the
-residuals only; that motion is simulated with a fixed seed.
+residuals only; that motion is simulated with a fixed seed. Where the points state unequal errors, the errors along the
+weld follow from these, whatever the criterion makes small.
 """
 
 from __future__ import annotations
@@ -137,6 +138,28 @@ def weighted_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArr
     return np.asarray(to_origin @ np.linalg.inv(information) @ to_origin.T)
 
 
+def propagated_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArray:
+    """Covariance of ξ for the least-squares fit of points whose errors are unequal.
+
+    With M = Σ Jᵢᵀ Jᵢ it is M⁻¹ (Σ Jᵢᵀ Cᵢ Jᵢ) M⁻¹; that of `isotropic_covariance` where all Cᵢ are σ² I.
+
+    Parameters
+    ----------
+    p_base : ndarray, shape (n, 3)
+        Moved model points, base frame, mm.
+    covariances : ndarray, shape (n, 3, 3)
+        Of the taught points, mm².
+
+    Returns
+    -------
+    ndarray, shape (6, 6)
+        About the base's origin: rad², rad·mm, mm².
+    """
+    J = point_jacobian(p_base - p_base.mean(axis=0))
+    change = _from_centroid(p_base) @ np.linalg.inv(np.einsum("nik,nil->kl", J, J))
+    return np.asarray(change @ np.einsum("nik,nij,njl->kl", J, covariances, J) @ change.T)
+
+
 def minimax_covariance(p_base: FloatArray, sigma_mm: float, *, bounded: bool = False, seed: int = 0) -> FloatArray:
     """Covariance of ξ for the minimax fit of points that are off by `sigma_mm` per axis.
 
@@ -164,12 +187,43 @@ def minimax_covariance(p_base: FloatArray, sigma_mm: float, *, bounded: bool = F
         return linear
     rng = np.random.default_rng(seed)
     used = p_base if len(p_base) <= EXCESS_POINTS else p_base[rng.choice(len(p_base), EXCESS_POINTS, replace=False)]
-    first, further = _simulated_motions(used - used.mean(axis=0), sigma_mm, bounded, rng)
+    shape = (EXCESS_SAMPLES, *used.shape)
+    unit = rng.uniform(-math.sqrt(3.0), math.sqrt(3.0), shape) if bounded else rng.standard_normal(shape)
+    first, further = _simulated_motions(used - used.mean(axis=0), sigma_mm * unit)
     excess = further.T @ further
     if bounded:
         excess += first.T @ further + further.T @ first
     to_origin = _from_centroid(used)
     return np.asarray(linear + to_origin @ (excess / len(further)) @ to_origin.T)
+
+
+def unequal_minimax_covariance(p_base: FloatArray, covariances: FloatArray, *, seed: int = 0) -> FloatArray:
+    """Covariance of ξ for the minimax fit of points whose errors are unequal, from simulated fits.
+
+    Its two parts are then not independent, so their sum is simulated; the scale is good to 5 %.
+
+    Parameters
+    ----------
+    p_base : ndarray, shape (n, 3)
+        Moved model points, base frame, mm. Of more than `EXCESS_POINTS` so many are used, which overstates.
+    covariances : ndarray, shape (n, 3, 3)
+        Of the taught points, mm².
+    seed : int
+        Of the simulated errors.
+
+    Returns
+    -------
+    ndarray, shape (6, 6)
+        About the base's origin: rad², rad·mm, mm².
+    """
+    rng = np.random.default_rng(seed)
+    n = len(p_base)
+    rows = np.arange(n) if n <= EXCESS_POINTS else rng.choice(n, EXCESS_POINTS, replace=False)
+    used, factors = p_base[rows], np.linalg.cholesky(covariances[rows])
+    errors = np.einsum("nij,mnj->mni", factors, rng.standard_normal((EXCESS_SAMPLES, *used.shape)))
+    total = np.add(*_simulated_motions(used - used.mean(axis=0), errors))
+    to_origin = _from_centroid(used)
+    return np.asarray(to_origin @ (total.T @ total / len(total)) @ to_origin.T)
 
 
 def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf) -> FloatArray:
@@ -211,15 +265,11 @@ def _from_centroid(p_base: FloatArray) -> FloatArray:
     return change
 
 
-def _simulated_motions(
-    p: FloatArray, sigma_mm: float, bounded: bool, rng: np.random.Generator
-) -> tuple[FloatArray, FloatArray]:
-    """Least-squares motions of simulated errors, and the further motions to the minimax fit; shapes (m, 6)."""
-    shape = (EXCESS_SAMPLES, *p.shape)
-    errors = rng.uniform(-math.sqrt(3.0), math.sqrt(3.0), shape) if bounded else rng.standard_normal(shape)
-    q = p + sigma_mm * errors
-    source = np.broadcast_to(p, shape)
-    R, t = kabsch(source, q, np.full(shape[:2], 1.0 / len(p)))
+def _simulated_motions(p: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Least-squares motions of errors (m, n, 3), and the further motions to the minimax fit; shapes (m, 6)."""
+    q = p + errors
+    source = np.broadcast_to(p, errors.shape)
+    R, t = kabsch(source, q, np.full(errors.shape[:2], 1.0 / len(p)))
     state = solve_interior_point(source, q, R, t, goal=EXCESS_GOAL)
     first = np.hstack([_small_rotation(R), t])
     R, t = break_ties(source, q, state.R, state.t, state.weights)

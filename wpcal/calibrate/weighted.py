@@ -93,6 +93,37 @@ def weighted_lower_bound(pairs: PointPairs) -> float:
     return float(bound * np.sqrt(least.sum() / len(pairs)))
 
 
+def gauss_newton_steps(
+    p: FloatArray, q: FloatArray, information: FloatArray, R: FloatArray, t: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """From fits near by to the least Σ r Λ r: one Gauss-Newton step each, and the sum it comes to.
+
+    Parameters
+    ----------
+    p, q : ndarray, shape (..., n, 3)
+        mm.
+    information : ndarray, shape (..., n, 3, 3)
+        Λ, mm⁻².
+    R, t : ndarray, shapes (..., 3, 3), (..., 3)
+        The fits.
+
+    Returns
+    -------
+    steps : ndarray, shape (..., 6)
+        ξ about the centroid of the moved points.
+    sums : ndarray, shape (...)
+    """
+    moved = p @ np.swapaxes(R, -1, -2) + t[..., None, :]
+    about = moved - moved.mean(axis=-2, keepdims=True)
+    J, r = point_jacobian(about.reshape(-1, 3)).reshape(*about.shape, 6), q - moved
+    WJ, Wr = information @ J, np.einsum("...nij,...nj->...ni", information, r)
+    gradient = np.einsum("...nik,...ni->...k", J, Wr)
+    hessian = np.einsum("...nik,...nil->...kl", J, WJ)
+    steps = np.einsum("...kl,...l->...k", np.linalg.pinv(hessian, hermitian=True), gradient)
+    sums = np.einsum("...ni,...ni->...", r, Wr) - np.einsum("...k,...k->...", gradient, steps)
+    return steps, np.asarray(sums)
+
+
 def _weighted_sum(pairs: PointPairs, W: FloatArray, T: RigidTransform) -> float:
     r = pairs.p_target - T.apply(pairs.p_source)
     return float(np.einsum("ni,nij,nj->", r, W, r))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,19 +11,27 @@ from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from wpcal.calibrate import CalibrationResult
+    from wpcal.calibrate import CalibrationResult, Distrusted
+    from wpcal.calibrate.result import Freedom, StartsEvidence
 
 MOST_ROWS = 60
 """Points shown: more than a person has taught; of a larger set those that fit worst."""
+
+MOST_NAMED = 6
+"""Distrusted points named in the title; the points' own table has the rest."""
 
 
 def show_calibration(result: CalibrationResult, console: Console) -> None:
     """Print a calibration: one row a point, the proof, the correction, the criteria and the warnings."""
     console.print(_points(result))
     console.print(_verdict(result))
+    if result.freedoms:
+        console.print(_freedoms(result.freedoms))
     if result.criteria is not None:
         console.print(_criteria(result))
         console.print(f"least predicted error: {result.criteria.best.value} ({result.criteria.why})")
+    if result.distrusted is not None:
+        console.print(_distrusted(result.distrusted))
     for issue in result.warnings:
         console.print(f"warning: {issue.message}", highlight=False, markup=False)
     colour = "green" if result.verdict == "PASS" else "red"
@@ -59,11 +68,29 @@ def _verdict(result: CalibrationResult) -> Table:
     table.add_row("objective", f"{result.objective_mm:.9f} mm")
     if result.annealed_objective_mm is not None:
         table.add_row("annealed, before the polish", f"{result.annealed_objective_mm:.9f} mm")
-    table.add_row("no rigid fit is below", f"{result.lower_bound_mm:.9f} mm")
-    table.add_row("gap", f"{result.gap_mm:.2e} mm ({'certified' if result.certified else 'not certified'})")
+    if result.evidence is None:
+        table.add_row("no rigid fit is below", f"{result.lower_bound_mm:.9f} mm")
+        table.add_row("gap", f"{result.gap_mm:.2e} mm ({'certified' if result.certified else 'not certified'})")
+    else:
+        table.add_row("starts that agree", _evidence(result.evidence))
     table.add_row("RMS", f"{result.rms_mm:.6f} mm")
     table.add_row("correction x, y, z", f"{six.x_mm:.6f}, {six.y_mm:.6f}, {six.z_mm:.6f} mm")
     table.add_row("correction α, β, γ", f"{six.alpha_rad:.8f}, {six.beta_rad:.8f}, {six.gamma_rad:.8f} rad")
+    return table
+
+
+def _evidence(found: StartsEvidence) -> str:
+    """In place of a proof, which exists for points only."""
+    rest = "no other optimum" if found.next_best_rms_mm is None else f"next best RMS {found.next_best_rms_mm:.4g} mm"
+    return f"{found.agreeing} of {found.starts}; {rest} (not proved)"
+
+
+def _freedoms(freedoms: Sequence[Freedom]) -> Table:
+    table = Table(title="What holds the part")
+    for heading in ("motion", "singular value", "held by"):
+        table.add_column(heading)
+    for freedom in freedoms:
+        table.add_row(freedom.motion, f"{freedom.singular_value:.3f}", ", ".join(freedom.held_by[:MOST_NAMED]))
     return table
 
 
@@ -75,4 +102,17 @@ def _criteria(result: CalibrationResult) -> Table:
     for row in result.criteria.rows if result.criteria else ():
         numbers = (row["largest_mm"], row["rms_mm"], row["seam_error_95_mm"])
         table.add_row(row["criterion"], *(f"{number:.4f}" for number in numbers))
+    return table
+
+
+def _distrusted(found: Distrusted) -> Table:
+    listed = ", ".join(found.names[:MOST_NAMED]) + (", …" if len(found.names) > MOST_NAMED else "")
+    title = f"With and without {listed} ({found.criterion.value})"
+    table = Table(title=title, caption=f"the two differ by up to {found.shift_mm:.3f} mm")
+    table.add_column("fit")
+    for heading in ("points", "largest mm", "RMS mm", "95 % error mm"):
+        table.add_column(heading, justify="right")
+    for word, fit in (("with", found.with_them), ("without", found.without_them)):
+        numbers = (fit.largest_mm, fit.rms_mm, fit.seam_error_95_mm)
+        table.add_row(word, str(fit.points), *(f"{number:.4f}" for number in numbers))
     return table

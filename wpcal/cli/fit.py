@@ -15,7 +15,7 @@ import click
     default="minimax",
     show_default=True,
     help="What is made small: the largest distance (the published criterion), the sum of squares, the sum of "
-    "squares weighted by the column sigma_mm, or the sum of squares over the points that agree.",
+    "squares weighted by the stated errors of the points, or the sum of squares over the points that agree.",
 )
 @click.option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True)
 @click.option("--schedule", type=click.Choice(["default", "yin2003"]), default="default", show_default=True)
@@ -43,7 +43,8 @@ def fit(
     """Fit the rigid transform of the point pairs in PAIRS.csv.
 
     Columns: name, model_x_mm, model_y_mm, model_z_mm, real_x_mm, real_y_mm, real_z_mm, and where wanted use (yes,
-    check, no). Ends with code 1 when a residual is larger than the tolerance.
+    check, no) and sigma_mm, or cov_xx_mm2, cov_xy_mm2, cov_xz_mm2, cov_yy_mm2, cov_yz_mm2, cov_zz_mm2 in its place.
+    Ends with code 1 when a residual is larger than the tolerance.
     """
     from wpcal.calibrate import Criterion, Solver, TeachingError, calibrate, read_pairs
     from wpcal.core.errors import blamed_on

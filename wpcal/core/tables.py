@@ -145,6 +145,15 @@ class Table:
                 self._refuse(name, cells)
         return frozen(values)
 
+    def numbers_where_given(self, names: Sequence[str]) -> FloatArray:
+        """Return columns of numbers, NaN in rows whose cells of all these columns are empty; as `numbers` otherwise."""
+        self.require(names)
+        given = [i for i in range(len(self)) if any(self.columns[name][i] for name in names)]
+        columns = {name: [cells[i] for i in given] for name, cells in self.columns.items()}
+        values = np.full((len(self), len(names)), math.nan)
+        values[given] = Table(self.path, columns, tuple(self.lines[i] for i in given), self.separator).numbers(names)
+        return frozen(values)
+
     def _has_decimal_comma_only(self, names: Sequence[str]) -> bool:
         cells = [cell for name in names for cell in self.columns[name]]
         most = max((cell.count(",") for cell in cells), default=0)

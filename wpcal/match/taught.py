@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import Enum
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +15,31 @@ from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.pairs import PointPairs
 from wpcal.core.robot_space import RobotSpace, space_of_table
-from wpcal.core.tables import read_table
+from wpcal.core.tables import Table, read_table
 from wpcal.features.reference import ReferenceFeature, point_named
 
 TAUGHT_COLUMNS = ("x_mm", "y_mm", "z_mm")
 MODEL_COLUMNS = ("model_x_mm", "model_y_mm", "model_z_mm")
 USES = ("yes", "check", "no")
+
+
+class TouchKind(Enum):
+    """What a row of the file was touched on."""
+
+    POINT = "point"
+    """A corner, the centre of a hole: the tip stood at the feature itself."""
+    PLANE = "plane"
+    EDGE = "edge"
+    HOLE = "hole"
+    """On the wall of a hole; three or more touches give its axis."""
+    CYLINDER = "cylinder"
+    SPHERE = "sphere"
+    SURFACE = "surface"
+    """Any face, free-form ones as well."""
+
+
+NO_RADIUS = (TouchKind.POINT, TouchKind.EDGE)
+"""A ball does not sit at a corner or on an edge: where its centre then is depends on the angle of the faces."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +65,10 @@ class TaughtPoints:
         With which model of the robot the points were computed.
     covariances : ndarray, shape (n, 3, 3), or None
         Of the taught points in `base`, mm².
+    kinds : tuple of TouchKind, length n, or empty
+        What each was touched on; points alone where empty.
+    radius_mm : ndarray, shape (n,), or None
+        Of touches on faces: how far the controlled point stood off along the outward normal (radius of the ball).
     """
 
     names: tuple[str, ...]
@@ -56,6 +80,31 @@ class TaughtPoints:
     lines: tuple[int, ...]
     space: RobotSpace = RobotSpace.NOMINAL
     covariances: FloatArray | None = None
+    kinds: tuple[TouchKind, ...] = ()
+    radius_mm: FloatArray | None = None
+
+    @property
+    def has_touches(self) -> bool:
+        """Whether a row that is used was touched on an edge or a face."""
+        return any(k is not TouchKind.POINT and u != "no" for k, u in zip(self.kinds, self.use, strict=False))
+
+    def kind_of(self, row: int) -> TouchKind:
+        """What a row was touched on."""
+        return self.kinds[row] if self.kinds else TouchKind.POINT
+
+    def with_ball(self, radius_mm: float) -> TaughtPoints:
+        """Return the touches with a ball of this radius on every face row that states none.
+
+        Raises
+        ------
+        InputError
+            When the radius is negative.
+        """
+        if not radius_mm >= 0:
+            raise InputError(f"the radius of a ball is a length that is not negative, got {radius_mm} mm")
+        stated = np.full(len(self.names), np.nan) if self.radius_mm is None else self.radius_mm
+        on_face = np.array([self.kind_of(row) not in NO_RADIUS for row in range(len(self.names))])
+        return replace(self, radius_mm=np.where(np.isnan(stated), np.where(on_face, radius_mm, 0.0), stated))
 
     @classmethod
     def of_features(cls, names: Sequence[str], p_base: ArrayLike) -> TaughtPoints:
@@ -81,9 +130,12 @@ class TaughtPoints:
 
 
 def read_taught(path: Path) -> TaughtPoints:
-    """Read ``name,x_mm,y_mm,z_mm[,feature | model_x_mm,model_y_mm,model_z_mm][,use][,sigma_mm][,robot_space]``.
+    """Read ``name,x_mm,y_mm,z_mm[,feature][,model_x_mm,model_y_mm,model_z_mm][,use][,sigma_mm][,robot_space]``.
 
-    Without the columns `feature` and `model_…` the name is the feature's name.
+    In place of ``sigma_mm`` the six columns of a covariance may stand, see
+    `wpcal.calibrate.pairs_file.covariances_of_table`. Without the columns `feature` and `model_…` the name is the
+    feature's name. With a column `kind` rows may be touched on edges and faces, `radius_mm` is that of the ball, and
+    each row may name its feature, or a model point near its face, or neither.
 
     Raises
     ------
@@ -96,20 +148,48 @@ def read_taught(path: Path) -> TaughtPoints:
     """
     table = read_table(path)
     table.require(("name", *TAUGHT_COLUMNS))
-    table.refuse_misspelt(("feature", *MODEL_COLUMNS, "use", "robot_space"))
+    table.refuse_misspelt(("feature", *MODEL_COLUMNS, "use", "robot_space", "kind", "radius_mm"))
     if any(column in table.columns for column in MODEL_COLUMNS):
         table.require(MODEL_COLUMNS)
-    if table.has("feature") and table.has(*MODEL_COLUMNS):
+    if table.has("feature") and table.has(*MODEL_COLUMNS) and not table.has("kind"):
         raise FormatError("give either the column feature or model_x_mm, model_y_mm, model_z_mm", path=table.path)
     names = table.unique_names("name")
     p_base = table.numbers(TAUGHT_COLUMNS)
     by_model = table.has(*MODEL_COLUMNS)
+    use = table.choices("use", USES, default="yes")
+    space, covariances = space_of_table(table), covariances_of_table(table)
+    if table.has("kind"):
+        p_part = table.numbers_where_given(MODEL_COLUMNS) if by_model else np.full(p_base.shape, np.nan)
+        kinds, radius = _touch_columns(table)
+        features = tuple(table.columns["feature"]) if table.has("feature") else _points_own_names(names, kinds, p_part)
+        return TaughtPoints(
+            names, p_base, features, p_part, use, table.path, table.lines, space, covariances, kinds, radius
+        )
     p_part = table.numbers(MODEL_COLUMNS) if by_model else np.full(p_base.shape, np.nan)
     features = tuple(table.columns["feature"]) if table.has("feature") else names
-    use = table.choices("use", USES, default="yes")
     named = ("",) * len(names) if by_model else features
-    space, covariances = space_of_table(table), covariances_of_table(table)
     return TaughtPoints(names, p_base, named, p_part, use, table.path, table.lines, space, covariances)
+
+
+def _points_own_names(names: Sequence[str], kinds: Sequence[TouchKind], p_part: FloatArray) -> tuple[str, ...]:
+    """Take the names of points without model coordinates for their features, as in a file without kinds."""
+    own = [kind is TouchKind.POINT and bool(np.isnan(p).any()) for kind, p in zip(kinds, p_part, strict=True)]
+    return tuple(name if is_own else "" for name, is_own in zip(names, own, strict=True))
+
+
+def _touch_columns(table: Table) -> tuple[tuple[TouchKind, ...], FloatArray]:
+    """Kinds, and radii with NaN where none is stated."""
+    kinds = tuple(TouchKind(word) for word in table.choices("kind", [k.value for k in TouchKind], default="point"))
+    if not table.has("radius_mm"):
+        return kinds, np.full(len(kinds), np.nan)
+    radius = table.numbers_where_given(["radius_mm"])[:, 0]
+    for line, kind, value in zip(table.lines, kinds, radius, strict=True):
+        if value < 0 or (value > 0 and kind in NO_RADIUS):
+            what = f"expected a radius that is not negative, got {value:g}"
+            if value > 0:
+                what = f"a ball has no radius at a {kind.value}; touch it with the wire tip, or touch its faces"
+            raise FormatError(what, path=table.path, line=line, column="radius_mm")
+    return kinds, radius
 
 
 def pair_points(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> tuple[PointPairs, PointPairs | None]:

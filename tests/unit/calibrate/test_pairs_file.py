@@ -56,3 +56,40 @@ def test_a_doubtful_point_weighs_less(tmp_path):
 def test_a_sigma_that_is_none_is_refused(tmp_path):
     with pytest.raises(FormatError, match="line 3, column sigma_mm"):
         read_pairs(write(tmp_path, HEADER + ",sigma_mm", ROWS[0] + ",1", ROWS[1] + ",0", ROWS[2] + ",1"))
+
+
+COVARIANCE = ",cov_xx_mm2,cov_xy_mm2,cov_xz_mm2,cov_yy_mm2,cov_yz_mm2,cov_zz_mm2"
+
+
+def test_six_columns_are_the_covariance_of_a_row(tmp_path):
+    pairs, _ = read_pairs(write(tmp_path, HEADER + COVARIANCE, *(row + ",0.4,0.1,0.2,0.5,0.3,0.6" for row in ROWS)))
+    expected = [[0.4, 0.1, 0.2], [0.1, 0.5, 0.3], [0.2, 0.3, 0.6]]
+    np.testing.assert_array_equal(pairs.covariances, [expected] * 3)
+
+
+def test_sigma_and_the_same_covariance_weigh_alike(tmp_path):
+    rows = [*ROWS, "d,0,0,100,1,0,103"]
+    sigmas = (0.1, 0.2, 0.3, 0.4)
+    by_sigma, _ = read_pairs(
+        write(tmp_path, HEADER + ",sigma_mm", *(f"{r},{s}" for r, s in zip(rows, sigmas, strict=True)))
+    )
+    cells = [f"{r},{s**2},0,0,{s**2},0,{s**2}" for r, s in zip(rows, sigmas, strict=True)]
+    by_matrix, _ = read_pairs(write(tmp_path, HEADER + COVARIANCE, *cells))
+    first, second = (calibrate(p, criterion=Criterion.WEIGHTED, tolerance_mm=5.0) for p in (by_sigma, by_matrix))
+    np.testing.assert_allclose(second.T_base_part.matrix, first.T_base_part.matrix, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("columns", "cells", "words"),
+    [
+        (COVARIANCE + ",sigma_mm", ",1,0,0,1,0,1,1", "line 1: give either the column sigma_mm or"),
+        (COVARIANCE.replace("cov_yz_mm2", "cov_yz_mm"), ",1,0,0,1,0,1", "line 1: unknown column 'cov_yz_mm'; did you"),
+        (COVARIANCE.removesuffix(",cov_zz_mm2"), ",1,0,0,1,0", "line 1: missing column cov_zz_mm2"),
+        (COVARIANCE, ",1,2,0,1,0,1", "line 2: the covariance is not positive definite: its least eigenvalue is -1 mm"),
+        (COVARIANCE, ",1,0,0,1,0,0", "line 2: the covariance is not positive definite"),
+        (",sigma", ",1", "line 1: unknown column 'sigma'; did you mean sigma_mm"),
+    ],
+)
+def test_errors_that_cannot_be_read_are_refused_with_their_line(tmp_path, columns, cells, words):
+    with pytest.raises(FormatError, match=words):
+        read_pairs(write(tmp_path, HEADER + columns, *(row + cells for row in ROWS)))

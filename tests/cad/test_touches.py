@@ -1,0 +1,202 @@
+"""Touches on faces, edges and walls of real parts: recovered, held, refused, distrusted; the laws of a fit."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cad.convert import CalibrateOptions, Workpiece, calibrate_workpiece, open_workpiece
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError
+from wpcal.core import GeometryError, InputError, RigidTransform
+from wpcal.core.arrays import FloatArray
+from wpcal.core.tangent import exp_rotation, log_rotation
+from wpcal.match import TaughtPoints
+from wpcal.match.taught import TouchKind
+from wpcal.touch import Touches, calibrate_touches, named_axes, touches_of
+from wpcal.touch.fit import Pose, fit_least_squares, fit_minimax
+from wpcal.touch.spread import predict_spread
+
+TEE = Path(__file__).parents[2] / "fixtures" / "tee"
+RECOVERED_MM = 1e-6  # asked for touches without noise
+ROUND_OFF = 1e-7  # of two ways to one answer: rad and mm about a metre from the origin
+SIGMA_MM = 0.1
+R, T_MM = exp_rotation([0.3, -0.2, 0.5]), np.array([800.0, -200, 150])
+Row = tuple[str, TouchKind, tuple[float, float, float], tuple[float, float, float]]
+PLANES: list[Row] = [
+    ("A1", TouchKind.PLANE, (20, 100, 10), (0, 0, 1)),
+    ("A2", TouchKind.PLANE, (180, 100, 10), (0, 0, 1)),
+    ("A3", TouchKind.PLANE, (100, 20, 10), (0, 0, 1)),
+    ("B1", TouchKind.PLANE, (40, 0, 5), (0, -1, 0)),
+    ("B2", TouchKind.PLANE, (160, 0, 5), (0, -1, 0)),
+    ("C1", TouchKind.PLANE, (0, 60, 5), (-1, 0, 0)),
+]
+WALL: list[Row] = [
+    (f"H{k}", TouchKind.HOLE, (20 + 5 * np.cos(a), 20 + 5 * np.sin(a), z), (-np.cos(a), -np.sin(a), 0))
+    for k, (a, z) in enumerate([(0.2, 3), (2.3, 5), (4.4, 8)])
+]
+MIXED: list[Row] = [
+    *PLANES,
+    *WALL,
+    ("E1", TouchKind.EDGE, (60, 120, 10), (0, 0, 0)),
+    ("E2", TouchKind.EDGE, (150, 120, 10), (0, 0, 0)),
+    ("P1", TouchKind.POINT, (175, 64, 90), (0, 0, 0)),
+    ("W1", TouchKind.PLANE, (100, 64, 50), (0, 1, 0)),
+    ("W2", TouchKind.PLANE, (60, 64, 70), (0, 1, 0)),
+]
+
+
+@pytest.fixture(scope="module")
+def tee() -> Workpiece:
+    return open_workpiece(TEE / "tee.step")
+
+
+def touched(
+    workpiece: Workpiece, rows: list[Row], off: FloatArray | float = 0.0, sigma_mm: FloatArray | None = None
+) -> Touches:
+    """Touch with a ball of 1 mm; `off` is added in the base."""
+    p, n = np.array([row[2] for row in rows], dtype=float), np.array([row[3] for row in rows], dtype=float)
+    count = len(rows)
+    taught = TaughtPoints(
+        tuple(row[0] for row in rows),
+        (p + n) @ R.T + T_MM + off,
+        ("",) * count,
+        p,
+        ("yes",) * count,
+        "",
+        (0,) * count,
+        covariances=None if sigma_mm is None else sigma_mm[:, None, None] ** 2 * np.eye(3),
+        kinds=tuple(row[1] for row in rows),
+        radius_mm=np.linalg.norm(n, axis=1),
+    )
+    return touches_of(taught, TrimmedFaces.of(workpiece.graph), workpiece.features, use="yes")
+
+
+def fit(touches: Touches, workpiece: Workpiece, **options: object) -> CalibrationResult:
+    stated = TeachingError(sigma_mm=SIGMA_MM)
+    return calibrate_touches(touches, axes=named_axes(workpiece.features), **{"teaching": stated, **options})  # type: ignore[arg-type]
+
+
+def apart(one: RigidTransform, R_other: FloatArray, t_other: FloatArray) -> float:
+    """Largest distance between the corners of the tee at two places, mm."""
+    corners = np.array([[0, 0, 0], [200, 0, 0], [0, 120, 0], [200, 120, 90.0]])
+    return float(np.linalg.norm(one.apply(corners) - corners @ R_other.T - t_other, axis=1).max())
+
+
+def noise(seed: int, rows: list[Row] = MIXED) -> FloatArray:
+    return np.asarray(SIGMA_MM * np.random.default_rng(seed).normal(size=(len(rows), 3)))
+
+
+def test_six_touches_on_three_planes_place_the_fixture_exactly() -> None:
+    options = CalibrateOptions(teaching=TeachingError(sigma_mm=SIGMA_MM))
+    result = calibrate_workpiece(TEE / "tee.step", TEE / "touches_321.csv", options=options).result
+    truth = np.array(json.loads((TEE / "truth.json").read_text())["T_base_part"])
+    assert apart(result.T_base_part, truth[:3, :3], truth[:3, 3]) <= RECOVERED_MM
+    assert len(result.freedoms) == 6
+    assert {name for freedom in result.freedoms for name in freedom.held_by} == {"A1", "A2", "A3", "B1", "B2", "C1"}
+    assert result.evidence is not None
+    assert not result.certified  # a proof exists for points only
+
+
+def test_mixed_touches_without_noise_are_recovered(tee: Workpiece) -> None:
+    assert apart(fit(touched(tee, MIXED), tee).T_base_part, R, T_MM) <= RECOVERED_MM
+
+
+def test_a_free_motion_is_named(tee: Workpiece) -> None:
+    with pytest.raises(GeometryError, match="turns about the axis of H1"):
+        fit(touched(tee, [*PLANES[:3], *WALL]), tee)
+    with pytest.raises(GeometryError, match=r"slides along \(1 0 0\)"):
+        fit(touched(tee, PLANES[:5]), tee)
+
+
+def test_a_moved_part_has_a_moved_answer_whatever_the_order(tee: Workpiece) -> None:
+    touches = touched(tee, MIXED, noise(3))
+    first = fit(touches, tee).T_base_part
+    order = np.random.default_rng(1).permutation(len(MIXED))
+    shuffled = fit(touches.select(order), tee).T_base_part
+    assert apart(shuffled, first.R, first.t_mm) <= RECOVERED_MM
+    Rb, tb = exp_rotation([0.4, 0.9, -0.2]), np.array([300.0, 40, -500])
+    moved = fit(replace(touches, p_base=touches.p_base @ Rb.T + tb), tee).T_base_part
+    assert apart(moved, Rb @ first.R, Rb @ first.t_mm + tb) <= RECOVERED_MM
+
+
+def test_mirrored_touches_do_not_fit(tee: Workpiece) -> None:
+    touches = touched(tee, MIXED)
+    mirrored = replace(touches, p_base=touches.p_base * [1, 1, -1])
+    result = fit(mirrored, tee, T_nominal_part=RigidTransform(R, T_MM, "nominal", "part"))
+    assert np.linalg.det(result.T_base_part.R) == pytest.approx(1.0, rel=0, abs=ROUND_OFF)
+    assert result.verdict == "FAIL"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_polished_value_is_never_above_the_annealed_one(tee: Workpiece, seed: int) -> None:
+    result = fit(touched(tee, MIXED, noise(seed)), tee)
+    assert result.annealed_objective_mm is not None
+    assert result.objective_mm <= result.annealed_objective_mm + ROUND_OFF
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_fit_without_a_touch_does_not_remember_it(tee: Workpiece, seed: int) -> None:
+    off = noise(seed)
+    off[12] += R @ [0, 2.0, 0]
+    touches = touched(tee, MIXED, off)
+    with_it = fit_least_squares(touches, Pose.of(touches, R, T_MM))
+    rest = touches.select(np.delete(np.arange(len(MIXED)), 12))
+    for fitter in (fit_least_squares, fit_minimax):
+        from_all, from_truth = fitter(rest, with_it), fitter(rest, Pose.of(rest, R, T_MM))
+        np.testing.assert_allclose(from_all.largest_mm, from_truth.largest_mm, rtol=0, atol=1e-6)
+
+
+def test_a_mis_taught_touch_is_named_and_robust_leaves_it_out(tee: Workpiece) -> None:
+    off = noise(0)
+    off[12] += R @ [0, 2.0, 0]
+    touches = touched(tee, MIXED, off)
+    result = fit(touches, tee, criterion=Criterion.ROBUST, solver=Solver.EXACT)
+    assert result.distrusted is not None
+    assert result.distrusted.names == ("W1",)
+    assert result.distrusted.without_them.rms_mm < SIGMA_MM < result.distrusted.with_them.rms_mm
+    rest = touches.select(np.delete(np.arange(len(MIXED)), 12))
+    by_hand = fit(rest, tee, criterion=Criterion.LEAST_SQUARES, solver=Solver.EXACT).T_base_part
+    assert apart(result.T_base_part, by_hand.R, by_hand.t_mm) <= RECOVERED_MM
+
+
+def test_a_touch_that_says_it_is_unsure_is_not_distrusted(tee: Workpiece) -> None:
+    off, sigma = noise(0), np.full(len(MIXED), SIGMA_MM)
+    off[12] += R @ [0, 2.0, 0]
+    named = fit(touched(tee, MIXED, off, sigma), tee, solver=Solver.EXACT).distrusted
+    assert named is not None
+    assert named.names == ("W1",)
+    sigma[12] = 2.0
+    assert fit(touched(tee, MIXED, off, sigma), tee, solver=Solver.EXACT).distrusted is None
+
+
+def test_six_touches_need_a_stated_error_of_the_rows_or_of_all(tee: Workpiece) -> None:
+    with pytest.raises(InputError, match="as many as the freedoms"):
+        fit(touched(tee, PLANES), tee, teaching=TeachingError(), solver=Solver.EXACT)
+    result = fit(touched(tee, PLANES, 0.0, np.full(6, SIGMA_MM)), tee, teaching=TeachingError(), solver=Solver.EXACT)
+    assert result.degrees_of_freedom == np.inf
+
+
+@pytest.mark.parametrize("weighted", [False, True], ids=["least squares", "weighted"])
+def test_the_predicted_covariance_is_that_of_simulated_fits(tee: Workpiece, weighted: bool) -> None:
+    sigma = np.where(np.arange(len(MIXED)) % 3 == 0, 0.3, SIGMA_MM)
+    exact = touched(tee, MIXED, 0.0, sigma)
+    truth = Pose.of(exact, R, T_MM)
+    rng, centre, samples = np.random.default_rng(0), exact.p_base.mean(axis=0), []
+    for _ in range(2000):
+        noisy = replace(exact, p_base=exact.p_base + sigma[:, None] * rng.normal(size=(len(MIXED), 3)))
+        pose = fit_least_squares(noisy, truth, weighted=weighted)
+        turn = R @ pose.R.T  # the motion from the fit to the truth
+        omega = log_rotation(turn)
+        samples.append(np.concatenate([omega, turn @ (centre - pose.t) + T_MM - centre]))
+    samples_about_centre = np.array(samples)
+    criterion = Criterion.WEIGHTED if weighted else Criterion.LEAST_SQUARES
+    covariance = predict_spread(exact, truth, criterion, TeachingError()).covariance
+    change = np.eye(6)
+    change[3:, :3] = [[0, centre[2], -centre[1]], [-centre[2], 0, centre[0]], [centre[1], -centre[0], 0]]
+    predicted = change @ covariance @ change.T
+    seen = samples_about_centre.T @ samples_about_centre / len(samples)
+    ratios = np.linalg.eigvals(np.linalg.solve(predicted, seen)).real
+    assert (np.abs(ratios - 1.0) < 0.15).all()  # 2000 samples: the extreme eigenvalues scatter by ± 2 √(6 / 2000)

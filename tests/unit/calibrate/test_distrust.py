@@ -1,0 +1,80 @@
+"""The answer with and without the points that the others contradict."""
+
+import numpy as np
+import pytest
+
+from wpcal.calibrate import Criterion, calibrate, compare_without
+from wpcal.calibrate.uncertainty import TeachingError
+from wpcal.core import GeometryError, PointPairs
+from wpcal.core.tangent import exp_rotation
+
+BODY = np.array([[0, 0, 0], [600, 0, 20], [580, 400, 0], [10, 390, 60], [300, 200, 300], [100, 350, 210.0]])
+SEAM = np.array([[0, 0, 0], [900.0, 0, 0]])
+R = exp_rotation([0.3, -1.2, 0.4])
+NOISE_MM = 0.1
+ROUND_OFF_MM = 1e-9  # float64 on coordinates of a metre
+OTHER_START_MM = 1e-6  # the minimax fit rests here, wherever its search began
+
+
+def touched(**blunders):
+    """Touch the body, with the named points off by these vectors."""
+    real = BODY + NOISE_MM * np.random.default_rng(5).normal(size=BODY.shape)
+    for name, vector in blunders.items():
+        real["abcdef".index(name)] += vector
+    return PointPairs(tuple("abcdef"), BODY, real @ R.T + [1000, -200, 300])
+
+
+@pytest.mark.parametrize("criterion", list(set(Criterion) - {Criterion.WEIGHTED}))
+def test_a_mis_taught_point_is_left_out_as_use_no_leaves_it_out(criterion):
+    pairs = touched(c=[0, 6.0, 2.0])
+    used = Criterion.LEAST_SQUARES if criterion is Criterion.ROBUST else criterion
+    found = calibrate(pairs, criterion=criterion, seam_points=SEAM).distrusted
+    by_hand = calibrate(pairs.select([0, 1, 3, 4, 5]), criterion=used, seam_points=SEAM)
+    everything = calibrate(pairs, criterion=used, seam_points=SEAM)
+    assert (found.names, found.criterion, found.without_them.points) == (("c",), used, 5)
+    for summary, fit in ((found.without_them, by_hand), (found.with_them, everything)):
+        mine = (summary.largest_mm, summary.rms_mm)
+        np.testing.assert_allclose(mine, (fit.largest_mm, fit.rms_mm), rtol=0, atol=OTHER_START_MM)
+        error = fit.predict_error_mm(SEAM).max()
+        np.testing.assert_allclose(summary.seam_error_95_mm, error, rtol=0, atol=1e-3)  # its own simulated samples
+    moved = by_hand.T_base_part.apply(SEAM) - everything.T_base_part.apply(SEAM)
+    shift = np.linalg.norm(moved, axis=1).max()
+    np.testing.assert_allclose(found.shift_mm, shift, rtol=0, atol=OTHER_START_MM)
+    off = np.linalg.norm(pairs.p_target[2] - by_hand.T_base_part.apply(BODY[2]))
+    np.testing.assert_allclose(found.off_mm[0], off, rtol=0, atol=OTHER_START_MM)
+
+
+def test_two_mis_taught_points_are_left_out_together():
+    big = np.vstack([BODY, BODY * [1, 0.5, 0.2] + [50, 20, 10]])
+    real = big + NOISE_MM * np.random.default_rng(6).normal(size=big.shape)
+    real[[1, 9]] += [[0, 0, 7.0], [0, -5.0, 0]]
+    result = calibrate(PointPairs(tuple("abcdefghijkl"), big, real))
+    assert result.distrusted.names == ("b", "j")
+    assert result.distrusted.without_them.largest_mm < 4 * NOISE_MM < result.distrusted.with_them.largest_mm
+
+
+def test_nothing_is_compared_where_no_point_is_distrusted():
+    result = calibrate(touched())
+    assert result.distrusted is None
+    assert result.to_record()["distrusted"] is None
+
+
+def test_the_record_holds_both_fits():
+    record = calibrate(touched(e=[9.0, 0, 0])).to_record()["distrusted"]
+    assert record["names"] == ["e"]
+    assert record["without"]["rms_mm"] < record["with"]["rms_mm"]
+    assert 0 < record["turn_rad"] < 0.1
+
+
+def test_the_angle_between_the_fits_is_that_of_the_turn():
+    pairs = touched()
+    names = ("a", "b")
+    same = compare_without(pairs, (), Criterion.LEAST_SQUARES, teaching=TeachingError(), seam_points=SEAM)
+    np.testing.assert_allclose((same.turn_rad, same.shift_mm), 0, rtol=0, atol=ROUND_OFF_MM)
+    other = compare_without(pairs, names, Criterion.LEAST_SQUARES, teaching=TeachingError(), seam_points=SEAM)
+    assert other.turn_rad > 1e-5
+
+
+def test_too_few_left_are_refused():
+    with pytest.raises(GeometryError, match="at least 3"):
+        compare_without(touched(), tuple("abcd"), Criterion.MINIMAX, teaching=TeachingError(), seam_points=SEAM)
