@@ -84,7 +84,8 @@ class TrimmedFaces:
     def face_box(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest corner of a box around each face; two arrays (F, 3).
 
-        Around boundary and apexes; a sphere or torus has that of its whole surface, a NURBS face some room to bulge.
+        Around boundary and apexes; a sphere or torus has that of its whole surface, a NURBS face some room to bulge,
+        and one without boundary the box of its poles.
         """
         graph = self.graph
         low, high = np.full((graph.face_count, 3), np.inf), np.full((graph.face_count, 3), -np.inf)
@@ -97,6 +98,10 @@ class TrimmedFaces:
         closed = np.isin(graph.face_kind, CLOSED)
         reach = graph.face_param[closed].sum(axis=1)[:, None]
         low[closed], high[closed] = graph.face_frame[closed, 0] - reach, graph.face_frame[closed, 0] + reach
+        bare = (graph.face_kind == SurfaceKind.NURBS) & (np.diff(self.start) == 0)
+        for closed_face in np.flatnonzero(bare):  # closed on itself along seam edges only
+            poles = graph.nurbs_surfaces[graph.face_nurbs[closed_face]].poles.reshape(-1, 3)
+            low[closed_face], high[closed_face] = poles.min(axis=0), poles.max(axis=0)
         bulge = self._bulge()
         return low - bulge, high + bulge
 

@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from wpcal.brep.boxes import BoxTree
 from wpcal.brep.curves import edge_polylines, evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import Foot, project_to_faces
@@ -98,40 +99,15 @@ def candidate_pairs(
 
     `seam_edges` says whether edges that close a face onto itself take part.
     """
-    face_low, face_high = trimmed.face_box
-    edge_low, edge_high = edge_boxes(graph)
-    edge_low, edge_high = edge_low - gap_mm, edge_high + gap_mm
-    count = len(graph.solid_names)
-    solid_low, solid_high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(solid_low, graph.face_solid, face_low)
-    np.maximum.at(solid_high, graph.face_solid, face_high)
     real = (graph.edge_kind != CurveKind.DEGENERATE) & (graph.edge_solid >= 0)
     usable = np.flatnonzero(real if seam_edges else real & ~graph.is_seam_edge)
-    edges_of = _grouped(usable, graph.edge_solid[usable], count)
-    faces_of = _grouped(np.arange(graph.face_count), graph.face_solid, count)
-    found: list[tuple[IntArray, IntArray]] = []
-    for a in range(count):
-        near = (solid_low - gap_mm <= solid_high[a]).all(axis=1) & (solid_high + gap_mm >= solid_low[a]).all(axis=1)
-        near[a] = False
-        if not near.any():
-            continue
-        faces = np.concatenate([faces_of[b] for b in np.flatnonzero(near)])
-        meets = (face_low[faces] - gap_mm <= solid_high[a]).all(axis=1)
-        faces = faces[meets & (face_high[faces] + gap_mm >= solid_low[a]).all(axis=1)]
-        edges = edges_of[a]
-        lap = (edge_low[edges][:, None] <= face_high[faces][None]).all(axis=2)
-        lap &= (edge_high[edges][:, None] >= face_low[faces][None]).all(axis=2)
-        i, j = np.nonzero(lap)
-        found.append((edges[i], faces[j]))
-    if not found:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    edge, face = (np.concatenate(column) for column in zip(*found, strict=True))
-    return edge, face
-
-
-def _grouped(items: IntArray, groups: IntArray, count: int) -> list[IntArray]:
-    order = np.argsort(groups, kind="stable")
-    return np.split(items[order], np.searchsorted(groups[order], np.arange(1, count)))
+    low, high = edge_boxes(graph)
+    row, face = BoxTree.of(*trimmed.face_box).meeting(low[usable] - gap_mm, high[usable] + gap_mm)
+    edge = usable[row]
+    apart = graph.edge_solid[edge] != graph.face_solid[face]
+    edge, face = edge[apart], face[apart]
+    order = np.lexsort((face, edge, graph.edge_solid[edge]))
+    return edge[order], face[order]
 
 
 def edge_boxes(graph: BrepGraph) -> tuple[FloatArray, FloatArray]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from wpcal.brep.boxes import BoxTree
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
@@ -95,19 +96,22 @@ def _through_boxes(
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
     """Return pairs of a ray and a face whose box it goes through, and where it enters and leaves."""
     low, high = trimmed.face_box
-    found = []
     with np.errstate(divide="ignore", invalid="ignore"):
-        for number, (o, d) in enumerate(zip(origins, rays, strict=True)):
-            a, b = (low - THIN_MM - o) / d, (high + THIN_MM - o) / d
-            enter = np.maximum(np.fmin(a, b).max(axis=1), 0.0)
-            leave = np.minimum(np.fmax(a, b).min(axis=1), TORCH_MM)
-            faces = np.flatnonzero(leave > enter)
-            found.append((np.full(len(faces), number), faces, enter[faces], leave[faces]))
-    if not found:
-        i, f = np.zeros(0, dtype=np.int64), np.zeros(0)
-        return i, i, f, f
-    ray, face, enter, leave = (np.concatenate(column) for column in zip(*found, strict=True))
-    return ray, face, enter, leave
+
+        def meets(ray: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
+            enter, leave = _passage(origins[ray], rays[ray], box_low, box_high)
+            return np.asarray(leave > enter, dtype=bool)
+
+        ray, face = BoxTree.of(low, high).search(len(origins), meets)
+        return ray, face, *_passage(origins[ray], rays[ray], low[face], high[face])
+
+
+def _passage(o: FloatArray, d: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return where rays from o along d enter boxes and where they leave them; they miss those they leave first."""
+    a, b = (low - THIN_MM - o) / d, (high + THIN_MM - o) / d
+    enter = np.maximum(np.fmin(a, b).max(axis=1), 0.0)
+    leave = np.minimum(np.fmax(a, b).min(axis=1), TORCH_MM)
+    return enter, leave
 
 
 THIN_MM = 0.1
