@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wpcal.brep.curves import rows_of_each
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.core.arrays import FloatArray, IntArray
 
@@ -53,9 +54,7 @@ def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> F
     frame = graph.face_frame[f]
     kinds = graph.face_kind[f]
     p, n, uv = _project_elementary(kinds, frame, graph.face_param[f], points)
-    free = np.flatnonzero(kinds == SurfaceKind.NURBS)
-    free = free[np.argsort(f[free], kind="stable")]
-    for rows in np.split(free, np.flatnonzero(np.diff(f[free])) + 1) if len(free) else ():
+    for rows in rows_of_each(f, np.flatnonzero(kinds == SurfaceKind.NURBS)):
         surface = graph.nurbs_surfaces[graph.face_nurbs[f[rows[0]]]]
         uv[rows] = surface.project(points[rows])
         p[rows], du, dv = surface.evaluate(uv[rows])

@@ -11,11 +11,12 @@ from scipy.spatial import cKDTree
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import IntArray
-from wpcal.seam.chain import chain_pieces, directed, groups, rounded
+from wpcal.core.arrays import BoolArray, IntArray
+from wpcal.seam.chain import chain_pieces, groups, rounded
 from wpcal.seam.concave import find_concave_edges, looks_machined
 from wpcal.seam.contact import find_contacts
-from wpcal.seam.discretise import StepOptions, discretise, run_length
+from wpcal.seam.direction import Runs, directed_runs
+from wpcal.seam.discretise import StepOptions, discretise, run_lengths
 from wpcal.seam.frames import seam_frames
 from wpcal.seam.joint import JoinedPieces, join_contacts
 from wpcal.seam.reach import LEAST_FREE, free_share
@@ -161,36 +162,37 @@ def _seams(
         return []
     solids = np.sort(np.stack([graph.face_solid[pieces.wall], graph.face_solid[pieces.base]], axis=1), axis=1)
     keys = [(*pair, joint, weld) for pair, joint, weld in zip(solids.tolist(), joined.joint, joined.weld, strict=True)]
+    chains = chain_pieces(graph, pieces, groups(keys), split_rad=options.split_rad)
+    runs = directed_runs(graph, pieces, chains)
+    closed = np.array([chain.closed for chain in chains]) | _meet_themselves(graph, runs)
+    stations = discretise(graph, runs, options.steps)
+    frames, lengths = seam_frames(graph, runs.pieces, stations), run_lengths(graph, runs)
     seams = []
-    for chain in chain_pieces(graph, pieces, groups(keys), split_rad=options.split_rad):
-        row = int(chain.rows[0])
-        run = directed(graph, pieces, chain)
-        closed = chain.closed or _meets_itself(graph, run)
+    for number, chain in enumerate(chains):
+        row, loop = int(chain.rows[0]), bool(closed[number])
+        own = frames.rows(*stations.start[number : number + 2])
         names = tuple(graph.solid_names[i] for i in dict.fromkeys(solids[row].tolist()))
-        seams.append(_seam(graph, run, joined.joint[row], joined.weld[row], names, closed, options, reason))
+        seams.append(
+            Seam(
+                name="",
+                joint=joined.joint[row],
+                weld=joined.weld[row],
+                solids=names,
+                pieces=runs.run(number),
+                closed=loop,
+                length_mm=float(lengths[number]),
+                reachable=True,
+                accepted=True,
+                reasons=(reason,),
+                frames=_closed(own) if loop else own,
+            )
+        )
     return _with_reach(graph, trimmed, seams)
 
 
-def _meets_itself(graph: BrepGraph, run: SeamPieces) -> bool:
-    ends = evaluate_edges(graph, run.edge[[0, -1]], np.array([run.t0[0], run.t1[-1]]))[0]
-    return bool(np.linalg.norm(ends[1] - ends[0]) <= FULL_TURN_SIN)
-
-
-def _seam(
-    graph: BrepGraph,
-    run: SeamPieces,
-    joint: JointType,
-    weld: WeldType,
-    solids: tuple[str, ...],
-    closed: bool,
-    options: SeamOptions,
-    reason: str,
-) -> Seam:
-    frames = seam_frames(graph, run, discretise(graph, run, options.steps))
-    if closed:
-        frames = _closed(frames)
-    length = run_length(graph, run)
-    return Seam("", joint, weld, solids, run, closed, length, True, True, (reason,), frames)
+def _meet_themselves(graph: BrepGraph, runs: Runs) -> BoolArray:
+    p0, p1 = runs.ends(graph)
+    return np.asarray(np.linalg.norm(p1 - p0, axis=1) <= FULL_TURN_SIN, dtype=bool)
 
 
 def _closed(frames: SeamFrames) -> SeamFrames:

@@ -15,14 +15,14 @@ OPPOSED_LENGTH = 1e-6
 """Normals whose sum is shorter than this are opposed: they have no bisector."""
 
 
-def seam_frames(graph: BrepGraph, run: SeamPieces, stations: Stations) -> SeamFrames:
-    """Build the frames of a run at its stations.
+def seam_frames(graph: BrepGraph, pieces: SeamPieces, stations: Stations) -> SeamFrames:
+    """Build the frames of runs at their stations, all in one.
 
     Parameters
     ----------
     graph : BrepGraph
-    run : SeamPieces
-        In order and direction.
+    pieces : SeamPieces
+        Of all runs, in order and direction.
     stations : Stations
 
     Returns
@@ -32,11 +32,11 @@ def seam_frames(graph: BrepGraph, run: SeamPieces, stations: Stations) -> SeamFr
         there is no bisector: z is then the wall's normal.
     """
     rows = stations.piece
-    p, slope = evaluate_edges(graph, run.edge[rows], stations.t)
-    way = np.sign(run.t1 - run.t0)[rows]
+    p, slope = evaluate_edges(graph, pieces.edge[rows], stations.t)
+    way = np.sign(pieces.t1 - pieces.t0)[rows]
     x = slope * (way / np.linalg.norm(slope, axis=1))[:, None]
-    n_wall = project_to_faces(graph, run.wall[rows], p).normal
-    n_base = project_to_faces(graph, run.base[rows], p).normal
+    n_wall = project_to_faces(graph, pieces.wall[rows], p).normal
+    n_base = project_to_faces(graph, pieces.base[rows], p).normal
     R = frames_from_normals(x, n_wall, n_base)
     cosine = np.clip(np.einsum("ki,ki->k", n_wall, n_base), -1.0, 1.0)
     return SeamFrames(stations.s_mm, p, R, np.arccos(cosine))

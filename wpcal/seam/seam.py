@@ -102,6 +102,11 @@ class SeamFrames:
     def __len__(self) -> int:
         return len(self.s_mm)
 
+    def rows(self, first: int, end: int) -> SeamFrames:
+        """Return the frames from `first` to before `end`."""
+        own = slice(first, end)
+        return SeamFrames(self.s_mm[own], self.p[own], self.R[own], self.angle_rad[own], self.frame)
+
     def moved(self, transform: RigidTransform) -> SeamFrames:
         """Return the frames in the target frame of `transform`."""
         return SeamFrames(
