@@ -142,21 +142,43 @@ class TrimmedFaces:
         inside[rows] = self._holds_meridian(faces[rows], uv[rows, 0])
         return inside
 
-    def boundary_distance(self, faces: IntArray, points: FloatArray) -> FloatArray:
-        """Return how far points are from the boundaries of faces, mm, shape (m,); infinite where there is none.
+    def boundary_distance(
+        self, faces: IntArray, points: FloatArray, *, within_mm: float = np.inf, group: IntArray | None = None
+    ) -> FloatArray:
+        """Return how far points are from the boundaries of faces, mm, shape (m,); infinite beyond `within_mm`.
 
         Parameters
         ----------
         faces : ndarray of int, shape (m,)
         points : ndarray, shape (m, 3)
             In `part`, mm.
+        within_mm : float
+            Greater distances are not asked for.
+        group : ndarray of int, shape (m,), optional
+            Points of the same number stand together and are compared with one face: the samples of an edge. Pieces of
+            boundary away from the box around them all are passed over at once.
         """
         distance = np.full(len(faces), np.inf)
-        for row, piece in self._pairs(faces):
-            first = np.flatnonzero(np.diff(row, prepend=-1))
-            off = distance_to_segments(points[row], self.p0[piece], self.p1[piece])
-            distance[row[first]] = np.minimum.reduceat(off, first)
+        first = np.arange(len(faces)) if group is None else np.flatnonzero(np.diff(group, prepend=-1))
+        if len(first) == 0:
+            return distance
+        size = np.diff(first, append=len(faces))
+        low = np.minimum.reduceat(points, first) - within_mm
+        high = np.maximum.reduceat(points, first) + within_mm
+        piece_low, piece_high = self._piece_box
+        for at, of_face in self._pairs(faces[first]):
+            near = ((piece_low[of_face] <= high[at]) & (piece_high[of_face] >= low[at])).all(axis=1)
+            box, count = at[near], size[at[near]]
+            row = np.arange(count.sum()) + np.repeat(first[box] - (np.cumsum(count) - count), count)
+            piece = np.repeat(of_face[near], count)
+            np.minimum.at(distance, row, distance_to_segments(points[row], self.p0[piece], self.p1[piece]))
+        distance[distance > within_mm] = np.inf
         return distance
+
+    @cached_property
+    def _piece_box(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest corner of each piece, two arrays (m, 3)."""
+        return np.minimum(self.p0, self.p1), np.maximum(self.p0, self.p1)
 
     def _pairs(self, faces: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
         """Yield pairs of a row of `faces` and a piece of that face's boundary, rows ascending, in chunks."""
@@ -175,18 +197,31 @@ class TrimmedFaces:
     ) -> tuple[IntArray, FloatArray, FloatArray]:
         """Return rows, relative v and run along u of the pieces that cross the meridian of their point."""
         kind = self.graph.face_kind[faces]
-        u0, run = self.uv0[piece, 0] - uv[row, 0], self.uv1[piece, 0] - self.uv0[piece, 0]
-        turning = np.isin(kind, PERIODIC_U)
-        if turning.any():
-            turn = turning[row]
-            u0[turn], run[turn] = wrap_angle(u0[turn]), wrap_angle(run[turn])
-        crosses = np.flatnonzero((u0 <= 0) != (u0 + run <= 0))
-        row, piece, u0, run = row[crosses], piece[crosses], u0[crosses], run[crosses]
+        row, piece, u0, run = self._crossing(np.isin(kind, PERIODIC_U), uv[:, 0], row, piece)
         v0, rise = self.uv0[piece, 1] - uv[row, 1], self.uv1[piece, 1] - self.uv0[piece, 1]
         torus = kind[row] == SurfaceKind.TORUS
         rise = np.where(torus, wrap_angle(rise), rise)
         v = v0 - u0 / run * rise
         return row, np.where(torus, np.mod(v, 2 * np.pi), v), run
+
+    def _crossing(
+        self, turning: BoolArray, u: FloatArray, row: IntArray, piece: IntArray
+    ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+        """Return the pairs whose piece crosses the meridian u of its row, where it starts from there, and its run."""
+        first, last = self._u
+        at, a, b = u[row], first[piece], last[piece]
+        flat = np.flatnonzero(((a <= at) != (b <= at)) & ~turning[row])
+        round_ = np.flatnonzero(turning[row])
+        u0, run = wrap_angle(a[round_] - at[round_]), wrap_angle(b[round_] - a[round_])
+        crosses = (u0 <= 0) != (u0 + run <= 0)
+        kept = np.concatenate([flat, round_[crosses]])
+        u0 = np.concatenate([a[flat] - at[flat], u0[crosses]])
+        return row[kept], piece[kept], u0, np.concatenate([b[flat] - a[flat], run[crosses]])
+
+    @cached_property
+    def _u(self) -> tuple[FloatArray, FloatArray]:
+        """First parameters at the ends of each piece, each array in one block of memory."""
+        return np.ascontiguousarray(self.uv0[:, 0]), np.ascontiguousarray(self.uv1[:, 0])
 
     def _holds_meridian(self, faces: IntArray, u: FloatArray) -> BoolArray:
         """Tell which faces on closed surfaces hold whole meridians, at u, that their boundaries do not cross.

@@ -25,6 +25,8 @@ FLUSH_MM = 0.02
 """An edge nearer than this to the boundary runs along it: twice the sag of the boundary's polylines."""
 PARAMETER_ROUND_OFF = 1e-12
 """Relative round-off of an interpolated parameter."""
+CHUNK = 200_000
+"""Points compared with faces in one array: about 100 MB."""
 OPPOSED = -0.87
 """Cosine between the normals of two faces in contact: within 30 degrees of opposite."""
 
@@ -79,8 +81,7 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
     edge, face, low, high = edge[keep], face[keep], low[keep], high[keep]
     t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
     on = _Touching(graph, trimmed, gap_mm)
-    state = on.states(np.repeat(edge, SAMPLES), np.repeat(face, SAMPLES), t.ravel())
-    touching, deep = state.touching.reshape(t.shape), state.deep.reshape(t.shape)
+    touching, deep = on.states(edge, face, t)
     pair, first, last = _runs(touching)
     t0 = on.refine_end(edge[pair], face[pair], t[pair], deep[pair], first, -1)
     t1 = on.refine_end(edge[pair], face[pair], t[pair], deep[pair], last, +1)
@@ -150,15 +151,6 @@ def _runs(on: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _State:
-    """Of points of edges: within the gap of the trimmed face; with the foot inside it; and well inside it."""
-
-    touching: BoolArray
-    inside: BoolArray
-    deep: BoolArray
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class _Touching:
     """Tells whether points of edges touch faces, and where along an edge that ends."""
 
@@ -166,16 +158,34 @@ class _Touching:
     trimmed: TrimmedFaces
     gap_mm: float
 
-    def states(self, edge: IntArray, face: IntArray, t: FloatArray) -> _State:
-        """Compare points of edges with faces."""
-        near, foot = self._near(edge, face, t)
+    def states(self, edge: IntArray, face: IntArray, t: FloatArray) -> tuple[BoolArray, BoolArray]:
+        """Compare points of edges, at parameters t (k, n), with one face an edge.
+
+        Returns
+        -------
+        touching : ndarray of bool, shape (k, n)
+            Within the gap of the trimmed face.
+        deep : ndarray of bool, shape (k, n)
+            Within the gap, and the foot well inside the face.
+        """
+        touching, deep = np.zeros(t.shape, dtype=bool), np.zeros(t.shape, dtype=bool)
+        rows = max(1, CHUNK // t.shape[1])
+        for own in (slice(first, first + rows) for first in range(0, len(t), rows)):
+            touching[own], deep[own] = self._states(edge[own], face[own], t[own])
+        return touching, deep
+
+    def _states(self, edge: IntArray, face: IntArray, t: FloatArray) -> tuple[BoolArray, BoolArray]:
+        columns = t.shape[1]
+        faces = np.repeat(face, columns)
+        near, foot = self._near(np.repeat(edge, columns), faces, t.ravel())
         rows = np.flatnonzero(near)
-        inside, touching, deep = (np.zeros(len(t), dtype=bool) for _ in range(3))
-        inside[rows] = self.trimmed.contains(face[rows], foot.uv[rows])
-        distance = self.trimmed.boundary_distance(face[rows], foot.p[rows])
-        touching[rows] = inside[rows] | (distance <= self.gap_mm)
-        deep[rows] = inside[rows] & (distance > FLUSH_MM)
-        return _State(touching, inside, deep)
+        inside, close, flush = (np.zeros(t.size, dtype=bool) for _ in range(3))
+        inside[rows] = self.trimmed.contains(faces[rows], foot.uv[rows])
+        distance = self.trimmed.boundary_distance(
+            faces[rows], foot.p[rows], group=rows // columns, within_mm=max(self.gap_mm, FLUSH_MM)
+        )
+        close[rows], flush[rows] = distance <= self.gap_mm, distance <= FLUSH_MM
+        return (inside | close).reshape(t.shape), (inside & ~flush).reshape(t.shape)
 
     def _near(self, edge: IntArray, face: IntArray, t: FloatArray) -> tuple[BoolArray, Foot]:
         points = evaluate_edges(self.graph, edge, t)[0]
@@ -224,7 +234,7 @@ class _Touching:
         return near & self.trimmed.contains(face, foot.uv)
 
     def _is_touching(self, edge: IntArray, face: IntArray, t: FloatArray) -> BoolArray:
-        return self.states(edge, face, t).touching
+        return self.states(edge, face, t[:, None])[0][:, 0]
 
     def _at_corners(self, edge: IntArray, face: IntArray, t: FloatArray) -> FloatArray:
         """Move the ends of flush contacts on straight edges to the foot of the face's corner: there they end."""

@@ -49,6 +49,6 @@ def interpenetrating_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray
     at = t[row, column] + share * (t[row, column + 1] - t[row, column])
     hit = project_to_faces(graph, face[row], evaluate_edges(graph, edge[row], at)[0])
     inside = trimmed.contains(face[row], hit.uv)
-    pierced = row[inside & (trimmed.boundary_distance(face[row], hit.p) > DEEP_MM)]
+    pierced = row[inside & (trimmed.boundary_distance(face[row], hit.p, within_mm=DEEP_MM) > DEEP_MM)]
     pairs = np.stack([graph.edge_solid[edge[pierced]], graph.face_solid[face[pierced]]], axis=1)
     return np.unique(np.sort(pairs, axis=1), axis=0)
