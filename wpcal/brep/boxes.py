@@ -13,8 +13,8 @@ FAN = 8
 """Boxes in one node. Eight keep the tree three levels deep for 500 boxes and cost eight tests a node."""
 MORTON_BITS = 10
 """Bits a coordinate for the order along the curve: 1024 cells a side, finer than parts have neighbours."""
-CHUNK = 50_000
-"""Queries that go down the tree together: about 100 MB at twenty nodes each."""
+CHUNK = 20_000
+"""Queries that go down the tree together: about 100 MB at fifty nodes each."""
 
 Meets = Callable[[IntArray, FloatArray, FloatArray], BoolArray]
 """Whether queries (numbers, shape (m,)) meet boxes (least and greatest corners, shape (m, 3))."""

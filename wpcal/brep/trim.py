@@ -23,8 +23,8 @@ CLOSED = (SurfaceKind.SPHERE, SurfaceKind.TORUS)
 """Surfaces on which a face may hold a whole meridian: the far side of a bored ball, a pipe's bend."""
 AXIS_MM = 1e-6
 """A boundary point this near to the axis is the apex: kernels place vertices to 1e-7 mm."""
-MOST_PAIRS = 2_000_000
-"""Point and boundary-piece pairs handled in one array: about 200 MB."""
+MOST_PAIRS = 500_000
+"""Point and boundary-piece pairs handled in one array: about 50 MB."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,8 +25,8 @@ FLUSH_MM = 0.02
 """An edge nearer than this to the boundary runs along it: twice the sag of the boundary's polylines."""
 PARAMETER_ROUND_OFF = 1e-12
 """Relative round-off of an interpolated parameter."""
-CHUNK = 200_000
-"""Points compared with faces in one array: about 100 MB."""
+CHUNK = 100_000
+"""Points compared with faces in one array: about 50 MB."""
 OPPOSED = -0.87
 """Cosine between the normals of two faces in contact: within 30 degrees of opposite."""
 

@@ -16,7 +16,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.contact import OPPOSED, Contacts
+from wpcal.seam.contact import CHUNK, OPPOSED, Contacts
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
 SAME_PLANE = 0.99
@@ -163,8 +163,12 @@ def _face_around_corner(graph: BrepGraph, trimmed: TrimmedFaces, face: int, p: F
 
 def _is_on(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> BoolArray:
     """Tell whether the feet of points lie inside trimmed faces."""
-    foot = project_to_faces(graph, face, points)
-    return trimmed.contains(face, foot.uv)
+    on = np.zeros(len(face), dtype=bool)
+    for first in range(0, len(face), CHUNK):
+        own = slice(first, first + CHUNK)
+        foot = project_to_faces(graph, face[own], points[own])
+        on[own] = trimmed.contains(face[own], foot.uv)
+    return on
 
 
 def _extent(
