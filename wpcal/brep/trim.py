@@ -23,6 +23,10 @@ CLOSED = (SurfaceKind.SPHERE, SurfaceKind.TORUS)
 """Surfaces on which a face may hold a whole meridian: the far side of a bored ball, a pipe's bend."""
 AXIS_MM = 1e-6
 """A boundary point this near to the axis is the apex: kernels place vertices to 1e-7 mm."""
+SAME_VERTEX_MM = 1e-6
+"""Ends this near to each other are one vertex: ten times what kernels place vertices to."""
+ON_MERIDIAN_RAD = 1e-9
+"""A piece of boundary whose ends are this near to a meridian runs along it: the round-off of angles is 1e-13."""
 MOST_PAIRS = 500_000
 """Point and boundary-piece pairs handled in one array: about 50 MB."""
 
@@ -71,7 +75,9 @@ class TrimmedFaces:
         first, second = np.where(flip, low + 1, low), np.where(flip, low, low + 1)
         of_face = face[coedge]
         p0, p1 = points[first], points[second]
-        uv0, uv1 = project_to_faces(graph, of_face, p0).uv, project_to_faces(graph, of_face, p1).uv
+        closed = _closed_ends(graph, start, points)  # pieces that meet in a vertex meet in (u, v) to the last bit
+        uv0 = project_to_faces(graph, of_face, closed[first]).uv
+        uv1 = project_to_faces(graph, of_face, closed[second]).uv
         for here, there, p in ((uv0, uv1, p0), (uv1, uv0, p1)):
             apex = is_on_axis(graph, of_face, p)  # no angle of its own: the meridian of the other end leads there
             here[apex, 0] = there[apex, 0]
@@ -212,11 +218,11 @@ class TrimmedFaces:
         at, a, b = u[row], first[piece], last[piece]
         flat = np.flatnonzero(((a <= at) != (b <= at)) & ~turning[row])
         round_ = np.flatnonzero(turning[row])
-        u0, run = wrap_angle(a[round_] - at[round_]), wrap_angle(b[round_] - a[round_])
-        crosses = (u0 <= 0) != (u0 + run <= 0)
+        u0, u1 = wrap_angle(a[round_] - at[round_]), wrap_angle(b[round_] - at[round_])
+        crosses = ((u0 <= 0) != (u1 <= 0)) & (np.abs(u1 - u0) < np.pi)  # or it crosses the meridian on the far side
         kept = np.concatenate([flat, round_[crosses]])
-        u0 = np.concatenate([a[flat] - at[flat], u0[crosses]])
-        return row[kept], piece[kept], u0, np.concatenate([b[flat] - a[flat], run[crosses]])
+        u0, u1 = u0[crosses], u1[crosses]
+        return row[kept], piece[kept], np.append(a[flat] - at[flat], u0), np.append(b[flat] - a[flat], u1 - u0)
 
     @cached_property
     def _u(self) -> tuple[FloatArray, FloatArray]:
@@ -227,11 +233,14 @@ class TrimmedFaces:
         """Tell which faces on closed surfaces hold whole meridians, at u, that their boundaries do not cross.
 
         All points of such a meridian lie on one side. So the one at the height of `_steepest` decides, by the piece of
-        boundary next to it towards +u: the face lies to the left of a piece that runs towards +v.
+        boundary next to it towards +u: the face lies to the left of a piece that runs towards +v. A meridian
+        that a piece runs along is not held.
         """
-        inside = np.zeros(len(faces), dtype=bool)
+        inside, on_boundary = np.zeros(len(faces), dtype=bool), np.zeros(len(faces), dtype=bool)
         torus = self.graph.face_kind[faces] == SurfaceKind.TORUS
         for row, piece in self._pairs(faces):
+            aside = (np.abs(wrap_angle(uv[piece, 0] - u[row])) for uv in (self.uv0, self.uv1))
+            on_boundary[row[np.maximum(*aside) <= ON_MERIDIAN_RAD]] = True
             rise, v0 = self._rise[piece], self.uv0[piece, 1] - self._steepest[faces[row]]
             v0 = np.where(torus[row], wrap_angle(v0), v0)
             at = np.flatnonzero((v0 <= 0) != (v0 + rise <= 0))
@@ -240,7 +249,7 @@ class TrimmedFaces:
             at = at[np.lexsort((ahead, row[at]))]
             nearest = at[np.flatnonzero(np.diff(row[at], prepend=-1))]
             inside[row[nearest]] = rise[nearest] > 0
-        return inside
+        return inside & ~on_boundary
 
     @cached_property
     def _rise(self) -> FloatArray:
@@ -257,6 +266,19 @@ class TrimmedFaces:
             piece = self.start[face] + int(np.argmax(np.abs(self._rise[self.start[face] : self.start[face + 1]])))
             v[face] = self.uv0[piece, 1] + self._rise[piece] / 2
         return v
+
+
+def _closed_ends(graph: BrepGraph, start: IntArray, points: FloatArray) -> FloatArray:
+    """Return samples of edges whose ends at one vertex are one point: that of the first edge that ends there."""
+    points = points.copy()
+    real = np.flatnonzero(np.diff(start) > 0)
+    samples = np.stack([start[real], start[real + 1] - 1], axis=1).ravel()
+    vertices = graph.edge_vertices[real].ravel()
+    samples, vertices = samples[vertices >= 0], vertices[vertices >= 0]
+    _, first, inverse = np.unique(vertices, return_index=True, return_inverse=True)
+    near = np.linalg.norm(points[samples] - points[samples[first[inverse]]], axis=1) <= SAME_VERTEX_MM
+    points[samples[near]] = points[samples[first[inverse]]][near]
+    return points
 
 
 def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray) -> None:
