@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/python -m pytest
 
-.PHONY: demo test check deep bench fixtures lint clean
+.PHONY: demo test check deep bench docs fixtures lint clean
 
 demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 	rm -rf out
@@ -13,13 +13,16 @@ demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 test: $(VENV)/ready ## the tests, without the slow ones
 	$(PYTEST) -n 2 -m "not deep"
 
-check: lint test ## what CI runs
+check: lint docs test ## what CI runs
 
 lint: $(VENV)/ready
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: $(VENV)/ready ## the pages and the reference as HTML in docs/_build; a warning is an error
+	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build
 
 deep: $(VENV)/ready ## the slow tests
 	$(PYTEST) -n 2 -m deep
@@ -38,4 +41,4 @@ $(VENV)/ready: pyproject.toml .ci/system-libraries
 	touch $@
 
 clean:
-	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) out docs/_build .mypy_cache .ruff_cache .pytest_cache .hypothesis
