@@ -106,6 +106,9 @@ def show_written(written: WrittenCalibration, out: Path) -> None:
 
     console = plain_console()
     console.print(seams_table(written.seams, "Seams (base frame in the files)", written.u95_mm))
+    refused = sum(not seam.accepted for seam in written.seams)
+    if refused:
+        console.print(f"{refused} candidates were not taken as welds: wpcal seams lists them and says why")
     show_calibration(written.result, console)
     for issue in written.record["issues"][len(written.result.warnings) :]:
         console.print(f"note: {issue['message']}", highlight=False, markup=False)

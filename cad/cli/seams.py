@@ -15,7 +15,10 @@ from cad.cli.options import seam_options, to_seam_options
 @seam_options
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout, in the form of seams.json, frame part.")
 def seams(*, part_step: Path, as_json: bool, **values: Any) -> int:
-    """List the weld seams of PART.step: contacts between solids, and concave edges inside one."""
+    """List the weld seams of PART.step: contacts between solids, and concave edges inside one.
+
+    Every candidate has a confidence; those below 50 % are listed apart with what speaks against them.
+    """
     from cad.child import run_in_child
     from cad.cli.progress import shown_progress
 
@@ -33,8 +36,11 @@ def seams(*, part_step: Path, as_json: bool, **values: Any) -> int:
 
         click.echo(to_json(seams_record(found)), nl=False)
     else:
-        from cad.cli.tables import seams_table
+        from cad.cli.tables import refused_table, seams_table
         from wpcal.cli.console import plain_console
 
-        plain_console().print(seams_table(found, f"Seams of {part_step.name} (part frame)"))
+        console = plain_console()
+        console.print(seams_table(found, f"Seams of {part_step.name} (part frame)"))
+        if not all(seam.accepted for seam in found):
+            console.print(refused_table(found))
     return 0

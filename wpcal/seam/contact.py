@@ -23,6 +23,9 @@ LEAST_LENGTH_MM = 1.0
 """A contact shorter than this is no seam: an arc needs more to start."""
 FLUSH_MM = 0.02
 """An edge nearer than this to the boundary runs along it: twice the sag of the boundary's polylines."""
+INWARD = 3
+"""Samples looked at behind the outermost one for one well inside the face. On an arc of 16 mm one may lie beyond the
+boundary within the gap of 0.5 mm, the next on it; a contact that runs along the boundary has none for many."""
 PARAMETER_ROUND_OFF = 1e-12
 """Relative round-off of an interpolated parameter."""
 CHUNK = 100_000
@@ -89,8 +92,24 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
     chord = np.linalg.norm(evaluate_edges(graph, e, t1)[0] - evaluate_edges(graph, e, t0)[0], axis=1)
     middle = np.linalg.norm(evaluate_edges(graph, e, (t0 + t1) / 2)[0] - evaluate_edges(graph, e, t0)[0], axis=1)
     long_enough = np.maximum(chord, middle) >= max(LEAST_LENGTH_MM, 2.0 * gap_mm)
-    e, f, t0, t1 = e[long_enough], f[long_enough], t0[long_enough], t1[long_enough]
+    kept = long_enough | _joins_others(graph, e, f, t0, t1, long_enough)
+    e, f, t0, t1 = e[kept], f[kept], t0[kept], t1[kept]
     return Contacts(e, f, t0, t1, _gaps(graph, e, f, t0, t1))
+
+
+def _joins_others(
+    graph: BrepGraph, edge: IntArray, face: IntArray, t0: FloatArray, t1: FloatArray, others: BoolArray
+) -> BoolArray:
+    """Tell which contacts are whole edges both of whose vertices end one of the `others` between the same solids.
+
+    Such a short edge (a sliver between two faces) carries a seam on; alone it would be none.
+    """
+    low, high = graph.edge_range[edge].T
+    reach = PARAMETER_ROUND_OFF * (1.0 + np.abs(graph.edge_range[edge]).max(axis=1))
+    whole = (np.abs(t0 - low) <= reach) & (np.abs(t1 - high) <= reach)
+    key = graph.edge_vertices[edge] * len(graph.solid_names) + graph.face_solid[face][:, None]
+    both = np.isin(key, key[others]).all(axis=1)
+    return np.asarray(whole & ~others & both, dtype=bool)
 
 
 def candidate_pairs(
@@ -209,8 +228,9 @@ class _Touching:
             -1 for the start, +1 for the end.
         """
         rows = np.arange(len(edge))
-        inward = np.clip(at - way, 0, SAMPLES - 1)
-        anchor = np.where(deep[rows, at], at, inward)
+        anchor = at.copy()
+        for step in range(1, INWARD + 1):
+            anchor = np.where(deep[rows, anchor], anchor, np.clip(at - step * way, 0, SAMPLES - 1))
         crosses = deep[rows, anchor]
         end: FloatArray = self.graph.edge_range[edge, (way + 1) // 2].copy()
         inner = np.abs(t[rows, at] - end) > PARAMETER_ROUND_OFF * (1.0 + np.abs(end))

@@ -44,6 +44,11 @@ class JoinedPieces:
     joint: tuple[JointType, ...]
     weld: tuple[WeldType, ...]
 
+    def select(self, rows: IntArray) -> JoinedPieces:
+        """Return the pieces at `rows`."""
+        joint, weld = tuple(self.joint[i] for i in rows), tuple(self.weld[i] for i in rows)
+        return JoinedPieces(self.pieces.select(rows), joint, weld)
+
 
 def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *, gap_mm: float) -> JoinedPieces:
     """Find wall, base and joint of every contact; contacts inside a contact patch are left out.

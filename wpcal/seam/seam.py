@@ -30,6 +30,14 @@ class WeldType(Enum):
     UNKNOWN = "unknown"
 
 
+class SeamSource(Enum):
+    """Where a candidate comes from."""
+
+    CONTACT = "contact of two solids"
+    SECTION = "section of two solids that run into each other"
+    CONCAVE = "concave edge inside one solid"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SeamPieces:
     """k pieces of edges along which two faces can be welded.
@@ -134,9 +142,14 @@ class Seam:
     accepted : bool
         Whether it is taken as a weld unless the user says otherwise.
     reasons : tuple of str
-        Why it is a candidate and what speaks against it.
+        Why it is a candidate, and what else was felt about it.
     frames : SeamFrames
         Empty until discretised.
+    source : SeamSource
+    confidence : float
+        From 0 to 1: how sure the rules are that this is a weld (`judge`).
+    against : tuple of str
+        What speaks against it, the strongest first; why a candidate that is not accepted is none.
     """
 
     name: str
@@ -152,6 +165,9 @@ class Seam:
     frames: SeamFrames = field(
         default_factory=lambda: SeamFrames(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros(0))
     )
+    source: SeamSource = SeamSource.CONTACT
+    confidence: float = 1.0
+    against: tuple[str, ...] = ()
 
     @property
     def gap_mm(self) -> tuple[float, float, float]:
