@@ -27,6 +27,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.features import FeatureKind, ReferenceFeature, find_features
 from wpcal.match import Match, TaughtPoints, match_points, name_points, pair_points, read_taught
 from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.interpenetration import interpenetrating_solids
 from wpcal.seam.record import seams_csv, seams_record
 
@@ -52,6 +53,8 @@ class CalibrateOptions:
     teaching : TeachingError
     seams : SeamOptions
     certify : bool
+    edits : tuple of PlacedEdit
+        Decisions about the seams.
     """
 
     criterion: Criterion = Criterion.MINIMAX
@@ -61,6 +64,7 @@ class CalibrateOptions:
     teaching: TeachingError = field(default_factory=TeachingError)
     seams: SeamOptions = field(default_factory=SeamOptions)
     certify: bool = False
+    edits: tuple[PlacedEdit, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -208,13 +212,17 @@ def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:
     return named
 
 
-def find_seams(workpiece: Workpiece, options: SeamOptions) -> tuple[tuple[Seam, ...], Workpiece]:
+def find_seams(
+    workpiece: Workpiece, options: SeamOptions, edits: Sequence[PlacedEdit] = ()
+) -> tuple[tuple[Seam, ...], Workpiece]:
     """Find the seams of a workpiece; solids that run into each other are cut by the kernel first.
 
     Parameters
     ----------
     workpiece : Workpiece
     options : SeamOptions
+    edits : sequence of PlacedEdit
+        Decisions about candidates (`wpcal.seam.edit.read_edits`).
 
     Returns
     -------
@@ -225,13 +233,15 @@ def find_seams(workpiece: Workpiece, options: SeamOptions) -> tuple[tuple[Seam, 
     """
     trimmed = TrimmedFaces.of(workpiece.graph)
     pairs = interpenetrating_solids(workpiece.graph, trimmed)
-    if len(pairs) == 0:
-        return detect_seams(workpiece.graph, options, trimmed=trimmed), workpiece
-    from cad.section import add_sections
+    sections = None
+    if len(pairs):
+        from cad.section import add_sections
 
-    graph, sections, issues = add_sections(workpiece.graph, workpiece.solids, pairs)
-    wider = replace(workpiece, graph=graph, issues=(*workpiece.issues, *issues))
-    return detect_seams(graph, options, trimmed=replace(trimmed, graph=graph), sections=sections), wider
+        graph, sections, issues = add_sections(workpiece.graph, workpiece.solids, pairs)
+        workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *issues))
+        trimmed = replace(trimmed, graph=graph)
+    seams = detect_seams(workpiece.graph, options, trimmed=trimmed, sections=sections)
+    return apply_edits(workpiece.graph, seams, edits, options), workpiece
 
 
 def calibrate_workpiece(
@@ -294,7 +304,7 @@ def calibrate_workpiece(
         )
     pairs, check = pair_points(points, workpiece.features)
     progress("finding seams")
-    seams, workpiece = find_seams(workpiece, options.seams)
+    seams, workpiece = find_seams(workpiece, options.seams, options.edits)
     frames = [seam.frames.p for seam in seams if seam.accepted]
     progress("fitting")
     with blamed_on(points.path):
@@ -418,8 +428,10 @@ def match_taught(
         )
 
 
-def list_seams(step: Path, *, options: SeamOptions, progress: Progress = no_progress) -> tuple[Seam, ...]:
+def list_seams(
+    step: Path, *, options: SeamOptions, edits: Sequence[PlacedEdit] = (), progress: Progress = no_progress
+) -> tuple[Seam, ...]:
     """Return the seams of a STEP file, frames in `part`."""
     workpiece = open_workpiece(step, progress=progress)
     progress("finding seams")
-    return find_seams(workpiece, options)[0]
+    return find_seams(workpiece, options, edits)[0]

@@ -12,6 +12,7 @@ import click
 if TYPE_CHECKING:
     from wpcal.core.transform import RigidTransform
     from wpcal.seam import SeamOptions
+    from wpcal.seam.edit import PlacedEdit
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -37,6 +38,15 @@ def seam_options(command: Command) -> Command:
     return command
 
 
+seam_edits_option = click.option(
+    "--seams",
+    "seams_file",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="A seams.json of this part in which seams have an object edit: accept, reject, reverse, name, range_mm.",
+)
+
+
 def to_seam_options(values: dict[str, Any]) -> SeamOptions:
     """Take the values of `seam_options` out of a command's arguments."""
     import math
@@ -51,6 +61,14 @@ def to_seam_options(values: dict[str, Any]) -> SeamOptions:
     if not 0 <= split_deg <= 180:
         raise InputError(f"--split-deg must be between 0 and 180, got {split_deg}")
     return SeamOptions(gap_mm, ConcaveEdges(values.pop("concave")), math.radians(split_deg), steps)
+
+
+def read_seam_edits(values: dict[str, Any]) -> tuple[PlacedEdit, ...]:
+    """Take ``--seams`` out of a command's arguments and read the file."""
+    from wpcal.seam.edit import read_edits
+
+    path = values.pop("seams_file")
+    return () if path is None else read_edits(path)
 
 
 def read_pose(text: str) -> RigidTransform:

@@ -7,12 +7,13 @@ from typing import Any
 
 import click
 
-from cad.cli.options import seam_options, to_seam_options
+from cad.cli.options import read_seam_edits, seam_edits_option, seam_options, to_seam_options
 
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @seam_options
+@seam_edits_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout, in the form of seams.json, frame part.")
 def seams(*, part_step: Path, as_json: bool, **values: Any) -> int:
     """List the weld seams of PART.step: contacts between solids, and concave edges inside one.
@@ -22,11 +23,11 @@ def seams(*, part_step: Path, as_json: bool, **values: Any) -> int:
     from cad.child import run_in_child
     from cad.cli.progress import shown_progress
 
-    options = to_seam_options(values)
+    options, edits = to_seam_options(values), read_seam_edits(values)
     with shown_progress() as progress:
         found = run_in_child(
             "cad.convert:list_seams",
-            {"step": part_step, "options": options},
+            {"step": part_step, "options": options, "edits": edits},
             what=f"finding the seams of {part_step}",
             progress=progress,
         )

@@ -13,6 +13,7 @@ from wpcal.seam.chain import rounded
 from wpcal.seam.concave import find_concave_edges, looks_machined
 from wpcal.seam.contact import find_contacts
 from wpcal.seam.duplicates import sections_beside, without_duplicates
+from wpcal.seam.edit import with_candidates
 from wpcal.seam.joint import JoinedPieces, join_contacts
 from wpcal.seam.judge import judge_seams
 from wpcal.seam.options import ConcaveEdges, SeamOptions
@@ -59,7 +60,7 @@ def detect_seams(
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
     found.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
     named = [replace(seam, name=f"W{number}") for number, seam in enumerate(found, 1)]
-    return judge_seams(graph, trimmed, named, options)
+    return judge_seams(graph, trimmed, with_candidates(graph, named), options)
 
 
 def _wanted_concave(

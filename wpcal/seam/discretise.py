@@ -125,20 +125,20 @@ def run_lengths(graph: BrepGraph, runs: Runs) -> FloatArray:
 
 def _lengths(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
     """Return the length of every piece, mm: closed form where the parameter runs evenly."""
-    lengths = _speed(graph, pieces.edge) * np.abs(pieces.t1 - pieces.t0)
-    for row in np.flatnonzero(~_is_even(graph, pieces.edge)):
+    lengths = speeds(graph, pieces.edge) * np.abs(pieces.t1 - pieces.t0)
+    for row in np.flatnonzero(~is_even(graph, pieces.edge)):
         span = np.array([pieces.t0[row], pieces.t1[row]])
         lengths[row] = abs(cumulative_length(graph, int(pieces.edge[row]), span)[-1])
     return np.asarray(lengths, dtype=np.float64)
 
 
-def _is_even(graph: BrepGraph, edge: IntArray) -> BoolArray:
+def is_even(graph: BrepGraph, edge: IntArray) -> BoolArray:
     """Tell on which edges equal steps of the parameter are equal lengths: lines and circles."""
     kind = graph.edge_kind[edge]
     return np.asarray((kind == CurveKind.LINE) | (kind == CurveKind.CIRCLE), dtype=bool)
 
 
-def _speed(graph: BrepGraph, edge: IntArray) -> FloatArray:
+def speeds(graph: BrepGraph, edge: IntArray) -> FloatArray:
     """Return the length per unit of the parameter on lines and circles, mm."""
     return np.where(graph.edge_kind[edge] == CurveKind.LINE, 1.0, graph.edge_param[edge, 0])
 
@@ -147,7 +147,7 @@ def _piece_stations(
     graph: BrepGraph, pieces: SeamPieces, options: StepOptions
 ) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return how many points each piece gets, and their parameters and arc lengths, piece after piece."""
-    even = _is_even(graph, pieces.edge)
+    even = is_even(graph, pieces.edge)
     counts = _even_counts(graph, pieces, options)
     uneven = {
         int(row): _uneven_stations(graph, int(pieces.edge[row]), pieces.t0[row], pieces.t1[row], options)
@@ -159,7 +159,7 @@ def _piece_stations(
     first = np.cumsum(counts + 1) - counts - 1
     share = (np.arange(len(row)) - first[row]) / counts[row]
     t = pieces.t0[row] * (1.0 - share) + pieces.t1[row] * share
-    s = share * (_speed(graph, pieces.edge) * np.abs(pieces.t1 - pieces.t0))[row]
+    s = share * (speeds(graph, pieces.edge) * np.abs(pieces.t1 - pieces.t0))[row]
     for at, (own_t, own_s) in uneven.items():
         own = slice(first[at], first[at] + counts[at] + 1)
         t[own], s[own] = own_t, own_s
@@ -169,12 +169,12 @@ def _piece_stations(
 def _even_counts(graph: BrepGraph, pieces: SeamPieces, options: StepOptions) -> IntArray:
     """Return into how many steps each piece is cut by the step and by the sag of a circle, ``2 r sin²(turn / 4)``."""
     turn = np.abs(pieces.t1 - pieces.t0)
-    length = _speed(graph, pieces.edge) * turn
+    length = speeds(graph, pieces.edge) * turn
     sag = 2.0 * graph.edge_param[pieces.edge, 0] * np.sin(turn / BASE_STEPS / 4.0) ** 2
     sag = np.where(graph.edge_kind[pieces.edge] == CurveKind.CIRCLE, sag, 0.0)
     parts = BASE_STEPS * np.sqrt(sag / (CHORD_MARGIN * options.chord_mm))
     counts = np.ceil(np.maximum(parts, length / options.max_step_mm) - EXACT_STEPS)
-    worst = int(np.argmax(np.where(_is_even(graph, pieces.edge), counts, 0)))
+    worst = int(np.argmax(np.where(is_even(graph, pieces.edge), counts, 0)))
     _refuse_too_many(counts[worst], length[worst])
     return np.asarray(np.clip(counts, 1, MOST_POINTS), dtype=np.int64)
 

@@ -76,6 +76,10 @@ class SeamPieces:
         t0, t1 = np.where(flip, self.t1, self.t0), np.where(flip, self.t0, self.t1)
         return SeamPieces(self.edge, t0, t1, self.wall, self.base, self.gap_mm)
 
+    def backwards(self) -> SeamPieces:
+        """Return the same run from its end to its start."""
+        return self.select(np.arange(len(self))[::-1]).reversed_where(np.ones(len(self), dtype=bool))
+
     @staticmethod
     def joined(parts: list[SeamPieces]) -> SeamPieces:
         """Return all pieces of `parts` in one."""
@@ -122,6 +126,46 @@ class SeamFrames:
         )
 
 
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """Which candidate of a part a seam is: told by its place, so that it is known again under another number.
+
+    Parameters
+    ----------
+    name : str
+        As found: ``W7``.
+    start_mm, middle_mm : tuple of float
+        Its start and the point at half its length, in `part`, mm.
+    length_mm : float
+    """
+
+    name: str
+    start_mm: tuple[float, float, float]
+    middle_mm: tuple[float, float, float]
+    length_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class SeamEdit:
+    """What a person decided about a candidate.
+
+    Parameters
+    ----------
+    accept : bool or None
+        True to weld it, false not to; None leaves what the rules say.
+    reverse : bool
+        Whether it is welded the other way round.
+    name : str or None
+    range_mm : tuple of float or None
+        The part of it that is welded: lengths from the candidate's start.
+    """
+
+    accept: bool | None = None
+    reverse: bool = False
+    name: str | None = None
+    range_mm: tuple[float, float] | None = None
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Seam:
     """One seam: a curve with a direction that a torch can follow in one run.
@@ -150,6 +194,10 @@ class Seam:
         From 0 to 1: how sure the rules are that this is a weld (`judge`).
     against : tuple of str
         What speaks against it, the strongest first; why a candidate that is not accepted is none.
+    candidate : Candidate or None
+        What it was found as; None for a seam that does not come from a part.
+    edit : SeamEdit or None
+        What a person decided about it.
     """
 
     name: str
@@ -168,6 +216,8 @@ class Seam:
     source: SeamSource = SeamSource.CONTACT
     confidence: float = 1.0
     against: tuple[str, ...] = ()
+    candidate: Candidate | None = None
+    edit: SeamEdit | None = None
 
     @property
     def gap_mm(self) -> tuple[float, float, float]:
