@@ -241,7 +241,7 @@ def find_seams(
         workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *issues))
         trimmed = replace(trimmed, graph=graph)
     seams = detect_seams(workpiece.graph, options, trimmed=trimmed, sections=sections)
-    return apply_edits(workpiece.graph, seams, edits, options), workpiece
+    return apply_edits(workpiece.graph, trimmed, seams, edits, options), workpiece
 
 
 def calibrate_workpiece(
@@ -356,6 +356,7 @@ def calibrate_files(
     T_nominal_part: RigidTransform | None = None,
     options: CalibrateOptions | None = None,
     mark_seams: bool = False,
+    bake: bool = False,
     progress: Progress = no_progress,
 ) -> WrittenCalibration:
     """Calibrate a STEP file and write ``calibration.json``, ``seams.json``, ``seams.csv`` and the moved STEP file.
@@ -371,6 +372,8 @@ def calibrate_files(
         As in `calibrate_workpiece`.
     mark_seams : bool
         Write the accepted seams as named edges into the moved STEP file.
+    bake : bool
+        Move the geometry itself in the STEP file, without a new assembly level.
 
     Returns
     -------
@@ -392,7 +395,7 @@ def calibrate_files(
     with new_directory(out, overwrite=overwrite) as folder:
         progress("writing the moved part and reading it again")
         moved = f"{Path(source.file_name).stem}.calibrated.step"
-        issues = write_moved_step(source, found.T_base_part, folder / moved, seams=marked)
+        issues = write_moved_step(source, found.T_base_part, folder / moved, seams=marked, bake=bake)
         record = found.to_record(issues)
         (folder / "calibration.json").write_text(to_json(record), encoding="utf-8")
         (folder / "seams.json").write_text(to_json(seams), encoding="utf-8")

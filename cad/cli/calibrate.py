@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 @seam_options
 @seam_edits_option
 @click.option("--mark-seams", is_flag=True, help="Write the seams as named edges into the moved STEP file.")
+@click.option("--bake", is_flag=True, help="Move the geometry itself in the STEP file: no new assembly level.")
 @click.option("--force", is_flag=True, help="Write into a folder that exists and holds files.")
 @click.option("--json", "as_json", is_flag=True, help="Print calibration.json on stdout.")
 def calibrate(*, part_step: Path, taught_csv: Path, out: Path, force: bool, as_json: bool, **values: Any) -> int:
@@ -92,6 +93,7 @@ def run_calibration(part_step: Path, taught_csv: Path, out: Path, *, force: bool
         "T_nominal_part": nominal,
         "options": options,
         "mark_seams": values["mark_seams"],
+        "bake": values["bake"],
     }
     with shown_progress() as progress:
         written: WrittenCalibration = run_in_child(

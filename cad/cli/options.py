@@ -23,6 +23,9 @@ def seam_options(command: Command) -> Command:
         click.option("--chord-mm", type=float, default=0.1, show_default=True, help="Largest chord error."),
         click.option("--min-step-mm", type=float, default=1.0, show_default=True, help="Thin points nearer than this."),
         click.option("--max-step-mm", type=float, default=10.0, show_default=True, help="Largest step along a seam."),
+        click.option(
+            "--turn-deg", type=float, default=45.0, show_default=True, help="Largest turn of the frame between points."
+        ),
         click.option("--gap-mm", type=float, help="Largest gap between members.  [default: by part size, at most 0.5]"),
         click.option(
             "--concave",
@@ -54,7 +57,11 @@ def to_seam_options(values: dict[str, Any]) -> SeamOptions:
     from wpcal.core.errors import InputError
     from wpcal.seam import ConcaveEdges, SeamOptions, StepOptions
 
-    steps = StepOptions(*(values.pop(name) for name in ("chord_mm", "min_step_mm", "max_step_mm")))
+    turn_deg = values.pop("turn_deg")
+    if not 0 < turn_deg <= 180:
+        raise InputError(f"--turn-deg must be above 0 and at most 180, got {turn_deg}")
+    chord_mm, min_step_mm, max_step_mm = (values.pop(name) for name in ("chord_mm", "min_step_mm", "max_step_mm"))
+    steps = StepOptions(chord_mm, min_step_mm, max_step_mm, math.radians(turn_deg))
     gap_mm, split_deg = values.pop("gap_mm"), values.pop("split_deg")
     if gap_mm is not None and not gap_mm > 0:
         raise InputError(f"--gap-mm must be positive, got {gap_mm}")

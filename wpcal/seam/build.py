@@ -14,10 +14,10 @@ from wpcal.seam.chain import chain_pieces, groups
 from wpcal.seam.contact import LEAST_LENGTH_MM
 from wpcal.seam.direction import Runs, directed_runs
 from wpcal.seam.discretise import discretise, run_lengths
-from wpcal.seam.frames import seam_frames
 from wpcal.seam.joint import JoinedPieces
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, SeamSource
+from wpcal.seam.turning import limit_turn
 
 FULL_TURN_SIN = 1e-6
 """A loop whose end meets its start this nearly is closed."""
@@ -84,7 +84,7 @@ def measured(
     p0, p1 = runs.ends(graph)
     closed = closed | (np.linalg.norm(p1 - p0, axis=1) <= FULL_TURN_SIN)
     stations = discretise(graph, runs, options.steps)
-    frames = seam_frames(graph, runs.pieces, stations)
+    stations, frames = limit_turn(graph, runs.pieces, stations, options.steps.turn_rad)
     own = [frames.rows(*ends) for ends in pairwise(stations.start.tolist())]
     looped = [_closed(rows) if loop else rows for rows, loop in zip(own, closed.tolist(), strict=True)]
     return looped, run_lengths(graph, runs), closed

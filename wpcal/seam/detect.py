@@ -18,6 +18,7 @@ from wpcal.seam.joint import JoinedPieces, join_contacts
 from wpcal.seam.judge import judge_seams
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.seam import JointType, Seam, SeamPieces, SeamSource, WeldType
+from wpcal.seam.turning import face_free_space
 
 
 def detect_seams(
@@ -59,7 +60,7 @@ def detect_seams(
         concave = _wanted_concave(graph, find_concave_edges(graph), joined, options.concave)
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
     found.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
-    named = [replace(seam, name=f"W{number}") for number, seam in enumerate(found, 1)]
+    named = [replace(face_free_space(graph, trimmed, seam), name=f"W{number}") for number, seam in enumerate(found, 1)]
     return judge_seams(graph, trimmed, with_candidates(graph, named), options)
 
 

@@ -43,6 +43,8 @@ class StepOptions:
         Points nearer than this to their neighbour are taken out where the chord bound allows it, mm.
     max_step_mm : float
         Largest distance along the seam between neighbours, mm.
+    turn_rad : float
+        Largest turn of the frame between neighbours, rad; the least step gives way to it.
 
     Raises
     ------
@@ -53,9 +55,10 @@ class StepOptions:
     chord_mm: float = 0.1
     min_step_mm: float = 1.0
     max_step_mm: float = 10.0
+    turn_rad: float = float(np.radians(45.0))
 
     def __post_init__(self) -> None:
-        for name in ("chord_mm", "max_step_mm"):
+        for name in ("chord_mm", "max_step_mm", "turn_rad"):
             if not getattr(self, name) > 0:
                 raise InputError(f"{name} must be positive, got {getattr(self, name)}")
         if not 0 <= self.min_step_mm <= self.max_step_mm:

@@ -16,6 +16,7 @@ import numpy as np
 
 from wpcal.brep.curves import arc_length, evaluate_edges
 from wpcal.brep.graph import BrepGraph
+from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
@@ -25,6 +26,7 @@ from wpcal.seam.discretise import is_even, run_lengths, speeds
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.record import SEAMS_SCHEMA
 from wpcal.seam.seam import Candidate, Seam, SeamEdit, SeamPieces
+from wpcal.seam.turning import face_free_space
 
 SAME_PLACE_MM = 0.1
 """A candidate whose start, middle and length are this near is the one meant: files hold all digits, and few seams of
@@ -143,13 +145,18 @@ def _range(value: Any, refuse: Any) -> tuple[float, float] | None:
 
 
 def apply_edits(
-    graph: BrepGraph, seams: Sequence[Seam], edits: Sequence[PlacedEdit], options: SeamOptions
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    seams: Sequence[Seam],
+    edits: Sequence[PlacedEdit],
+    options: SeamOptions,
 ) -> tuple[Seam, ...]:
     """Carry out decisions on the candidates of a part.
 
     Parameters
     ----------
-    graph : BrepGraph
+    graph, trimmed :
+        The part.
     seams : sequence of Seam
         The candidates, with frames in `part`.
     edits : sequence of PlacedEdit
@@ -172,7 +179,7 @@ def apply_edits(
         edits_of.setdefault(_row_of(seams, edit), []).append(edit)
     edited = []
     for row, seam in enumerate(seams):
-        edited += [_edited(graph, seam, edit, options) for edit in edits_of.get(row, [])] or [seam]
+        edited += [_edited(graph, trimmed, seam, edit, options) for edit in edits_of.get(row, [])] or [seam]
     names = [seam.name for seam in edited]
     for name in names:
         if names.count(name) > 1:
@@ -198,7 +205,7 @@ def _largest_difference(a: Candidate, b: Candidate) -> float:
     return float(np.abs(rows[0] - rows[1]).max())
 
 
-def _edited(graph: BrepGraph, seam: Seam, placed: PlacedEdit, options: SeamOptions) -> Seam:
+def _edited(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, placed: PlacedEdit, options: SeamOptions) -> Seam:
     edit = placed.edit
     pieces, closed = seam.pieces, seam.closed
     if edit.range_mm is not None:
@@ -218,7 +225,9 @@ def _edited(graph: BrepGraph, seam: Seam, placed: PlacedEdit, options: SeamOptio
         reasons=(*seam.reasons, *_in_words(edit)),
         edit=edit,
     )
-    return changed if pieces is seam.pieces else with_frames(graph, changed, options)
+    if pieces is seam.pieces:
+        return changed
+    return face_free_space(graph, trimmed, with_frames(graph, changed, options))
 
 
 def _in_words(edit: SeamEdit) -> tuple[str, ...]:

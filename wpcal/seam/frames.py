@@ -29,7 +29,7 @@ def seam_frames(graph: BrepGraph, pieces: SeamPieces, stations: Stations) -> Sea
     -------
     SeamFrames
         In `part`. Tangent and normals are those of the exact curve and surfaces. Where the two normals are opposed
-        there is no bisector: z is then the wall's normal.
+        there is no bisector: z is then the wall's normal (`turning.face_free_space` turns it).
     """
     rows = stations.piece
     p, slope = evaluate_edges(graph, pieces.edge[rows], stations.t)

@@ -92,7 +92,7 @@ def judge_seams(
                 reachable=share >= LEAST_FREE,
                 accepted=confidence >= LEAST_CONFIDENCE,
                 confidence=confidence,
-                reasons=(seam.source.value, f"{share:.0%} of the torch's directions are free"),
+                reasons=(seam.source.value, *seam.reasons, f"{share:.0%} of the torch's directions are free"),
                 against=tuple(item.text for item in against),
             )
         )
