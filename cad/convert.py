@@ -27,6 +27,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.features import FeatureKind, ReferenceFeature, find_features
 from wpcal.match import Match, TaughtPoints, match_points, name_points, pair_points, read_taught
 from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.bead import add_beads
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.interpenetration import interpenetrating_solids
 from wpcal.seam.record import seams_csv, seams_record
@@ -240,8 +241,10 @@ def find_seams(
         graph, sections, issues = add_sections(workpiece.graph, workpiece.solids, pairs)
         workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *issues))
         trimmed = replace(trimmed, graph=graph)
-    seams = detect_seams(workpiece.graph, options, trimmed=trimmed, sections=sections)
-    return apply_edits(workpiece.graph, trimmed, seams, edits, options), workpiece
+    graph, beads = add_beads(workpiece.graph, trimmed, options)
+    workpiece, trimmed = replace(workpiece, graph=graph), replace(trimmed, graph=graph)
+    seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads)
+    return apply_edits(graph, trimmed, seams, edits, options), workpiece
 
 
 def calibrate_workpiece(

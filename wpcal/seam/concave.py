@@ -100,14 +100,17 @@ def are_deeper(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray, depth_m
     return deeper
 
 
-def looks_machined(graph: BrepGraph, solid: int) -> bool:
+def looks_machined(graph: BrepGraph, solid: int, *, but: IntArray | None = None) -> bool:
     """Tell whether a solid was cut from one piece rather than welded together.
 
     The rule: a weldment is made of plates, bars and tubes, so nearly all its faces are planes and cylinders, and its
     concave edges lie between outer faces. Cones, spheres, tori and free-form faces (chamfers, rounds, countersinks) on
-    more than a tenth of the faces, or more than a third of the faces being walls of holes, say machined.
+    more than a tenth of the faces, or more than a third of the faces being walls of holes, say machined. The faces
+    `but` do not count: strips that may be beads.
     """
     faces = graph.face_solid == solid
+    if but is not None:
+        faces[but] = False
     kinds = graph.face_kind[faces]
     shaped = np.isin(kinds, (SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS, SurfaceKind.NURBS)).mean()
     walls = ((kinds == SurfaceKind.CYLINDER) & (graph.face_outward[faces] < 0)).mean()

@@ -27,6 +27,7 @@ def detect_seams(
     *,
     trimmed: TrimmedFaces | None = None,
     sections: SeamPieces | None = None,
+    beads: JoinedPieces | None = None,
 ) -> tuple[Seam, ...]:
     """Find the weld seams of a part.
 
@@ -38,6 +39,8 @@ def detect_seams(
         Of the same graph, where a caller has it already.
     sections : SeamPieces, optional
         Curves in which solids that run into each other meet; a CAD kernel computes them.
+    beads : JoinedPieces, optional
+        Curves in which the faces beside beads and rounds meet (`bead.add_beads`).
 
     Returns
     -------
@@ -59,6 +62,8 @@ def detect_seams(
     if options.concave is not ConcaveEdges.NEVER:
         concave = _wanted_concave(graph, find_concave_edges(graph), joined, options.concave)
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
+    if beads is not None:
+        found += build_seams(graph, beads, options, SeamSource.BEAD)
     found.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
     named = [replace(face_free_space(graph, trimmed, seam), name=f"W{number}") for number, seam in enumerate(found, 1)]
     return judge_seams(graph, trimmed, with_candidates(graph, named), options)

@@ -18,13 +18,14 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.concave import are_cut_outs, are_deeper
 from wpcal.seam.fasteners import Fastener, find_fasteners, is_named_fastener
 from wpcal.seam.options import ConcaveEdges, SeamOptions
-from wpcal.seam.reach import LEAST_FREE, free_share
+from wpcal.seam.reach import LEAST_FREE, START_MM, free_share
 from wpcal.seam.seam import Seam, SeamSource
 
 LEAST_CONFIDENCE = 0.5
 """A candidate at or above is accepted."""
-PRIOR = {SeamSource.CONTACT: 0.95, SeamSource.SECTION: 0.9, SeamSource.CONCAVE: 0.7}
-"""Members in contact are meant to be joined; overlapping ones may be a slip; a concave edge may be just a shape."""
+PRIOR = {SeamSource.CONTACT: 0.95, SeamSource.SECTION: 0.9, SeamSource.CONCAVE: 0.7, SeamSource.BEAD: 0.7}
+"""Members in contact are meant to be joined; overlapping ones may be a slip; a concave edge or a round may be
+just a shape."""
 NOT_REACHED, FASTENER, TOO_SHORT, CUT_OUT, MASSIVE = 0.1, 0.05, 0.3, 0.2, 0.3
 """Each of these alone rejects."""
 NAMED, BOLTED, PIN_IN_HOLE = 0.7, 0.75, 0.8
@@ -38,6 +39,8 @@ THICKEST_MM = 60.0
 rarely above 40 mm."""
 FELT_GAP = 0.1
 """A smaller share of the allowed gap is nothing to speak of."""
+BEAD_MM = 15.0
+"""A modelled bead's root is up to this deep below its face: 14 mm for a flat one of 20 mm legs. Rays start there."""
 REACH_STATIONS = 5
 """Places along a seam at which its reach is felt."""
 
@@ -103,8 +106,10 @@ def _free_shares(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam])
     at = [np.unique(np.linspace(0, len(seam.frames) - 1, REACH_STATIONS + 2).astype(int)[1:-1]) for seam in seams]
     p = np.concatenate([seam.frames.p[rows] for seam, rows in zip(seams, at, strict=True)])
     R = np.concatenate([seam.frames.R[rows] for seam, rows in zip(seams, at, strict=True)])
-    ends = np.cumsum([len(rows) for rows in at])[:-1]
-    return [float(np.median(share)) for share in np.split(free_share(graph, trimmed, p, R), ends)]
+    counts = [len(rows) for rows in at]
+    start = np.repeat([BEAD_MM if seam.source is SeamSource.BEAD else START_MM for seam in seams], counts)
+    shares = np.split(free_share(graph, trimmed, p, R, start_mm=start), np.cumsum(counts)[:-1])
+    return [float(np.median(share)) for share in shares]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

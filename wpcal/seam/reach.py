@@ -44,7 +44,9 @@ def cone_of_rays(R: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("nij,kj->nki", R, z), dtype=np.float64)
 
 
-def free_share(graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, R: FloatArray) -> FloatArray:
+def free_share(
+    graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, R: FloatArray, *, start_mm: FloatArray | float = START_MM
+) -> FloatArray:
     """Return the share of the directions of each frame in which a torch gets at the seam; shape (n,).
 
     A direction is free where the wire's ray leaves the part, and so do four rays around it at the nozzle's radius.
@@ -55,12 +57,15 @@ def free_share(graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, R: FloatA
         Origins on the seam, in `part`, mm.
     R : ndarray, shape (n, 3, 3)
         Seam frames in `part`.
+    start_mm : float or ndarray, shape (n,)
+        How far out of the joint the wire's rays start.
     """
     rays = cone_of_rays(R)
     n, k = rays.shape[:2]
     ways = rays.reshape(-1, 3)
     origins = np.repeat(p, k, axis=0)
-    free = ~is_blocked(graph, trimmed, origins + START_MM * ways, ways)
+    start = np.repeat(np.broadcast_to(np.asarray(start_mm, dtype=np.float64), n), k)
+    free = ~is_blocked(graph, trimmed, origins + start[:, None] * ways, ways)
     side = np.repeat(R[:, :, 1], k, axis=0)
     across = np.cross(ways, side)
     across /= np.linalg.norm(across, axis=1, keepdims=True)

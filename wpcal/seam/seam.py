@@ -36,6 +36,7 @@ class SeamSource(Enum):
     CONTACT = "contact of two solids"
     SECTION = "section of two solids that run into each other"
     CONCAVE = "concave edge inside one solid"
+    BEAD = "modelled bead or round inside one solid"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
