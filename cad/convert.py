@@ -435,9 +435,20 @@ def match_taught(
 
 
 def list_seams(
-    step: Path, *, options: SeamOptions, edits: Sequence[PlacedEdit] = (), progress: Progress = no_progress
-) -> tuple[Seam, ...]:
-    """Return the seams of a STEP file, frames in `part`."""
+    step: Path,
+    *,
+    options: SeamOptions,
+    edits: Sequence[PlacedEdit] = (),
+    picture: bool = False,
+    progress: Progress = no_progress,
+) -> tuple[tuple[Seam, ...], bytes | None]:
+    """Return the seams of a STEP file, frames in `part`, and where asked a picture of them (PNG)."""
     workpiece = open_workpiece(step, progress=progress)
     progress("finding seams")
-    return find_seams(workpiece, options, edits)[0]
+    seams, workpiece = find_seams(workpiece, options, edits)
+    if not picture:
+        return seams, None
+    from cad.draw_seams import seams_png
+
+    progress("drawing")
+    return seams, seams_png(workpiece.graph, seams, Path(step).name)

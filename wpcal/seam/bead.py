@@ -34,7 +34,8 @@ LEAST_CORNER_COS = 0.87
 """Faces beside a strip that differ by less than 30 degrees are one bent sheet, not two members."""
 STRIPS = (SurfaceKind.CYLINDER, SurfaceKind.TORUS, SurfaceKind.CONE, SurfaceKind.NURBS)
 SAMPLES = 513
-"""Points through which the spline goes: on an ellipse round a pipe of 60 mm it is then within 1e-7 mm of the curve, and its slope at an end within 1e-6."""
+"""Points through which the spline goes: on an ellipse round a pipe of 60 mm it is then within 1e-7 mm of the curve, and
+its slope at an end within 1e-6."""
 NEWTON_ROUNDS = 12
 """The distance is squared each round; analytic surfaces settle in 5."""
 PARALLEL = 1e-6

@@ -41,6 +41,8 @@ FELT_GAP = 0.1
 """A smaller share of the allowed gap is nothing to speak of."""
 BEAD_MM = 15.0
 """A modelled bead's root is up to this deep below its face: 14 mm for a flat one of 20 mm legs. Rays start there."""
+AROUND = 0.1
+"""A seam that runs round an axis is nowhere along it: cosine of 84 degrees."""
 REACH_STATIONS = 5
 """Places along a seam at which its reach is felt."""
 
@@ -164,6 +166,8 @@ class _Judge:
         if len(pins) == 0:
             return False
         o, z, radius = graph.face_frame[pins[0], 0], graph.face_frame[pins[0], 3], graph.face_param[pins[0], 0]
+        if np.abs(seam.frames.R[:, :, 0] @ z).max() > AROUND:
+            return False
         other = [self.number[name] for name in seam.solids if self.number[name] != graph.face_solid[pins[0]]]
         fits = np.abs(graph.face_param[self.holes, 0] - radius) <= self.gap_mm
         holes = self.holes[fits & np.isin(graph.face_solid[self.holes], other)]
