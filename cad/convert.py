@@ -42,6 +42,25 @@ def no_progress(_: str) -> None:
 
 
 @dataclass(frozen=True, slots=True)
+class SeamChoice:
+    """What a person decided about the seams of a part.
+
+    Parameters
+    ----------
+    edits : tuple of PlacedEdit
+        About candidates (`wpcal.seam.edit.read_edits`).
+    marked : tuple of str
+        Names, layers or colours of edges in the STEP file that are the seams (`cad.marked.find_marked`).
+    edges : tuple of str
+        Places of edges that are seams.
+    """
+
+    edits: tuple[PlacedEdit, ...] = ()
+    marked: tuple[str, ...] = ()
+    edges: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class CalibrateOptions:
     """How a workpiece is calibrated.
 
@@ -54,8 +73,8 @@ class CalibrateOptions:
     teaching : TeachingError
     seams : SeamOptions
     certify : bool
-    edits : tuple of PlacedEdit
-        Decisions about the seams.
+    choice : SeamChoice
+        What a person decided about the seams.
     """
 
     criterion: Criterion = Criterion.MINIMAX
@@ -65,7 +84,7 @@ class CalibrateOptions:
     teaching: TeachingError = field(default_factory=TeachingError)
     seams: SeamOptions = field(default_factory=SeamOptions)
     certify: bool = False
-    edits: tuple[PlacedEdit, ...] = ()
+    choice: SeamChoice = field(default_factory=SeamChoice)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -214,7 +233,7 @@ def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:
 
 
 def find_seams(
-    workpiece: Workpiece, options: SeamOptions, edits: Sequence[PlacedEdit] = ()
+    workpiece: Workpiece, options: SeamOptions, choice: SeamChoice | None = None
 ) -> tuple[tuple[Seam, ...], Workpiece]:
     """Find the seams of a workpiece; solids that run into each other are cut by the kernel first.
 
@@ -222,8 +241,8 @@ def find_seams(
     ----------
     workpiece : Workpiece
     options : SeamOptions
-    edits : sequence of PlacedEdit
-        Decisions about candidates (`wpcal.seam.edit.read_edits`).
+    choice : SeamChoice, optional
+        What a person decided.
 
     Returns
     -------
@@ -241,10 +260,17 @@ def find_seams(
         graph, sections, issues = add_sections(workpiece.graph, workpiece.solids, pairs)
         workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *issues))
         trimmed = replace(trimmed, graph=graph)
+    choice = choice or SeamChoice()
     graph, beads = add_beads(workpiece.graph, trimmed, options)
+    marked = None
+    if choice.marked or choice.edges:
+        from cad.marked import find_marked
+
+        marks = () if workpiece.source is None else workpiece.source.marks
+        graph, marked = find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
     workpiece, trimmed = replace(workpiece, graph=graph), replace(trimmed, graph=graph)
-    seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads)
-    return apply_edits(graph, trimmed, seams, edits, options), workpiece
+    seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, marked=marked)
+    return apply_edits(graph, trimmed, seams, choice.edits, options), workpiece
 
 
 def calibrate_workpiece(
@@ -307,7 +333,7 @@ def calibrate_workpiece(
         )
     pairs, check = pair_points(points, workpiece.features)
     progress("finding seams")
-    seams, workpiece = find_seams(workpiece, options.seams, options.edits)
+    seams, workpiece = find_seams(workpiece, options.seams, options.choice)
     frames = [seam.frames.p for seam in seams if seam.accepted]
     progress("fitting")
     with blamed_on(points.path):
@@ -438,14 +464,14 @@ def list_seams(
     step: Path,
     *,
     options: SeamOptions,
-    edits: Sequence[PlacedEdit] = (),
+    choice: SeamChoice | None = None,
     picture: bool = False,
     progress: Progress = no_progress,
 ) -> tuple[tuple[Seam, ...], bytes | None]:
     """Return the seams of a STEP file, frames in `part`, and where asked a picture of them (PNG)."""
     workpiece = open_workpiece(step, progress=progress)
     progress("finding seams")
-    seams, workpiece = find_seams(workpiece, options, edits)
+    seams, workpiece = find_seams(workpiece, options, choice)
     if not picture:
         return seams, None
     from cad.draw_seams import seams_png

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.options import read_pose, read_seam_edits, seam_edits_option, seam_options, to_seam_options
+from cad.cli.options import read_pose, seam_choice_options, seam_options, to_seam_choice, to_seam_options
 
 if TYPE_CHECKING:
     from cad.convert import WrittenCalibration
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 @click.option("--tcp-bias-mm", type=float, default=0.0, show_default=True, help="Error of the tool centre point.")
 @click.option("--certify", is_flag=True, help="Close a gap by branch and bound over all rotations (slow).")
 @seam_options
-@seam_edits_option
+@seam_choice_options
 @click.option("--mark-seams", is_flag=True, help="Write the seams as named edges into the moved STEP file.")
 @click.option("--bake", is_flag=True, help="Move the geometry itself in the STEP file: no new assembly level.")
 @click.option("--force", is_flag=True, help="Write into a folder that exists and holds files.")
@@ -80,7 +80,7 @@ def run_calibration(part_step: Path, taught_csv: Path, out: Path, *, force: bool
         ),
         seams=seams,
         certify=values["certify"],
-        edits=read_seam_edits(values),
+        choice=to_seam_choice(values),
     )
     nominal = None if values["nominal"] is None else read_pose(values["nominal"])
     check_writable(out, overwrite=force)

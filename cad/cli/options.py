@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
+    from cad.convert import SeamChoice
     from wpcal.core.transform import RigidTransform
     from wpcal.seam import SeamOptions
-    from wpcal.seam.edit import PlacedEdit
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -41,13 +41,34 @@ def seam_options(command: Command) -> Command:
     return command
 
 
-seam_edits_option = click.option(
-    "--seams",
-    "seams_file",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="A seams.json of this part in which seams have an object edit: accept, reject, reverse, name, range_mm.",
-)
+def seam_choice_options(command: Command) -> Command:
+    """Add the options by which a person says what the seams are."""
+    for option in (
+        click.option(
+            "--edge",
+            "edges",
+            metavar="PLACE",
+            multiple=True,
+            help="The edge at x,y,z (part frame, mm) or at a feature (M12) is a seam, and with --marked no other is.",
+        ),
+        click.option(
+            "--marked",
+            metavar="PATTERN",
+            multiple=True,
+            help="Edges and wires of this name or layer (* and ? stand for any letters) or colour (#rrggbb) are the "
+            "seams, and no other is.",
+        ),
+        click.option(
+            "--seams",
+            "seams_file",
+            metavar="FILE",
+            type=click.Path(path_type=Path),
+            help="A seams.json of this part in which seams have an object edit: accept, reject, reverse, name, "
+            "range_mm.",
+        ),
+    ):
+        command = option(command)
+    return command
 
 
 def to_seam_options(values: dict[str, Any]) -> SeamOptions:
@@ -70,12 +91,13 @@ def to_seam_options(values: dict[str, Any]) -> SeamOptions:
     return SeamOptions(gap_mm, ConcaveEdges(values.pop("concave")), math.radians(split_deg), steps)
 
 
-def read_seam_edits(values: dict[str, Any]) -> tuple[PlacedEdit, ...]:
-    """Take ``--seams`` out of a command's arguments and read the file."""
+def to_seam_choice(values: dict[str, Any]) -> SeamChoice:
+    """Take the values of `seam_choice_options` out of a command's arguments and read the edits."""
+    from cad.convert import SeamChoice
     from wpcal.seam.edit import read_edits
 
-    path = values.pop("seams_file")
-    return () if path is None else read_edits(path)
+    path, marked, edges = (values.pop(name) for name in ("seams_file", "marked", "edges"))
+    return SeamChoice(() if path is None else read_edits(path), tuple(marked), tuple(edges))
 
 
 def read_pose(text: str) -> RigidTransform:

@@ -7,13 +7,13 @@ from typing import Any
 
 import click
 
-from cad.cli.options import read_seam_edits, seam_edits_option, seam_options, to_seam_options
+from cad.cli.options import seam_choice_options, seam_options, to_seam_choice, to_seam_options
 
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @seam_options
-@seam_edits_option
+@seam_choice_options
 @click.option(
     "--png", metavar="FILE", type=click.Path(path_type=Path), help="Write a picture of the part and its seams."
 )
@@ -27,12 +27,12 @@ def seams(*, part_step: Path, png: Path | None, force: bool, as_json: bool, **va
     from cad.child import run_in_child
     from cad.cli.progress import shown_progress
 
-    options, edits = to_seam_options(values), read_seam_edits(values)
+    options, choice = to_seam_options(values), to_seam_choice(values)
     _check_picture(png, overwrite=force)
     with shown_progress() as progress:
         found, picture = run_in_child(
             "cad.convert:list_seams",
-            {"step": part_step, "options": options, "edits": edits, "picture": png is not None},
+            {"step": part_step, "options": options, "choice": choice, "picture": png is not None},
             what=f"finding the seams of {part_step}",
             progress=progress,
         )

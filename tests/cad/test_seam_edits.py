@@ -12,7 +12,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from cad.convert import find_seams, open_workpiece
+from cad.convert import SeamChoice, find_seams, open_workpiece
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
 from wpcal.seam import Seam, SeamOptions, StepOptions
@@ -42,7 +42,7 @@ def edited_file(folder: Path, edit: Edit, name: str = "tee") -> Path:
 
 def after(path: Path, name: str = "tee", options: SeamOptions | None = None) -> dict[str, Seam]:
     workpiece = open_workpiece(FIXTURES / name / f"{name}.step")
-    seams = find_seams(workpiece, options or SeamOptions(), read_edits(path))[0]
+    seams = find_seams(workpiece, options or SeamOptions(), SeamChoice(read_edits(path)))[0]
     return {seam.name: seam for seam in seams}
 
 

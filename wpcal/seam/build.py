@@ -58,7 +58,7 @@ def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, so
                 name="",
                 joint=_longest_joint(joined, chain.rows, of_piece),
                 weld=joined.weld[row],
-                solids=tuple(graph.solid_names[i] for i in dict.fromkeys(solids[row].tolist())),
+                solids=tuple(graph.solid_names[i] for i in dict.fromkeys(solids[row].tolist()) if i >= 0),
                 pieces=runs.run(number),
                 closed=bool(closed[number]),
                 length_mm=float(lengths[number]),
@@ -73,8 +73,9 @@ def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, so
 
 
 def solids_of(graph: BrepGraph, pieces: SeamPieces) -> IntArray:
-    """Return the numbers of the two solids of each piece, the smaller first; shape (k, 2)."""
-    return np.sort(np.stack([graph.face_solid[pieces.wall], graph.face_solid[pieces.base]], axis=1), axis=1)
+    """Return the numbers of the two solids of each piece, the smaller first, -1 for a missing face; shape (k, 2)."""
+    solids = [np.where(face >= 0, graph.face_solid[face], -1) for face in (pieces.wall, pieces.base)]
+    return np.sort(np.stack(solids, axis=1), axis=1)
 
 
 def measured(

@@ -16,6 +16,7 @@ from wpcal.seam.duplicates import sections_beside, without_duplicates
 from wpcal.seam.edit import with_candidates
 from wpcal.seam.joint import JoinedPieces, join_contacts
 from wpcal.seam.judge import judge_seams
+from wpcal.seam.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.seam import JointType, Seam, SeamPieces, SeamSource, WeldType
 from wpcal.seam.turning import face_free_space
@@ -28,6 +29,7 @@ def detect_seams(
     trimmed: TrimmedFaces | None = None,
     sections: SeamPieces | None = None,
     beads: JoinedPieces | None = None,
+    marked: MarkedEdges | None = None,
 ) -> tuple[Seam, ...]:
     """Find the weld seams of a part.
 
@@ -41,6 +43,8 @@ def detect_seams(
         Curves in which solids that run into each other meet; a CAD kernel computes them.
     beads : JoinedPieces, optional
         Curves in which the faces beside beads and rounds meet (`bead.add_beads`).
+    marked : MarkedEdges, optional
+        Edges that are to be welded; where there are any, no other candidate is accepted.
 
     Returns
     -------
@@ -53,7 +57,11 @@ def detect_seams(
     gap_mm = options.gap_for(graph)
     joined = join_contacts(graph, trimmed, find_contacts(graph, trimmed, gap_mm=gap_mm), gap_mm=gap_mm)
     joined = without_duplicates(graph, joined, gap_mm=gap_mm)
-    found = build_seams(graph, joined, options, SeamSource.CONTACT)
+    contacts, found = joined, []
+    if marked is not None:
+        chosen, labels, contacts = take_marked(graph, joined, marked, gap_mm=gap_mm)
+        found += _marked_seams(graph, chosen, labels, options)
+    found += build_seams(graph, contacts, options, SeamSource.CONTACT)
     if sections is not None:
         beside = sections_beside(graph, sections, joined, gap_mm=gap_mm)
         n = len(beside)
@@ -61,12 +69,23 @@ def detect_seams(
         found += build_seams(graph, crossing, options, SeamSource.SECTION)
     if options.concave is not ConcaveEdges.NEVER:
         concave = _wanted_concave(graph, find_concave_edges(graph), joined, options.concave)
+        if marked is not None:
+            concave = concave.select(np.flatnonzero(~np.isin(concave.pieces.edge, marked.edge)))
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
     if beads is not None:
         found += build_seams(graph, beads, options, SeamSource.BEAD)
     found.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
     named = [replace(face_free_space(graph, trimmed, seam), name=f"W{number}") for number, seam in enumerate(found, 1)]
     return judge_seams(graph, trimmed, with_candidates(graph, named), options)
+
+
+def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions) -> list[Seam]:
+    """Build the seams of marked pieces; their reasons say by what they are marked."""
+    label_of = dict(zip(chosen.pieces.edge.tolist(), labels, strict=True))
+    return [
+        replace(seam, reasons=in_words(graph, seam.pieces, tuple(label_of[edge] for edge in seam.pieces.edge.tolist())))
+        for seam in build_seams(graph, chosen, options, SeamSource.MARKED)
+    ]
 
 
 def _wanted_concave(

@@ -23,10 +23,16 @@ from wpcal.seam.seam import Seam, SeamSource
 
 LEAST_CONFIDENCE = 0.5
 """A candidate at or above is accepted."""
-PRIOR = {SeamSource.CONTACT: 0.95, SeamSource.SECTION: 0.9, SeamSource.CONCAVE: 0.7, SeamSource.BEAD: 0.7}
+PRIOR = {
+    SeamSource.CONTACT: 0.95,
+    SeamSource.SECTION: 0.9,
+    SeamSource.CONCAVE: 0.7,
+    SeamSource.BEAD: 0.7,
+    SeamSource.MARKED: 1.0,
+}
 """Members in contact are meant to be joined; overlapping ones may be a slip; a concave edge or a round may be
-just a shape."""
-NOT_REACHED, FASTENER, TOO_SHORT, CUT_OUT, MASSIVE = 0.1, 0.05, 0.3, 0.2, 0.3
+just a shape. What a person marked is a weld, whatever speaks against it."""
+NOT_REACHED, FASTENER, TOO_SHORT, CUT_OUT, MASSIVE, NOT_MARKED = 0.1, 0.05, 0.3, 0.2, 0.3, 0.4
 """Each of these alone rejects."""
 NAMED, BOLTED, PIN_IN_HOLE = 0.7, 0.75, 0.8
 """Each of these alone lowers a contact's confidence and does not reject it."""
@@ -84,7 +90,8 @@ def judge_seams(
     if not seams:
         return ()
     shares = _free_shares(graph, trimmed, seams)
-    judge = _Judge.of(graph, trimmed, options.gap_for(graph))
+    has_marks = any(seam.source is SeamSource.MARKED for seam in seams)
+    judge = _Judge.of(graph, trimmed, options.gap_for(graph), has_marks=has_marks)
     concave = _concave_evidence(graph, trimmed, seams) if options.concave is ConcaveEdges.AUTO else {}
     judged = []
     for row, (seam, share) in enumerate(zip(seams, shares, strict=True)):
@@ -95,7 +102,7 @@ def judge_seams(
             replace(
                 seam,
                 reachable=share >= LEAST_FREE,
-                accepted=confidence >= LEAST_CONFIDENCE,
+                accepted=confidence >= LEAST_CONFIDENCE or seam.source is SeamSource.MARKED,
                 confidence=confidence,
                 reasons=(seam.source.value, *seam.reasons, f"{share:.0%} of the torch's directions are free"),
                 against=tuple(item.text for item in against),
@@ -121,12 +128,13 @@ class _Judge:
     holes: IntArray
     fasteners: dict[int, Fastener]
     gap_mm: float
+    has_marks: bool
 
     @classmethod
-    def of(cls, graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> _Judge:
+    def of(cls, graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float, *, has_marks: bool) -> _Judge:
         number = {name: solid for solid, name in enumerate(graph.solid_names)}
         holes = np.flatnonzero((graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0))
-        return cls(graph, number, holes, find_fasteners(graph, trimmed), gap_mm)
+        return cls(graph, number, holes, find_fasteners(graph, trimmed), gap_mm, has_marks)
 
     def evidence(self, seam: Seam, share: float) -> Iterator[Evidence]:
         """Yield what speaks against a candidate."""
@@ -142,6 +150,8 @@ class _Judge:
                 yield Evidence(NAMED, f"{name} is named like a fastener")
         if seam.length_mm < LEAST_RUN_MM:
             yield Evidence(TOO_SHORT, f"{seam.length_mm:.1f} mm is shorter than a run of {LEAST_RUN_MM:g} mm")
+        if self.has_marks and seam.source is not SeamSource.MARKED:
+            yield Evidence(NOT_MARKED, "other edges are marked, and not this one")
         if seam.source is SeamSource.CONTACT and len(solids) == 2:
             yield from self._contact_evidence(seam, set(solids), bool(held))
 

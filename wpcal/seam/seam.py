@@ -37,6 +37,7 @@ class SeamSource(Enum):
     SECTION = "section of two solids that run into each other"
     CONCAVE = "concave edge inside one solid"
     BEAD = "modelled bead or round inside one solid"
+    MARKED = "marked or picked edge"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
