@@ -44,17 +44,10 @@ def evaluate_edges(graph: BrepGraph, edges: ArrayLike, t: ArrayLike) -> tuple[Fl
     ax, by = ab[:, :1] * x, ab[:, 1:] * y
     points = np.where(is_line, o + t[:, None] * x, o + cos * ax + sin * by)
     slopes = np.where(is_line, x, cos * by - sin * ax)
-    for rows in rows_of_each(e, np.flatnonzero(kind == CurveKind.NURBS)):
-        points[rows], slopes[rows] = graph.nurbs_curves[graph.edge_nurbs[e[rows[0]]]].evaluate(t[rows])
+    free = np.flatnonzero(kind == CurveKind.NURBS)
+    if len(free):
+        points[free], slopes[free] = graph.curve_set.evaluate(graph.edge_nurbs[e[free]], t[free])
     return points, slopes
-
-
-def rows_of_each(items: IntArray, rows: IntArray) -> list[IntArray]:
-    """Return the rows of each distinct item among `rows`, rows ascending, items ascending."""
-    if len(rows) == 0:
-        return []
-    rows = rows[np.argsort(items[rows], kind="stable")]
-    return np.split(rows, np.flatnonzero(np.diff(items[rows])) + 1)
 
 
 def piece_counts(graph: BrepGraph) -> IntArray:

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.brep.curves import rows_of_each
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.core.arrays import FloatArray, IntArray
 
@@ -54,11 +53,12 @@ def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> F
     frame = graph.face_frame[f]
     kinds = graph.face_kind[f]
     p, n, uv = _project_elementary(kinds, frame, graph.face_param[f], points)
-    for rows in rows_of_each(f, np.flatnonzero(kinds == SurfaceKind.NURBS)):
-        surface = graph.nurbs_surfaces[graph.face_nurbs[f[rows[0]]]]
-        uv[rows] = surface.project(points[rows])
-        p[rows], du, dv = surface.evaluate(uv[rows])
-        n[rows] = _unit(np.cross(du, dv))
+    free = np.flatnonzero(kinds == SurfaceKind.NURBS)
+    if len(free):
+        surface, nearest = graph.face_nurbs[f[free]], graph.nearest_on_nurbs
+        uv[free] = nearest.project(surface, points[free])
+        p[free], du, dv = nearest.surfaces.evaluate(surface, uv[free])
+        n[free] = _unit(np.cross(du, dv))
     return Foot(p, n * graph.face_outward[f][:, None], uv)
 
 
