@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from wpcal.brep.boxes import BoxTree
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
@@ -110,6 +111,11 @@ class TrimmedFaces:
             low[closed_face], high[closed_face] = poles.min(axis=0), poles.max(axis=0)
         bulge = self._bulge()
         return low - bulge, high + bulge
+
+    @cached_property
+    def box_tree(self) -> BoxTree:
+        """The boxes of the faces in a tree."""
+        return BoxTree.of(*self.face_box)
 
     def _bulge(self) -> FloatArray:
         """How far a NURBS face may reach beyond the box of its boundary, mm, (F, 1)."""

@@ -60,12 +60,14 @@ class Strip:
     edges: tuple[tuple[int, ...], tuple[int, ...]]
 
 
-def find_strips(graph: BrepGraph) -> list[Strip]:
+def find_strips(graph: BrepGraph, solids: BoolArray | None = None) -> list[Strip]:
     """Find the concave strips that run smoothly into two other faces of their solid at an angle.
 
     Parameters
     ----------
     graph : BrepGraph
+    solids : ndarray of bool, shape (S,), optional
+        Those that are asked; all where not given.
 
     Returns
     -------
@@ -74,6 +76,8 @@ def find_strips(graph: BrepGraph) -> list[Strip]:
     """
     edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
     edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
+    if solids is not None:
+        edges = edges[solids[graph.edge_solid[edges]]]
     edges = edges[np.isin(graph.face_kind[graph.edge_faces[edges]], STRIPS).any(axis=1)]
     p = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))[0]
     left, right = (project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1))
@@ -127,12 +131,14 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
     pieces : JoinedPieces
         Wall and base are the faces beside the strips.
     """
-    strips = [] if options.concave is ConcaveEdges.NEVER else find_strips(graph)
-    if options.concave is ConcaveEdges.AUTO and strips:
-        faces = np.array([strip.face for strip in strips])
-        wanted = _stand_apart(graph, trimmed, options.gap_for(graph))
-        wanted &= [not looks_machined(graph, solid, but=faces) for solid in range(len(graph.solid_names))]
-        strips = [strip for strip in strips if wanted[graph.face_solid[strip.face]]]
+    strips: list[Strip] = []
+    if options.concave is ConcaveEdges.ALWAYS:
+        strips = find_strips(graph)
+    elif options.concave is ConcaveEdges.AUTO:
+        strips = find_strips(graph, _stand_apart(graph, trimmed, options.gap_for(graph)))
+        faces = np.array([strip.face for strip in strips], dtype=np.int64)
+        machined = {solid: looks_machined(graph, solid, but=faces) for solid in set(graph.face_solid[faces].tolist())}
+        strips = [strip for strip in strips if not machined[int(graph.face_solid[strip.face])]]
     found = [(strip, edge) for strip in strips for edge in _meeting_edges(graph, strip)]
     wider, edges = add_edges(graph, [edge for _, edge in found])
     n = len(found)

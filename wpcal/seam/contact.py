@@ -8,7 +8,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from wpcal.brep.boxes import BoxTree
 from wpcal.brep.curves import edge_polylines, evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import Foot, project_to_faces
@@ -122,7 +121,7 @@ def candidate_pairs(
     real = (graph.edge_kind != CurveKind.DEGENERATE) & (graph.edge_solid >= 0)
     usable = np.flatnonzero(real if seam_edges else real & ~graph.is_seam_edge)
     low, high = edge_boxes(graph)
-    row, face = BoxTree.of(*trimmed.face_box).meeting(low[usable] - gap_mm, high[usable] + gap_mm)
+    row, face = trimmed.box_tree.meeting(low[usable] - gap_mm, high[usable] + gap_mm)
     edge = usable[row]
     apart = graph.edge_solid[edge] != graph.face_solid[face]
     edge, face = edge[apart], face[apart]

@@ -181,9 +181,12 @@ def _extent(
 ) -> FloatArray:
     """Feel how far faces reach from p in a direction, mm: to the first gap that a geometric row of points meets."""
     steps = np.geomspace(2.0 * gap_mm + 0.1, max(graph.size_mm, 1.0), EXTENT_SAMPLES)
-    points = p[:, None] + steps[:, None] * direction[:, None]
-    on = _is_on(graph, trimmed, np.repeat(face, len(steps)), points.reshape(-1, 3)).reshape(len(p), len(steps))
-    first_off = np.where(on.all(axis=1), len(steps) - 1, np.argmin(on, axis=1))
+    first_off = np.full(len(p), len(steps) - 1)
+    rows = np.arange(len(p))
+    for number, step in enumerate(steps):
+        on = _is_on(graph, trimmed, face[rows], p[rows] + step * direction[rows])
+        first_off[rows[~on]] = number
+        rows = rows[on]
     low, high = np.where(first_off > 0, steps[first_off - 1], 0.0), steps[first_off]
     for _ in range(EXTENT_BISECTIONS):
         middle = (low + high) / 2

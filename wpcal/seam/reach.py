@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.brep.boxes import BoxTree
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
@@ -126,24 +125,29 @@ def _through_boxes(
     trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
     """Return pairs of a ray and a face whose box it goes through, and where it enters and leaves."""
+    o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
     low, high = trimmed.face_box
     with np.errstate(divide="ignore", invalid="ignore"):
 
         def meets(ray: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
-            enter, leave = _passage(origins[ray], rays[ray], length[ray], box_low, box_high)
+            enter, leave = _passage(np.take(o, ray, axis=1), np.take(d, ray, axis=1), length[ray], box_low, box_high)
             return np.asarray(leave > enter, dtype=bool)
 
-        ray, face = BoxTree.of(low, high).search(len(origins), meets)
-        return ray, face, *_passage(origins[ray], rays[ray], length[ray], low[face], high[face])
+        ray, face = trimmed.box_tree.search(len(origins), meets)
+        return ray, face, *_passage(o[:, ray], d[:, ray], length[ray], low[face].T, high[face].T)
 
 
 def _passage(
     o: FloatArray, d: FloatArray, length: FloatArray, low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return where rays from o along d enter boxes and where they leave them; they miss those they leave first."""
-    a, b = (low - THIN_MM - o) / d, (high + THIN_MM - o) / d
-    enter = np.maximum(np.fmin(a, b).max(axis=1), 0.0)
-    leave = np.minimum(np.fmax(a, b).min(axis=1), length)
+    """Return where rays from o along d enter boxes and where they leave them; they miss those they leave first.
+
+    Points, directions and corners have a row a coordinate, shape (3, m).
+    """
+    enter, leave = np.zeros(len(length)), length
+    for k in range(3):
+        a, b = (low[k] - THIN_MM - o[k]) / d[k], (high[k] + THIN_MM - o[k]) / d[k]
+        enter, leave = np.maximum(enter, np.fmin(a, b)), np.minimum(leave, np.fmax(a, b))
     return enter, leave
 
 
