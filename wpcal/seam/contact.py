@@ -270,8 +270,13 @@ class _Touching:
 
 
 def _gaps(graph: BrepGraph, edge: IntArray, face: IntArray, t0: FloatArray, t1: FloatArray) -> FloatArray:
-    t = t0[:, None] + (t1 - t0)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
-    points = evaluate_edges(graph, np.repeat(edge, SAMPLES), t.ravel())[0]
-    foot = project_to_faces(graph, np.repeat(face, SAMPLES), points)
-    off = np.linalg.norm(foot.p - points, axis=1).reshape(t.shape)
-    return np.stack([off.min(axis=1), off.mean(axis=1), off.max(axis=1)], axis=1)
+    """Return the least, mean and largest distance of intervals of edges from faces, shape (k, 3), mm."""
+    gaps = np.zeros((len(edge), 3))
+    for first in range(0, len(edge), CHUNK // SAMPLES):
+        own = slice(first, first + CHUNK // SAMPLES)
+        t = t0[own, None] + (t1 - t0)[own, None] * np.linspace(0.0, 1.0, SAMPLES)
+        points = evaluate_edges(graph, np.repeat(edge[own], SAMPLES), t.ravel())[0]
+        foot = project_to_faces(graph, np.repeat(face[own], SAMPLES), points)
+        off = np.linalg.norm(foot.p - points, axis=1).reshape(t.shape)
+        gaps[own] = np.stack([off.min(axis=1), off.mean(axis=1), off.max(axis=1)], axis=1)
+    return gaps

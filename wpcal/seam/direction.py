@@ -15,6 +15,8 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.chain import ROUND_MM, Chain
 from wpcal.seam.seam import SeamPieces
 
+CHUNK = 1000
+"""Chains that are sampled together: some 50 MB at eight pieces each."""
 LOOP_SAMPLES = 65
 """Points a piece at which the start of a loop is sought before it is refined: a piece is at most one turn."""
 AREA_SAMPLES = 32
@@ -77,6 +79,12 @@ def directed_runs(graph: BrepGraph, pieces: SeamPieces, chains: list[Chain]) -> 
     Runs
         In the order of the chains.
     """
+    parts = [_directed(graph, pieces, chains[first : first + CHUNK]) for first in range(0, len(chains), CHUNK)]
+    start = np.concatenate([[0], np.cumsum(np.concatenate([np.diff(part.start) for part in parts]))])
+    return Runs(SeamPieces.joined([part.pieces for part in parts]), start)
+
+
+def _directed(graph: BrepGraph, pieces: SeamPieces, chains: list[Chain]) -> Runs:
     rows, flip = (np.concatenate([getattr(chain, name) for chain in chains]) for name in ("rows", "flip"))
     start = np.concatenate([[0], np.cumsum([len(chain.rows) for chain in chains])])
     runs = Runs(pieces.select(rows).reversed_where(flip), start)
