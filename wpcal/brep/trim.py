@@ -28,6 +28,8 @@ SAME_VERTEX_MM = 1e-6
 """Ends this near to each other are one vertex: ten times what kernels place vertices to."""
 ON_MERIDIAN_RAD = 1e-9
 """A piece of boundary whose ends are this near to a meridian runs along it: the round-off of angles is 1e-13."""
+MOST_POINTS = 50_000
+"""Points projected in one array: about 20 MB."""
 MOST_PAIRS = 500_000
 """Point and boundary-piece pairs handled in one array: about 50 MB."""
 
@@ -77,8 +79,7 @@ class TrimmedFaces:
         of_face = face[coedge]
         p0, p1 = points[first], points[second]
         closed = _closed_ends(graph, start, points)  # pieces that meet in a vertex meet in (u, v) to the last bit
-        uv0 = project_to_faces(graph, of_face, closed[first]).uv
-        uv1 = project_to_faces(graph, of_face, closed[second]).uv
+        uv0, uv1 = _parameters(graph, of_face, closed[first]), _parameters(graph, of_face, closed[second])
         for here, there, p in ((uv0, uv1, p0), (uv1, uv0, p1)):
             apex = is_on_axis(graph, of_face, p)  # no angle of its own: the meridian of the other end leads there
             here[apex, 0] = there[apex, 0]
@@ -177,20 +178,15 @@ class TrimmedFaces:
         size = np.diff(first, append=len(faces))
         low = np.minimum.reduceat(points, first) - within_mm
         high = np.maximum.reduceat(points, first) + within_mm
-        piece_low, piece_high = self._piece_box
         for at, of_face in self._pairs(faces[first]):
-            near = ((piece_low[of_face] <= high[at]) & (piece_high[of_face] >= low[at])).all(axis=1)
+            p0, p1 = self.p0[of_face], self.p1[of_face]
+            near = ((np.minimum(p0, p1) <= high[at]) & (np.maximum(p0, p1) >= low[at])).all(axis=1)
             box, count = at[near], size[at[near]]
             row = np.arange(count.sum()) + np.repeat(first[box] - (np.cumsum(count) - count), count)
             piece = np.repeat(of_face[near], count)
             np.minimum.at(distance, row, distance_to_segments(points[row], self.p0[piece], self.p1[piece]))
         distance[distance > within_mm] = np.inf
         return distance
-
-    @cached_property
-    def _piece_box(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest corner of each piece, two arrays (m, 3)."""
-        return np.minimum(self.p0, self.p1), np.maximum(self.p0, self.p1)
 
     def _pairs(self, faces: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
         """Yield pairs of a row of `faces` and a piece of that face's boundary, rows ascending, in chunks."""
@@ -274,6 +270,15 @@ class TrimmedFaces:
         return v
 
 
+def _parameters(graph: BrepGraph, faces: IntArray, points: FloatArray) -> FloatArray:
+    """Return the parameters (m, 2) of points on surfaces."""
+    uv = np.empty((len(faces), 2))
+    for first in range(0, len(faces), MOST_POINTS):
+        own = slice(first, first + MOST_POINTS)
+        uv[own] = project_to_faces(graph, faces[own], points[own]).uv
+    return uv
+
+
 def _closed_ends(graph: BrepGraph, start: IntArray, points: FloatArray) -> FloatArray:
     """Return samples of edges whose ends at one vertex are one point: that of the first edge that ends there."""
     points = points.copy()
@@ -302,12 +307,13 @@ def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray) ->
 
 def is_on_axis(graph: BrepGraph, faces: IntArray, points: FloatArray) -> BoolArray:
     """Tell which points lie on the axis of their cone or sphere: at its apex or pole; shape (m,)."""
-    frame = graph.face_frame[faces]
-    arm = points - frame[:, 0]
+    on_axis = np.zeros(len(faces), dtype=bool)
+    pointed = np.flatnonzero(np.isin(graph.face_kind[faces], (SurfaceKind.CONE, SurfaceKind.SPHERE)))
+    frame = graph.face_frame[faces[pointed]]
+    arm = points[pointed] - frame[:, 0]
     height = np.einsum("mi,mi->m", arm, frame[:, 3])
-    off = np.linalg.norm(arm - height[:, None] * frame[:, 3], axis=1)
-    pointed = np.isin(graph.face_kind[faces], (SurfaceKind.CONE, SurfaceKind.SPHERE))
-    return np.asarray(pointed & (off < AXIS_MM), dtype=bool)
+    on_axis[pointed] = np.linalg.norm(arm - height[:, None] * frame[:, 3], axis=1) < AXIS_MM
+    return on_axis
 
 
 def wrap_angle(angle: FloatArray) -> FloatArray:
