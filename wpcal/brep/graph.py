@@ -128,18 +128,6 @@ class BrepGraph:
         return faces
 
     @cached_property
-    def _edges_by_face(self) -> tuple[IntArray, IntArray]:
-        """The edges of all coedges sorted by face, and where those of each face begin."""
-        order = np.argsort(self.coedge_face, kind="stable")
-        start = np.searchsorted(self.coedge_face[order], np.arange(self.face_count + 1))
-        return self.coedge_edge[order], start
-
-    def edges_of_face(self, face: int) -> IntArray:
-        """Return the edges of one face in the order of its coedges; a seam edge comes twice."""
-        edges, start = self._edges_by_face
-        return edges[start[face] : start[face + 1]]
-
-    @cached_property
     def is_seam_edge(self) -> BoolArray:
         """Whether both coedges of an edge belong to one face; shape (E,)."""
         left, right = self.edge_faces.T

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from wpcal.brep.curves import edge_lengths, evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
@@ -158,41 +156,19 @@ def _holes(graph: BrepGraph, circles: list[_Found]) -> list[_Found]:
     keys = np.column_stack(
         [graph.face_solid[walls], np.round(foot / NAMING_MM), np.round(axis / AXIS_ROUND), np.round(radius / NAMING_MM)]
     )
-    circles_on = defaultdict(list)
-    for circle in circles:
-        circles_on[circle.solid].append(circle)
-    arcs = _Arcs.of(graph)
     holes = []
     for rows in _grouped(keys):
         first = rows[0]
-        solid = int(graph.face_solid[walls[first]])
-        rims = [c for c in circles_on[solid] if _is_rim(c, foot[first], axis[first], radius[first])]
+        rims = [
+            c for c in circles if _is_rim(c, graph.face_solid[walls[first]], foot[first], axis[first], radius[first])
+        ]
         if rims:
-            holes.extend(_entries(graph, arcs, walls[rows], rims, axis[first]))
+            holes.extend(_entries(graph, walls[rows], rims, axis[first]))
     return holes
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Arcs:
-    """The edges that are arcs of circles, to be asked for by place and size."""
-
-    edges: IntArray
-    centres: cKDTree
-    radius: FloatArray
-
-    @classmethod
-    def of(cls, graph: BrepGraph) -> _Arcs:
-        edges = np.flatnonzero(graph.edge_kind == CurveKind.CIRCLE)
-        return cls(edges, cKDTree(graph.edge_frame[edges, 0]), graph.edge_param[edges, 0])
-
-    def at(self, p: FloatArray, radius: float) -> IntArray:
-        """Return the edges round p with a radius."""
-        near = np.sort(np.array(self.centres.query_ball_point(p, NAMING_MM), dtype=np.int64))
-        return np.asarray(self.edges[near[np.abs(self.radius[near] - radius) <= NAMING_MM]], dtype=np.int64)
-
-
-def _is_rim(circle: _Found, foot: FloatArray, axis: FloatArray, radius: float) -> bool:
-    if circle.direction is None or circle.diameter_mm is None:
+def _is_rim(circle: _Found, solid: int, foot: FloatArray, axis: FloatArray, radius: float) -> bool:
+    if circle.solid != solid or circle.direction is None or circle.diameter_mm is None:
         return False
     off = circle.p - foot
     aside = off - float(off @ axis) * axis
@@ -200,30 +176,34 @@ def _is_rim(circle: _Found, foot: FloatArray, axis: FloatArray, radius: float) -
     return bool(same_size and abs(circle.direction @ axis) > 1 - AXIS_ROUND and np.linalg.norm(aside) <= NAMING_MM)
 
 
-def _entries(graph: BrepGraph, arcs: _Arcs, walls: IntArray, rims: list[_Found], axis: FloatArray) -> list[_Found]:
+def _entries(graph: BrepGraph, walls: IntArray, rims: list[_Found], axis: FloatArray) -> list[_Found]:
     """Return one hole for the rims on one axis: its entry is the rim that opens to free space, of two the upper one.
 
     A rim opens where the face around it looks along the axis away from the wall.
     """
     height = [float(rim.p @ axis) for rim in rims]
-    best = max(range(len(rims)), key=lambda i: (_opens(graph, arcs, walls, rims[i], axis), height[i]))
+    best = max(range(len(rims)), key=lambda i: (_opens(graph, walls, rims[i], axis), height[i]))
     rim = rims[best]
-    outward = axis if _opens(graph, arcs, walls, rim, axis) and _is_upper(graph, walls, rim, axis) else -axis
+    outward = axis if _opens(graph, walls, rim, axis) and _is_upper(graph, walls, rim, axis) else -axis
     return [_Found(FeatureKind.HOLE, rim.p, outward, rim.diameter_mm, rim.solid)]
 
 
 def _is_upper(graph: BrepGraph, walls: IntArray, rim: _Found, axis: FloatArray) -> bool:
     """Tell whether the wall lies below a rim along the axis."""
-    edges = np.unique(np.concatenate([graph.edges_of_face(face) for face in walls]))
+    edges = np.unique(graph.coedge_edge[np.isin(graph.coedge_face, walls)])
     usable = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
     middle = evaluate_edges(graph, usable, graph.edge_range[usable].mean(axis=1))[0] @ axis
     return bool(middle.mean() <= rim.p @ axis)
 
 
-def _opens(graph: BrepGraph, arcs: _Arcs, walls: IntArray, rim: _Found, axis: FloatArray) -> bool:
+def _opens(graph: BrepGraph, walls: IntArray, rim: _Found, axis: FloatArray) -> bool:
     """Tell whether the face around a rim looks away from the wall."""
     assert rim.diameter_mm is not None
-    rim_edges = arcs.at(rim.p, rim.diameter_mm / 2)
+    rim_edges = np.flatnonzero(
+        (graph.edge_kind == CurveKind.CIRCLE)
+        & (np.linalg.norm(graph.edge_frame[:, 0] - rim.p, axis=1) <= NAMING_MM)
+        & (np.abs(graph.edge_param[:, 0] - rim.diameter_mm / 2) <= NAMING_MM)
+    )
     around = np.setdiff1d(graph.edge_faces[rim_edges].ravel(), [-1, *walls.tolist()])
     if len(around) == 0 or len(rim_edges) == 0:
         return False
