@@ -29,6 +29,8 @@ from wpcal.export.taught_program import names_as_features
 from wpcal.features import FeatureKind, ReferenceFeature, Touchable, find_features, judge_features, usual_ease
 from wpcal.match import Match, TaughtPoints, match_points, name_points, pair_points, read_taught
 from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.bead import add_beads
+from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.interpenetration import interpenetrating_solids
 from wpcal.seam.record import seams_csv, seams_record
 from wpcal.touch import calibrate_touches, named_axes, touches_of
@@ -40,6 +42,25 @@ SEAM_RGB = (0.9, 0.2, 0.1)
 
 def no_progress(_: str) -> None:
     """Say nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class SeamChoice:
+    """What a person decided about the seams of a part.
+
+    Parameters
+    ----------
+    edits : tuple of PlacedEdit
+        About candidates (`wpcal.seam.edit.read_edits`).
+    marked : tuple of str
+        Names, layers or colours of edges in the STEP file that are the seams (`cad.marked.find_marked`).
+    edges : tuple of str
+        Places of edges that are seams.
+    """
+
+    edits: tuple[PlacedEdit, ...] = ()
+    marked: tuple[str, ...] = ()
+    edges: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +78,8 @@ class CalibrateOptions:
     certify : bool
     ball_mm : float
         Radius of the ball in touches on faces that state none.
+    choice : SeamChoice
+        What a person decided about the seams.
     """
 
     criterion: Criterion = Criterion.MINIMAX
@@ -67,6 +90,7 @@ class CalibrateOptions:
     seams: SeamOptions = field(default_factory=SeamOptions)
     certify: bool = False
     ball_mm: float = 0.0
+    choice: SeamChoice = field(default_factory=SeamChoice)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -217,13 +241,17 @@ def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:
     return named
 
 
-def find_seams(workpiece: Workpiece, options: SeamOptions) -> tuple[tuple[Seam, ...], Workpiece]:
+def find_seams(
+    workpiece: Workpiece, options: SeamOptions, choice: SeamChoice | None = None
+) -> tuple[tuple[Seam, ...], Workpiece]:
     """Find the seams of a workpiece; solids that run into each other are cut by the kernel first.
 
     Parameters
     ----------
     workpiece : Workpiece
     options : SeamOptions
+    choice : SeamChoice, optional
+        What a person decided.
 
     Returns
     -------
@@ -234,13 +262,24 @@ def find_seams(workpiece: Workpiece, options: SeamOptions) -> tuple[tuple[Seam, 
     """
     trimmed = TrimmedFaces.of(workpiece.graph)
     pairs = interpenetrating_solids(workpiece.graph, trimmed)
-    if len(pairs) == 0:
-        return detect_seams(workpiece.graph, options, trimmed=trimmed), workpiece
-    from cad.section import add_sections
+    sections = None
+    if len(pairs):
+        from cad.section import add_sections
 
-    graph, sections, issues = add_sections(workpiece.graph, workpiece.solids, pairs)
-    wider = replace(workpiece, graph=graph, issues=(*workpiece.issues, *issues))
-    return detect_seams(graph, options, trimmed=replace(trimmed, graph=graph), sections=sections), wider
+        graph, sections, issues = add_sections(workpiece.graph, workpiece.solids, pairs)
+        workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *issues))
+        trimmed = replace(trimmed, graph=graph)
+    choice = choice or SeamChoice()
+    graph, beads = add_beads(workpiece.graph, trimmed, options)
+    marked = None
+    if choice.marked or choice.edges:
+        from cad.marked import find_marked
+
+        marks = () if workpiece.source is None else workpiece.source.marks
+        graph, marked = find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
+    workpiece, trimmed = replace(workpiece, graph=graph), replace(trimmed, graph=graph)
+    seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, marked=marked)
+    return apply_edits(graph, trimmed, seams, choice.edits, options), workpiece
 
 
 def calibrate_workpiece(
@@ -296,7 +335,7 @@ def calibrate_workpiece(
     named = name_taught(given, workpiece.features, options=options, T_nominal_part=T_nominal_part, progress=progress)
     fit = prepare_fit(named.taught, workpiece, T_nominal_part=T_nominal_part, certify=options.certify)
     progress("finding seams")
-    seams, workpiece = find_seams(workpiece, options.seams)
+    seams, workpiece = find_seams(workpiece, options.seams, options.choice)
     frames = [seam.frames.p for seam in seams if seam.accepted]
     progress("fitting")
     with blamed_on(named.taught.path):
@@ -420,6 +459,7 @@ def calibrate_files(
     T_nominal_part: RigidTransform | None = None,
     options: CalibrateOptions | None = None,
     mark_seams: bool = False,
+    bake: bool = False,
     progress: Progress = no_progress,
 ) -> WrittenCalibration:
     """Calibrate a STEP file and write the records, the moved STEP file, the part's triangles and the page.
@@ -439,6 +479,8 @@ def calibrate_files(
         As in `calibrate_workpiece`.
     mark_seams : bool
         Write the accepted seams as named edges into the moved STEP file.
+    bake : bool
+        Move the geometry itself in the STEP file, without a new assembly level.
 
     Returns
     -------
@@ -462,7 +504,7 @@ def calibrate_files(
     with new_directory(out, overwrite=overwrite) as folder:
         progress("writing the moved part and reading it again")
         moved = f"{Path(source.file_name).stem}.calibrated.step"
-        issues = write_moved_step(source, found.T_base_part, folder / moved, seams=marked)
+        issues = write_moved_step(source, found.T_base_part, folder / moved, seams=marked, bake=bake)
         progress("drawing the part")
         part_glb, mesh_issues = mesh_part(source.solids, sha256=source.sha256)
         record = found.to_record((*issues, *mesh_issues))
@@ -513,8 +555,21 @@ def match_taught(
         )
 
 
-def list_seams(step: Path, *, options: SeamOptions, progress: Progress = no_progress) -> tuple[Seam, ...]:
-    """Return the seams of a STEP file, frames in `part`."""
+def list_seams(
+    step: Path,
+    *,
+    options: SeamOptions,
+    choice: SeamChoice | None = None,
+    picture: bool = False,
+    progress: Progress = no_progress,
+) -> tuple[tuple[Seam, ...], bytes | None]:
+    """Return the seams of a STEP file, frames in `part`, and where asked a picture of them (PNG)."""
     workpiece = open_workpiece(step, progress=progress)
     progress("finding seams")
-    return find_seams(workpiece, options)[0]
+    seams, workpiece = find_seams(workpiece, options, choice)
+    if not picture:
+        return seams, None
+    from cad.draw_seams import seams_png
+
+    progress("drawing")
+    return seams, seams_png(workpiece.graph, seams, Path(step).name)

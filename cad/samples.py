@@ -204,10 +204,15 @@ def taught_csv(names: tuple[str, ...], p_base: FloatArray, *, digits: int) -> st
     return "\n".join(["name,x_mm,y_mm,z_mm,use", *rows, ""])
 
 
-def step_text(members: list[Member], name: str) -> bytes:
-    """Return members as an assembly in a STEP file (AP214, mm) with names and colours."""
+def step_text(members: list[Member], name: str, *, pcurves: bool = True) -> bytes:
+    """Return members as an assembly in a STEP file (AP214, mm) with names and colours.
+
+    `pcurves` says whether edges are also written as curves in the parameters of their faces, as this kernel does unless
+    told otherwise; most CAD systems do not.
+    """
     import tempfile
 
+    from OCP.Interface import Interface_Static
     from OCP.STEPCAFControl import STEPCAFControl_Writer
     from OCP.STEPControl import STEPControl_StepModelType
 
@@ -219,7 +224,9 @@ def step_text(members: list[Member], name: str) -> bytes:
         writer = STEPCAFControl_Writer()
         writer.SetNameMode(True)
         writer.SetColorMode(True)
+        Interface_Static.SetIVal_s("write.surfacecurve.mode", int(pcurves))
         writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
+        Interface_Static.SetIVal_s("write.surfacecurve.mode", 1)
         path = Path(folder) / "part.step"
         writer.Write(str(path))
         text = path.read_bytes()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from cad.kernel import kernel_call
 from cad.to_brep import curve_row
 from cad.topology import FaceMap, explore
 from wpcal.brep import BrepGraph
+from wpcal.brep.more_edges import FreeEdge, add_edges
 from wpcal.brep.nurbs import NurbsCurve
 from wpcal.core.arrays import IntArray
 from wpcal.core.errors import KernelError
@@ -69,21 +69,8 @@ def _section(first: Any, second: Any, faces: FaceMap) -> list[Any]:
 
 
 def _with_edges(graph: BrepGraph, rows: list[Any]) -> tuple[BrepGraph, SeamPieces]:
-    n, first = len(rows), graph.edge_count
-    nurbs = [row[2] for row in rows]
-    curves = [curve for curve in nurbs if curve is not None]
-    index = np.cumsum([curve is not None for curve in nurbs]) - 1 + len(graph.nurbs_curves)
-    spans = np.array([row[1] for row in rows], dtype=np.float64).reshape(n, 2)
-    wider = replace(
-        graph,
-        edge_kind=np.append(graph.edge_kind, [row[0][0] for row in rows]).astype(np.int64),
-        edge_frame=np.concatenate([graph.edge_frame, np.array([row[0][1] for row in rows]).reshape(n, 4, 3)]),
-        edge_param=np.concatenate([graph.edge_param, np.array([row[0][2] for row in rows]).reshape(n, 2)]),
-        edge_nurbs=np.append(graph.edge_nurbs, np.where([c is not None for c in nurbs], index, -1)).astype(np.int64),
-        edge_range=np.concatenate([graph.edge_range, spans]),
-        edge_vertices=np.concatenate([graph.edge_vertices, np.full((n, 2), -1, dtype=np.int64)]),
-        nurbs_curves=(*graph.nurbs_curves, *curves),
-    )
+    found = [FreeEdge(kind, np.array(frame), param, span, nurbs) for (kind, frame, param), span, nurbs, _, _ in rows]
+    wider, edges = add_edges(graph, found)
     wall, base = (np.array([row[k] for row in rows], dtype=np.int64) for k in (3, 4))
-    edges = np.arange(first, first + n)
-    return wider, SeamPieces(edges, spans[:, 0], spans[:, 1], wall, base, np.zeros((n, 3)))
+    t0, t1 = wider.edge_range[edges].T
+    return wider, SeamPieces(edges, t0, t1, wall, base, np.zeros((len(rows), 3)))

@@ -119,7 +119,10 @@ def _elementary(kind: SurfaceKind, surface: Any) -> tuple[Row, float, None]:
     else:
         param = (surface.Radius(), 0.0)
     position = surface.Position()
-    return (kind, _frame(position), param), 1.0 if position.Direct() else -1.0, None
+    frame, is_direct = _frame(position), position.Direct()
+    if not is_direct:  # a mirrored surface: our frames are right-handed, and angles run with them
+        frame[2] = [-v for v in frame[2]]
+    return (kind, frame, param), 1.0 if is_direct else -1.0, None
 
 
 def _hand_of(row: Row, adaptor: Any) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.options import fit_options, seam_options, to_calibrate_options
+from cad.cli.options import fit_options, seam_choice_options, seam_options, to_calibrate_options
 from wpcal.cli.program_options import program_options, read_touched
 
 if TYPE_CHECKING:
@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 )
 @click.option("--holder-joints", metavar="Q1,…,Q6", help="Shown angles of robot 2 while it held the part, deg.")
 @program_options
+@seam_choice_options
 @click.option("--mark-seams", is_flag=True, help="Write the seams as named edges into the moved STEP file.")
+@click.option("--bake", is_flag=True, help="Move the geometry itself in the STEP file: no new assembly level.")
 @click.option("--force", is_flag=True, help="Write into a folder that exists and holds files.")
 @click.option("--json", "as_json", is_flag=True, help="Print calibration.json on stdout.")
 def calibrate(*, part_step: Path, taught: Path, out: Path, force: bool, as_json: bool, **values: Any) -> int:
@@ -77,6 +79,7 @@ def run_calibration(part_step: Path, taught: Path, out: Path, *, force: bool, **
         "T_nominal_part": nominal,
         "options": options,
         "mark_seams": values["mark_seams"],
+        "bake": values["bake"],
     }
     with shown_progress() as progress:
         written: WrittenCalibration = run_in_child(
@@ -122,6 +125,9 @@ def show_written(written: WrittenCalibration, out: Path) -> None:
 
     console = plain_console()
     console.print(seams_table(written.seams, "Seams (base frame in the files)", written.u95_mm))
+    refused = sum(not seam.accepted for seam in written.seams)
+    if refused:
+        console.print(f"{refused} candidates were not taken as welds: wpcal seams lists them and says why")
     show_calibration(written.result, console)
     if "left_out" in written.record:
         listed = ", ".join(written.record["left_out"])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from cad.convert import CalibrateOptions
+    from cad.convert import CalibrateOptions, SeamChoice
     from wpcal.core.transform import RigidTransform
     from wpcal.seam import SeamOptions
 
@@ -28,6 +28,9 @@ def seam_options(command: Command) -> Command:
         click.option("--chord-mm", type=float, default=0.1, show_default=True, help="Largest chord error."),
         click.option("--min-step-mm", type=float, default=1.0, show_default=True, help="Thin points nearer than this."),
         click.option("--max-step-mm", type=float, default=10.0, show_default=True, help="Largest step along a seam."),
+        click.option(
+            "--turn-deg", type=float, default=45.0, show_default=True, help="Largest turn of the frame between points."
+        ),
         click.option("--gap-mm", type=float, help="Largest gap between members.  [default: by part size, at most 0.5]"),
         click.option(
             "--concave",
@@ -81,6 +84,36 @@ def fit_options(command: Command) -> Command:
     return command
 
 
+def seam_choice_options(command: Command) -> Command:
+    """Add the options by which a person says what the seams are."""
+    for option in (
+        click.option(
+            "--edge",
+            "edges",
+            metavar="PLACE",
+            multiple=True,
+            help="The edge at x,y,z (part frame, mm) or at a feature (M12) is a seam, and with --marked no other is.",
+        ),
+        click.option(
+            "--marked",
+            metavar="PATTERN",
+            multiple=True,
+            help="Edges and wires of this name or layer (* and ? stand for any letters) or colour (#rrggbb) are the "
+            "seams, and no other is.",
+        ),
+        click.option(
+            "--seams",
+            "seams_file",
+            metavar="FILE",
+            type=click.Path(path_type=Path),
+            help="A seams.json of this part in which seams have an object edit: accept, reject, reverse, name, "
+            "range_mm.",
+        ),
+    ):
+        command = option(command)
+    return command
+
+
 def to_calibrate_options(values: dict[str, Any]) -> tuple[CalibrateOptions, RigidTransform | None]:
     """Take the values of `fit_options` and `seam_options` out of a command's arguments; with ``T_nominal_part``."""
     from cad.convert import CalibrateOptions
@@ -96,6 +129,7 @@ def to_calibrate_options(values: dict[str, Any]) -> tuple[CalibrateOptions, Rigi
         seams=seams,
         certify=values.pop("certify"),
         ball_mm=values.pop("ball_mm"),
+        choice=to_seam_choice(values),
     )
     nominal = values.pop("nominal")
     return options, None if nominal is None else read_pose(nominal)
@@ -108,13 +142,26 @@ def to_seam_options(values: dict[str, Any]) -> SeamOptions:
     from wpcal.core.errors import InputError
     from wpcal.seam import ConcaveEdges, SeamOptions, StepOptions
 
-    steps = StepOptions(*(values.pop(name) for name in ("chord_mm", "min_step_mm", "max_step_mm")))
+    turn_deg = values.pop("turn_deg")
+    if not 0 < turn_deg <= 180:
+        raise InputError(f"--turn-deg must be above 0 and at most 180, got {turn_deg}")
+    chord_mm, min_step_mm, max_step_mm = (values.pop(name) for name in ("chord_mm", "min_step_mm", "max_step_mm"))
+    steps = StepOptions(chord_mm, min_step_mm, max_step_mm, math.radians(turn_deg))
     gap_mm, split_deg = values.pop("gap_mm"), values.pop("split_deg")
     if gap_mm is not None and not gap_mm > 0:
         raise InputError(f"--gap-mm must be positive, got {gap_mm}")
     if not 0 <= split_deg <= 180:
         raise InputError(f"--split-deg must be between 0 and 180, got {split_deg}")
     return SeamOptions(gap_mm, ConcaveEdges(values.pop("concave")), math.radians(split_deg), steps)
+
+
+def to_seam_choice(values: dict[str, Any]) -> SeamChoice:
+    """Take the values of `seam_choice_options` out of a command's arguments and read the edits."""
+    from cad.convert import SeamChoice
+    from wpcal.seam.edit import read_edits
+
+    path, marked, edges = (values.pop(name) for name in ("seams_file", "marked", "edges"))
+    return SeamChoice(() if path is None else read_edits(path), tuple(marked), tuple(edges))
 
 
 def read_pose(text: str) -> RigidTransform:

@@ -113,6 +113,23 @@ def kernel_distance(p: np.ndarray, face: Any) -> float:
     return float(BRepExtrema_DistShapeShape(vertex, face).Value())
 
 
+def test_a_patch_of_a_torus_does_not_go_on_along_the_meridians_that_bound_it() -> None:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    rng = np.random.default_rng(0)
+    for _ in range(20):  # the ends of two edges at one corner differ by round-off, and a meridian goes between them
+        axis, x, place = rng.normal(size=3), rng.normal(size=3), rng.uniform(-500.0, 500.0, 3)
+        at = gp_Ax2(gp_Pnt(*place), gp_Dir(*axis), gp_Dir(*x))
+        graph = to_brep([("S", BRepPrimAPI_MakeTorus(at, 597.0, 237.0, -0.3, 0.8, 2.0).Solid())])
+        trimmed = TrimmedFaces.of(graph)
+        (patch,) = np.flatnonzero(graph.face_kind == SurfaceKind.TORUS)
+        own = slice(trimmed.start[patch], trimmed.start[patch + 1])
+        ends = np.concatenate([trimmed.uv0[own, 0], trimmed.uv1[own, 0]])
+        u = (ends[:, None] + np.linspace(-1e-13, 1e-13, 41)).ravel()
+        assert not trimmed.contains(np.full(len(u), patch), np.column_stack([u, np.full(len(u), 2.0)])).any()
+
+
 def test_the_samples_have_every_surface() -> None:
     kinds = {int(kind) for shape in shapes().values() for kind in to_brep([("S", shape)]).face_kind}
     assert kinds >= {SurfaceKind.PLANE, SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS}

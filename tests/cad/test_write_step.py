@@ -8,6 +8,7 @@ import pytest
 from cad import kernel, write_step
 from cad.append_seams import SEAMS_NAME
 from cad.compare_step import compare_inventories, take_inventory
+from cad.convert import calibrate_files
 from cad.read_step import StepPart, read_step
 from cad.write_step import write_moved_step
 from wpcal.core.errors import FormatError, InputError
@@ -183,3 +184,14 @@ def test_where_baking_is_defeated_the_text_is_appended_to_and_it_is_said(shared_
     assert [issue.code for issue in issues] == ["moved-other-way"]
     assert "COORDINATES_LIST" in issues[0].message
     assert_moved(part, tmp_path / "moved.step")
+
+
+@pytest.mark.parametrize(("bake", "more"), [(False, 1), (True, 0)])
+def test_calibrate_bakes_on_request(tmp_path: Path, bake: bool, more: int) -> None:
+    tee = Path(__file__).parents[2] / "fixtures" / "tee"
+    calibrate_files(tee / "tee.step", tee / "taught_exact.csv", tmp_path / "out", overwrite=False, bake=bake)
+    uses = [
+        path.read_bytes().count(b"NEXT_ASSEMBLY_USAGE_OCCURRENCE(")
+        for path in (tee / "tee.step", tmp_path / "out" / "tee.calibrated.step")
+    ]
+    assert uses[1] - uses[0] == more

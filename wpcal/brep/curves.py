@@ -14,6 +14,8 @@ MOST_PER_TURN = 256
 """A polyline needs no more pieces a turn: at a radius of 100 mm this is a sag of 0.0075 mm."""
 LEAST_PER_TURN = 32
 """Fewer pieces would let neighbouring normals differ by more than 11 degrees."""
+CHUNK = 50_000
+"""Points evaluated in one array: about 20 MB."""
 PER_NURBS_SPAN = 8
 """Pieces a knot span of a NURBS edge."""
 
@@ -44,9 +46,9 @@ def evaluate_edges(graph: BrepGraph, edges: ArrayLike, t: ArrayLike) -> tuple[Fl
     ax, by = ab[:, :1] * x, ab[:, 1:] * y
     points = np.where(is_line, o + t[:, None] * x, o + cos * ax + sin * by)
     slopes = np.where(is_line, x, cos * by - sin * ax)
-    for edge in np.unique(e[kind == CurveKind.NURBS]):
-        rows = e == edge
-        points[rows], slopes[rows] = graph.nurbs_curves[graph.edge_nurbs[edge]].evaluate(t[rows])
+    free = np.flatnonzero(kind == CurveKind.NURBS)
+    if len(free):
+        points[free], slopes[free] = graph.curve_set.evaluate(graph.edge_nurbs[e[free]], t[free])
     return points, slopes
 
 
@@ -84,7 +86,11 @@ def edge_polylines(graph: BrepGraph) -> tuple[IntArray, FloatArray, FloatArray]:
     fraction = (np.arange(start[-1]) - start[edges]) / np.maximum(samples[edges] - 1, 1)
     first, last = graph.edge_range[edges].T
     t = first * (1.0 - fraction) + last * fraction
-    return start, t, evaluate_edges(graph, edges, t)[0]
+    points = np.empty((len(t), 3))
+    for begin in range(0, len(t), CHUNK):
+        own = slice(begin, begin + CHUNK)
+        points[own] = evaluate_edges(graph, edges[own], t[own])[0]
+    return start, t, points
 
 
 def edge_lengths(graph: BrepGraph) -> FloatArray:

@@ -13,7 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
+from wpcal.brep.nearest import NearestOnSurfaces
 from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
+from wpcal.brep.spans import CurveSet
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 
@@ -146,6 +148,16 @@ class BrepGraph:
             used = self.edge_vertices[:, column] >= 0
             solid[self.edge_vertices[used, column]] = self.edge_solid[used]
         return solid
+
+    @cached_property
+    def curve_set(self) -> CurveSet:
+        """The NURBS curves, to be evaluated together."""
+        return CurveSet.of(self.nurbs_curves)
+
+    @cached_property
+    def nearest_on_nurbs(self) -> NearestOnSurfaces:
+        """The NURBS surfaces, to be evaluated and projected on together."""
+        return NearestOnSurfaces.of(self.nurbs_surfaces)
 
     @cached_property
     def size_mm(self) -> float:

@@ -54,12 +54,11 @@ def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> F
     kinds = graph.face_kind[f]
     p, n, uv = _project_elementary(kinds, frame, graph.face_param[f], points)
     free = np.flatnonzero(kinds == SurfaceKind.NURBS)
-    free = free[np.argsort(f[free], kind="stable")]
-    for rows in np.split(free, np.flatnonzero(np.diff(f[free])) + 1) if len(free) else ():
-        surface = graph.nurbs_surfaces[graph.face_nurbs[f[rows[0]]]]
-        uv[rows] = surface.project(points[rows])
-        p[rows], du, dv = surface.evaluate(uv[rows])
-        n[rows] = _unit(np.cross(du, dv))
+    if len(free):
+        surface, nearest = graph.face_nurbs[f[free]], graph.nearest_on_nurbs
+        uv[free] = nearest.project(surface, points[free])
+        p[free], du, dv = nearest.surfaces.evaluate(surface, uv[free])
+        n[free] = _unit(np.cross(du, dv))
     return Foot(p, n * graph.face_outward[f][:, None], uv)
 
 

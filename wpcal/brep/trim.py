@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from wpcal.brep.boxes import BoxTree
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
@@ -23,8 +24,14 @@ CLOSED = (SurfaceKind.SPHERE, SurfaceKind.TORUS)
 """Surfaces on which a face may hold a whole meridian: the far side of a bored ball, a pipe's bend."""
 AXIS_MM = 1e-6
 """A boundary point this near to the axis is the apex: kernels place vertices to 1e-7 mm."""
-MOST_PAIRS = 2_000_000
-"""Point and boundary-piece pairs handled in one array: about 200 MB."""
+SAME_VERTEX_MM = 1e-6
+"""Ends this near to each other are one vertex: ten times what kernels place vertices to."""
+ON_MERIDIAN_RAD = 1e-9
+"""A piece of boundary whose ends are this near to a meridian runs along it: the round-off of angles is 1e-13."""
+MOST_POINTS = 50_000
+"""Points projected in one array: about 20 MB."""
+MOST_PAIRS = 500_000
+"""Point and boundary-piece pairs handled in one array: about 50 MB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +78,8 @@ class TrimmedFaces:
         first, second = np.where(flip, low + 1, low), np.where(flip, low, low + 1)
         of_face = face[coedge]
         p0, p1 = points[first], points[second]
-        uv0, uv1 = project_to_faces(graph, of_face, p0).uv, project_to_faces(graph, of_face, p1).uv
+        closed = _closed_ends(graph, start, points)  # pieces that meet in a vertex meet in (u, v) to the last bit
+        uv0, uv1 = _parameters(graph, of_face, closed[first]), _parameters(graph, of_face, closed[second])
         for here, there, p in ((uv0, uv1, p0), (uv1, uv0, p1)):
             apex = is_on_axis(graph, of_face, p)  # no angle of its own: the meridian of the other end leads there
             here[apex, 0] = there[apex, 0]
@@ -84,7 +92,8 @@ class TrimmedFaces:
     def face_box(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest corner of a box around each face; two arrays (F, 3).
 
-        Around boundary and apexes; a sphere or torus has that of its whole surface, a NURBS face some room to bulge.
+        Around boundary and apexes; a sphere or torus has that of its whole surface, a NURBS face some room to bulge,
+        and one without boundary the box of its poles.
         """
         graph = self.graph
         low, high = np.full((graph.face_count, 3), np.inf), np.full((graph.face_count, 3), -np.inf)
@@ -97,8 +106,17 @@ class TrimmedFaces:
         closed = np.isin(graph.face_kind, CLOSED)
         reach = graph.face_param[closed].sum(axis=1)[:, None]
         low[closed], high[closed] = graph.face_frame[closed, 0] - reach, graph.face_frame[closed, 0] + reach
+        bare = (graph.face_kind == SurfaceKind.NURBS) & (np.diff(self.start) == 0)
+        for closed_face in np.flatnonzero(bare):  # closed on itself along seam edges only
+            poles = graph.nurbs_surfaces[graph.face_nurbs[closed_face]].poles.reshape(-1, 3)
+            low[closed_face], high[closed_face] = poles.min(axis=0), poles.max(axis=0)
         bulge = self._bulge()
         return low - bulge, high + bulge
+
+    @cached_property
+    def box_tree(self) -> BoxTree:
+        """The boxes of the faces in a tree."""
+        return BoxTree.of(*self.face_box)
 
     def _bulge(self) -> FloatArray:
         """How far a NURBS face may reach beyond the box of its boundary, mm, (F, 1)."""
@@ -137,20 +155,37 @@ class TrimmedFaces:
         inside[rows] = self._holds_meridian(faces[rows], uv[rows, 0])
         return inside
 
-    def boundary_distance(self, faces: IntArray, points: FloatArray) -> FloatArray:
-        """Return how far points are from the boundaries of faces, mm, shape (m,); infinite where there is none.
+    def boundary_distance(
+        self, faces: IntArray, points: FloatArray, *, within_mm: float = np.inf, group: IntArray | None = None
+    ) -> FloatArray:
+        """Return how far points are from the boundaries of faces, mm, shape (m,); infinite beyond `within_mm`.
 
         Parameters
         ----------
         faces : ndarray of int, shape (m,)
         points : ndarray, shape (m, 3)
             In `part`, mm.
+        within_mm : float
+            Greater distances are not asked for.
+        group : ndarray of int, shape (m,), optional
+            Points of the same number stand together and are compared with one face: the samples of an edge. Pieces of
+            boundary away from the box around them all are passed over at once.
         """
         distance = np.full(len(faces), np.inf)
-        for row, piece in self._pairs(faces):
-            first = np.flatnonzero(np.diff(row, prepend=-1))
-            off = distance_to_segments(points[row], self.p0[piece], self.p1[piece])
-            distance[row[first]] = np.minimum.reduceat(off, first)
+        first = np.arange(len(faces)) if group is None else np.flatnonzero(np.diff(group, prepend=-1))
+        if len(first) == 0:
+            return distance
+        size = np.diff(first, append=len(faces))
+        low = np.minimum.reduceat(points, first) - within_mm
+        high = np.maximum.reduceat(points, first) + within_mm
+        for at, of_face in self._pairs(faces[first]):
+            p0, p1 = self.p0[of_face], self.p1[of_face]
+            near = ((np.minimum(p0, p1) <= high[at]) & (np.maximum(p0, p1) >= low[at])).all(axis=1)
+            box, count = at[near], size[at[near]]
+            row = np.arange(count.sum()) + np.repeat(first[box] - (np.cumsum(count) - count), count)
+            piece = np.repeat(of_face[near], count)
+            np.minimum.at(distance, row, distance_to_segments(points[row], self.p0[piece], self.p1[piece]))
+        distance[distance > within_mm] = np.inf
         return distance
 
     def _pairs(self, faces: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
@@ -170,28 +205,44 @@ class TrimmedFaces:
     ) -> tuple[IntArray, FloatArray, FloatArray]:
         """Return rows, relative v and run along u of the pieces that cross the meridian of their point."""
         kind = self.graph.face_kind[faces]
-        u0, run = self.uv0[piece, 0] - uv[row, 0], self.uv1[piece, 0] - self.uv0[piece, 0]
-        turning = np.isin(kind, PERIODIC_U)
-        if turning.any():
-            turn = turning[row]
-            u0[turn], run[turn] = wrap_angle(u0[turn]), wrap_angle(run[turn])
-        crosses = np.flatnonzero((u0 <= 0) != (u0 + run <= 0))
-        row, piece, u0, run = row[crosses], piece[crosses], u0[crosses], run[crosses]
+        row, piece, u0, run = self._crossing(np.isin(kind, PERIODIC_U), uv[:, 0], row, piece)
         v0, rise = self.uv0[piece, 1] - uv[row, 1], self.uv1[piece, 1] - self.uv0[piece, 1]
         torus = kind[row] == SurfaceKind.TORUS
         rise = np.where(torus, wrap_angle(rise), rise)
         v = v0 - u0 / run * rise
         return row, np.where(torus, np.mod(v, 2 * np.pi), v), run
 
+    def _crossing(
+        self, turning: BoolArray, u: FloatArray, row: IntArray, piece: IntArray
+    ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+        """Return the pairs whose piece crosses the meridian u of its row, where it starts from there, and its run."""
+        first, last = self._u
+        at, a, b = u[row], first[piece], last[piece]
+        flat = np.flatnonzero(((a <= at) != (b <= at)) & ~turning[row])
+        round_ = np.flatnonzero(turning[row])
+        u0, u1 = wrap_angle(a[round_] - at[round_]), wrap_angle(b[round_] - at[round_])
+        crosses = ((u0 <= 0) != (u1 <= 0)) & (np.abs(u1 - u0) < np.pi)  # or it crosses the meridian on the far side
+        kept = np.concatenate([flat, round_[crosses]])
+        u0, u1 = u0[crosses], u1[crosses]
+        return row[kept], piece[kept], np.append(a[flat] - at[flat], u0), np.append(b[flat] - a[flat], u1 - u0)
+
+    @cached_property
+    def _u(self) -> tuple[FloatArray, FloatArray]:
+        """First parameters at the ends of each piece, each array in one block of memory."""
+        return np.ascontiguousarray(self.uv0[:, 0]), np.ascontiguousarray(self.uv1[:, 0])
+
     def _holds_meridian(self, faces: IntArray, u: FloatArray) -> BoolArray:
         """Tell which faces on closed surfaces hold whole meridians, at u, that their boundaries do not cross.
 
         All points of such a meridian lie on one side. So the one at the height of `_steepest` decides, by the piece of
-        boundary next to it towards +u: the face lies to the left of a piece that runs towards +v.
+        boundary next to it towards +u: the face lies to the left of a piece that runs towards +v. A meridian
+        that a piece runs along is not held.
         """
-        inside = np.zeros(len(faces), dtype=bool)
+        inside, on_boundary = np.zeros(len(faces), dtype=bool), np.zeros(len(faces), dtype=bool)
         torus = self.graph.face_kind[faces] == SurfaceKind.TORUS
         for row, piece in self._pairs(faces):
+            aside = (np.abs(wrap_angle(uv[piece, 0] - u[row])) for uv in (self.uv0, self.uv1))
+            on_boundary[row[np.maximum(*aside) <= ON_MERIDIAN_RAD]] = True
             rise, v0 = self._rise[piece], self.uv0[piece, 1] - self._steepest[faces[row]]
             v0 = np.where(torus[row], wrap_angle(v0), v0)
             at = np.flatnonzero((v0 <= 0) != (v0 + rise <= 0))
@@ -200,7 +251,7 @@ class TrimmedFaces:
             at = at[np.lexsort((ahead, row[at]))]
             nearest = at[np.flatnonzero(np.diff(row[at], prepend=-1))]
             inside[row[nearest]] = rise[nearest] > 0
-        return inside
+        return inside & ~on_boundary
 
     @cached_property
     def _rise(self) -> FloatArray:
@@ -219,6 +270,28 @@ class TrimmedFaces:
         return v
 
 
+def _parameters(graph: BrepGraph, faces: IntArray, points: FloatArray) -> FloatArray:
+    """Return the parameters (m, 2) of points on surfaces."""
+    uv = np.empty((len(faces), 2))
+    for first in range(0, len(faces), MOST_POINTS):
+        own = slice(first, first + MOST_POINTS)
+        uv[own] = project_to_faces(graph, faces[own], points[own]).uv
+    return uv
+
+
+def _closed_ends(graph: BrepGraph, start: IntArray, points: FloatArray) -> FloatArray:
+    """Return samples of edges whose ends at one vertex are one point: that of the first edge that ends there."""
+    points = points.copy()
+    real = np.flatnonzero(np.diff(start) > 0)
+    samples = np.stack([start[real], start[real + 1] - 1], axis=1).ravel()
+    vertices = graph.edge_vertices[real].ravel()
+    samples, vertices = samples[vertices >= 0], vertices[vertices >= 0]
+    _, first, inverse = np.unique(vertices, return_index=True, return_inverse=True)
+    near = np.linalg.norm(points[samples] - points[samples[first[inverse]]], axis=1) <= SAME_VERTEX_MM
+    points[samples[near]] = points[samples[first[inverse]]][near]
+    return points
+
+
 def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray) -> None:
     """Decide by the piece of boundary next above each point, or next below where none is above.
 
@@ -234,12 +307,13 @@ def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray) ->
 
 def is_on_axis(graph: BrepGraph, faces: IntArray, points: FloatArray) -> BoolArray:
     """Tell which points lie on the axis of their cone or sphere: at its apex or pole; shape (m,)."""
-    frame = graph.face_frame[faces]
-    arm = points - frame[:, 0]
+    on_axis = np.zeros(len(faces), dtype=bool)
+    pointed = np.flatnonzero(np.isin(graph.face_kind[faces], (SurfaceKind.CONE, SurfaceKind.SPHERE)))
+    frame = graph.face_frame[faces[pointed]]
+    arm = points[pointed] - frame[:, 0]
     height = np.einsum("mi,mi->m", arm, frame[:, 3])
-    off = np.linalg.norm(arm - height[:, None] * frame[:, 3], axis=1)
-    pointed = np.isin(graph.face_kind[faces], (SurfaceKind.CONE, SurfaceKind.SPHERE))
-    return np.asarray(pointed & (off < AXIS_MM), dtype=bool)
+    on_axis[pointed] = np.linalg.norm(arm - height[:, None] * frame[:, 3], axis=1) < AXIS_MM
+    return on_axis
 
 
 def wrap_angle(angle: FloatArray) -> FloatArray:

@@ -1,8 +1,9 @@
 """Weld seams: found on a `BrepGraph`, chained, cut into steps, with frames."""
 
-from wpcal.seam.detect import ConcaveEdges, SeamOptions, detect_seams
+from wpcal.seam.detect import detect_seams
 from wpcal.seam.discretise import StepOptions
-from wpcal.seam.seam import JointType, Seam, SeamFrames, WeldType
+from wpcal.seam.options import ConcaveEdges, SeamOptions
+from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamSource, WeldType
 
 __all__ = [
     "ConcaveEdges",
@@ -10,6 +11,7 @@ __all__ = [
     "Seam",
     "SeamFrames",
     "SeamOptions",
+    "SeamSource",
     "StepOptions",
     "WeldType",
     "detect_seams",

@@ -22,8 +22,13 @@ LEAST_LENGTH_MM = 1.0
 """A contact shorter than this is no seam: an arc needs more to start."""
 FLUSH_MM = 0.02
 """An edge nearer than this to the boundary runs along it: twice the sag of the boundary's polylines."""
+INWARD = 3
+"""Samples looked at behind the outermost one for one well inside the face. On an arc of 16 mm one may lie beyond the
+boundary within the gap of 0.5 mm, the next on it; a contact that runs along the boundary has none for many."""
 PARAMETER_ROUND_OFF = 1e-12
 """Relative round-off of an interpolated parameter."""
+CHUNK = 100_000
+"""Points compared with faces in one array: about 50 MB."""
 OPPOSED = -0.87
 """Cosine between the normals of two faces in contact: within 30 degrees of opposite."""
 
@@ -78,8 +83,7 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
     edge, face, low, high = edge[keep], face[keep], low[keep], high[keep]
     t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
     on = _Touching(graph, trimmed, gap_mm)
-    state = on.states(np.repeat(edge, SAMPLES), np.repeat(face, SAMPLES), t.ravel())
-    touching, deep = state.touching.reshape(t.shape), state.deep.reshape(t.shape)
+    touching, deep = on.states(edge, face, t)
     pair, first, last = _runs(touching)
     t0 = on.refine_end(edge[pair], face[pair], t[pair], deep[pair], first, -1)
     t1 = on.refine_end(edge[pair], face[pair], t[pair], deep[pair], last, +1)
@@ -87,8 +91,24 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
     chord = np.linalg.norm(evaluate_edges(graph, e, t1)[0] - evaluate_edges(graph, e, t0)[0], axis=1)
     middle = np.linalg.norm(evaluate_edges(graph, e, (t0 + t1) / 2)[0] - evaluate_edges(graph, e, t0)[0], axis=1)
     long_enough = np.maximum(chord, middle) >= max(LEAST_LENGTH_MM, 2.0 * gap_mm)
-    e, f, t0, t1 = e[long_enough], f[long_enough], t0[long_enough], t1[long_enough]
+    kept = long_enough | _joins_others(graph, e, f, t0, t1, long_enough)
+    e, f, t0, t1 = e[kept], f[kept], t0[kept], t1[kept]
     return Contacts(e, f, t0, t1, _gaps(graph, e, f, t0, t1))
+
+
+def _joins_others(
+    graph: BrepGraph, edge: IntArray, face: IntArray, t0: FloatArray, t1: FloatArray, others: BoolArray
+) -> BoolArray:
+    """Tell which contacts are whole edges both of whose vertices end one of the `others` between the same solids.
+
+    Such a short edge (a sliver between two faces) carries a seam on; alone it would be none.
+    """
+    low, high = graph.edge_range[edge].T
+    reach = PARAMETER_ROUND_OFF * (1.0 + np.abs(graph.edge_range[edge]).max(axis=1))
+    whole = (np.abs(t0 - low) <= reach) & (np.abs(t1 - high) <= reach)
+    key = graph.edge_vertices[edge] * len(graph.solid_names) + graph.face_solid[face][:, None]
+    both = np.isin(key, key[others]).all(axis=1)
+    return np.asarray(whole & ~others & both, dtype=bool)
 
 
 def candidate_pairs(
@@ -98,40 +118,15 @@ def candidate_pairs(
 
     `seam_edges` says whether edges that close a face onto itself take part.
     """
-    face_low, face_high = trimmed.face_box
-    edge_low, edge_high = edge_boxes(graph)
-    edge_low, edge_high = edge_low - gap_mm, edge_high + gap_mm
-    count = len(graph.solid_names)
-    solid_low, solid_high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(solid_low, graph.face_solid, face_low)
-    np.maximum.at(solid_high, graph.face_solid, face_high)
     real = (graph.edge_kind != CurveKind.DEGENERATE) & (graph.edge_solid >= 0)
     usable = np.flatnonzero(real if seam_edges else real & ~graph.is_seam_edge)
-    edges_of = _grouped(usable, graph.edge_solid[usable], count)
-    faces_of = _grouped(np.arange(graph.face_count), graph.face_solid, count)
-    found: list[tuple[IntArray, IntArray]] = []
-    for a in range(count):
-        near = (solid_low - gap_mm <= solid_high[a]).all(axis=1) & (solid_high + gap_mm >= solid_low[a]).all(axis=1)
-        near[a] = False
-        if not near.any():
-            continue
-        faces = np.concatenate([faces_of[b] for b in np.flatnonzero(near)])
-        meets = (face_low[faces] - gap_mm <= solid_high[a]).all(axis=1)
-        faces = faces[meets & (face_high[faces] + gap_mm >= solid_low[a]).all(axis=1)]
-        edges = edges_of[a]
-        lap = (edge_low[edges][:, None] <= face_high[faces][None]).all(axis=2)
-        lap &= (edge_high[edges][:, None] >= face_low[faces][None]).all(axis=2)
-        i, j = np.nonzero(lap)
-        found.append((edges[i], faces[j]))
-    if not found:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    edge, face = (np.concatenate(column) for column in zip(*found, strict=True))
-    return edge, face
-
-
-def _grouped(items: IntArray, groups: IntArray, count: int) -> list[IntArray]:
-    order = np.argsort(groups, kind="stable")
-    return np.split(items[order], np.searchsorted(groups[order], np.arange(1, count)))
+    low, high = edge_boxes(graph)
+    row, face = trimmed.box_tree.meeting(low[usable] - gap_mm, high[usable] + gap_mm)
+    edge = usable[row]
+    apart = graph.edge_solid[edge] != graph.face_solid[face]
+    edge, face = edge[apart], face[apart]
+    order = np.lexsort((face, edge, graph.edge_solid[edge]))
+    return edge[order], face[order]
 
 
 def edge_boxes(graph: BrepGraph) -> tuple[FloatArray, FloatArray]:
@@ -174,15 +169,6 @@ def _runs(on: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _State:
-    """Of points of edges: within the gap of the trimmed face; with the foot inside it; and well inside it."""
-
-    touching: BoolArray
-    inside: BoolArray
-    deep: BoolArray
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class _Touching:
     """Tells whether points of edges touch faces, and where along an edge that ends."""
 
@@ -190,16 +176,34 @@ class _Touching:
     trimmed: TrimmedFaces
     gap_mm: float
 
-    def states(self, edge: IntArray, face: IntArray, t: FloatArray) -> _State:
-        """Compare points of edges with faces."""
-        near, foot = self._near(edge, face, t)
+    def states(self, edge: IntArray, face: IntArray, t: FloatArray) -> tuple[BoolArray, BoolArray]:
+        """Compare points of edges, at parameters t (k, n), with one face an edge.
+
+        Returns
+        -------
+        touching : ndarray of bool, shape (k, n)
+            Within the gap of the trimmed face.
+        deep : ndarray of bool, shape (k, n)
+            Within the gap, and the foot well inside the face.
+        """
+        touching, deep = np.zeros(t.shape, dtype=bool), np.zeros(t.shape, dtype=bool)
+        rows = max(1, CHUNK // t.shape[1])
+        for own in (slice(first, first + rows) for first in range(0, len(t), rows)):
+            touching[own], deep[own] = self._states(edge[own], face[own], t[own])
+        return touching, deep
+
+    def _states(self, edge: IntArray, face: IntArray, t: FloatArray) -> tuple[BoolArray, BoolArray]:
+        columns = t.shape[1]
+        faces = np.repeat(face, columns)
+        near, foot = self._near(np.repeat(edge, columns), faces, t.ravel())
         rows = np.flatnonzero(near)
-        inside, touching, deep = (np.zeros(len(t), dtype=bool) for _ in range(3))
-        inside[rows] = self.trimmed.contains(face[rows], foot.uv[rows])
-        distance = self.trimmed.boundary_distance(face[rows], foot.p[rows])
-        touching[rows] = inside[rows] | (distance <= self.gap_mm)
-        deep[rows] = inside[rows] & (distance > FLUSH_MM)
-        return _State(touching, inside, deep)
+        inside, close, flush = (np.zeros(t.size, dtype=bool) for _ in range(3))
+        inside[rows] = self.trimmed.contains(faces[rows], foot.uv[rows])
+        distance = self.trimmed.boundary_distance(
+            faces[rows], foot.p[rows], group=rows // columns, within_mm=max(self.gap_mm, FLUSH_MM)
+        )
+        close[rows], flush[rows] = distance <= self.gap_mm, distance <= FLUSH_MM
+        return (inside | close).reshape(t.shape), (inside & ~flush).reshape(t.shape)
 
     def _near(self, edge: IntArray, face: IntArray, t: FloatArray) -> tuple[BoolArray, Foot]:
         points = evaluate_edges(self.graph, edge, t)[0]
@@ -223,8 +227,9 @@ class _Touching:
             -1 for the start, +1 for the end.
         """
         rows = np.arange(len(edge))
-        inward = np.clip(at - way, 0, SAMPLES - 1)
-        anchor = np.where(deep[rows, at], at, inward)
+        anchor = at.copy()
+        for step in range(1, INWARD + 1):
+            anchor = np.where(deep[rows, anchor], anchor, np.clip(at - step * way, 0, SAMPLES - 1))
         crosses = deep[rows, anchor]
         end: FloatArray = self.graph.edge_range[edge, (way + 1) // 2].copy()
         inner = np.abs(t[rows, at] - end) > PARAMETER_ROUND_OFF * (1.0 + np.abs(end))
@@ -248,7 +253,7 @@ class _Touching:
         return near & self.trimmed.contains(face, foot.uv)
 
     def _is_touching(self, edge: IntArray, face: IntArray, t: FloatArray) -> BoolArray:
-        return self.states(edge, face, t).touching
+        return self.states(edge, face, t[:, None])[0][:, 0]
 
     def _at_corners(self, edge: IntArray, face: IntArray, t: FloatArray) -> FloatArray:
         """Move the ends of flush contacts on straight edges to the foot of the face's corner: there they end."""
@@ -265,8 +270,13 @@ class _Touching:
 
 
 def _gaps(graph: BrepGraph, edge: IntArray, face: IntArray, t0: FloatArray, t1: FloatArray) -> FloatArray:
-    t = t0[:, None] + (t1 - t0)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
-    points = evaluate_edges(graph, np.repeat(edge, SAMPLES), t.ravel())[0]
-    foot = project_to_faces(graph, np.repeat(face, SAMPLES), points)
-    off = np.linalg.norm(foot.p - points, axis=1).reshape(t.shape)
-    return np.stack([off.min(axis=1), off.mean(axis=1), off.max(axis=1)], axis=1)
+    """Return the least, mean and largest distance of intervals of edges from faces, shape (k, 3), mm."""
+    gaps = np.zeros((len(edge), 3))
+    for first in range(0, len(edge), CHUNK // SAMPLES):
+        own = slice(first, first + CHUNK // SAMPLES)
+        t = t0[own, None] + (t1 - t0)[own, None] * np.linspace(0.0, 1.0, SAMPLES)
+        points = evaluate_edges(graph, np.repeat(edge[own], SAMPLES), t.ravel())[0]
+        foot = project_to_faces(graph, np.repeat(face[own], SAMPLES), points)
+        off = np.linalg.norm(foot.p - points, axis=1).reshape(t.shape)
+        gaps[own] = np.stack([off.min(axis=1), off.mean(axis=1), off.max(axis=1)], axis=1)
+    return gaps

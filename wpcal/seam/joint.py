@@ -16,7 +16,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.contact import OPPOSED, Contacts
+from wpcal.seam.contact import CHUNK, OPPOSED, Contacts
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
 SAME_PLANE = 0.99
@@ -43,6 +43,11 @@ class JoinedPieces:
     pieces: SeamPieces
     joint: tuple[JointType, ...]
     weld: tuple[WeldType, ...]
+
+    def select(self, rows: IntArray) -> JoinedPieces:
+        """Return the pieces at `rows`."""
+        joint, weld = tuple(self.joint[i] for i in rows), tuple(self.weld[i] for i in rows)
+        return JoinedPieces(self.pieces.select(rows), joint, weld)
 
 
 def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *, gap_mm: float) -> JoinedPieces:
@@ -163,8 +168,12 @@ def _face_around_corner(graph: BrepGraph, trimmed: TrimmedFaces, face: int, p: F
 
 def _is_on(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> BoolArray:
     """Tell whether the feet of points lie inside trimmed faces."""
-    foot = project_to_faces(graph, face, points)
-    return trimmed.contains(face, foot.uv)
+    on = np.zeros(len(face), dtype=bool)
+    for first in range(0, len(face), CHUNK):
+        own = slice(first, first + CHUNK)
+        foot = project_to_faces(graph, face[own], points[own])
+        on[own] = trimmed.contains(face[own], foot.uv)
+    return on
 
 
 def _extent(
@@ -172,9 +181,12 @@ def _extent(
 ) -> FloatArray:
     """Feel how far faces reach from p in a direction, mm: to the first gap that a geometric row of points meets."""
     steps = np.geomspace(2.0 * gap_mm + 0.1, max(graph.size_mm, 1.0), EXTENT_SAMPLES)
-    points = p[:, None] + steps[:, None] * direction[:, None]
-    on = _is_on(graph, trimmed, np.repeat(face, len(steps)), points.reshape(-1, 3)).reshape(len(p), len(steps))
-    first_off = np.where(on.all(axis=1), len(steps) - 1, np.argmin(on, axis=1))
+    first_off = np.full(len(p), len(steps) - 1)
+    rows = np.arange(len(p))
+    for number, step in enumerate(steps):
+        on = _is_on(graph, trimmed, face[rows], p[rows] + step * direction[rows])
+        first_off[rows[~on]] = number
+        rows = rows[on]
     low, high = np.where(first_off > 0, steps[first_off - 1], 0.0), steps[first_off]
     for _ in range(EXTENT_BISECTIONS):
         middle = (low + high) / 2

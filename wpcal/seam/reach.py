@@ -12,12 +12,18 @@ from wpcal.core.rotations import rotation_from_zyx
 
 START_MM = 1.0
 """Rays start this far out of the joint, clear of the gap and of the faces they leave between."""
-CONE_RAD = np.radians(25.0)
-"""Rays beside the bisector, as far as a welder tilts the torch before he calls a joint unreachable."""
-TORCH_MM = 150.0
-"""Rays end here: nozzle and neck of a torch reach about this far out of the joint before the wrist has room to turn."""
+WORK_RAD, TRAVEL_RAD = np.radians(15.0), np.radians(25.0)
+"""Tilts of the torch across and along the seam, as far as a welder goes before he calls a joint unreachable."""
+TORCH_MM = 300.0
+"""Rays end here: from the wire's tip to where the wrist has room to turn is about this with a usual neck."""
+NOZZLE_MM = 10.0
+"""Radius of a gas nozzle of usual size, with a little air."""
+STICKOUT_MM = 20.0
+"""The nozzle's mouth stands this far out of the joint; only the wire is nearer."""
 LEAST_FREE = 0.6
-"""Share of the rays that must be free: a single ray that slips out through a pipe's end does not make a way."""
+"""Share of the torch's directions that must be free: one that slips out through a pipe's end does not make a way."""
+CHUNK = 5000
+"""Rays that are followed together: some 50 MB at ten faces each."""
 STEPS = 12
 """Samples of a ray inside the box of a face; between two on different sides it goes through."""
 SECANT_ROUNDS = 4
@@ -34,13 +40,17 @@ def cone_of_rays(R: FloatArray) -> FloatArray:
     -------
     ndarray, shape (n, 5, 3)
     """
-    tilt = [(0.0, 0.0), (CONE_RAD, 0.0), (-CONE_RAD, 0.0), (0.0, CONE_RAD), (0.0, -CONE_RAD)]
-    z = np.array([rotation_from_zyx(a, b, 0.0)[:, 2] for a, b in tilt])
+    tilt = [(0.0, 0.0), (WORK_RAD, 0.0), (-WORK_RAD, 0.0), (0.0, TRAVEL_RAD), (0.0, -TRAVEL_RAD)]
+    z = np.array([rotation_from_zyx(work, travel, 0.0)[:, 2] for work, travel in tilt])
     return np.asarray(np.einsum("nij,kj->nki", R, z), dtype=np.float64)
 
 
-def free_share(graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, R: FloatArray) -> FloatArray:
-    """Return the share of the rays of each frame that leave the part; shape (n,).
+def free_share(
+    graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, R: FloatArray, *, start_mm: FloatArray | float = START_MM
+) -> FloatArray:
+    """Return the share of the directions of each frame in which a torch gets at the seam; shape (n,).
+
+    A direction is free where the wire's ray leaves the part, and so do four rays around it at the nozzle's radius.
 
     Parameters
     ----------
@@ -48,15 +58,33 @@ def free_share(graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, R: FloatA
         Origins on the seam, in `part`, mm.
     R : ndarray, shape (n, 3, 3)
         Seam frames in `part`.
+    start_mm : float or ndarray, shape (n,)
+        How far out of the joint the wire's rays start.
     """
     rays = cone_of_rays(R)
-    origins = p[:, None] + START_MM * rays
-    blocked = is_blocked(graph, trimmed, origins.reshape(-1, 3), rays.reshape(-1, 3))
-    return np.asarray(1.0 - blocked.reshape(rays.shape[:2]).mean(axis=1), dtype=np.float64)
+    n, k = rays.shape[:2]
+    ways = rays.reshape(-1, 3)
+    origins = np.repeat(p, k, axis=0)
+    start = np.repeat(np.broadcast_to(np.asarray(start_mm, dtype=np.float64), n), k)
+    free = ~is_blocked(graph, trimmed, origins + start[:, None] * ways, ways)
+    side = np.repeat(R[:, :, 1], k, axis=0)
+    across = np.cross(ways, side)
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    side = np.cross(across, ways)
+    for offset in (across, -across, side, -side):
+        rows = np.flatnonzero(free)
+        mouth = origins[rows] + STICKOUT_MM * ways[rows] + NOZZLE_MM * offset[rows]
+        free[rows[is_blocked(graph, trimmed, mouth, ways[rows])]] = False
+    return np.asarray(free.reshape(n, k).mean(axis=1), dtype=np.float64)
 
 
 def is_blocked(
-    graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, *, length_mm: float = TORCH_MM
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    origins: FloatArray,
+    rays: FloatArray,
+    *,
+    length_mm: FloatArray | float = TORCH_MM,
 ) -> BoolArray:
     """Tell which rays hit a face of the part.
 
@@ -64,10 +92,21 @@ def is_blocked(
     ----------
     origins, rays : ndarray, shape (m, 3)
         Starts and unit directions in `part`, mm.
-    length_mm : float
+    length_mm : float or ndarray, shape (m,)
         Where the rays end.
     """
-    ray, face, low, high = _through_boxes(trimmed, origins, rays, length_mm)
+    length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
+    blocked = np.zeros(len(origins), dtype=bool)
+    for first in range(0, len(origins), CHUNK):
+        own = slice(first, first + CHUNK)
+        blocked[own] = _is_blocked(graph, trimmed, origins[own], rays[own], length[own])
+    return blocked
+
+
+def _is_blocked(
+    graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
+) -> BoolArray:
+    ray, face, low, high = _through_boxes(trimmed, origins, rays, length)
     blocked = np.zeros(len(origins), dtype=bool)
     t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, STEPS)
     side = _height(graph, np.repeat(face, STEPS), origins, rays, np.repeat(ray, STEPS), t.ravel()).reshape(t.shape)
@@ -95,23 +134,33 @@ def _height(
 
 
 def _through_boxes(
-    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length_mm: float
+    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
     """Return pairs of a ray and a face whose box it goes through, and where it enters and leaves."""
+    o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
     low, high = trimmed.face_box
-    found = []
     with np.errstate(divide="ignore", invalid="ignore"):
-        for number, (o, d) in enumerate(zip(origins, rays, strict=True)):
-            a, b = (low - THIN_MM - o) / d, (high + THIN_MM - o) / d
-            enter = np.maximum(np.fmin(a, b).max(axis=1), 0.0)
-            leave = np.minimum(np.fmax(a, b).min(axis=1), length_mm)
-            faces = np.flatnonzero(leave > enter)
-            found.append((np.full(len(faces), number), faces, enter[faces], leave[faces]))
-    if not found:
-        i, f = np.zeros(0, dtype=np.int64), np.zeros(0)
-        return i, i, f, f
-    ray, face, enter, leave = (np.concatenate(column) for column in zip(*found, strict=True))
-    return ray, face, enter, leave
+
+        def meets(ray: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
+            enter, leave = _passage(np.take(o, ray, axis=1), np.take(d, ray, axis=1), length[ray], box_low, box_high)
+            return np.asarray(leave > enter, dtype=bool)
+
+        ray, face = trimmed.box_tree.search(len(origins), meets)
+        return ray, face, *_passage(o[:, ray], d[:, ray], length[ray], low[face].T, high[face].T)
+
+
+def _passage(
+    o: FloatArray, d: FloatArray, length: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return where rays from o along d enter boxes and where they leave them; they miss those they leave first.
+
+    Points, directions and corners have a row a coordinate, shape (3, m).
+    """
+    enter, leave = np.zeros(len(length)), length
+    for k in range(3):
+        a, b = (low[k] - THIN_MM - o[k]) / d[k], (high[k] + THIN_MM - o[k]) / d[k]
+        enter, leave = np.maximum(enter, np.fmin(a, b)), np.minimum(leave, np.fmax(a, b))
+    return enter, leave
 
 
 THIN_MM = 0.1

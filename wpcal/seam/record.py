@@ -15,7 +15,7 @@ from wpcal.core.robot_space import RobotSpace
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.position import WeldPositions, weld_positions
-from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
+from wpcal.seam.seam import Candidate, JointType, Seam, SeamEdit, SeamFrames, SeamPieces, SeamSource, WeldType
 
 SEAMS_SCHEMA = "wpcal/seams/1"
 CSV_COLUMNS = ("seam", "point", "s_mm", "x_mm", "y_mm", "z_mm", "qx", "qy", "qz", "qw", "accepted")
@@ -72,11 +72,36 @@ def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatAr
         "closed": seam.closed,
         "length_mm": seam.length_mm,
         "accepted": seam.accepted,
+        "confidence": round(seam.confidence, 3),
         "reachable": seam.reachable,
+        "source": seam.source.value,
         "reasons": list(seam.reasons),
+        "against": list(seam.against),
         "gap_mm": {"min": least, "mean": mean, "max": largest},
+        **({} if seam.candidate is None else {"candidate": _candidate_record(seam.candidate)}),
+        **({} if seam.edit is None else {"edit": _edit_record(seam.edit)}),
         "frames": _frame_records(frames, u95_mm, positions),
     }
+
+
+def _candidate_record(candidate: Candidate) -> dict[str, Any]:
+    return {
+        "name": candidate.name,
+        "start_part_mm": list(candidate.start_mm),
+        "middle_part_mm": list(candidate.middle_mm),
+        "length_mm": candidate.length_mm,
+    }
+
+
+def _edit_record(edit: SeamEdit) -> dict[str, Any]:
+    record: dict[str, Any] = {} if edit.accept is None else {"accept" if edit.accept else "reject": True}
+    if edit.reverse:
+        record["reverse"] = True
+    if edit.name is not None:
+        record["name"] = edit.name
+    if edit.range_mm is not None:
+        record["range_mm"] = list(edit.range_mm)
+    return record
 
 
 def _frame_records(
@@ -162,4 +187,7 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         bool(seam["accepted"]),
         tuple(seam["reasons"]),
         frames,
+        SeamSource(seam.get("source", SeamSource.CONTACT.value)),
+        float(seam.get("confidence", 1.0)),
+        tuple(seam.get("against", ())),
     )

@@ -30,6 +30,16 @@ class WeldType(Enum):
     UNKNOWN = "unknown"
 
 
+class SeamSource(Enum):
+    """Where a candidate comes from."""
+
+    CONTACT = "contact of two solids"
+    SECTION = "section of two solids that run into each other"
+    CONCAVE = "concave edge inside one solid"
+    BEAD = "modelled bead or round inside one solid"
+    MARKED = "marked or picked edge"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SeamPieces:
     """k pieces of edges along which two faces can be welded.
@@ -68,6 +78,10 @@ class SeamPieces:
         t0, t1 = np.where(flip, self.t1, self.t0), np.where(flip, self.t0, self.t1)
         return SeamPieces(self.edge, t0, t1, self.wall, self.base, self.gap_mm)
 
+    def backwards(self) -> SeamPieces:
+        """Return the same run from its end to its start."""
+        return self.select(np.arange(len(self))[::-1]).reversed_where(np.ones(len(self), dtype=bool))
+
     @staticmethod
     def joined(parts: list[SeamPieces]) -> SeamPieces:
         """Return all pieces of `parts` in one."""
@@ -102,11 +116,56 @@ class SeamFrames:
     def __len__(self) -> int:
         return len(self.s_mm)
 
+    def rows(self, first: int, end: int) -> SeamFrames:
+        """Return the frames from `first` to before `end`."""
+        own = slice(first, end)
+        return SeamFrames(self.s_mm[own], self.p[own], self.R[own], self.angle_rad[own], self.frame)
+
     def moved(self, transform: RigidTransform) -> SeamFrames:
         """Return the frames in the target frame of `transform`."""
         return SeamFrames(
             self.s_mm, transform.apply(self.p), transform.R @ self.R, self.angle_rad, frame=transform.target
         )
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """Which candidate of a part a seam is: told by its place, so that it is known again under another number.
+
+    Parameters
+    ----------
+    name : str
+        As found: ``W7``.
+    start_mm, middle_mm : tuple of float
+        Its start and the point at half its length, in `part`, mm.
+    length_mm : float
+    """
+
+    name: str
+    start_mm: tuple[float, float, float]
+    middle_mm: tuple[float, float, float]
+    length_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class SeamEdit:
+    """What a person decided about a candidate.
+
+    Parameters
+    ----------
+    accept : bool or None
+        True to weld it, false not to; None leaves what the rules say.
+    reverse : bool
+        Whether it is welded the other way round.
+    name : str or None
+    range_mm : tuple of float or None
+        The part of it that is welded: lengths from the candidate's start.
+    """
+
+    accept: bool | None = None
+    reverse: bool = False
+    name: str | None = None
+    range_mm: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,9 +188,18 @@ class Seam:
     accepted : bool
         Whether it is taken as a weld unless the user says otherwise.
     reasons : tuple of str
-        Why it is a candidate and what speaks against it.
+        Why it is a candidate, and what else was felt about it.
     frames : SeamFrames
         Empty until discretised.
+    source : SeamSource
+    confidence : float
+        From 0 to 1: how sure the rules are that this is a weld (`judge`).
+    against : tuple of str
+        What speaks against it, the strongest first; why a candidate that is not accepted is none.
+    candidate : Candidate or None
+        What it was found as; None for a seam that does not come from a part.
+    edit : SeamEdit or None
+        What a person decided about it.
     """
 
     name: str
@@ -147,6 +215,11 @@ class Seam:
     frames: SeamFrames = field(
         default_factory=lambda: SeamFrames(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros(0))
     )
+    source: SeamSource = SeamSource.CONTACT
+    confidence: float = 1.0
+    against: tuple[str, ...] = ()
+    candidate: Candidate | None = None
+    edit: SeamEdit | None = None
 
     @property
     def gap_mm(self) -> tuple[float, float, float]:

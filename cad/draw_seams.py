@@ -1,0 +1,83 @@
+"""A picture of a part with its seams and their names, without a screen; needs matplotlib (extra `plots`)."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+from wpcal.brep import BrepGraph
+from wpcal.brep.curves import edge_polylines
+from wpcal.core.arrays import FloatArray
+from wpcal.seam import Seam
+
+VIEWS = (("from the front, left and above", 28.0, -125.0), ("from the front, right and above", 28.0, -35.0))
+"""Elevation and azimuth in degrees. Edges are drawn through, so what is behind is seen, too; two directions a quarter
+turn apart tell front from back."""
+ACCEPTED, REFUSED, EDGES = "#c0392b", "#7d8a97", "#aab2ba"
+MOST_REFUSED_NAMES = 30
+"""With more candidates that are not accepted their names cover the part."""
+PIXELS_PER_INCH = 110
+WIDTH_IN, HEIGHT_IN = 16.0, 8.5
+
+
+def seams_png(graph: BrepGraph, seams: Sequence[Seam], title: str) -> bytes:
+    """Draw a part's edges with its seams in two views.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    seams : sequence of Seam
+        With frames in `part`. Accepted ones are red with their names at their middles, the others grey and dashed.
+    title : str
+
+    Returns
+    -------
+    bytes
+        PNG without a time stamp: the same part gives the same bytes with the same matplotlib.
+    """
+    figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), dpi=PIXELS_PER_INCH)
+    start, _, points = edge_polylines(graph)
+    own = np.flatnonzero(graph.edge_solid >= 0)
+    edges = [points[start[edge] : start[edge + 1]] for edge in own.tolist() if start[edge + 1] > start[edge]]
+    for number, (name, elevation, azimuth) in enumerate(VIEWS, 1):
+        axes: Any = figure.add_subplot(1, len(VIEWS), number, projection="3d")
+        _draw(axes, edges, seams)
+        axes.view_init(elev=elevation, azim=azimuth)
+        axes.set_title(name, fontsize=9, y=1.0)
+    taken = sum(seam.accepted for seam in seams)
+    figure.suptitle(f"{title}: {taken} seams (red), {len(seams) - taken} candidates not taken (grey)", fontsize=12)
+    figure.subplots_adjust(0, 0, 1, 0.93, 0, 0)
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", metadata={"Software": None})
+    return buffer.getvalue()
+
+
+def _draw(axes: Any, edges: list[FloatArray], seams: Sequence[Seam]) -> None:
+    axes.add_collection3d(Line3DCollection(edges, colors=EDGES, linewidths=0.6))
+    refused = [seam for seam in seams if not seam.accepted]
+    for seam in refused:
+        axes.plot(*seam.frames.p.T, color=REFUSED, linewidth=1.0, linestyle="--")
+    for seam in seams:
+        if seam.accepted:
+            axes.plot(*seam.frames.p.T, color=ACCEPTED, linewidth=2.4)
+    for seam in seams:
+        if seam.accepted or len(refused) <= MOST_REFUSED_NAMES:
+            p = seam.frames.p[len(seam.frames) // 2]
+            colour = ACCEPTED if seam.accepted else REFUSED
+            axes.text(*p, seam.name, fontsize=8, color=colour, fontweight="bold" if seam.accepted else "normal")
+    _fit(axes, np.concatenate([*edges, *(seam.frames.p for seam in seams)]))
+    axes.set_axis_off()
+
+
+def _fit(axes: Any, points: FloatArray) -> None:
+    """Show all points, with the same scale along x, y and z."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = np.maximum(high - low, 1e-3 * float((high - low).max()))
+    for limits, a, b in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), low, low + size, strict=True):
+        limits(a, b)
+    axes.set_box_aspect(size, zoom=0.95)

@@ -1,0 +1,159 @@
+"""Seams that a person marked in the CAD file or picks on the part."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cad.convert import SeamChoice, Workpiece, calibrate_files, find_seams, open_workpiece
+from cad.samples import box
+from cad.to_brep import to_brep
+from wpcal.core.errors import InputError
+from wpcal.seam import Seam, SeamOptions, SeamSource
+
+TEE = Path(__file__).parents[2] / "fixtures" / "tee"
+EXACT_MM = 1e-6
+"""Places on straight edges; a contact is bisected to 2e-9 mm."""
+
+
+def with_named_edges(folder: Path, names: dict[tuple[float, ...], str]) -> Path:
+    """Name edges of the T-joint's STEP text by the coordinates of their two vertices, all six sorted."""
+    text = (TEE / "tee.step").read_text(encoding="utf-8")
+    entities = dict(re.findall(r"#(\d+) = ([A-Z_]+\(.*?\));", text, flags=re.DOTALL))
+
+    def point(vertex: str) -> list[float]:
+        place = entities[re.findall(r"#(\d+)", entities[vertex])[0]]
+        return [round(float(v), 6) for v in re.findall(r"\(([-0-9.E+]+),([-0-9.E+]+),([-0-9.E+]+)\)", place)[0]]
+
+    named = 0
+    for number, entity in entities.items():
+        if entity.startswith("EDGE_CURVE("):
+            ends = re.findall(r"#(\d+)", entity)[:2]
+            key = tuple(sorted(point(ends[0]) + point(ends[1])))
+            if key in names:
+                old = f"#{number} = EDGE_CURVE('',"
+                assert text.count(old) == 1
+                text = text.replace(old, f"#{number} = EDGE_CURVE('{names[key]}',")
+                named += 1
+    assert named == len(names)
+    path = folder / "named.step"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def chosen(part: Path, *marked: str, edges: tuple[str, ...] = ()) -> tuple[list[Seam], list[Seam]]:
+    seams = find_seams(open_workpiece(part), SeamOptions(), SeamChoice((), marked, edges))[0]
+    return [s for s in seams if s.accepted], [s for s in seams if not s.accepted]
+
+
+FRONT = tuple(sorted([25.0, 56.0, 10.0, 175.0, 56.0, 10.0]))
+TOP = tuple(sorted([25.0, 56.0, 90.0, 175.0, 56.0, 90.0]))
+
+
+def test_a_named_edge_on_a_contact_is_that_contact(tmp_path: Path) -> None:
+    part = with_named_edges(tmp_path, {FRONT: "WELD_1"})
+    (seam,), others = chosen(part, "WELD_*")
+    (twin,) = [s for s in find_seams(open_workpiece(part), SeamOptions())[0] if s.name == seam.name]
+    assert (seam.source, seam.joint, seam.solids) == (SeamSource.MARKED, twin.joint, twin.solids)
+    assert "marked: WELD_1" in seam.reasons
+    np.testing.assert_array_equal(seam.frames.R, twin.frames.R)
+    assert all("other edges are marked, and not this one" in other.against for other in others)
+    assert len(others) == 3
+
+
+def test_a_named_edge_off_any_contact_has_its_own_faces(tmp_path: Path) -> None:
+    part = with_named_edges(tmp_path, {FRONT: "WELD_1", TOP: "WELD_2"})
+    seams, _ = chosen(part, "WELD_2")
+    (seam,) = seams
+    assert (seam.solids, seam.weld.value, seam.accepted) == (("web",), "groove", True)
+    z = np.array([0.0, -1.0, 1.0]) / np.sqrt(2)
+    np.testing.assert_allclose(seam.frames.R[:, :, 2], np.broadcast_to(z, (len(seam.frames), 3)), rtol=0, atol=1e-9)
+    assert len(chosen(part, "WELD_?")[0]) == 2
+
+
+def test_wires_in_a_group_stand_for_the_contacts_they_lie_on(tmp_path: Path) -> None:
+    """The edges that calibrate --mark-seams writes are read again by name, layer and colour."""
+    calibrate_files(TEE / "tee.step", TEE / "taught_exact.csv", tmp_path / "out", overwrite=False, mark_seams=True)
+    moved = tmp_path / "out" / "tee.calibrated.step"
+    for pattern, count in (("W*", 4), ("W2", 1), ("wpcal seams", 4)):
+        seams, others = chosen(moved, pattern)
+        assert (len(seams), len(others)) == (count, 4 - count)
+        assert all(seam.source is SeamSource.MARKED and seam.joint.value == "tee" for seam in seams)
+    marks = open_workpiece(moved).source.marks
+    red, green, blue = (round(255 * v) for v in marks[0].color_rgb)
+    assert len(chosen(moved, f"#{red:02x}{green:02x}{blue:02X}")[0]) == 4
+
+
+def test_edges_are_picked_by_place_and_by_feature() -> None:
+    (seam,), others = chosen(TEE / "tee.step", edges=("100,56.4,10.2",))
+    assert len(others) == 3
+    np.testing.assert_allclose(seam.frames.p[[0, -1]], [[25, 56, 10], [175, 56, 10]], rtol=0, atol=EXACT_MM)
+    middle = next(
+        feature.name
+        for feature in open_workpiece(TEE / "tee.step").features
+        if np.allclose(feature.p_mm, [100, 56, 90], rtol=0, atol=EXACT_MM)
+    )
+    (top,), _ = chosen(TEE / "tee.step", edges=(middle,))
+    assert f"marked: picked at {middle}" in top.reasons
+    assert len(chosen(TEE / "tee.step", edges=("100,56,10", "100,64,10"))[0]) == 2
+
+
+def test_a_wire_without_a_face_says_so() -> None:
+    from wpcal.brep.more_edges import add_edges, line
+    from wpcal.seam import detect_seams
+    from wpcal.seam.marked import MarkedEdges
+
+    graph = to_brep([("block", box(50, 50, 10, (0, 0, 0)))])
+    wires = [
+        line(np.array([0.0, 0, 50]), np.array([30.0, 0, 50])),
+        line(np.array([80.0, 0, 0]), np.array([80.0, 0, 9])),
+    ]
+    wider, edges = add_edges(graph, wires)
+    seams = detect_seams(wider, marked=MarkedEdges(edges, ("a", "b")))
+    assert [seam.solids for seam in seams] == [(), ()]
+    assert all("no face beside it: z is up in part coordinates" in seam.reasons for seam in seams)
+    for seam, z in zip(seams, ([0, 0, 1], [1, 0, 0]), strict=True):
+        np.testing.assert_allclose(
+            seam.frames.R[:, :, 2], np.broadcast_to(z, (len(seam.frames), 3)), rtol=0, atol=1e-12
+        )
+
+
+@pytest.mark.parametrize(
+    ("marked", "edges", "message"),
+    [
+        (("WELD_*",), (), "--marked 'WELD_*': no edge or wire has such a name, layer or colour"),
+        ((), ("1,2",), "--edge '1,2': expected x,y,z in mm or the name of a feature"),
+        ((), ("0,0,500",), "--edge 0,0,500: no edge is nearer than 2 mm, the nearest is"),
+        ((), ("M999",), "M999"),
+    ],
+)
+def test_what_is_not_there_is_refused(marked: tuple[str, ...], edges: tuple[str, ...], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        chosen(TEE / "tee.step", *marked, edges=edges)
+    assert message in str(caught.value)
+
+
+def test_shapes_from_a_script_have_no_marks() -> None:
+    workpiece = Workpiece(to_brep([("block", box(50, 50, 10, (0, 0, 0)))]), ())
+    with pytest.raises(InputError, match="none in this file has a name or a layer"):
+        find_seams(workpiece, SeamOptions(), SeamChoice(marked=("W*",)))
+
+
+def test_the_commands_take_marks(tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-m",
+        "wpcal",
+        "seams",
+        str(TEE / "tee.step"),
+        "--edge",
+        "100,56,10",
+        "--edge",
+        "25,60,10",
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "other edges are" in done.stdout

@@ -1,0 +1,110 @@
+"""Which of many boxes something meets: a tree of boxes as arrays, searched for many queries at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+
+FAN = 8
+"""Boxes in one node. Eight keep the tree three levels deep for 500 boxes and cost eight tests a node."""
+MORTON_BITS = 10
+"""Bits a coordinate for the order along the curve: 1024 cells a side, finer than parts have neighbours."""
+CHUNK = 5_000
+"""Queries that go down the tree together: what they touch stays in the processor's cache."""
+
+Meets = Callable[[IntArray, FloatArray, FloatArray], BoolArray]
+"""Whether queries (numbers, shape (m,)) meet boxes (least and greatest corners, shape (3, m): a row a coordinate)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BoxTree:
+    """Boxes, eight of them in a larger one, eight of those in a still larger one, and so on.
+
+    Parameters
+    ----------
+    order : ndarray of int, shape (n,)
+        Numbers of the boxes in the order of the lowest level: along a Morton curve, so that neighbours stand together.
+    levels : tuple of (ndarray, ndarray)
+        Least and greatest corners of the boxes of each level, shapes (3, m), the lowest level first.
+    """
+
+    order: IntArray
+    levels: tuple[tuple[FloatArray, FloatArray], ...]
+
+    @classmethod
+    def of(cls, low: FloatArray, high: FloatArray) -> BoxTree:
+        """Build the tree of boxes from their corners, shapes (n, 3); an empty box (low > high) is never met."""
+        real = np.flatnonzero((low <= high).all(axis=1))
+        order = real[np.argsort(_morton((low[real] + high[real]) / 2), kind="stable")]
+        levels = [(np.ascontiguousarray(low[order].T), np.ascontiguousarray(high[order].T))]
+        while levels[-1][0].shape[1] > FAN:
+            below_low, below_high = levels[-1]
+            start = np.arange(0, below_low.shape[1], FAN)
+            level = np.minimum.reduceat(below_low, start, axis=1), np.maximum.reduceat(below_high, start, axis=1)
+            levels.append(level)
+        return cls(order, tuple(levels))
+
+    def search(self, count: int, meets: Meets) -> tuple[IntArray, IntArray]:
+        """Find all pairs of a query and a box that it meets.
+
+        Parameters
+        ----------
+        count : int
+            Number of queries.
+        meets : callable
+            Tells which queries meet which boxes; a query that meets a box must meet every box around it.
+
+        Returns
+        -------
+        query, box : ndarray of int, shape (k,)
+            Sorted by query, then box.
+        """
+        none = np.zeros(0, dtype=np.int64)
+        found = [
+            self._down(np.arange(first, min(first + CHUNK, count)), meets)
+            for first in range(0, count if len(self.order) else 0, CHUNK)
+        ]
+        query, box = (np.concatenate(column) for column in zip(*found, strict=True)) if found else (none, none)
+        order = np.lexsort((box, query))
+        return query[order], box[order]
+
+    def meeting(self, low: FloatArray, high: FloatArray) -> tuple[IntArray, IntArray]:
+        """Find all pairs of a given box, from its corners (n, 3), and a box of the tree that touch or overlap."""
+
+        def meets(query: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
+            met = np.ones(len(query), dtype=bool)
+            for k in range(3):
+                met &= (low_rows[k][query] <= box_high[k]) & (high_rows[k][query] >= box_low[k])
+            return met
+
+        low_rows, high_rows = np.ascontiguousarray(low.T), np.ascontiguousarray(high.T)
+        return self.search(len(low), meets)
+
+    def _down(self, queries: IntArray, meets: Meets) -> tuple[IntArray, IntArray]:
+        """Take queries from the top to the lowest level; there the nodes are the boxes."""
+        top = self.levels[-1][0].shape[1]
+        query, node = np.repeat(queries, top), np.tile(np.arange(top), len(queries))
+        for number, (low, high) in reversed(list(enumerate(self.levels))):
+            met = meets(query, np.take(low, node, axis=1), np.take(high, node, axis=1))
+            query, node = query[met], node[met]
+            if number:
+                below = self.levels[number - 1][0].shape[1]
+                query, node = np.repeat(query, FAN), (node[:, None] * FAN + np.arange(FAN)).ravel()
+                query, node = query[node < below], node[node < below]
+        return query, self.order[node]
+
+
+def _morton(points: FloatArray) -> IntArray:
+    """Return each point's place on a Morton curve through the box around all of them."""
+    if len(points) == 0:
+        return np.zeros(0, dtype=np.int64)
+    size = np.ptp(points, axis=0)
+    cell = (points - points.min(axis=0)) / np.where(size > 0, size, 1.0) * (2**MORTON_BITS - 1)
+    cells = cell.astype(np.int64)
+    bits = (cells[:, :, None] >> np.arange(MORTON_BITS)) & 1
+    place = 3 * np.arange(MORTON_BITS) + np.arange(3)[:, None]
+    return np.asarray((bits << place).sum(axis=(1, 2)), dtype=np.int64)

@@ -1,0 +1,73 @@
+"""Edges that belong to no face, added to a graph: curves that are found, not read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.brep.nurbs import NurbsCurve
+from wpcal.core.arrays import FloatArray, IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FreeEdge:
+    """A piece of a curve.
+
+    Parameters
+    ----------
+    kind : CurveKind
+    frame : ndarray, shape (4, 3)
+        As `BrepGraph.edge_frame`.
+    param : tuple of float
+        As `BrepGraph.edge_param`.
+    span : tuple of float
+        First and last parameter.
+    nurbs : NurbsCurve, optional
+    """
+
+    kind: int
+    frame: FloatArray
+    param: tuple[float, float]
+    span: tuple[float, float]
+    nurbs: NurbsCurve | None = None
+
+
+def add_edges(graph: BrepGraph, edges: Sequence[FreeEdge]) -> tuple[BrepGraph, IntArray]:
+    """Return the graph with more edges, and their numbers."""
+    n = len(edges)
+    curves = [edge.nurbs for edge in edges if edge.nurbs is not None]
+    has_curve = np.array([edge.nurbs is not None for edge in edges], dtype=bool)
+    index = np.where(has_curve, np.cumsum(has_curve) - 1 + len(graph.nurbs_curves), -1)
+    frames = np.array([edge.frame for edge in edges], dtype=np.float64).reshape(n, 4, 3)
+    params = np.array([edge.param for edge in edges], dtype=np.float64).reshape(n, 2)
+    wider = replace(
+        graph,
+        edge_kind=np.append(graph.edge_kind, [int(edge.kind) for edge in edges]).astype(np.int64),
+        edge_frame=np.concatenate([graph.edge_frame, frames]),
+        edge_param=np.concatenate([graph.edge_param, params]),
+        edge_nurbs=np.append(graph.edge_nurbs, index).astype(np.int64),
+        edge_range=np.concatenate([graph.edge_range, np.array([e.span for e in edges]).reshape(n, 2)]),
+        edge_vertices=np.concatenate([graph.edge_vertices, np.full((n, 2), -1, dtype=np.int64)]),
+        nurbs_curves=(*graph.nurbs_curves, *curves),
+    )
+    return wider, np.arange(graph.edge_count, graph.edge_count + n)
+
+
+def line(p0: FloatArray, p1: FloatArray) -> FreeEdge:
+    """Return the straight edge between two points, mm."""
+    length = float(np.linalg.norm(p1 - p0))
+    frame = np.stack([p0, (p1 - p0) / length, np.zeros(3), np.zeros(3)])
+    return FreeEdge(CurveKind.LINE, frame, (0.0, 0.0), (0.0, length))
+
+
+def interpolated(points: FloatArray) -> FreeEdge:
+    """Return the cubic spline through points (n, 3), by the length of their chords; n is at least 4."""
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    spline = make_interp_spline(s, points, k=3)
+    curve = NurbsCurve(3, spline.t, spline.c, np.ones(len(spline.c)))
+    frame = np.concatenate([np.zeros((1, 3)), np.eye(3)])
+    return FreeEdge(CurveKind.NURBS, frame, (0.0, 0.0), (0.0, float(s[-1])), curve)

@@ -1,0 +1,256 @@
+"""NURBS taken apart into polynomials, one a knot span, and evaluated on many curves or surfaces at once.
+
+On a span every B-spline is a polynomial of the local parameter x in [0, 1]. Its coefficients follow from the poles by a
+matrix that depends on the knots around the span only, built by the recursion of de Boor and Cox (Piegl and Tiller, The
+NURBS Book, 2nd ed., eq. 2.5). Rational ones are carried in homogeneous coordinates (w x, w y, w z, w).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
+from wpcal.core.arrays import FloatArray, IntArray
+
+CHUNK = 20_000
+"""Points evaluated together: 10 MB of coefficients of a bicubic surface, which stay in the processor's cache."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Spans:
+    """The knot spans of one parameter of splines of one degree, one spline after the other.
+
+    Parameters
+    ----------
+    start : ndarray of int, shape (n + 1,)
+        The spans of spline i are ``start[i]:start[i + 1]``.
+    low, width : ndarray, shape (s,)
+        Where each span begins and how long it is.
+    first_pole : ndarray of int, shape (s,)
+        The first of the degree + 1 poles that act on it.
+    basis : ndarray, shape (s, degree + 1, degree + 1)
+        From those poles (last index) to the coefficients of the powers of x.
+    keys : ndarray, shape (s,)
+        Numbers that grow from span to span: from 2 i to 2 i + 1 on spline i.
+    """
+
+    start: IntArray
+    low: FloatArray
+    width: FloatArray
+    first_pole: IntArray
+    basis: FloatArray
+    keys: FloatArray
+
+    @classmethod
+    def of(cls, degree: int, knots: Sequence[FloatArray]) -> _Spans:
+        """Take the spans of splines from their knots (not decreasing, with repetitions)."""
+        at = [np.flatnonzero(np.diff(k[degree : len(k) - degree]) > 0) + degree for k in knots]
+        start = np.concatenate([[0], np.cumsum([len(spans) for spans in at])]).astype(np.int64)
+        around = np.arange(1 - degree, degree + 1)
+        windows = np.concatenate([k[spans[:, None] + around] for k, spans in zip(knots, at, strict=True)])
+        low = windows[:, degree - 1]
+        width = windows[:, degree] - low
+        spline = np.repeat(np.arange(len(knots)), np.diff(start))
+        begin, end = np.array([k[degree] for k in knots]), np.array([k[-degree - 1] for k in knots])
+        keys = 2.0 * spline + (low - begin[spline]) / (end - begin)[spline]
+        basis = _basis_polynomials((windows - low[:, None]) / width[:, None], degree)
+        return cls(start, low, width, np.concatenate(at) - degree, basis, keys)
+
+    def locate(self, spline: IntArray, t: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Return the span that holds each parameter and the local parameter; beyond its ends a spline's outer span."""
+        first, last = self.start[spline], self.start[spline + 1] - 1
+        begin = self.low[first]
+        whole = self.low[last] + self.width[last] - begin
+        at = np.searchsorted(self.keys, 2.0 * spline + (t - begin) / whole, side="right") - 1
+        at = np.clip(at, first, last)
+        return at, (t - self.low[at]) / self.width[at]
+
+
+def _basis_polynomials(knots: FloatArray, degree: int) -> FloatArray:
+    """Return the degree + 1 B-splines that live on the span [0, 1] as polynomials.
+
+    Parameters
+    ----------
+    knots : ndarray, shape (s, 2 degree)
+        The knots around each span in its local parameter: the last one before it is 0, the first one after it 1.
+    degree : int
+
+    Returns
+    -------
+    ndarray, shape (s, degree + 1, degree + 1)
+        [span, power of x, B-spline].
+    """
+    count = len(knots)
+    splines = np.zeros((count, degree + 1, degree + 1))
+    splines[:, 0, 0] = 1.0
+    for k in range(1, degree + 1):
+        raised = np.zeros_like(splines)
+        for j in range(k):  # spline j of degree k - 1 goes into j and j + 1 of degree k, by (x - t) and (t' - x)
+            t0, t1 = knots[:, degree - k + j], knots[:, degree + j]
+            share = splines[:, :, j] / (t1 - t0)[:, None]
+            times_x = np.pad(share[:, :-1], ((0, 0), (1, 0)))
+            raised[:, :, j] += t1[:, None] * share - times_x
+            raised[:, :, j + 1] += times_x - t0[:, None] * share
+        splines = raised
+    return splines
+
+
+def _homogeneous(poles: FloatArray, weights: FloatArray) -> FloatArray:
+    return np.concatenate([poles * weights[..., None], weights[..., None]], axis=-1).reshape(-1, 4)
+
+
+def _divided(h: FloatArray, *slopes: FloatArray) -> tuple[FloatArray, ...]:
+    """Return points and derivatives from homogeneous ones, by the rule of the quotient."""
+    w = h[:, 3:]
+    p = h[:, :3] / w
+    return (p, *((dh[:, :3] - p * dh[:, 3:]) / w for dh in slopes))
+
+
+def _horner(coefficients: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return value and derivative of polynomials with coefficients (m, powers, …) at x (m,)."""
+    x = x.reshape(-1, *(1,) * (coefficients.ndim - 2))
+    value, slope = coefficients[:, -1], np.zeros_like(coefficients[:, -1])
+    for power in range(coefficients.shape[1] - 2, -1, -1):
+        slope = slope * x + value
+        value = value * x + coefficients[:, power]
+    return value, slope
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Curves:
+    """Curves of one degree; coefficients (s, degree + 1, 4)."""
+
+    spans: _Spans
+    coefficients: FloatArray
+
+    @classmethod
+    def of(cls, curves: Sequence[NurbsCurve]) -> _Curves:
+        degree = curves[0].degree
+        spans = _Spans.of(degree, [curve.knots for curve in curves])
+        poles = np.concatenate([_homogeneous(curve.poles, curve.weights) for curve in curves])
+        offset = np.cumsum([0, *(len(curve.poles) for curve in curves)])[:-1]
+        first = spans.first_pole + np.repeat(offset, np.diff(spans.start))
+        own = poles[first[:, None] + np.arange(degree + 1)]
+        return cls(spans, np.einsum("sai,sic->sac", spans.basis, own))
+
+    def evaluate(self, curve: IntArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+        span, x = self.spans.locate(curve, t)
+        h, dh = _horner(self.coefficients[span], x)
+        p, slope = _divided(h, dh / self.spans.width[span, None])
+        return p, slope
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Surfaces:
+    """Surfaces of one pair of degrees; coefficients (patches, degree u + 1, degree v + 1, 4), v fastest."""
+
+    u: _Spans
+    v: _Spans
+    start: IntArray
+    coefficients: FloatArray
+
+    @classmethod
+    def of(cls, surfaces: Sequence[NurbsSurface]) -> _Surfaces:
+        du, dv = surfaces[0].degrees
+        u, v = _Spans.of(du, [s.knots_u for s in surfaces]), _Spans.of(dv, [s.knots_v for s in surfaces])
+        counts = np.diff(u.start) * np.diff(v.start)
+        start = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+        surface = np.repeat(np.arange(len(surfaces)), counts)
+        at_u, at_v = np.divmod(np.arange(start[-1]) - start[surface], np.diff(v.start)[surface])
+        at_u, at_v = at_u + u.start[surface], at_v + v.start[surface]
+        poles = np.concatenate([_homogeneous(s.poles, s.weights) for s in surfaces])
+        columns = np.array([s.poles.shape[1] for s in surfaces])[surface]
+        offset = np.cumsum([0, *(s.weights.size for s in surfaces)])[:-1][surface]
+        row = (u.first_pole[at_u][:, None] + np.arange(du + 1)) * columns[:, None] + offset[:, None]
+        own = poles[row[:, :, None] + (v.first_pole[at_v][:, None] + np.arange(dv + 1))[:, None, :]]
+        half = np.einsum("sai,sijc->sajc", u.basis[at_u], own)
+        return cls(u, v, start, np.einsum("sbj,sajc->sabc", v.basis[at_v], half))
+
+    def evaluate(self, surface: IntArray, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        at_u, x = self.u.locate(surface, uv[:, 0])
+        at_v, y = self.v.locate(surface, uv[:, 1])
+        width = self.v.start[surface + 1] - self.v.start[surface]
+        patch = self.start[surface] + (at_u - self.u.start[surface]) * width + at_v - self.v.start[surface]
+        along_v, slope_u = _horner(self.coefficients[patch], x)
+        h, dh_v = _horner(along_v, y)
+        dh_u = _horner(slope_u, y)[0]
+        p, du, dv = _divided(h, dh_u / self.u.width[at_u, None], dh_v / self.v.width[at_v, None])
+        return p, du, dv
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CurveSet:
+    """Many NURBS curves.
+
+    Parameters
+    ----------
+    group, place : ndarray of int, shape (n,)
+        The group of equal degree of each curve, and its place there.
+    groups : tuple
+    """
+
+    group: IntArray
+    place: IntArray
+    groups: tuple[_Curves, ...]
+
+    @classmethod
+    def of(cls, curves: Sequence[NurbsCurve]) -> CurveSet:
+        """Take curves apart."""
+        group, place, members = _grouped([(curve.degree,) for curve in curves])
+        return cls(group, place, tuple(_Curves.of([curves[i] for i in rows]) for rows in members))
+
+    def evaluate(self, curve: IntArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return points and first derivatives on curves (m,) at parameters t (m,); two arrays (m, 3)."""
+        p, slope = np.empty((len(t), 3)), np.empty((len(t), 3))
+        for number, group in enumerate(self.groups):
+            for rows in _chunks(np.flatnonzero(self.group[curve] == number)):
+                p[rows], slope[rows] = group.evaluate(self.place[curve[rows]], t[rows])
+        return p, slope
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceSet:
+    """Many NURBS surfaces.
+
+    Parameters
+    ----------
+    group, place : ndarray of int, shape (n,)
+        The group of equal degrees of each surface, and its place there.
+    groups : tuple
+    """
+
+    group: IntArray
+    place: IntArray
+    groups: tuple[_Surfaces, ...]
+
+    @classmethod
+    def of(cls, surfaces: Sequence[NurbsSurface]) -> SurfaceSet:
+        """Take surfaces apart."""
+        group, place, members = _grouped([surface.degrees for surface in surfaces])
+        return cls(group, place, tuple(_Surfaces.of([surfaces[i] for i in rows]) for rows in members))
+
+    def evaluate(self, surface: IntArray, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return points and the derivatives along u and v on surfaces (m,) at uv (m, 2); three arrays (m, 3)."""
+        p, du, dv = (np.empty((len(uv), 3)) for _ in range(3))
+        for number, group in enumerate(self.groups):
+            for rows in _chunks(np.flatnonzero(self.group[surface] == number)):
+                p[rows], du[rows], dv[rows] = group.evaluate(self.place[surface[rows]], uv[rows])
+        return p, du, dv
+
+
+def _chunks(rows: IntArray) -> list[IntArray]:
+    return [rows[first : first + CHUNK] for first in range(0, len(rows), CHUNK)]
+
+
+def _grouped(keys: list[tuple[int, ...]]) -> tuple[IntArray, IntArray, list[list[int]]]:
+    """Return the group of each key, its place in the group, and the members of each group."""
+    members: dict[tuple[int, ...], list[int]] = {}
+    for row, key in enumerate(keys):
+        members.setdefault(key, []).append(row)
+    group, place = np.zeros(len(keys), dtype=np.int64), np.zeros(len(keys), dtype=np.int64)
+    for number, rows in enumerate(members.values()):
+        group[rows], place[rows] = number, np.arange(len(rows))
+    return group, place, list(members.values())

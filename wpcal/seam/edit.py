@@ -1,0 +1,297 @@
+"""What a person decides about candidates: accept or reject, reverse, name, a part of the length.
+
+The decisions stand in ``seams.json`` itself: a seam's object ``edit`` holds them, and its object ``candidate`` says
+which candidate of the part is meant, by its place and not by its number. So the file can be given back for the same
+part with other options or after a change elsewhere on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wpcal.brep.curves import arc_length, evaluate_edges
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.records import read_json
+from wpcal.seam.build import with_frames
+from wpcal.seam.direction import Runs
+from wpcal.seam.discretise import is_even, run_lengths, speeds
+from wpcal.seam.options import SeamOptions
+from wpcal.seam.record import SEAMS_SCHEMA
+from wpcal.seam.seam import Candidate, Seam, SeamEdit, SeamPieces
+from wpcal.seam.turning import face_free_space
+
+SAME_PLACE_MM = 0.1
+"""A candidate whose start, middle and length are this near is the one meant: files hold all digits, and few seams of
+one part lie nearer to each other (both rims of a pin's hole do); of those its number tells."""
+EDIT_KEYS = ("accept", "reject", "reverse", "name", "range_mm")
+HALVINGS = 60
+"""Of a parameter's interval until the place at a length is found: to the last bit."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedEdit:
+    """One decision and the candidate it is about.
+
+    Parameters
+    ----------
+    candidate : Candidate
+    edit : SeamEdit
+    path : str
+        The file it comes from, for messages.
+    """
+
+    candidate: Candidate
+    edit: SeamEdit
+    path: str
+
+
+def read_edits(path: Path) -> tuple[PlacedEdit, ...]:
+    """Read the decisions in an edited ``seams.json``.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    tuple of PlacedEdit
+        One for every seam with an object ``edit`` that is not empty.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened.
+    FormatError
+        When it is no seams file, or an edit has an unknown key or a value of the wrong kind.
+    """
+    record = read_json(path, schema=SEAMS_SCHEMA)
+    found = []
+    for seam in record.get("seams", []):
+        if not isinstance(seam, dict) or not seam.get("edit"):
+            continue
+        label = str(seam.get("name", "?"))
+        candidate = candidate_from_record(seam.get("candidate"), label, path=str(path))
+        found.append(PlacedEdit(candidate, edit_from_record(seam["edit"], label, path=str(path)), str(path)))
+    return tuple(found)
+
+
+def candidate_from_record(record: Any, label: str, *, path: str) -> Candidate:
+    """Return which candidate a record means.
+
+    Raises
+    ------
+    FormatError
+        When something is missing.
+    """
+    try:
+        start, middle = (tuple(float(v) for v in record[key]) for key in ("start_part_mm", "middle_part_mm"))
+        x, y, z = start
+        u, v, w = middle
+        return Candidate(str(record["name"]), (x, y, z), (u, v, w), float(record["length_mm"]))
+    except (KeyError, TypeError, ValueError):
+        message = (
+            f"seam {label} has an edit, but its candidate is not whole (name, start_part_mm, middle_part_mm, length_mm)"
+        )
+        raise FormatError(message, path=path) from None
+
+
+def edit_from_record(record: Any, label: str, *, path: str) -> SeamEdit:
+    """Return one edit.
+
+    Raises
+    ------
+    FormatError
+        When a key is unknown or a value of the wrong kind.
+    """
+
+    def refuse(message: str) -> FormatError:
+        return FormatError(f"edit of seam {label}: {message}", path=path)
+
+    if not isinstance(record, dict):
+        raise refuse("expected an object")
+    for key in record:
+        if key not in EDIT_KEYS:
+            raise refuse(f"unknown key {key!r}; expected {', '.join(EDIT_KEYS)}")
+    for key in ("accept", "reject", "reverse"):
+        if not isinstance(record.get(key, False), bool):
+            raise refuse(f"{key} must be true or false, got {record[key]!r}")
+    if record.get("accept") and record.get("reject"):
+        raise refuse("accept and reject exclude each other")
+    name = record.get("name")
+    if name is not None and not (isinstance(name, str) and name.strip()):
+        raise refuse(f"name must be a text, got {name!r}")
+    accept = True if record.get("accept") else False if record.get("reject") else None
+    return SeamEdit(accept, bool(record.get("reverse", False)), name, _range(record.get("range_mm"), refuse))
+
+
+def _range(value: Any, refuse: Any) -> tuple[float, float] | None:
+    if value is None:
+        return None
+    is_pair = isinstance(value, list) and len(value) == 2
+    if not is_pair or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in value):
+        raise refuse(f"range_mm must be two lengths [from, to], got {value!r}")
+    low, high = float(value[0]), float(value[1])
+    if not 0 <= low < high:
+        raise refuse(f"range_mm must rise from 0 or more, got [{low:g}, {high:g}]")
+    return low, high
+
+
+def apply_edits(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    seams: Sequence[Seam],
+    edits: Sequence[PlacedEdit],
+    options: SeamOptions,
+) -> tuple[Seam, ...]:
+    """Carry out decisions on the candidates of a part.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    seams : sequence of Seam
+        The candidates, with frames in `part`.
+    edits : sequence of PlacedEdit
+        Several about one candidate (with different names) make several seams of it: stretches of a long one.
+    options : SeamOptions
+        By which the seams were found; edited ones are cut into frames anew.
+
+    Returns
+    -------
+    tuple of Seam
+        In the order of the candidates.
+
+    Raises
+    ------
+    InputError
+        When an edit's candidate is not on the part, a range is longer than its seam, or two seams get one name.
+    """
+    edits_of: dict[int, list[PlacedEdit]] = {}
+    for edit in edits:
+        edits_of.setdefault(_row_of(seams, edit), []).append(edit)
+    edited = []
+    for row, seam in enumerate(seams):
+        edited += [_edited(graph, trimmed, seam, edit, options) for edit in edits_of.get(row, [])] or [seam]
+    names = [seam.name for seam in edited]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{edits[0].path}: two seams would be called {name!r}; give each edit a name of its own")
+    return tuple(edited)
+
+
+def _row_of(seams: Sequence[Seam], edit: PlacedEdit) -> int:
+    wanted = edit.candidate
+    known = [(row, seam.candidate) for row, seam in enumerate(seams) if seam.candidate is not None]
+    near = [(row, here) for row, here in known if _largest_difference(here, wanted) <= SAME_PLACE_MM]
+    if near:
+        return min(near, key=lambda item: (item[1].name != wanted.name, item[0]))[0]
+    place = ", ".join(f"{v:.1f}" for v in wanted.start_mm)
+    raise InputError(
+        f"{edit.path}: seam {wanted.name}, {wanted.length_mm:.1f} mm long from ({place}) in part coordinates, is not "
+        "found on this part; it has changed there, or the options differ: run wpcal seams again"
+    )
+
+
+def _largest_difference(a: Candidate, b: Candidate) -> float:
+    rows = [np.array([*c.start_mm, *c.middle_mm, c.length_mm]) for c in (a, b)]
+    return float(np.abs(rows[0] - rows[1]).max())
+
+
+def _edited(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, placed: PlacedEdit, options: SeamOptions) -> Seam:
+    edit = placed.edit
+    pieces, closed = seam.pieces, seam.closed
+    if edit.range_mm is not None:
+        low, high = edit.range_mm
+        if high > seam.length_mm + SAME_PLACE_MM:
+            ends = f"range_mm ends at {high:g}, the seam at {seam.length_mm:.3f} mm"
+            raise InputError(f"{placed.path}: edit of seam {seam.name}: {ends}")
+        pieces, closed = cut_run(graph, pieces, low, min(high, seam.length_mm)), False
+    if edit.reverse:
+        pieces = pieces.backwards()
+    changed = replace(
+        seam,
+        name=edit.name or seam.name,
+        pieces=pieces,
+        closed=closed,
+        accepted=seam.accepted if edit.accept is None else edit.accept,
+        reasons=(*seam.reasons, *_in_words(edit)),
+        edit=edit,
+    )
+    if pieces is seam.pieces:
+        return changed
+    return face_free_space(graph, trimmed, with_frames(graph, changed, options))
+
+
+def _in_words(edit: SeamEdit) -> tuple[str, ...]:
+    return () if edit.accept is None else (f"{'accepted' if edit.accept else 'rejected'} by hand",)
+
+
+def cut_run(graph: BrepGraph, run: SeamPieces, low_mm: float, high_mm: float) -> SeamPieces:
+    """Return the part of a run between two lengths from its start, mm."""
+    lengths = _lengths(graph, run)
+    ends = np.cumsum(lengths)
+    starts = ends - lengths
+    rows = np.flatnonzero((ends > low_mm) & (starts < high_mm))
+    part = run.select(rows)
+    t0, t1 = part.t0.copy(), part.t1.copy()
+    for i, row in enumerate(rows.tolist()):
+        if starts[row] < low_mm:
+            t0[i] = _parameter_at(graph, run, row, low_mm - starts[row])
+        if ends[row] > high_mm:
+            t1[i] = _parameter_at(graph, run, row, high_mm - starts[row])
+    return SeamPieces(part.edge, t0, t1, part.wall, part.base, part.gap_mm)
+
+
+def _parameter_at(graph: BrepGraph, run: SeamPieces, row: int, s_mm: float) -> float:
+    """Return the parameter of a piece's edge at a length from the piece's start."""
+    edge, t0, t1 = int(run.edge[row]), float(run.t0[row]), float(run.t1[row])
+    if is_even(graph, run.edge[row]):
+        return t0 + float(np.sign(t1 - t0) * s_mm / speeds(graph, run.edge[row]))
+    low, high = t0, t1
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if abs(arc_length(graph, edge, t0, middle)) < s_mm else (low, middle)
+    return (low + high) / 2
+
+
+def _lengths(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
+    return run_lengths(graph, Runs(pieces, np.arange(len(pieces) + 1)))
+
+
+def with_candidates(graph: BrepGraph, seams: Sequence[Seam]) -> tuple[Seam, ...]:
+    """Return seams that know which candidate they are: name, start, middle and length as found."""
+    if not seams:
+        return ()
+    runs = Runs(SeamPieces.joined([s.pieces for s in seams]), np.cumsum([0, *(len(s.pieces) for s in seams)]))
+    start, middle = runs.ends(graph)[0], _middles(graph, runs)
+    return tuple(
+        replace(seam, candidate=Candidate(seam.name, _xyz(start[row]), _xyz(middle[row]), seam.length_mm))
+        for row, seam in enumerate(seams)
+    )
+
+
+def _middles(graph: BrepGraph, runs: Runs) -> FloatArray:
+    """Return the point at half the length of every run, shape (n, 3), mm."""
+    lengths = _lengths(graph, runs.pieces)
+    ends = np.cumsum(lengths)
+    first = (ends - lengths)[runs.start[:-1]]
+    half = (first + ends[runs.start[1:] - 1]) / 2
+    row = np.clip(np.searchsorted(ends, half), runs.start[:-1], runs.start[1:] - 1)
+    t = [
+        _parameter_at(graph, runs.pieces, int(at), float(s - ends[at] + lengths[at]))
+        for at, s in zip(row, half, strict=True)
+    ]
+    return evaluate_edges(graph, runs.pieces.edge[row], np.array(t))[0]
+
+
+def _xyz(p: FloatArray) -> tuple[float, float, float]:
+    x, y, z = p.tolist()
+    return x, y, z
