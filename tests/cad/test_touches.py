@@ -1,5 +1,6 @@
 """Touches on faces, edges and walls of real parts: recovered, held, refused, distrusted; the laws of a fit."""
 
+import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -8,6 +9,8 @@ import numpy as np
 import pytest
 
 from cad.convert import CalibrateOptions, Workpiece, calibrate_workpiece, open_workpiece
+from wpcal.brep import SurfaceKind
+from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError
 from wpcal.core import GeometryError, InputError, RigidTransform
@@ -200,3 +203,23 @@ def test_the_predicted_covariance_is_that_of_simulated_fits(tee: Workpiece, weig
     seen = samples_about_centre.T @ samples_about_centre / len(samples)
     ratios = np.linalg.eigvals(np.linalg.solve(predicted, seen)).real
     assert (np.abs(ratios - 1.0) < 0.15).all()  # 2000 samples: the extreme eigenvalues scatter by ± 2 √(6 / 2000)
+
+
+def test_touches_on_a_free_form_face_place_the_part() -> None:
+    from build123d import Edge, Face, Vector, Wire, extrude
+
+    top = Edge.make_spline([Vector(0, 0, 20), Vector(30, 0, 32), Vector(70, 0, 18), Vector(100, 0, 26)])
+    ends = [Vector(100, 0, 26), Vector(100, 0, 0), Vector(0, 0, 0), Vector(0, 0, 20)]
+    sides = [Edge.make_line(a, b) for a, b in itertools.pairwise(ends)]
+    wavy = open_workpiece(extrude(Face(Wire([top, *sides])), amount=80, dir=(0, 1, 0)))
+    graph = wavy.graph
+    (face,) = np.flatnonzero(graph.face_kind == SurfaceKind.NURBS)
+    asked = np.array([[15, 10, 25], [50, 40, 25], [85, 15, 25], [30, 70, 25], [75, 65, 25], [55, 12, 25]], dtype=float)
+    foot = project_to_faces(graph, np.full(len(asked), face), asked)
+    rows: list[Row] = [
+        (f"S{k}", TouchKind.SURFACE, tuple(p), tuple(n))
+        for k, (p, n) in enumerate(zip(foot.p, foot.normal, strict=True))
+    ]
+    rows += [("Y1", TouchKind.PLANE, (30, 0, 10), (0, -1, 0)), ("Y2", TouchKind.PLANE, (70, 0, 10), (0, -1, 0))]
+    found = fit(touched(wavy, rows), wavy, teaching=TeachingError(sigma_mm=SIGMA_MM))
+    assert apart(found.T_base_part, R, T_MM) < RECOVERED_MM

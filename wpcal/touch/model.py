@@ -242,7 +242,7 @@ class _Cloud:
         grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
         inside = trimmed.contains(np.full(len(grid), face), grid)
         grid = grid[inside] if inside.any() else grid
-        p, du, dv = graph.nurbs_surfaces[graph.face_nurbs[face]].evaluate(grid)
+        p, du, dv = graph.nearest_on_nurbs.surfaces.evaluate(np.full(len(grid), graph.face_nurbs[face]), grid)
         normal = np.cross(du, dv)
         normal *= graph.face_outward[face] / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
         tree = cKDTree(p)
