@@ -16,17 +16,16 @@ if TYPE_CHECKING:
 def features_table(features: Sequence[ReferenceFeature], file_name: str, ease: Mapping[str, str]) -> Table:
     """Return one row a feature; `ease` by name."""
     table = Table(title=f"What can be taught on {file_name} (part frame)")
-    for heading, justify in (("feature", "left"), ("kind", "left"), ("x mm", "right"), ("y mm", "right")):
-        table.add_column(heading, justify="right" if justify == "right" else "left")
-    table.add_column("z mm", justify="right")
+    for heading in ("feature", "kind", "x y z mm"):
+        table.add_column(heading, no_wrap=True)
     for heading in ("size mm", "touch", "ease", "solid"):
         table.add_column(heading)
     for feature in features:
-        place = (f"{round(v, 3) + 0.0:.3f}" for v in feature.p_mm)
+        place = " ".join(f"{round(float(v), 3) + 0.0:.9g}" for v in feature.p_mm)
         table.add_row(
             feature.name,
             feature.kind.word.replace("_", " "),
-            *place,
+            place,
             size_words(feature),
             feature.kind.touch.value,
             ease[feature.name],

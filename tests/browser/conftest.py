@@ -1,9 +1,8 @@
-"""Pages in a real browser: Debian's chromium, driven by playwright; skipped where one of them is not here."""
+"""Pages in the browser of `tests/conftest.py`: opened, waited for, looked at."""
 
 from __future__ import annotations
 
 import io
-import shutil
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -15,15 +14,6 @@ import pytest
 
 from wpcal.core.arrays import FloatArray
 
-FLAGS = [
-    "--headless=new",
-    "--no-sandbox",  # tests run as root in containers
-    "--use-angle=swiftshader",  # WebGL 2 without a graphics card
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--no-first-run",
-]
 WAIT_S = 60
 """A browser that draws by software, on a busy machine."""
 
@@ -65,19 +55,6 @@ class OpenPage:
         found = self.page.evaluate("p => window.wpcal.project(p)", p)
         box = self.page.locator(".stage canvas").bounding_box()
         return box["x"] + found["x"], box["y"] + found["y"]
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Any]:
-    """One browser for all tests of a process."""
-    chromium = shutil.which("chromium")
-    if chromium is None:
-        pytest.skip("chromium is not here; as root: sh .ci/browser")
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    with playwright.sync_playwright() as driver:
-        running = driver.chromium.launch(executable_path=chromium, args=FLAGS)
-        yield running
-        running.close()
 
 
 @pytest.fixture

@@ -109,8 +109,8 @@ def read_taught_program(
 def names_as_features(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> TaughtPoints:
     """Take the names of a program's points for features where the part has them, and leave the others to be found.
 
-    Controllers number their points (``P1``, ``C00003``), and only some can be named: a name that the part does not have
-    says nothing. Points that do not come from a program are returned as they are.
+    Controllers number their points (``P1``, ``C00003``), and only some can be named: a name that the part has
+    not, or has for a plane or an axis, says nothing. Points that do not come from a program are returned as they are.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def names_as_features(taught: TaughtPoints, features: Sequence[ReferenceFeature]
     """
     if not is_program(Path(taught.path)):
         return taught
-    known = {feature.name.lower() for feature in features}
+    known = {feature.name.lower() for feature in features if feature.kind.is_point}
     return replace(taught, features=tuple(name if name.lower() in known else "" for name in taught.features))
 
 

@@ -1,6 +1,5 @@
 """`plan.html` in a browser: the front picks plans, the time moves the arms to where they are, names stay names."""
 
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +16,6 @@ NAMES = ("position_deg", "torch_deg", "motion_deg_per_mm")
 DRAWN_MM = 0.01
 """Frames are kept as 32-bit numbers: 1e-4 mm at 2 m; the clock of the page has milliseconds."""
 HOSTILE = "</script><img src=x onerror='window.struck = true'>"
-LAUNCH = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
 @pytest.fixture(scope="module")
@@ -30,18 +28,6 @@ def runs(cell, simple_plan):
         for row, found in zip(values, ("ladder", "nsga2", "ladder"), strict=True)
     ]
     return [build_run(plan, cell, schedule, refine=10 if row < 2 else None) for row, plan in enumerate(plans)]
-
-
-@pytest.fixture(scope="module")
-def browser():
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        pytest.skip("no chromium on this machine")
-    with playwright.sync_playwright() as run:
-        browser = run.chromium.launch(executable_path=chromium, args=LAUNCH)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture
