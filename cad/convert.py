@@ -561,15 +561,22 @@ def list_seams(
     options: SeamOptions,
     choice: SeamChoice | None = None,
     picture: bool = False,
+    mesh: bool = False,
     progress: Progress = no_progress,
-) -> tuple[tuple[Seam, ...], bytes | None]:
-    """Return the seams of a STEP file, frames in `part`, and where asked a picture of them (PNG)."""
+) -> tuple[tuple[Seam, ...], bytes | None, bytes | None]:
+    """Return the seams of a STEP file, frames in `part`, and where asked a picture of them (PNG) and ``part.glb``."""
     workpiece = open_workpiece(step, progress=progress)
     progress("finding seams")
     seams, workpiece = find_seams(workpiece, options, choice)
-    if not picture:
-        return seams, None
-    from cad.draw_seams import seams_png
+    png, part_glb = None, None
+    if picture:
+        from cad.draw_seams import seams_png
 
-    progress("drawing")
-    return seams, seams_png(workpiece.graph, seams, Path(step).name)
+        progress("drawing")
+        png = seams_png(workpiece.graph, seams, Path(step).name)
+    if mesh:
+        from cad.tessellate import mesh_part
+
+        progress("drawing the part")
+        part_glb, _ = mesh_part(workpiece.source.solids, sha256=workpiece.source.sha256)
+    return seams, png, part_glb

@@ -17,32 +17,45 @@ from cad.cli.options import seam_choice_options, seam_options, to_seam_choice, t
 @click.option(
     "--png", metavar="FILE", type=click.Path(path_type=Path), help="Write a picture of the part and its seams."
 )
-@click.option("--force", is_flag=True, help="Overwrite the picture.")
+@click.option(
+    "--html", metavar="FILE", type=click.Path(path_type=Path), help="Write a page: the part with its seams in 3-D."
+)
+@click.option("--force", is_flag=True, help="Overwrite the picture and the page.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout, in the form of seams.json, frame part.")
-def seams(*, part_step: Path, png: Path | None, force: bool, as_json: bool, **values: Any) -> int:
+def seams(*, part_step: Path, png: Path | None, html: Path | None, force: bool, as_json: bool, **values: Any) -> int:
     """List the weld seams of PART.step: contacts between solids, and concave edges inside one.
 
     Every candidate has a confidence; those below 50 % are listed apart with what speaks against them.
     """
     from cad.child import run_in_child
     from cad.cli.progress import shown_progress
+    from wpcal.core.records import write_file
+    from wpcal.seam.record import seams_record
 
     options, choice = to_seam_options(values), to_seam_choice(values)
-    _check_picture(png, overwrite=force)
+    _check_drawings(png, html, overwrite=force)
     with shown_progress() as progress:
-        found, picture = run_in_child(
+        found, picture, part_glb = run_in_child(
             "cad.convert:list_seams",
-            {"step": part_step, "options": options, "choice": choice, "picture": png is not None},
+            {
+                "step": part_step,
+                "options": options,
+                "choice": choice,
+                "picture": png is not None,
+                "mesh": html is not None,
+            },
             what=f"finding the seams of {part_step}",
             progress=progress,
         )
     if png is not None:
-        from wpcal.core.records import write_file
-
         write_file(png, picture, overwrite=force)
+    if html is not None:
+        from wpcal.report import build_seams_page
+
+        page = build_seams_page(seams_record(found), part_glb, file_name=part_step.name)
+        write_file(html, page.encode("utf-8"), overwrite=force)
     if as_json:
         from wpcal.core.records import to_json
-        from wpcal.seam.record import seams_record
 
         click.echo(to_json(seams_record(found)), nl=False)
     else:
@@ -56,15 +69,14 @@ def seams(*, part_step: Path, png: Path | None, force: bool, as_json: bool, **va
     return 0
 
 
-def _check_picture(png: Path | None, *, overwrite: bool) -> None:
+def _check_drawings(png: Path | None, html: Path | None, *, overwrite: bool) -> None:
     """Refuse before any work is done what cannot be drawn or written."""
     from importlib.util import find_spec
 
     from wpcal.core.errors import InputError
 
-    if png is None:
-        return
-    if find_spec("matplotlib") is None:
+    if png is not None and find_spec("matplotlib") is None:
         raise InputError("--png needs matplotlib: install wpcal[plots]")
-    if png.exists() and not overwrite:
-        raise InputError(f"{png}: exists; give --force to overwrite it")
+    for file in (png, html):
+        if file is not None and file.exists() and not overwrite:
+            raise InputError(f"{file}: exists; give --force to overwrite it")

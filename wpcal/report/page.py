@@ -50,7 +50,7 @@ def build_report(
     """
     try:
         heads = [{key: value for key, value in seam.items() if key != "frames"} for seam in seams["seams"]]
-        columns = [_columns(seam["frames"]) for seam in seams["seams"]]
+        columns = [seam_columns(seam["frames"]) for seam in seams["seams"]]
         title = f"{calibration['verdict']} {calibration.get('inputs', {}).get('part', {}).get('file', 'calibration')}"
     except (KeyError, TypeError, AttributeError) as error:
         raise FormatError(f"is no complete seams file: {type(error).__name__} {error}", path=path) from None
@@ -62,7 +62,7 @@ def build_report(
     return build_page(title=title, entry="report", body=BODY, data=data, blobs=blobs)
 
 
-def _columns(frames: list[dict[str, Any]]) -> dict[str, Any]:
+def seam_columns(frames: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the frames of a seam as columns, rounded to what a page can show."""
     return {
         "s": _rounded(frames, "s_mm", PLACE_DIGITS),
