@@ -72,7 +72,7 @@ def beside_the_kernel(folder: Path) -> list[tuple[str, str, str]]:
     if not PART.is_file():
         return [("the largest shared part", "", "the shared STEP files do not stand beside the project")]
     workpiece = open_workpiece(PART)
-    write_taught(workpiece.features, folder / "taught.csv")
+    write_taught([f for f in workpiece.features if f.kind.is_point], folder / "taught.csv")
     options = {"overwrite": True}
     steps = {
         "raw kernel: read and write": lambda: read_and_write(PART, folder / "raw.step"),
