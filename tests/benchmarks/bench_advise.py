@@ -43,10 +43,11 @@ def _row(path: Path) -> tuple[str, ...]:
     seams, workpiece = find_seams(workpiece, SeamOptions())
     accepted = [seam for seam in seams if seam.accepted]
     points = np.concatenate([seam.frames.p for seam in accepted])
-    places = Places.of(workpiece.features)
-    advice = advise(judge_features(workpiece.graph, workpiece.features), accepted, points=POINTS, sigma_mm=SIGMA_MM)
+    features = [feature for feature in workpiece.features if feature.kind.is_point]
+    places = Places.of(features)
+    advice = advise(judge_features(workpiece.graph, features), accepted, points=POINTS, sigma_mm=SIGMA_MM)
     advised = np.array([feature.p_mm for feature in advice.chosen.features])
-    sets = _random_sets(np.array([feature.p_mm for feature in workpiece.features]))
+    sets = _random_sets(np.array([feature.p_mm for feature in features]))
     errors = np.array([_predicted(p, points) for p in sets])
     median = sets[int(np.argsort(errors)[len(errors) // 2])]
     nearest = _nearest_corners(places, points)
