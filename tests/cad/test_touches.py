@@ -16,7 +16,8 @@ from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError
 from wpcal.core import GeometryError, InputError, RigidTransform
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation
-from wpcal.match import TaughtPoints
+from wpcal.features import FeatureKind, feature_named
+from wpcal.match import TaughtPoints, read_taught
 from wpcal.match.taught import TouchKind
 from wpcal.touch import Touches, calibrate_touches, named_axes, touches_of
 from wpcal.touch.fit import Pose, fit_least_squares, fit_minimax
@@ -105,6 +106,16 @@ def test_six_touches_on_three_planes_place_the_fixture_exactly() -> None:
 
 def test_mixed_touches_without_noise_are_recovered(tee: Workpiece) -> None:
     assert apart(fit(touched(tee, MIXED), tee).T_base_part, R, T_MM) <= RECOVERED_MM
+
+
+def test_planes_named_as_features_place_the_fixture_as_model_points_do(tee: Workpiece) -> None:
+    taught = read_taught(TEE / "touches_321.csv")
+    named = tuple({"A": "P8", "B": "P3", "C": "P1"}[name[0]] for name in taught.names)
+    assert {feature_named(tee.features, name).kind for name in named} == {FeatureKind.PLANE}
+    by_name = replace(taught, features=named, p_part=np.full(taught.p_part.shape, np.nan))
+    options = CalibrateOptions(teaching=TeachingError(sigma_mm=SIGMA_MM))
+    one, other = (calibrate_workpiece(TEE / "tee.step", rows, options=options) for rows in (taught, by_name))
+    assert one.T_base_part.is_close(other.T_base_part, atol_mm=ROUND_OFF, atol_rad=ROUND_OFF)
 
 
 def test_a_free_motion_is_named(tee: Workpiece) -> None:
