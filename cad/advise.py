@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cad.convert import Progress, Workpiece, find_seams, no_progress, open_workpiece
+from cad.workpiece import Progress, Workpiece, find_seams, no_progress, open_workpiece
 from wpcal.advise import Advice, advise
 from wpcal.calibrate import Criterion
 from wpcal.core.errors import InputError

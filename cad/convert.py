@@ -1,66 +1,36 @@
 """The main job as one function: STEP and taught points in, calibrated seams out.
 
-In steps it is `cad.read_step` → `cad.to_brep` → `wpcal.features` → `wpcal.match` → `wpcal.calibrate` → `wpcal.seam` →
-`cad.write_step`; each takes and returns plain values.
+In steps it is `cad.workpiece` (`cad.read_step` → `cad.to_brep` → `wpcal.features`) → `wpcal.match` → `wpcal.seam` →
+`wpcal.calibrate` → `cad.write_step`; each takes and returns plain values.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cad.system_libraries import libgl_explained
-from cad.to_brep import to_brep
-from wpcal.brep import BrepGraph
-from wpcal.brep.trim import TrimmedFaces
+from cad.workpiece import Progress, SeamChoice, Workpiece, find_seams, no_progress, open_workpiece
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, calibrate
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import InputError, blamed_on
+from wpcal.core.errors import blamed_on
 from wpcal.core.issue import Issue
 from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.export.taught_program import names_as_features
-from wpcal.features import FeatureKind, ReferenceFeature, Touchable, find_features, judge_features, usual_ease
+from wpcal.features import FeatureKind, ReferenceFeature
 from wpcal.match import Match, TaughtPoints, match_points, name_points, pair_points, read_taught
-from wpcal.seam import Seam, SeamOptions, detect_seams
-from wpcal.seam.bead import add_beads
-from wpcal.seam.edit import PlacedEdit, apply_edits
-from wpcal.seam.interpenetration import interpenetrating_solids
+from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.record import seams_csv, seams_record
 from wpcal.touch import calibrate_touches, named_axes, touches_of
 
-Progress = Callable[[str], None]
 SEAM_RGB = (0.9, 0.2, 0.1)
 """Colour of seams that are written as edges into the moved STEP file (sRGB)."""
-
-
-def no_progress(_: str) -> None:
-    """Say nothing."""
-
-
-@dataclass(frozen=True, slots=True)
-class SeamChoice:
-    """What a person decided about the seams of a part.
-
-    Parameters
-    ----------
-    edits : tuple of PlacedEdit
-        About candidates (`wpcal.seam.edit.read_edits`).
-    marked : tuple of str
-        Names, layers or colours of edges in the STEP file that are the seams (`cad.marked.find_marked`).
-    edges : tuple of str
-        Places of edges that are seams.
-    """
-
-    edits: tuple[PlacedEdit, ...] = ()
-    marked: tuple[str, ...] = ()
-    edges: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,32 +61,6 @@ class CalibrateOptions:
     certify: bool = False
     ball_mm: float = 0.0
     choice: SeamChoice = field(default_factory=SeamChoice)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Workpiece:
-    """A part as read, and what can be taught and welded on it.
-
-    Parameters
-    ----------
-    graph : BrepGraph
-    features : tuple of ReferenceFeature
-    issues : tuple of Issue
-        What is odd in the file.
-    source : StepPart or None
-        The STEP file; None for shapes handed over from a script.
-    shapes : tuple
-        The shapes handed over, as they came.
-    solids : tuple of kernel shapes
-        The solids of the graph, in its order.
-    """
-
-    graph: BrepGraph
-    features: tuple[ReferenceFeature, ...]
-    issues: tuple[Issue, ...] = ()
-    source: Any = None
-    shapes: tuple[Any, ...] = ()
-    solids: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,103 +127,6 @@ class WorkpieceCalibration:
 def _digest(path: str) -> str | None:
     file = Path(path)
     return hashlib.sha256(file.read_bytes()).hexdigest() if path and file.is_file() else None
-
-
-def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
-    """Read a part and find its reference features.
-
-    Parameters
-    ----------
-    step : path, build123d shape, or iterable of build123d shapes
-        A STEP file, or shapes in mm; a shape's label becomes its solid's name.
-
-    Returns
-    -------
-    Workpiece
-
-    Raises
-    ------
-    InputError
-        When the file cannot be read, or there is no solid.
-    KernelError
-        When the kernel fails.
-    """
-    if isinstance(step, str | Path):
-        with libgl_explained():
-            from cad.read_step import read_step
-
-        progress(f"reading {Path(step).name}")
-        part = read_step(step)
-        if not part.solids:
-            found = "; ".join(issue.message for issue in part.issues)
-            raise InputError(f"{step}: there is nothing to teach or weld on: {found}")
-        solids = tuple(solid.shape for solid in part.solids)
-        graph = to_brep((solid.name, solid.shape) for solid in part.solids)
-        return Workpiece(graph, find_features(graph), part.issues, part, solids=solids)
-    shapes = tuple(step) if isinstance(step, Iterable) and not hasattr(step, "wrapped") else (step,)
-    named = _named_solids(shapes)
-    if not named:
-        raise InputError("the shapes handed over hold no solid")
-    graph = to_brep(named)
-    return Workpiece(graph, find_features(graph), shapes=shapes, solids=tuple(shape for _, shape in named))
-
-
-def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:
-    from cad.topology import explore
-
-    named: list[tuple[str, Any]] = []
-    taken: set[str] = set()
-    for shape in shapes:
-        for solid, _ in explore(shape.wrapped, "solid"):
-            base = getattr(shape, "label", "") or f"S{len(named) + 1}"
-            name, count = base, 1
-            while name in taken:
-                count += 1
-                name = f"{base}#{count}"
-            taken.add(name)
-            named.append((name, solid))
-    return named
-
-
-def find_seams(
-    workpiece: Workpiece, options: SeamOptions, choice: SeamChoice | None = None
-) -> tuple[tuple[Seam, ...], Workpiece]:
-    """Find the seams of a workpiece; solids that run into each other are cut by the kernel first.
-
-    Parameters
-    ----------
-    workpiece : Workpiece
-    options : SeamOptions
-    choice : SeamChoice, optional
-        What a person decided.
-
-    Returns
-    -------
-    seams : tuple of Seam
-        With frames in `part`.
-    workpiece : Workpiece
-        With the section curves in its graph, and what went wrong with them among its issues.
-    """
-    trimmed = TrimmedFaces.of(workpiece.graph)
-    pairs = interpenetrating_solids(workpiece.graph, trimmed)
-    sections = None
-    if len(pairs):
-        from cad.section import add_sections
-
-        graph, sections, issues = add_sections(workpiece.graph, workpiece.solids, pairs)
-        workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *issues))
-        trimmed = replace(trimmed, graph=graph)
-    choice = choice or SeamChoice()
-    graph, beads = add_beads(workpiece.graph, trimmed, options)
-    marked = None
-    if choice.marked or choice.edges:
-        from cad.marked import find_marked
-
-        marks = () if workpiece.source is None else workpiece.source.marks
-        graph, marked = find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
-    workpiece, trimmed = replace(workpiece, graph=graph), replace(trimmed, graph=graph)
-    seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, marked=marked)
-    return apply_edits(graph, trimmed, seams, choice.edits, options), workpiece
 
 
 def calibrate_workpiece(
@@ -421,8 +268,8 @@ def prepare_fit(
     if not taught.has_touches:
         pairs, check = pair_points(taught, workpiece.features)
         return partial(calibrate, pairs, check=check, certify=certify)
-    trimmed, features = TrimmedFaces.of(workpiece.graph), workpiece.features
-    find = partial(touches_of, taught, trimmed, features, T_nominal_part=T_nominal_part)
+    features = workpiece.features
+    find = partial(touches_of, taught, workpiece.trimmed, features, T_nominal_part=T_nominal_part)
     checked = find(use="check") if "check" in taught.use else None
     return partial(calibrate_touches, find(use="yes"), check=checked, axes=named_axes(features))
 
@@ -518,21 +365,6 @@ def calibrate_files(
     return WrittenCalibration(found.result, found.seams, found.u95_mm, record, files)
 
 
-MOST_JUDGED = 5000
-"""Above so many features each has the ease of its kind: judging compares all corners with all faces (100 MB here)."""
-
-
-def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:
-    """Return the reference features of a STEP file, those that are easiest to touch first."""
-    workpiece = open_workpiece(step, progress=progress)
-    if len(workpiece.features) > MOST_JUDGED:
-        judged = tuple(Touchable(feature, usual_ease(feature.kind)) for feature in workpiece.features)
-    else:
-        progress("judging features")
-        judged = judge_features(workpiece.graph, workpiece.features)
-    return tuple(sorted(judged, key=lambda item: item.ease))
-
-
 def match_taught(
     step: Path,
     taught: TaughtPoints,
@@ -553,30 +385,3 @@ def match_taught(
             kinds=kinds,
             progress=progress,
         )
-
-
-def list_seams(
-    step: Path,
-    *,
-    options: SeamOptions,
-    choice: SeamChoice | None = None,
-    picture: bool = False,
-    mesh: bool = False,
-    progress: Progress = no_progress,
-) -> tuple[tuple[Seam, ...], bytes | None, bytes | None]:
-    """Return the seams of a STEP file, frames in `part`, and where asked a picture of them (PNG) and ``part.glb``."""
-    workpiece = open_workpiece(step, progress=progress)
-    progress("finding seams")
-    seams, workpiece = find_seams(workpiece, options, choice)
-    png, part_glb = None, None
-    if picture:
-        from cad.draw_seams import seams_png
-
-        progress("drawing")
-        png = seams_png(workpiece.graph, seams, Path(step).name)
-    if mesh:
-        from cad.tessellate import mesh_part
-
-        progress("drawing the part")
-        part_glb, _ = mesh_part(workpiece.source.solids, sha256=workpiece.source.sha256)
-    return seams, png, part_glb

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from cad.convert import Progress, WrittenCalibration, calibrate_files, no_progress
+from cad.convert import WrittenCalibration, calibrate_files
+from cad.workpiece import Progress, no_progress
 from wpcal.core.arrays import FloatArray
 from wpcal.core.records import to_json, write_file
 from wpcal.core.transform import RigidTransform

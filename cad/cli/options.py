@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from cad.convert import CalibrateOptions, SeamChoice
+    from cad.convert import CalibrateOptions
+    from cad.workpiece import SeamChoice
     from wpcal.core.transform import RigidTransform
     from wpcal.seam import SeamOptions
 
@@ -157,7 +158,7 @@ def to_seam_options(values: dict[str, Any]) -> SeamOptions:
 
 def to_seam_choice(values: dict[str, Any]) -> SeamChoice:
     """Take the values of `seam_choice_options` out of a command's arguments and read the edits."""
-    from cad.convert import SeamChoice
+    from cad.workpiece import SeamChoice
     from wpcal.seam.edit import read_edits
 
     path, marked, edges = (values.pop(name) for name in ("seams_file", "marked", "edges"))

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from cad.convert import Progress, Workpiece, no_progress, open_workpiece
 from cad.sheet.paper import A3, Paper, SheetLayout, lay_out, scale_words
+from cad.workpiece import Progress, Workpiece, no_progress, open_workpiece
 from cad.write_dxf import reproducible
 from wpcal import __version__
 from wpcal.core.errors import GeometryError, InputError

@@ -2,7 +2,8 @@
 
 from build123d import Box, Pos
 
-from cad.convert import calibrate_workpiece, open_workpiece
+from cad.convert import calibrate_workpiece
+from cad.workpiece import open_workpiece
 from wpcal.core import RigidTransform
 from wpcal.features import feature_named
 from wpcal.match import TaughtPoints

@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from cad.convert import calibrate_files, find_seams, open_workpiece
+from cad.convert import calibrate_files
+from cad.workpiece import find_seams, open_workpiece
 from wpcal.core.transform import RigidTransform
 from wpcal.seam import SeamOptions
 

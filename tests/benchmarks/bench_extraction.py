@@ -79,9 +79,9 @@ def measure(path: Path, bays: int) -> dict[str, float]:
 
 def extraction(path: Path) -> tuple[dict[str, float], int, Any]:
     """Return the seconds of every step, the number of faces, and the seams."""
-    from cad.convert import Workpiece, find_seams
     from cad.read_step import read_step
     from cad.to_brep import to_brep
+    from cad.workpiece import Workpiece, find_seams
     from wpcal.features import find_features
     from wpcal.seam import SeamOptions
 

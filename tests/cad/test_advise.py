@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from cad.advise import AdviseOptions, advise_points
-from cad.convert import Workpiece, find_seams, open_workpiece
+from cad.workpiece import Workpiece, find_seams, open_workpiece
 from wpcal.advise import advise
 from wpcal.calibrate import Criterion, TeachingError, calibrate
 from wpcal.core.errors import GeometryError, InputError

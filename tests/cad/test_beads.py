@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.convert import Workpiece, find_seams
 from cad.samples import box, cut, cylinder
 from cad.to_brep import to_brep
 from cad.topology import explore
+from cad.workpiece import Workpiece, find_seams
 from wpcal.brep import CurveKind
 from wpcal.brep.curves import evaluate_edges
 from wpcal.core.arrays import FloatArray

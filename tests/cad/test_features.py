@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from build123d import Align, Axis, Box, Cone, Cylinder, Pos, Rot, SlotOverall, extrude, fillet
 
-import cad.convert
-from cad.convert import list_features, open_workpiece
+import cad.workpiece
 from cad.to_brep import to_brep
+from cad.workpiece import list_features, open_workpiece
 from wpcal.brep import BrepGraph, SurfaceKind
 from wpcal.core.arrays import IntArray
 from wpcal.features import Ease, FeatureKind, HoleForm, ReferenceFeature, feature_named, find_features, judge_features
@@ -237,7 +237,7 @@ def test_the_easiest_come_first_and_large_parts_are_judged_by_kind(monkeypatch: 
     judged = list_features(TEE)
     assert [item.ease for item in judged] == sorted(item.ease for item in judged)
     assert {item.feature.kind for item in judged if item.ease is Ease.SHARP} == {FeatureKind.VERTEX, FeatureKind.HOLE}
-    monkeypatch.setattr(cad.convert, "MOST_JUDGED", 0)
+    monkeypatch.setattr(cad.workpiece, "MOST_JUDGED", 0)
     by_kind = list_features(TEE)
     assert sorted(item.feature.name for item in by_kind) == sorted(item.feature.name for item in judged)
     assert Ease.HIDDEN in {item.ease for item in judged}

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad.convert import SeamChoice, Workpiece, calibrate_files, find_seams, open_workpiece
+from cad.convert import calibrate_files
 from cad.samples import box
 from cad.to_brep import to_brep
+from cad.workpiece import SeamChoice, Workpiece, find_seams, open_workpiece
 from wpcal.core.errors import InputError
 from wpcal.seam import Seam, SeamOptions, SeamSource
 

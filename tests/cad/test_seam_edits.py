@@ -12,7 +12,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from cad.convert import SeamChoice, find_seams, open_workpiece
+from cad.workpiece import SeamChoice, find_seams, open_workpiece
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
 from wpcal.seam import Seam, SeamOptions, StepOptions

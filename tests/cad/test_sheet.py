@@ -8,12 +8,12 @@ import ezdxf
 import numpy as np
 import pytest
 
-from cad.convert import open_workpiece
 from cad.sheet import SheetOptions, make_sheet
 from cad.sheet.draw import Pen, Row, draw_views
 from cad.sheet.make import _new_document
 from cad.sheet.paper import A3, A4, lay_out
 from cad.sheet.views import ISO, project_views
+from cad.workpiece import open_workpiece
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.features import feature_named
 
