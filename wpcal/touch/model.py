@@ -11,10 +11,10 @@ from scipy.spatial import cKDTree
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.nearest_on_edges import project_to_edges
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.touch.edges import project_to_edges
 from wpcal.touch.touches import Nearest
 
 GRID = 48

@@ -8,6 +8,7 @@ import numpy as np
 
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.nearest_on_edges import project_to_edges
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -15,7 +16,6 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.features.reference import FeatureKind, ReferenceFeature, feature_named
 from wpcal.match.taught import TaughtPoints, TouchKind
-from wpcal.touch.edges import project_to_edges
 from wpcal.touch.freedoms import NamedAxis
 from wpcal.touch.model import GraphTargets, TargetKind
 from wpcal.touch.touches import Touches
