@@ -7,60 +7,27 @@ In steps it is `cad.workpiece` (`cad.read_step` → `cad.to_brep` → `wpcal.fea
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from cad.workpiece import Progress, SeamChoice, Workpiece, find_seams, no_progress, open_workpiece
-from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, calibrate
+from cad.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
+from cad.workpiece import Progress, Workpiece, find_seams, no_progress, open_workpiece
+from wpcal.calibrate import CalibrationResult
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import blamed_on
 from wpcal.core.issue import Issue
 from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.export.taught_program import names_as_features
-from wpcal.features import FeatureKind, ReferenceFeature
-from wpcal.match import Match, TaughtPoints, match_points, name_points, pair_points, read_taught
-from wpcal.seam import Seam, SeamOptions
+from wpcal.features import FeatureKind
+from wpcal.match import Match, TaughtPoints, match_points, read_taught
+from wpcal.seam import Seam
 from wpcal.seam.record import seams_csv, seams_record
-from wpcal.touch import calibrate_touches, named_axes, touches_of
 
 SEAM_RGB = (0.9, 0.2, 0.1)
 """Colour of seams that are written as edges into the moved STEP file (sRGB)."""
-
-
-@dataclass(frozen=True, slots=True)
-class CalibrateOptions:
-    """How a workpiece is calibrated.
-
-    Parameters
-    ----------
-    criterion : Criterion
-    solver : Solver
-    seed : int
-    tolerance_mm : float
-    teaching : TeachingError
-    seams : SeamOptions
-    certify : bool
-    ball_mm : float
-        Radius of the ball in touches on faces that state none.
-    choice : SeamChoice
-        What a person decided about the seams.
-    """
-
-    criterion: Criterion = Criterion.MINIMAX
-    solver: Solver = Solver.ANNEALING
-    seed: int = 0
-    tolerance_mm: float = 0.5
-    teaching: TeachingError = field(default_factory=TeachingError)
-    seams: SeamOptions = field(default_factory=SeamOptions)
-    certify: bool = False
-    ball_mm: float = 0.0
-    choice: SeamChoice = field(default_factory=SeamChoice)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,95 +150,10 @@ def calibrate_workpiece(
     fit = prepare_fit(named.taught, workpiece, T_nominal_part=T_nominal_part, certify=options.certify)
     progress("finding seams")
     seams, workpiece = find_seams(workpiece, options.seams, options.choice)
-    frames = [seam.frames.p for seam in seams if seam.accepted]
     progress("fitting")
     with blamed_on(named.taught.path):
-        result = fit(
-            criterion=options.criterion,
-            solver=options.solver,
-            seed=options.seed,
-            tolerance_mm=options.tolerance_mm,
-            T_nominal_part=T_nominal_part,
-            teaching=options.teaching,
-            seam_points=np.concatenate(frames) if frames else None,
-        )
-    u95 = tuple(result.predict_error_mm(seam.frames.p) for seam in seams)
+        result, u95 = run_fit(fit, seams, options=options, T_nominal_part=T_nominal_part)
     return WorkpieceCalibration(workpiece, result, seams, u95, named.taught, found_names=named.found_names)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NamedPoints:
-    """Taught points that all have a feature or model coordinates.
-
-    Parameters
-    ----------
-    taught : TaughtPoints
-    found_names : bool
-        Whether features were found for points without one.
-    """
-
-    taught: TaughtPoints
-    found_names: bool
-
-
-def name_taught(
-    given: TaughtPoints,
-    features: Sequence[ReferenceFeature],
-    *,
-    options: CalibrateOptions,
-    T_nominal_part: RigidTransform | None = None,
-    progress: Progress = no_progress,
-) -> NamedPoints:
-    """Find the features of points without one; parameters and errors as in `wpcal.match.name_points`.
-
-    Touches on edges and faces are left as they are; those without a ball's radius get that of the options.
-    """
-    if given.has_touches:
-        return NamedPoints(given.with_ball(options.ball_mm), found_names=False)
-    asked = names_as_features(given, features)
-    with blamed_on(given.path):
-        points = name_points(
-            asked,
-            features,
-            sigma_mm=options.teaching.per_axis_mm,
-            T_nominal_part=T_nominal_part,
-            progress=progress,
-        )
-    return NamedPoints(points, points is not asked)
-
-
-def prepare_fit(
-    taught: TaughtPoints, workpiece: Workpiece, *, T_nominal_part: RigidTransform | None = None, certify: bool = False
-) -> Callable[..., CalibrationResult]:
-    """Find what every taught row lies on, and return the fit that waits for its options.
-
-    Parameters
-    ----------
-    taught : TaughtPoints
-        With their features (`name_taught`).
-    workpiece : Workpiece
-    T_nominal_part : RigidTransform, optional
-        Where the cell's model has the part: finds the face of touches that name none.
-    certify : bool
-        As in `wpcal.calibrate.calibrate`; there is no such proof for touches.
-
-    Returns
-    -------
-    callable
-        `wpcal.calibrate.calibrate` or `wpcal.touch.calibrate_touches` without its first argument.
-
-    Raises
-    ------
-    FormatError
-        Naming the row whose feature or face the part does not have.
-    """
-    if not taught.has_touches:
-        pairs, check = pair_points(taught, workpiece.features)
-        return partial(calibrate, pairs, check=check, certify=certify)
-    features = workpiece.features
-    find = partial(touches_of, taught, workpiece.trimmed, features, T_nominal_part=T_nominal_part)
-    checked = find(use="check") if "check" in taught.use else None
-    return partial(calibrate_touches, find(use="yes"), check=checked, axes=named_axes(features))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,7 +18,8 @@ from typing import Any
 from matplotlib.image import imread, imsave
 from playwright.sync_api import sync_playwright
 
-from cad.convert import CalibrateOptions, calibrate_files
+from cad.convert import calibrate_files
+from cad.fit_taught import CalibrateOptions
 from wpcal.core.records import read_json
 
 ROOT = Path(__file__).parents[1]

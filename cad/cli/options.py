@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from cad.convert import CalibrateOptions
+    from cad.fit_taught import CalibrateOptions
     from cad.workpiece import SeamChoice
     from wpcal.core.transform import RigidTransform
     from wpcal.seam import SeamOptions
@@ -117,7 +117,7 @@ def seam_choice_options(command: Command) -> Command:
 
 def to_calibrate_options(values: dict[str, Any]) -> tuple[CalibrateOptions, RigidTransform | None]:
     """Take the values of `fit_options` and `seam_options` out of a command's arguments; with ``T_nominal_part``."""
-    from cad.convert import CalibrateOptions
+    from cad.fit_taught import CalibrateOptions
     from wpcal.calibrate import Criterion, Solver, TeachingError
 
     seams = to_seam_options(values)

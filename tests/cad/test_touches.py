@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad.convert import CalibrateOptions, calibrate_workpiece
+from cad.convert import calibrate_workpiece
+from cad.fit_taught import CalibrateOptions
 from cad.workpiece import Workpiece, open_workpiece
 from wpcal.brep import SurfaceKind
 from wpcal.brep.surfaces import project_to_faces

@@ -4,12 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypedDict, TypeVar
 
 import click
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from wpcal.match.taught import TaughtPoints
+    from wpcal.robot.arm import Arm
+
+PROGRAM_VALUES = ("uframes", "tool", "robot")
+"""Arguments that `program_options` adds."""
+
+
+class ProgramFrames(TypedDict):
+    """Arguments of `wpcal.export.taught_program.read_taught_program` by which coordinates come into the base."""
+
+    uframes: Mapping[str, str | Sequence[float]]
+    tool: Sequence[float] | None
+    arm: Arm | None
+
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -53,23 +68,36 @@ def read_touched(path: Path, values: dict[str, Any], *, points: str | None = Non
         When the file cannot be used, or an option for programs is given with a table.
     """
     from wpcal.core.errors import InputError
-    from wpcal.export.taught_program import is_program, parse_uframes, read_taught_program
+    from wpcal.export.taught_program import is_program, read_taught_program
     from wpcal.match import read_taught
-    from wpcal.robot.arm_file import find_arm
 
-    uframes, tool, robot = (values.pop(name) for name in ("uframes", "tool", "robot"))
+    given = [f"--{name.rstrip('s')}" for name in PROGRAM_VALUES if values[name]]
+    program = to_program_frames(values)
     if not is_program(path):
-        given = [f"--{name}" for name, value in (("uframe", uframes), ("tool", tool), ("robot", robot)) if value]
         if given:
             raise InputError(f"{path}: is no controller program: {', '.join(given)} cannot be used with it")
         return read_taught(path)
-    return read_taught_program(
-        path,
-        uframes=parse_uframes(uframes),
-        tool=None if tool is None else _numbers(tool),
-        arm=None if robot is None else find_arm(robot),
-        points=None if points is None else [name.strip() for name in points.split(",")],
-    )
+    chosen = None if points is None else [name.strip() for name in points.split(",")]
+    return read_taught_program(path, **program, points=chosen)
+
+
+def to_program_frames(values: dict[str, Any]) -> ProgramFrames:
+    """Take the values of `program_options` out of a command's arguments, as arguments of `read_taught_program`.
+
+    Raises
+    ------
+    InputError
+        When one of them cannot be used.
+    """
+    from wpcal.export.taught_program import parse_uframes
+    from wpcal.robot.arm_file import find_arm
+
+    uframes, tool, robot = (values.pop(name) for name in PROGRAM_VALUES)
+    return {
+        "uframes": parse_uframes(uframes),
+        "tool": None if tool is None else _numbers(tool),
+        "arm": None if robot is None else find_arm(robot),
+    }
 
 
 def _numbers(text: str) -> list[float]:

@@ -42,12 +42,17 @@ class FormatError(InputError):
         Line in the file, counted from 1.
     column : str or int, optional
         Name of the column, or its place counted from 1.
+
+    Attributes
+    ----------
+    what : str
+        The message without the place.
     """
 
     def __init__(
         self, message: str, *, path: str | None = None, line: int | None = None, column: str | int | None = None
     ) -> None:
-        self.path, self.line, self.column = path, line, column
+        self.what, self.path, self.line, self.column = message, path, line, column
         place = ", ".join(
             part
             for part in (

@@ -185,31 +185,44 @@ def read_table(path: Path) -> Table:
         When it is no UTF-8 text, a STEP file, empty, has no rows, a column twice, or a row of another length than
         the header.
     """
-    shown = str(path)
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        raw = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+    return parse_table(raw, path=str(path))
+
+
+def parse_table(raw: bytes, *, path: str) -> Table:
+    """Return the table that the bytes of a file hold; errors as in `read_table`.
+
+    Parameters
+    ----------
+    raw : bytes
+    path : str
+        What messages call it.
+    """
+    try:
+        text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise FormatError(f"is not a UTF-8 text file (byte {error.start})", path=shown) from None
+        raise FormatError(f"is not a UTF-8 text file (byte {error.start})", path=path) from None
     if not text.strip():
-        raise FormatError("the file is empty; expected a header line and one row a point", path=shown)
+        raise FormatError("the file is empty; expected a header line and one row a point", path=path)
     if text.lstrip().startswith("ISO-10303-21"):
-        raise FormatError("is a STEP file, expected a table with a header line; are two files swapped?", path=shown)
+        raise FormatError("is a STEP file, expected a table with a header line; are two files swapped?", path=path)
     separator = _separator(text.lstrip().splitlines()[0])
-    lines, rows = _rows(text, separator, shown)
-    header = _header(rows[0], shown, lines[0])
+    lines, rows = _rows(text, separator, path)
+    header = _header(rows[0], path, lines[0])
     if len(rows) == 1:
-        raise FormatError("has a header and no rows", path=shown)
+        raise FormatError("has a header and no rows", path=path)
     for line, row in zip(lines[1:], rows[1:], strict=True):
         if len(row) != len(header):
             raise FormatError(
-                _wrong_length(row, header, separator), path=shown, line=line, column=min(len(row), len(header))
+                _wrong_length(row, header, separator), path=path, line=line, column=min(len(row), len(header))
             )
     columns = {
         name: [cell.strip() for cell in cells] for name, cells in zip(header, zip(*rows[1:], strict=True), strict=True)
     }
-    return Table(shown, columns, tuple(lines[1:]), separator)
+    return Table(path, columns, tuple(lines[1:]), separator)
 
 
 def _separator(header: str) -> str:

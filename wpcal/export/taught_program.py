@@ -79,9 +79,34 @@ def read_taught_program(
     FormatError
         When it breaks its format, holds no points or no such points, or does not say in which frame a point stands.
     """
+    require_program(path)
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+    return parse_taught_program(raw, path, uframes=uframes, tool=tool, arm=arm, points=points)
+
+
+def parse_taught_program(
+    raw: bytes,
+    path: Path,
+    *,
+    uframes: Mapping[str, str | Sequence[float]] | None = None,
+    tool: Sequence[float] | None = None,
+    arm: Arm | None = None,
+    points: Sequence[str] | None = None,
+) -> TaughtPoints:
+    """Return the taught points that the bytes of a program hold; parameters and errors as in `read_taught_program`.
+
+    Parameters
+    ----------
+    raw : bytes
+    path : Path
+        Its suffix tells the language; messages name it.
+    """
     language = _language(path)
     shown = str(path)
-    found = language.read(_read_text(path), shown)
+    found = language.read(raw.decode(ENCODING), shown)
     chosen = _chosen(found, points, shown)
     given = {key: _given_frame(key, value, language, found) for key, value in (uframes or {}).items()}
     if tool is not None and (len(tool) != 3 or not all(math.isfinite(v) for v in tool)):
@@ -174,13 +199,6 @@ def _language(path: Path) -> ProgramLanguage:
     require_program(path)
     language: ProgramLanguage = import_module(LANGUAGES[path.suffix.lower()]).LANGUAGE
     return language
-
-
-def _read_text(path: Path) -> str:
-    try:
-        return path.read_bytes().decode(ENCODING)
-    except OSError as error:
-        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
 
 
 def _chosen(found: ProgramPoints, points: Sequence[str] | None, path: str) -> list[ProgramPoint]:

@@ -146,7 +146,11 @@ def read_taught(path: Path) -> TaughtPoints:
     FrameError
         When points of the nominal and of the identified robot stand in one file.
     """
-    table = read_table(path)
+    return taught_from_table(read_table(path))
+
+
+def taught_from_table(table: Table) -> TaughtPoints:
+    """Return the taught points of a table; columns and errors as in `read_taught`."""
     table.require(("name", *TAUGHT_COLUMNS))
     table.refuse_misspelt(("feature", *MODEL_COLUMNS, "use", "robot_space", "kind", "radius_mm"))
     if any(column in table.columns for column in MODEL_COLUMNS):
