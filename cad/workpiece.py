@@ -180,7 +180,11 @@ MOST_JUDGED = 5000
 
 def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:
     """Return the reference features of a STEP file, those that are easiest to touch first."""
-    workpiece = open_workpiece(step, progress=progress)
+    return judge_workpiece(open_workpiece(step, progress=progress), progress=progress)
+
+
+def judge_workpiece(workpiece: Workpiece, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:
+    """Return the reference features of a workpiece, those that are easiest to touch first."""
     if len(workpiece.features) > MOST_JUDGED:
         judged = tuple(Touchable(feature, usual_ease(feature.kind)) for feature in workpiece.features)
     else:

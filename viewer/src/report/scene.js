@@ -2,17 +2,15 @@
 import { colourOf, createViewer } from "../viewer.js";
 import { sides, toggles, tooltip } from "../controls.js";
 import { el } from "../dom.js";
+import { arrow, FACTORS, fittingFactor } from "../residuals.js";
 import { legend, pointTip, seamTip } from "./explain.js";
 
-const RESIDUAL = "#d6246e"; // on no colour scale of the page
 const FITTED = "#1d3f94";
 const CHECKED = "#6d7682";
 const CANDIDATE = "#8a94a0";
 const MOST_TRIADS = 600; // more is a hedgehog
 const TRIAD_PART = 0.035; // of the radius of everything
-const LONGEST_PART = 0.2; // a residual is drawn at most this long, as a part of the radius
 const ROUND_A_SEAM = 0.15; // of the radius of everything: what is shown around a seam that is looked at
-const FACTORS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000];
 
 /** Builds the view inside `host` and returns it. */
 export function buildScene(host, { calibration, seams, frames, part }) {
@@ -97,14 +95,12 @@ function addFrames(viewer, frames, length) {
 
 /** A slider for the factor by which residuals are drawn longer than they are. */
 function residualControl(viewer, points, radius) {
-  const longest = Math.max(...points.map(({ distance_mm }) => distance_mm), 1e-9);
-  const fits = FACTORS.filter((factor) => factor * longest <= LONGEST_PART * radius);
-  const start = Math.max(fits.length - 1, 0);
+  const start = FACTORS.indexOf(fittingFactor(points.map(({ distance_mm }) => distance_mm), radius));
   const output = el("output", { "data-test": "factor" });
   const draw = (factor) => {
     const wasShown = viewer.isShown("residuals");
     viewer.clear("residuals");
-    viewer.addPaths("residuals", points.flatMap((point) => arrow(point, factor)), { width: 3 });
+    viewer.addPaths("residuals", points.flatMap((point) => arrow(fittedPlace(point), point.residual_mm, factor)), { width: 3 });
     viewer.show("residuals", wasShown);
     output.textContent = `× ${factor}`;
   };
@@ -114,29 +110,8 @@ function residualControl(viewer, points, radius) {
   return el("label", { class: "slider" }, el("span", {}, "residuals drawn"), slider, output);
 }
 
-/** From the fitted place along the residual, with four barbs. */
-function arrow({ p_base_mm: taught, residual_mm: r }, factor) {
-  const start = taught.map((v, i) => v - r[i]);
-  const end = start.map((v, i) => v + factor * r[i]);
-  const length = Math.hypot(...r);
-  if (length === 0) return [];
-  const x = r.map((v) => v / length);
-  const least = x.map(Math.abs).indexOf(Math.min(...x.map(Math.abs)));
-  const y = normalised(cross(x, [0, 1, 2].map((i) => Number(i === least))));
-  const z = cross(x, y);
-  const back = 0.18 * factor * length;
-  const barb = (side, sign) => end.map((v, i) => v - back * x[i] + sign * 0.4 * back * side[i]);
-  const tips = [barb(y, 1), barb(y, -1), barb(z, 1), barb(z, -1)];
-  return [[start, end], ...tips.map((tip) => [end, tip])].map((pair) => ({ points: pair, color: RESIDUAL }));
-}
-
-function cross([a, b, c], [x, y, z]) {
-  return [b * z - c * y, c * x - a * z, a * y - b * x];
-}
-
-function normalised(v) {
-  const length = Math.hypot(...v);
-  return v.map((value) => value / length);
+function fittedPlace({ p_base_mm: taught, residual_mm: r }) {
+  return taught.map((v, i) => v - r[i]);
 }
 
 function showTip(viewer, tip, found, frames, length) {

@@ -1,20 +1,12 @@
 // The parts of the report below the view: tables, charts and where everything came from.
-import { colourOf } from "../viewer.js";
 import { el, facts, fixed, signed, table } from "../dom.js";
+import { bar } from "../shares.js";
 import { annealingPlot, errorPlot } from "./plots.js";
 
 const CRITERIA = { minimax: "minimax", least_squares: "least squares", weighted: "weighted", robust: "robust" };
 
 function section(id, title, ...content) {
   return el("section", { id, "aria-labelledby": `${id}-title` }, el("h2", { id: `${id}-title` }, title), content);
-}
-
-/** A bar for a share of the tolerance. */
-function bar(value, tolerance) {
-  const fill = el("i", { class: "fill" });
-  fill.style.width = `${Math.min((100 * value) / tolerance, 100).toFixed(1)}%`;
-  fill.style.background = colourOf(value / tolerance);
-  return el("span", { class: "bar", "aria-hidden": "true" }, fill);
 }
 
 export function seamsSection(seams, frames, tolerance, focus) {

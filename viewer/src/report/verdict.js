@@ -1,6 +1,6 @@
 // What counts first: does the fit hold the tolerance, and how sure are the seams.
-import { colourOf } from "../viewer.js";
 import { el, fixed, short } from "../dom.js";
+import { gauge } from "../shares.js";
 
 /** The largest distance of a point, fitted or checked. */
 function worstPoint(points) {
@@ -11,23 +11,6 @@ function worstSeam(seams, frames) {
   const of = (row) => (frames[row].u95 && seams[row].accepted ? Math.max(...frames[row].u95) : -1);
   const rows = seams.map((_, row) => row).sort((a, b) => of(b) - of(a));
   return rows.length && of(rows[0]) >= 0 ? { name: seams[rows[0]].name, u95: of(rows[0]) } : null;
-}
-
-/** A figure with its share of the tolerance as a bar. */
-function gauge(label, value, tolerance, note) {
-  const share = value / tolerance;
-  const fill = el("i", { class: "fill" });
-  fill.style.width = `${Math.min(100 * share, 100).toFixed(1)}%`;
-  fill.style.background = colourOf(share);
-  const percent = `${short(Math.round(100 * share))} % of the tolerance`;
-  return el(
-    "div",
-    { class: "gauge" },
-    el("div", { class: "term" }, label),
-    el("div", { class: "value" }, fixed(value, 3), el("small", {}, " mm")),
-    el("span", { class: "bar" }, fill),
-    el("div", { class: "note" }, note, " · ", percent),
-  );
 }
 
 export function verdict(calibration, seams, frames) {

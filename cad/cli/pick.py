@@ -1,0 +1,130 @@
+"""`wpcal pick`: choose features in a browser and type what the robot shows."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cad.cli.options import fit_options, seam_choice_options, seam_options, to_calibrate_options
+from wpcal.cli.program_options import PROGRAM_VALUES, program_options, to_program_frames
+
+if TYPE_CHECKING:
+    from cad.pick.session import PickSession
+
+NOT_CALIBRATE = ("part_step", "taught", "out", "port", "browser", "force", *PROGRAM_VALUES)
+"""Arguments that `wpcal calibrate` does not have, or has otherwise, or that the saved table no longer needs."""
+
+
+@click.command()
+@click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
+@click.argument("taught", metavar="[TAUGHT]", required=False, type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--out",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    default=Path("taught.csv"),
+    show_default=True,
+    help="Table that the page saves.",
+)
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Of the page's address.  [default: a free one]")
+@click.option("--browser/--no-browser", default=True, help="Open the page, or only print its address.")
+@click.option("--force", is_flag=True, help="Overwrite FILE.")
+@fit_options
+@seam_options
+@seam_choice_options
+@program_options
+@click.pass_context
+def pick(
+    ctx: click.Context,
+    /,
+    *,
+    part_step: Path,
+    taught: Path | None,
+    out: Path,
+    port: int,
+    browser: bool,
+    force: bool,
+    **values: Any,
+) -> int:
+    """Show PART.step in the browser: click on features, type or paste what the robot shows, and save the table.
+
+    Residuals and the predicted error of every seam follow as you type; they are those of `wpcal calibrate` with the
+    same options. Points can also be dropped on the page as a table or a controller's program; those of TAUGHT are there
+    at the beginning. The page is served to this machine only, until Ctrl-C.
+    """
+    from cad.pick.page import build_pick_page
+    from cad.pick.rows import Rows
+    from cad.pick.server import PickServer
+
+    command = calibrate_command(ctx, part_step, out)
+    session, initial = open_session(part_step, taught, out, overwrite=force, values=values)
+    rows = Rows() if initial is None else session.read(initial, name=str(taught))
+    page = build_pick_page(session.part, rows, session.options, saves_to=str(out), command=command)
+    server = PickServer(session, page, port=port)
+    click.echo(f"The picker of {part_step.name} is at {server.url} until Ctrl-C")
+    if browser and _has_screen():
+        click.launch(server.url)
+    server.run()
+    click.echo("nothing was saved" if session.saved is None else f"saved {out}; now: {command}")
+    return 0
+
+
+def open_session(
+    part_step: Path, taught: Path | None, out: Path, *, overwrite: bool, values: dict[str, Any]
+) -> tuple[PickSession, bytes | None]:
+    """Check what can be checked without the kernel, then read the part in a child process; with the bytes of TAUGHT."""
+    from cad.child import run_in_child
+    from cad.cli.progress import shown_progress
+    from cad.pick.session import PickSession
+    from wpcal.core.errors import InputError
+
+    options, nominal = to_calibrate_options(values)
+    program = to_program_frames(values)
+    if out.exists() and not overwrite:
+        raise InputError(f"{out}: exists; give --force to overwrite it, or -o and another name")
+    if not out.parent.is_dir():
+        raise InputError(f"{out.parent}: no such folder to save into")
+    try:
+        initial = None if taught is None else taught.read_bytes()
+    except OSError as error:
+        raise InputError(f"{taught}: {(error.strerror or str(error)).lower()}") from None
+    with shown_progress() as progress:
+        part = run_in_child(
+            "cad.pick.part:read_pick_part",
+            {"step": part_step, "options": options.seams, "choice": options.choice},
+            what=f"reading {part_step}",
+            progress=progress,
+        )
+    session = PickSession(part, out, options, nominal, program, overwrite=overwrite)
+    return session, initial
+
+
+def calibrate_command(ctx: click.Context, part_step: Path, taught: Path) -> str:
+    """Return the line that calibrates from the saved table with the options that were given here."""
+    given: list[str] = []
+    for parameter in ctx.command.params:
+        name = parameter.name or ""
+        is_given = ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
+        if isinstance(parameter, click.Option) and is_given and name not in NOT_CALIBRATE:
+            given += _as_typed(parameter, ctx.params[name])
+    return shlex.join(["wpcal", "calibrate", str(part_step), str(taught), *given, "-o", "RESULT"])
+
+
+def _as_typed(option: click.Option, value: Any) -> list[str]:
+    if option.is_flag:
+        return [option.opts[0]]
+    values = value if option.multiple else (value,)
+    return [word for one in values for word in (option.opts[0], str(one))]
+
+
+def _has_screen() -> bool:
+    """Whether somebody sits before this machine: without a screen a browser would start in the terminal."""
+    if not sys.stdout.isatty():
+        return False
+    return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

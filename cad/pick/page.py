@@ -1,0 +1,59 @@
+"""The picker's page: the part with its features and seams in the frame `part`, and the rows."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from cad.fit_taught import CalibrateOptions
+from cad.pick.part import PickPart
+from cad.pick.rows import Rows
+from wpcal.report.page import seam_columns
+from wpcal.seam.record import seams_record
+from wpcal.viewer import build_page
+
+BODY = """
+<main id="page"></main>
+<noscript>The picker needs JavaScript.</noscript>
+"""
+SHOWN = ("name", "accepted", "joint", "weld", "solids", "length_mm")
+
+
+def build_pick_page(part: PickPart, rows: Rows, options: CalibrateOptions, *, saves_to: str, command: str) -> str:
+    """Return the page, which talks to the server it came from: ``POST fit``, ``save`` and ``read``.
+
+    Parameters
+    ----------
+    part : PickPart
+    rows : Rows
+        What the table begins with.
+    options : CalibrateOptions
+    saves_to : str
+        Name of the file that "save" writes.
+    command : str
+        What calibrates from that file with the same options.
+    """
+    record = seams_record(part.seams)
+    features = [
+        {**item.feature.to_record(), "letter": item.feature.kind.value, "ease": item.ease.word}
+        for item in part.touchables
+        if item.feature.kind.is_point
+    ]
+    data: dict[str, Any] = {
+        "file": part.file_name,
+        "notes": list(part.notes),
+        "seams": [{key: seam[key] for key in SHOWN} for seam in record["seams"]],
+        "table": rows.to_record(),
+        "tolerance_mm": options.tolerance_mm,
+        "saves_to": saves_to,
+        "command": command,
+    }
+    columns = [seam_columns(seam["frames"]) for seam in record["seams"]]
+    blobs = {"features": _json(features), "frames": _json(columns)}
+    if part.part_glb is not None:
+        blobs["part"] = part.part_glb
+    return build_page(title=f"Pick {part.file_name}", entry="pick", body=BODY, data=data, blobs=blobs, connects=True)
+
+
+def _json(value: Any) -> bytes:
+    return json.dumps(value, separators=(",", ":"), allow_nan=False).encode("utf-8")

@@ -1,0 +1,208 @@
+"""A server for one page and one person: on this machine only, behind a secret address.
+
+Any page in the same browser can send requests to a port of this machine, and a name that its owner points at 127.0.0.1
+makes them look like the server's own. So the address holds a random token; the header ``Host`` must be the very
+address served (a page of another name has another one); what changes something must come from that address
+(``Origin``) and be JSON, which no form can send; and nothing may embed or read the page from elsewhere.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import logging
+import os
+import secrets
+import socket
+from collections.abc import Callable
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, Response
+from starlette.routing import Route
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from cad.pick.rows import Rows
+from cad.pick.session import PickSession, fault_record
+from wpcal.core.errors import InputError, WpcalError
+
+LOCAL = "127.0.0.1"
+LARGEST_BYTES = 8_000_000
+"""Of a request: the largest list of points taken, in base64."""
+TOKEN_BYTES = 18
+"""144 bits: nobody guesses it."""
+SECONDS_TO_END = 2
+"""For requests under way when the server is told to end."""
+HEADERS = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "frame-ancestors 'none'",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+
+_log = logging.getLogger("wpcal.pick")
+
+
+class PickServer:
+    """A page and a session behind an address that is known at once and answers when `run` is called.
+
+    Parameters
+    ----------
+    session : PickSession
+    page : str
+        HTML.
+    port : int
+        0 for any that is free.
+
+    Raises
+    ------
+    InputError
+        When the port cannot be had.
+    """
+
+    def __init__(self, session: PickSession, page: str, *, port: int = 0) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            self._socket.bind((LOCAL, port))
+        except (OSError, OverflowError) as error:
+            self._socket.close()
+            reason = (getattr(error, "strerror", None) or str(error)).lower()
+            raise InputError(f"--port {port}: {reason}") from None
+        host = f"{LOCAL}:{self._socket.getsockname()[1]}"
+        token = secrets.token_urlsafe(TOKEN_BYTES)
+        self.url = f"http://{host}/{token}/"
+        self._app = Guard(build_app(session, page, token=token), host=host, token=token)
+
+    def run(self) -> None:
+        """Answer until the process is interrupted."""
+        config = uvicorn.Config(
+            self._app,
+            lifespan="off",
+            access_log=False,
+            log_level="error" if os.environ.get("WPCAL_DEBUG") else "critical",
+            timeout_graceful_shutdown=SECONDS_TO_END,
+        )
+        try:
+            uvicorn.Server(config).run(sockets=[self._socket])
+        except KeyboardInterrupt:  # uvicorn ends by itself, and then hands the signal on
+            pass
+        finally:
+            self._socket.close()
+
+
+class Guard:
+    """Lets through what the page itself asks for, and nothing else.
+
+    Parameters
+    ----------
+    app : ASGI application
+    host : str
+        Address and port, as the browser must name them.
+    token : str
+        First part of every path.
+    """
+
+    def __init__(self, app: ASGIApp, *, host: str, token: str) -> None:
+        self._app = app
+        self._host = host
+        self._token = token.encode("ascii")
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer one request, or refuse it."""
+        if scope["type"] != "http":
+            return
+        refusal = self._refusal(Request(scope))
+        await (self._app if refusal is None else refusal)(scope, receive, send)
+
+    def _refusal(self, request: Request) -> Response | None:
+        given = request.url.path.split("/")[1].encode("utf-8", "replace") if "/" in request.url.path else b""
+        if request.headers.getlist("host") != [self._host]:
+            return PlainTextResponse("not this server's address", 421, HEADERS)
+        if not secrets.compare_digest(given, self._token):
+            return PlainTextResponse("not found; the whole address stands in the terminal", 404, HEADERS)
+        if request.method != "POST":
+            return None
+        if request.headers.getlist("origin") != [f"http://{self._host}"]:
+            return PlainTextResponse("not from this server's page", 403, HEADERS)
+        if request.headers.get("content-type", "").partition(";")[0].strip().lower() != "application/json":
+            return PlainTextResponse("expected JSON", 415, HEADERS)
+        return None
+
+
+def build_app(session: PickSession, page: str, *, token: str) -> Starlette:
+    """Return the application: ``GET /token/`` is the page, ``POST /token/fit``, ``save`` and ``read`` take JSON.
+
+    Answers are ``{"answer": …}`` or ``{"fault": {"message": …, "row": …}}``.
+    """
+
+    async def show(_: Request) -> Response:
+        return HTMLResponse(page, headers=HEADERS)
+
+    def rows_action(act: Callable[[Rows], dict[str, Any]]) -> Callable[[Any], dict[str, Any]]:
+        def run(record: Any) -> dict[str, Any]:
+            rows = Rows.from_record(record)
+            try:
+                return {"answer": act(rows)}
+            except WpcalError as error:
+                return {"fault": fault_record(error, rows)}
+
+        return run
+
+    def read(record: Any) -> dict[str, Any]:
+        return {"answer": session.read(**_file_of(record)).to_record()}
+
+    actions = {"fit": rows_action(session.fit), "save": rows_action(session.save), "read": read}
+    routes = [Route(f"/{token}/{name}", _endpoint(action), methods=["POST"]) for name, action in actions.items()]
+    return Starlette(routes=[Route(f"/{token}/", show), *routes])
+
+
+def _endpoint(action: Callable[[Any], dict[str, Any]]) -> Callable[[Request], Any]:
+    """Answer a request with what the action returns for its JSON; whatever goes wrong is one line for the page."""
+
+    async def endpoint(request: Request) -> Response:
+        try:
+            record = await _json_of(request)
+            answer = await run_in_threadpool(action, record)
+        except WpcalError as error:
+            answer = {"fault": fault_record(error)}
+        except Exception as error:
+            if isinstance(error, ClientDisconnect):
+                raise
+            _log.exception("a request to the picker failed")
+            what = f"internal error ({type(error).__name__}: {error}); this is our fault"
+            answer = {"fault": {"message": what, "row": None}}
+        return JSONResponse(answer, headers=HEADERS)
+
+    return endpoint
+
+
+async def _json_of(request: Request) -> Any:
+    """Read the body, but not more than a table can be."""
+    body = bytearray()
+    async for chunk in request.stream():
+        body += chunk
+        if len(body) > LARGEST_BYTES:
+            raise InputError(f"expected at most {LARGEST_BYTES // 1_000_000} MB")
+    try:
+        return json.loads(body)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"is not JSON: {error}") from None
+
+
+def _file_of(record: Any) -> dict[str, Any]:
+    """Take a file that was dropped on the page out of its JSON."""
+    try:
+        name, uframe = record["name"], record.get("uframe", "")
+        raw = base64.b64decode(record["base64"], validate=True)
+    except (KeyError, TypeError, AttributeError, binascii.Error, ValueError) as error:
+        raise InputError(f"expected a file's name and its bytes: {type(error).__name__} {error}") from None
+    if not isinstance(name, str) or not isinstance(uframe, str) or not name:
+        raise InputError("expected a file's name as text")
+    return {"raw": raw, "name": name, "uframe": uframe}

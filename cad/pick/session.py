@@ -1,0 +1,199 @@
+"""What can be done with the rows in the page: fit them, save them, read others from a file."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cad.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
+from cad.pick.part import PickPart
+from cad.pick.rows import Rows, read_rows
+from wpcal.calibrate import CalibrationResult
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import FormatError, InputError, WpcalError
+from wpcal.core.records import write_file
+from wpcal.core.tables import parse_table
+from wpcal.core.transform import RigidTransform
+from wpcal.export.taught_program import (
+    is_program,
+    names_as_features,
+    parse_taught_program,
+    parse_uframes,
+    taught_csv,
+)
+from wpcal.match.taught import TaughtPoints, taught_from_table
+
+if TYPE_CHECKING:
+    from wpcal.cli.program_options import ProgramFrames
+
+NO_FILE = ""
+"""Rows in the page are in no file: messages about them begin with the row."""
+FIRST_LINE = 2
+"""Of the complete rows in the text of `Rows.to_csv`: the header is line 1."""
+ERROR_DIGITS = 6
+"""Predicted errors are shown with 3 decimals of a millimetre."""
+
+
+@dataclass(slots=True, eq=False)
+class PickSession:
+    """One part under the hands of one person.
+
+    Parameters
+    ----------
+    part : PickPart
+    out : Path
+        Where `save` writes.
+    options : CalibrateOptions
+    T_nominal_part : RigidTransform or None
+    program : ProgramFrames or None
+        How coordinates of programs come into the base.
+    overwrite : bool
+        Whether a file at `out` that was not saved here may be overwritten.
+    """
+
+    part: PickPart
+    out: Path
+    options: CalibrateOptions = field(default_factory=CalibrateOptions)
+    T_nominal_part: RigidTransform | None = None
+    program: ProgramFrames | None = None
+    overwrite: bool = False
+    saved: bytes | None = None
+    _busy: threading.Lock = field(default_factory=threading.Lock)
+
+    def fit(self, rows: Rows) -> dict[str, Any]:
+        """Fit the complete rows exactly as `wpcal calibrate` would fit the saved file.
+
+        Parameters
+        ----------
+        rows : Rows
+
+        Returns
+        -------
+        dict
+            ``T_base_part``, ``verdict``, ``points`` as in ``calibration.json``, each with its ``row`` and with
+            ``residual_part_mm``; ``u95_mm`` of every seam's frames; ``features`` found, by row; ``notes``.
+
+        Raises
+        ------
+        WpcalError
+            As `wpcal calibrate`; `FormatError.line` is 2 for the first complete row.
+        """
+        with self._busy:
+            taught = _taught(rows)
+            workpiece, options = self.part.workpiece, self.options
+            named = name_taught(taught, workpiece.features, options=options, T_nominal_part=self.T_nominal_part)
+            fit = prepare_fit(named.taught, workpiece, T_nominal_part=self.T_nominal_part, certify=options.certify)
+            result, u95 = run_fit(fit, self.part.seams, options=options, T_nominal_part=self.T_nominal_part)
+        return _fit_record(rows, named.taught, result, u95)
+
+    def save(self, rows: Rows) -> dict[str, Any]:
+        """Write the complete rows as the file that `wpcal calibrate` reads.
+
+        Returns
+        -------
+        dict
+            ``file``, ``rows`` written, and the names of those ``left_out`` because a coordinate is missing.
+
+        Raises
+        ------
+        InputError
+            When no row is complete, a cell cannot be read, or the file is there and is not ours. Nothing is written.
+        """
+        complete = rows.complete()
+        if not complete:
+            raise InputError("nothing to save: no row has all three coordinates")
+        _taught(rows)
+        data = rows.to_csv().encode("utf-8")
+        with self._busy:
+            if not self.overwrite and self.out.exists() and self._found() != self.saved:
+                what = (
+                    "exists and was not saved from this page" if self.saved is None else "was changed by another hand"
+                )
+                raise InputError(f"{self.out}: {what}; move it away and save again")
+            write_file(self.out, data, overwrite=True)
+            self.saved = data
+        names = [row[rows.columns.index("name")] for row in rows.cells]
+        left_out = [name for i, name in enumerate(names) if i not in set(complete)]
+        return {"file": str(self.out), "rows": len(complete), "left_out": left_out}
+
+    def read(self, raw: bytes, *, name: str, uframe: str = "") -> Rows:
+        """Return the points of a table or a controller's program as rows.
+
+        Parameters
+        ----------
+        raw : bytes
+            Of the file.
+        name : str
+            Its name; the suffix tells a program's language.
+        uframe : str
+            User frame of a program, as for the option ``--uframe``; empty where the options of the command hold.
+
+        Raises
+        ------
+        InputError
+            As `wpcal.match.read_taught` or `wpcal.export.taught_program.read_taught_program`.
+        """
+        path = Path(name)
+        if not is_program(path):
+            return read_rows(raw, path=name)
+        program: dict[str, Any] = dict(self.program or {})
+        if uframe:
+            program["uframes"] = parse_uframes([uframe])
+        taught = names_as_features(parse_taught_program(raw, path, **program), self.part.workpiece.features)
+        return read_rows(taught_csv(taught).encode("utf-8"), path=name)
+
+    def _found(self) -> bytes | None:
+        try:
+            return self.out.read_bytes()
+        except OSError:
+            return None
+
+
+def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:
+    """Return what the page shows of an error: ``message``, and the ``row`` that it is about, or None.
+
+    Parameters
+    ----------
+    error : WpcalError
+    rows : Rows, optional
+        That `PickSession.fit` or `PickSession.save` were given.
+    """
+    if rows is None or not isinstance(error, FormatError) or error.path or not error.line:
+        return {"message": str(error), "row": None}
+    index = error.line - FIRST_LINE
+    complete = rows.complete()
+    if not 0 <= index < len(complete):
+        return {"message": error.what, "row": None}
+    row = complete[index]
+    name = rows.cells[row][rows.columns.index("name")] or f"row {row + 1}"
+    column = f", {error.column}" if isinstance(error.column, str) else ""
+    return {"message": f"{name}{column}: {error.what}", "row": row}
+
+
+def _taught(rows: Rows) -> TaughtPoints:
+    if not rows.complete():
+        raise InputError("no row has all three coordinates")
+    return taught_from_table(parse_table(rows.to_csv().encode("utf-8"), path=NO_FILE))
+
+
+def _fit_record(
+    rows: Rows, taught: TaughtPoints, result: CalibrationResult, u95_mm: tuple[FloatArray, ...]
+) -> dict[str, Any]:
+    record = result.to_record()
+    row_of = dict(zip(taught.names, rows.complete(), strict=True))
+    R_base_part = result.T_base_part.R
+    for point in record["points"]:
+        point["row"] = row_of[point["name"]]
+        point["residual_part_mm"] = (R_base_part.T @ np.array(point["residual_mm"])).tolist()
+    kept = ("verdict", "tolerance_mm", "criterion", "objective_mm", "lower_bound_mm", "certified", "T_base_part")
+    return {
+        **{key: record[key] for key in kept},
+        "points": record["points"],
+        "u95_mm": [np.round(values, ERROR_DIGITS).tolist() for values in u95_mm],
+        "features": {row_of[name]: feature for name, feature in zip(taught.names, taught.features, strict=True)},
+        "notes": [issue["message"] for issue in record["issues"]],
+    }

@@ -1,0 +1,158 @@
+// The picker's 3-D view: the part in its own frame, what can be touched on it, and what the fit makes of it.
+import { colourOf, createViewer } from "../viewer.js";
+import { sides, toggles, tooltip } from "../controls.js";
+import { el, facts, fixed } from "../dom.js";
+import { arrow, fittingFactor } from "../residuals.js";
+import { legend, pointTip, seamTip } from "../report/explain.js";
+
+const KINDS = { V: "corners", C: "circles", H: "holes", S: "spheres", B: "bosses", M: "edge midpoints", E: "edge ends" };
+const SHOWN_AT_FIRST = ["V", "C", "H", "S", "B"]; // what nothing marks on the part is there for those who ask
+const EASY = "#2f7bd9";
+const HARD = "#7d8a98";
+const FITTED = "#1d3f94";
+const CHECKED = "#6d7682";
+const WAITING = "#d99a1c";
+const UNKNOWN_ERROR = "#c2410c";
+const CANDIDATE = "#8a94a0";
+const REACH_PX = 48; // the pointer finds the nearest feature within this
+const SEAM_REACH_PX = 7;
+
+export class Scene {
+  constructor(host, { features, seams, frames, part, tolerance, onPick }) {
+    const canvas = el("canvas", { tabindex: 0, "aria-label": "3-D view of the part; click on a feature to take it" });
+    const overlay = el("div", { class: "overlay" });
+    this.stage = el("div", { class: "stage" }, canvas, overlay);
+    host.append(this.stage);
+    const theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+    this.viewer = createViewer(canvas, { overlay, theme, wheel: "always" });
+    Object.assign(this, { seams, frames, tolerance, u95: null, picks: [] });
+    const solid = part && this.viewer.addPart(part, {});
+    this.byName = new Map(features.map((feature) => [feature.name.toLowerCase(), feature]));
+    const places = easiestAtEachPlace(features);
+    const letters = Object.keys(KINDS).filter((letter) => places.some((feature) => feature.letter === letter));
+    letters.forEach((letter) => this.addFeatures(letter, places));
+    this.drawSeams(null);
+    this.answerToPointer(onPick);
+    this.factor = el("span", { class: "factor", "data-test": "factor" });
+    host.append(this.panel(letters, part, solid));
+    this.stage.append(sides(this.viewer), legend(tolerance));
+    this.viewer.view("iso");
+    this.radius = this.viewer.extent().radius;
+  }
+
+  addFeatures(letter, features) {
+    const these = features.filter((feature) => feature.letter === letter);
+    const colour = ({ ease }) => (ease === "sharp" || ease === "round" ? EASY : HARD);
+    const points = these.map((feature) => ({ p: feature.p_mm, color: colour(feature) }));
+    this.viewer.addPoints(letter, points, { size: 7 });
+    const places = these.map(({ p_mm }) => p_mm);
+    this.viewer.addTargets(letter, places, { features: these }, { radius: REACH_PX });
+  }
+
+  panel(letters, part, solid) {
+    const xray = el("input", { type: "checkbox", onchange: () => solid.setOpacity(xray.checked ? 0.35 : 1) });
+    const items = [
+      ...letters.map((letter) => ({ label: KINDS[letter], layers: [letter], on: SHOWN_AT_FIRST.includes(letter) })),
+      { label: "seams", layers: ["seams"], on: true },
+    ];
+    const through = part && el("label", { class: "toggle-alone" }, xray, el("span", {}, "see through"));
+    return el("div", { class: "panel" }, toggles(this.viewer, items), through, this.factor);
+  }
+
+  answerToPointer(onPick) {
+    const tip = tooltip(this.stage);
+    this.viewer.onHover((found) => {
+      this.viewer.clear("hovered");
+      if (!found) return tip.hide();
+      if (found.data.seam) return tip.show(this.wordsOfSeam(found), found);
+      const feature = this.featureOf(found);
+      if (feature) this.viewer.addPoints("hovered", [{ p: feature.p_mm, color: UNKNOWN_ERROR }], { size: 16 });
+      const pick = found.data.picks?.[found.index] ?? this.picks.find((one) => one.feature === feature);
+      return tip.show(el("div", {}, feature && wordsOf(feature), pick?.point && pointTip(pick.point)), found);
+    });
+    this.viewer.onPick((found) => {
+      const feature = found && this.featureOf(found);
+      if (feature) onPick(feature);
+    });
+  }
+
+  featureOf({ data, index }) {
+    return data.features?.[index] ?? data.picks?.[index].feature ?? null;
+  }
+
+  wordsOfSeam({ data: { seam, row }, index }) {
+    return seamTip(seam, { ...this.frames[row], u95: this.u95?.[row] ?? null }, index);
+  }
+
+  drawSeams(u95) {
+    this.u95 = u95;
+    this.viewer.clear("seams");
+    this.seams.forEach((seam, row) => {
+      if (!seam.accepted) return;
+      const { p } = this.frames[row];
+      const colors = u95 && u95[row].map((mm) => colourOf(mm / this.tolerance));
+      this.viewer.addPaths("seams", [colors ? { points: p, colors } : { points: p, color: UNKNOWN_ERROR }], { width: 5 });
+      this.viewer.addTargets("seams", p, { seam, row }, { priority: -1, radius: SEAM_REACH_PX });
+      this.viewer.addLabels("seams", [{ p: p[Math.floor(p.length / 2)], text: seam.name }], { className: "of-seam" });
+    });
+  }
+
+  /** Marks what the rows of the table are on, with their residuals. */
+  show(rows, { points = [], features = {}, u95_mm = null }) {
+    const byRow = new Map(points.map((point) => [point.row, point]));
+    const picks = rows.rows
+      .map((row, index) => ({ row, point: byRow.get(index), feature: this.featureNamed(row.feature || features[index]) }))
+      .map((pick) => ({ ...pick, p: pick.point?.p_part_mm ?? pick.feature?.p_mm }))
+      .filter(({ p }) => p);
+    this.picks = picks;
+    this.viewer.clear("picked");
+    const colour = ({ row, point }) => (point ? (point.use === "check" ? CHECKED : FITTED) : row.use === "no" ? CANDIDATE : WAITING);
+    if (picks.length) this.viewer.addPoints("picked", picks.map((pick) => ({ p: pick.p, color: colour(pick) })), { size: 14 });
+    this.viewer.addTargets("picked", picks.map(({ p }) => p), { picks }, { priority: 0, radius: REACH_PX });
+    this.viewer.addLabels("picked", picks.map(({ p, row }) => ({ p, text: row.name })), { className: "of-point" });
+    this.drawResiduals(points);
+    if (u95_mm || this.u95) this.drawSeams(u95_mm);
+  }
+
+  drawResiduals(points) {
+    this.viewer.clear("residuals");
+    const factor = fittingFactor(points.map(({ distance_mm }) => distance_mm), this.radius);
+    const along = ({ p_part_mm, residual_part_mm }) => arrow(p_part_mm, residual_part_mm, factor);
+    if (points.length) this.viewer.addPaths("residuals", points.flatMap(along), { width: 3 });
+    this.factor.textContent = points.length ? `residuals drawn × ${factor}` : "";
+  }
+
+  featureNamed(name) {
+    return name ? this.byName.get(name.toLowerCase()) : null;
+  }
+
+  /** Shows where a row of the table is. */
+  select(row) {
+    this.viewer.clear("selected");
+    const feature = row && this.featureNamed(row.feature);
+    if (feature) this.viewer.addPoints("selected", [{ p: feature.p_mm, color: UNKNOWN_ERROR }], { size: 18 });
+  }
+}
+
+/** A hole and its rim are at one place: the easiest to touch, which comes first, stands for all that are there. */
+function easiestAtEachPlace(features) {
+  const key = ({ p_mm }) => p_mm.map((v) => Math.round(v * 1e3)).join();
+  return [...new Map(features.toReversed().map((feature) => [key(feature), feature])).values()].reverse();
+}
+
+function wordsOf(feature) {
+  const sizes = [
+    feature.diameter_mm && `⌀ ${fixed(feature.diameter_mm)} mm`,
+    feature.depth_mm && `${fixed(feature.depth_mm)} mm deep`,
+    feature.length_mm && `${fixed(feature.length_mm)} mm long`,
+  ];
+  const size = sizes.filter(Boolean).join(", ");
+  const rows = [
+    size && ["size", size],
+    ["touch", `${feature.touch}, ${feature.ease}`],
+    ["on", feature.solid],
+    ["model x, y, z", `${feature.p_mm.map((v) => fixed(v)).join(", ")} mm`],
+  ];
+  const kind = el("span", { class: "kind" }, feature.kind.replaceAll("_", " "));
+  return el("div", {}, el("strong", {}, feature.name), " ", kind, facts(rows.filter(Boolean)));
+}

@@ -1,0 +1,24 @@
+// A length as a share of the tolerance: a bar in a table, a figure in a heading.
+import { colourOf } from "./viewer.js";
+import { el, fixed, short } from "./dom.js";
+
+/** A bar that is full at the tolerance. */
+export function bar(value, tolerance) {
+  const fill = el("i", { class: "fill" });
+  fill.style.width = `${Math.min((100 * value) / tolerance, 100).toFixed(1)}%`;
+  fill.style.background = colourOf(value / tolerance);
+  return el("span", { class: "bar", "aria-hidden": "true" }, fill);
+}
+
+/** A figure with its share of the tolerance as a bar. */
+export function gauge(label, value, tolerance, note) {
+  const percent = `${short(Math.round((100 * value) / tolerance))} % of the tolerance`;
+  return el(
+    "div",
+    { class: "gauge" },
+    el("div", { class: "term" }, label),
+    el("div", { class: "value" }, fixed(value, 3), el("small", {}, " mm")),
+    bar(value, tolerance),
+    el("div", { class: "note" }, note, " · ", percent),
+  );
+}
