@@ -71,6 +71,7 @@ class PickServer:
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             self._socket.bind((LOCAL, port))
+            self._socket.listen()  # a browser that is faster than we are waits
         except (OSError, OverflowError) as error:
             self._socket.close()
             reason = (getattr(error, "strerror", None) or str(error)).lower()

@@ -1,0 +1,144 @@
+"""The picker's server answers its own page, and nobody else."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import socket
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+import uvicorn
+
+from cad.pick.part import read_pick_part
+from cad.pick.rows import NEW_COLUMNS
+from cad.pick.server import LARGEST_BYTES, PickServer
+from cad.pick.session import PickSession
+from cad.workpiece import SeamChoice
+from wpcal.core.errors import InputError
+from wpcal.seam import SeamOptions
+
+TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
+EMPTY = {"columns": list(NEW_COLUMNS), "rows": []}
+JSON = "application/json"
+
+
+class Running:
+    """A server in a thread."""
+
+    def __init__(self, out: Path) -> None:
+        part = read_pick_part(TEE, options=SeamOptions(), choice=SeamChoice())
+        self.session = PickSession(part, out)
+        self.server = PickServer(self.session, "<!DOCTYPE html>the page")
+        place = urlsplit(self.server.url)
+        self.host, self.port, self.path = place.netloc, place.port or 0, place.path
+        self.origin = f"http://{self.host}"
+
+    def ask(
+        self, method: str, path: str, headers: dict[str, str], body: Any = None
+    ) -> tuple[int, bytes, http.client.HTTPMessage]:
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+        try:
+            connection.request(method, path, None if body is None else json.dumps(body), headers)
+            answer = connection.getresponse()
+            return answer.status, answer.read(), answer.headers
+        finally:
+            connection.close()
+
+    def post(self, name: str, body: Any, **headers: str) -> tuple[int, Any]:
+        given = {"Origin": self.origin, "Content-Type": JSON} | {key.replace("_", "-"): v for key, v in headers.items()}
+        status, text, _ = self.ask("POST", self.path + name, given, body)
+        return status, json.loads(text) if status == 200 else text
+
+
+@pytest.fixture(scope="module")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    found = Running(tmp_path_factory.mktemp("pick") / "taught.csv")
+    ended: list[uvicorn.Server] = []
+    plain = uvicorn.Server.run
+
+    def run(self: uvicorn.Server, sockets: list[socket.socket] | None = None) -> None:
+        ended.append(self)
+        plain(self, sockets)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(uvicorn.Server, "run", run)
+        thread = threading.Thread(target=found.server.run)
+        thread.start()
+        yield found
+        ended[0].should_exit = True
+        thread.join(timeout=30)
+        assert not thread.is_alive()
+
+
+def test_the_page_answers_at_its_whole_address(running: Running) -> None:
+    status, text, headers = running.ask("GET", running.path, {})
+    assert (status, text) == (200, b"<!DOCTYPE html>the page")
+    assert headers["Cache-Control"] == "no-store"
+    assert headers["Content-Security-Policy"] == "frame-ancestors 'none'"
+    assert "Access-Control-Allow-Origin" not in headers
+
+
+@pytest.mark.parametrize("path", ["/", "", "/x/", "/fit", "//", "/%2e%2e/", "/AAAAAAAAAAAAAAAAAAAAAAAA/", "/%E9/"])
+def test_without_the_token_there_is_nothing(running: Running, path: str) -> None:
+    status, _, _ = running.ask("GET", path, {})
+    assert status == 404
+
+
+@pytest.mark.parametrize(
+    "host", ["localhost", "evil.example", "127.0.0.1", "127.0.0.1:1", "", "127.0.0.1.evil.example"]
+)
+def test_another_name_for_this_machine_is_refused(running: Running, host: str) -> None:
+    status, _, _ = running.ask("GET", running.path, {"Host": host})
+    assert status in (400, 421)
+    status, _ = running.post("fit", EMPTY, Host=host)
+    assert status in (400, 421)
+
+
+@pytest.mark.parametrize("origin", ["null", "http://evil.example", "http://localhost", "https://127.0.0.1", ""])
+def test_another_page_is_refused(running: Running, origin: str) -> None:
+    assert running.post("save", EMPTY, Origin=origin)[0] == 403
+    assert running.ask("POST", running.path + "save", {"Content-Type": JSON}, EMPTY)[0] == 403
+
+
+@pytest.mark.parametrize("kind", ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data", ""])
+def test_what_a_form_can_send_is_refused(running: Running, kind: str) -> None:
+    assert running.post("save", EMPTY, Content_Type=kind)[0] == 415
+
+
+def test_only_what_the_page_uses_is_there(running: Running) -> None:
+    assert running.ask("GET", running.path + "save", {})[0] == 405
+    assert running.ask("PUT", running.path + "save", {"Origin": running.origin}, EMPTY)[0] == 405
+    assert running.post("other", EMPTY)[0] == 404
+
+
+@pytest.mark.parametrize("body", [[], 3, None, {"columns": 1, "rows": 2}, {"columns": [], "rows": [[]]}, EMPTY])
+@pytest.mark.parametrize("name", ["fit", "save", "read"])
+def test_nonsense_is_one_line(running: Running, name: str, body: Any) -> None:
+    status, answer = running.post(name, body)
+    assert status == 200
+    assert "\n" not in answer["fault"]["message"]
+    assert "internal error" not in answer["fault"]["message"]
+
+
+def test_a_giant_is_not_read_to_its_end(running: Running) -> None:
+    status, answer = running.post("read", {"name": "a.csv", "base64": "A" * (LARGEST_BYTES + 1)})
+    assert (status, answer["fault"]["message"]) == (200, "expected at most 8 MB")
+
+
+def test_rows_are_fitted(running: Running) -> None:
+    taught = (TEE.parent / "taught.csv").read_text(encoding="utf-8").splitlines()
+    columns = taught[0].split(",")
+    rows = {"columns": [*columns, "feature"], "rows": [[*line.split(","), line.split(",")[0]] for line in taught[1:]]}
+    status, answer = running.post("fit", rows)
+    assert status == 200
+    assert answer["answer"]["verdict"] == "PASS"
+
+
+def test_a_port_that_is_taken_is_said(running: Running) -> None:
+    with pytest.raises(InputError, match=f"--port {running.port}: address already in use"):
+        PickServer(running.session, "", port=running.port)

@@ -1,0 +1,141 @@
+"""What the picker says of rows is what `wpcal calibrate` says of the file that it saves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cad.convert import calibrate_workpiece
+from cad.fit_taught import CalibrateOptions
+from cad.pick.part import PickPart, read_pick_part
+from cad.pick.rows import NEW_COLUMNS, Rows
+from cad.pick.session import ERROR_DIGITS, PickSession
+from cad.workpiece import SeamChoice
+from wpcal.calibrate import Criterion, TeachingError
+from wpcal.core.errors import FormatError, GeometryError, InputError
+from wpcal.seam import SeamOptions
+
+TEE = Path(__file__).parents[2] / "fixtures" / "tee"
+SHOWN_MM = 0.5 * 10.0**-ERROR_DIGITS + 1e-15
+"""Predicted errors are rounded for the page."""
+FRAME = (500.0, 100.0, 50.0)
+KRL = """DEFDAT TEACH
+DECL E6POS XV2={X 312.29,Y -340.62,Z 115.80,A 0.0,B 90.0,C 0.0,S 2,T 35}
+DECL FDAT FV2={TOOL_NO 1,BASE_NO 7,IPO_FRAME #BASE,POINT2[] " "}
+DECL E6POS XP9={X 244.70,Y -241.51,Z 118.15,A 0.0,B 90.0,C 0.0,S 2,T 35}
+DECL FDAT FP9={TOOL_NO 1,BASE_NO 7,IPO_FRAME #BASE,POINT2[] " "}
+ENDDAT
+"""
+
+
+@pytest.fixture(scope="module")
+def part() -> PickPart:
+    return read_pick_part(TEE / "tee.step", options=SeamOptions(), choice=SeamChoice())
+
+
+def opened(part: PickPart, out: Path, file: str = "taught.csv", **more: Any) -> tuple[PickSession, Rows]:
+    session = PickSession(part, out, **more)
+    return session, session.read((TEE / file).read_bytes(), name=file)
+
+
+@pytest.mark.parametrize(
+    ("file", "options"),
+    [
+        ("taught.csv", CalibrateOptions()),
+        ("taught_blunder.csv", CalibrateOptions(criterion=Criterion.LEAST_SQUARES)),
+        ("taught.csv", CalibrateOptions(teaching=TeachingError(sigma_mm=0.2), tolerance_mm=0.1, seed=5)),
+        ("touches_321.csv", CalibrateOptions(ball_mm=1.0, teaching=TeachingError(sigma_mm=0.1))),
+    ],
+)
+def test_the_numbers_are_those_of_calibrate(
+    part: PickPart, file: str, options: CalibrateOptions, tmp_path: Path
+) -> None:
+    session, rows = opened(part, tmp_path / "saved.csv", file, options=options)
+    found = session.fit(rows)
+    session.save(rows)
+    expected = calibrate_workpiece(TEE / "tee.step", tmp_path / "saved.csv", options=options)
+    record = expected.to_record()
+    for key in ("T_base_part", "objective_mm", "lower_bound_mm", "verdict", "criterion"):
+        assert found[key] == record[key], key
+    for point, other in zip(found["points"], record["points"], strict=True):
+        assert {key: point[key] for key in other} == other
+        assert rows.cells[point["row"]][0] == other["name"]
+    for u95, other in zip(found["u95_mm"], expected.u95_mm, strict=True):
+        np.testing.assert_allclose(u95, other, rtol=0, atol=SHOWN_MM)
+
+
+def test_residuals_in_the_part_are_those_in_the_base_turned(part: PickPart, tmp_path: Path) -> None:
+    session, rows = opened(part, tmp_path / "saved.csv")
+    found = session.fit(rows)
+    T = np.array(found["T_base_part"])
+    for point in found["points"]:
+        fitted = T[:3, :3] @ (np.array(point["p_part_mm"]) + point["residual_part_mm"]) + T[:3, 3]
+        np.testing.assert_allclose(fitted, point["p_base_mm"], rtol=0, atol=1e-9)
+
+
+def test_rows_that_wait_change_nothing_and_are_not_lost(part: PickPart, tmp_path: Path) -> None:
+    session, rows = opened(part, tmp_path / "saved.csv")
+    waiting = tuple("V8" if column in ("name", "feature") else "" for column in rows.columns)
+    more = Rows(rows.columns, (waiting, *rows.cells))
+    assert session.fit(more)["T_base_part"] == session.fit(rows)["T_base_part"]
+    assert [point["row"] for point in session.fit(more)["points"]] == [1, 2, 3, 4, 5, 6]
+    assert session.save(more) == {"file": str(tmp_path / "saved.csv"), "rows": 6, "left_out": ["V8"]}
+
+
+def test_points_without_names_are_found(part: PickPart, tmp_path: Path) -> None:
+    session, rows = opened(part, tmp_path / "saved.csv", "taught_exact.csv")
+    names = [row[rows.columns.index("feature")] for row in rows.cells]
+    blind = Rows(
+        rows.columns,
+        tuple(
+            tuple("" if column == "feature" else cell for column, cell in zip(rows.columns, row, strict=True))
+            for row in rows.cells
+        ),
+    )
+    found = session.fit(blind)
+    assert [found["features"][row] for row in range(len(names))] == names
+
+
+def test_a_program_in_a_frame_that_is_not_known_asks_for_it(part: PickPart, tmp_path: Path) -> None:
+    session = PickSession(part, tmp_path / "saved.csv")
+    with pytest.raises(FormatError, match="--uframe"):
+        session.read(KRL.encode(), name="TEACH.dat")
+    rows = session.read(KRL.encode(), name="TEACH.dat", uframe=",".join(map(str, (*FRAME, 0, 0, 0))))
+    cells = [dict(zip(rows.columns, row, strict=True)) for row in rows.cells]
+    assert [(cell["name"], cell["feature"], float(cell["x_mm"])) for cell in cells] == [
+        ("V2", "V2", 812.29),
+        ("P9", "", 744.70),
+    ]
+
+
+def test_a_file_of_another_hand_is_not_overwritten(part: PickPart, tmp_path: Path) -> None:
+    out = tmp_path / "saved.csv"
+    session, rows = opened(part, out)
+    session.save(rows)
+    session.save(rows)  # our own may be
+    out.write_text("precious", encoding="utf-8")
+    with pytest.raises(InputError, match="changed by another hand"):
+        session.save(rows)
+    assert out.read_text(encoding="utf-8") == "precious"
+    with pytest.raises(InputError, match="not saved from this page"):
+        PickSession(part, out).save(rows)
+    PickSession(part, out, overwrite=True).save(rows)
+    assert out.read_text(encoding="utf-8") == rows.to_csv()
+
+
+def test_what_cannot_be_read_is_not_saved(part: PickPart, tmp_path: Path) -> None:
+    session = PickSession(part, tmp_path / "saved.csv")
+    with pytest.raises(InputError, match="nothing to save"):
+        session.save(Rows())
+    with pytest.raises(FormatError, match="appears twice"):
+        session.save(Rows(NEW_COLUMNS, (("V1", "1", "2", "3", "V1", "yes"), ("V1", "4", "5", "6", "V2", "yes"))))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_points_on_a_line_are_refused(part: PickPart, tmp_path: Path) -> None:
+    rows = Rows(NEW_COLUMNS, tuple((f"T{i}", str(10 * i), "0", "0", f"V{i}", "yes") for i in (2, 4, 16)))
+    with pytest.raises(GeometryError):
+        PickSession(part, tmp_path / "saved.csv").fit(rows)
