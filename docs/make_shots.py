@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +21,13 @@ from playwright.sync_api import sync_playwright
 
 from cad.convert import calibrate_files
 from cad.fit_taught import CalibrateOptions
+from cad.pick.page import build_pick_page
+from cad.pick.part import read_pick_part
+from cad.pick.server import PickServer
+from cad.pick.session import PickSession
+from cad.workpiece import SeamChoice
 from wpcal.core.records import read_json
+from wpcal.seam import SeamOptions
 
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "images"
@@ -32,20 +39,20 @@ LARGEST_BYTES = 200_000
 
 @dataclass(frozen=True)
 class Shot:
-    """One picture: which page, how large a window, what to do in it, and which element to keep (None: the window)."""
+    """One picture: which address, how large a window, what to do in it, which element to keep (None: the window)."""
 
     name: str
-    page: Callable[[Path], Path]
+    page: Callable[[Path], str]
     width: int = 1280
     height: int = 900
     act: Callable[[Any, Path], None] = lambda page, folder: None
     element: str | None = None
 
 
-def report_of(name: str, *, off_mm: float = 0.0) -> Callable[[Path], Path]:
+def report_of(name: str, *, off_mm: float = 0.0) -> Callable[[Path], str]:
     """Calibrate a fixture; `off_mm` spoils x of the second point."""
 
-    def make(folder: Path) -> Path:
+    def make(folder: Path) -> str:
         source, taught = FIXTURES / name, folder / "taught.csv"
         lines = (source / "taught.csv").read_text(encoding="utf-8").splitlines()
         cells = lines[2].split(",")
@@ -53,7 +60,7 @@ def report_of(name: str, *, off_mm: float = 0.0) -> Callable[[Path], Path]:
         taught.write_text("\n".join([*lines[:2], ",".join(cells), *lines[3:]]) + "\n", encoding="utf-8")
         out = folder / "out"
         calibrate_files(source / f"{name}.step", taught, out, overwrite=True, options=CalibrateOptions())
-        return out / "report.html"
+        return (out / "report.html").as_uri()
 
     return make
 
@@ -75,13 +82,37 @@ def see_through(page: Any, folder: Path) -> None:
     page.wait_for_timeout(300)
 
 
-def plan_of_saddle(folder: Path) -> Path:
+def plan_of_saddle(folder: Path) -> str:
     """Plan the saddle with both methods, the second a short run."""
     cells, out = FIXTURES / "cells", folder / "plan"
     files = [str(cells / "two-mh6.json"), str(cells / "saddle-seams.json")]
     options = ["--seam", "W1", "--generations", "15", "--population", "40", "-o", str(out)]
     subprocess.run([sys.executable, "-m", "wpcal", "plan", *files, *options], check=True, capture_output=True)
-    return out / "plan.html"
+    return (out / "plan.html").as_uri()
+
+
+def picker_of_tee(folder: Path) -> str:
+    """Serve the picker with the rows of the fixture until this script ends; one point is still to be typed."""
+    lines = (FIXTURES / "tee" / "taught.csv").read_text(encoding="utf-8").splitlines()
+    table = folder / "taught.csv"
+    table.write_text("\n".join([*lines[:-1], "H1,,,,yes", ""]), encoding="utf-8")
+    part = read_pick_part(FIXTURES / "tee" / "tee.step", options=SeamOptions(), choice=SeamChoice())
+    session = PickSession(part, folder / "saved.csv")
+    rows = session.read(table.read_bytes(), name=table.name)
+    command = "wpcal calibrate tee.step taught.csv -o RESULT"
+    page = build_pick_page(part, rows, session.options, saves_to=table.name, command=command)
+    server = PickServer(session, page)
+    threading.Thread(target=server.run, daemon=True).start()
+    return server.url
+
+
+def hover_a_feature(page: Any, folder: Path) -> None:
+    """Put the pointer near the hole whose coordinates are missing."""
+    page.wait_for_timeout(1000)
+    spot = page.evaluate("p => window.wpcal.project(p)", [20, 20, 10])
+    box = page.locator(".stage canvas").bounding_box()
+    page.mouse.move(box["x"] + spot["x"] + 5, box["y"] + spot["y"] + 5)
+    page.wait_for_timeout(500)
 
 
 def on_the_way(page: Any, folder: Path) -> None:
@@ -90,6 +121,7 @@ def on_the_way(page: Any, folder: Path) -> None:
 
 
 SHOTS = (
+    Shot("pick", picker_of_tee, width=1366, height=768, act=hover_a_feature),
     Shot("report", report_of("tee")),
     Shot("report-seam", report_of("tee"), act=hover_a_seam, element="#view"),
     Shot("report-points", report_of("tee"), element="#points"),
@@ -118,7 +150,7 @@ def take(shot: Shot, running: Any) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         page = running.new_page(viewport={"width": shot.width, "height": shot.height})
-        page.goto(shot.page(folder).as_uri())
+        page.goto(shot.page(folder))
         while not page.evaluate("Boolean(window.wpcal && window.wpcal.ready)"):
             page.wait_for_timeout(50)
         shot.act(page, folder)
