@@ -167,4 +167,8 @@ def run_fit(
         teaching=options.teaching,
         seam_points=np.concatenate(frames) if frames else None,
     )
-    return result, tuple(result.predict_error_mm(seam.frames.p) for seam in seams)
+    if not seams:
+        return result, ()
+    u95_mm = result.predict_error_mm(np.concatenate([seam.frames.p for seam in seams]))
+    ends = np.cumsum([len(seam.frames) for seam in seams])
+    return result, tuple(np.split(u95_mm, ends[:-1]))
