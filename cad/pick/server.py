@@ -87,6 +87,7 @@ class PickServer:
         config = uvicorn.Config(
             self._app,
             lifespan="off",
+            ws="none",
             access_log=False,
             log_level="error" if os.environ.get("WPCAL_DEBUG") else "critical",
             timeout_graceful_shutdown=SECONDS_TO_END,
@@ -124,10 +125,10 @@ class Guard:
         await (self._app if refusal is None else refusal)(scope, receive, send)
 
     def _refusal(self, request: Request) -> Response | None:
-        given = request.url.path.split("/")[1].encode("utf-8", "replace") if "/" in request.url.path else b""
+        first = str(request.scope["path"]).removeprefix("/").partition("/")[0].encode("utf-8", "replace")
         if request.headers.getlist("host") != [self._host]:
             return PlainTextResponse("not this server's address", 421, HEADERS)
-        if not secrets.compare_digest(given, self._token):
+        if not secrets.compare_digest(first, self._token):
             return PlainTextResponse("not found; the whole address stands in the terminal", 404, HEADERS)
         if request.method != "POST":
             return None
