@@ -194,9 +194,12 @@ async def _json_of(request: Request) -> Any:
         if len(body) > LARGEST_BYTES:
             raise InputError(f"expected at most {LARGEST_BYTES // 1_000_000} MB")
     try:
-        return json.loads(body)
+        record = json.loads(body.decode("utf-8"))
+        if b"\\ud" in body.lower():  # half of a pair of surrogates is no character: no file and no answer can hold it
+            json.dumps(record, ensure_ascii=False).encode("utf-8")
     except (ValueError, RecursionError) as error:
-        raise InputError(f"is not JSON: {error}") from None
+        raise InputError(f"is not JSON of Unicode text: {error}") from None
+    return record
 
 
 def _file_of(record: Any) -> dict[str, Any]:
