@@ -159,7 +159,8 @@ def build_app(session: PickSession, page: str, *, token: str) -> Starlette:
         return run
 
     def read(record: Any) -> dict[str, Any]:
-        return {"answer": session.read(**_file_of(record)).to_record()}
+        rows, left_out = session.read(**_file_of(record))
+        return {"answer": {**rows.to_record(), "left_out": left_out}}
 
     actions = {"fit": rows_action(session.fit), "save": rows_action(session.save), "read": read}
     routes = [Route(f"/{token}/{name}", _endpoint(action), methods=["POST"]) for name, action in actions.items()]
