@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -168,9 +169,13 @@ class PickSession:
 
 def _usable(points: Sequence[ProgramPoint], *, through_arm: bool) -> tuple[list[str], tuple[str, ...]]:
     """Return the names of points that have coordinates, and what the others are."""
-    has = [not point.fault or (through_arm and point.joints is not None) for point in points]
-    left_out = tuple(f"{p.name}: {p.fault}" for p, usable in zip(points, has, strict=True) if not usable)
-    return [p.name for p, usable in zip(points, has, strict=True) if usable], left_out
+    names = Counter(point.name for point in points)
+    faults = {
+        point.name: point.fault if names[point.name] == 1 else f"appears {names[point.name]} times"
+        for point in points
+        if names[point.name] > 1 or (point.fault and not (through_arm and point.joints is not None))
+    }
+    return [name for name in names if name not in faults], tuple(f"{name}: {why}" for name, why in faults.items())
 
 
 def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:

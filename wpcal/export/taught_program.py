@@ -223,7 +223,7 @@ def _chosen(found: ProgramPoints, points: Sequence[str] | None, path: str) -> li
         raise FormatError("holds no stored positions", path=path)
     seen: dict[str, int] = {}
     for point in found.points:
-        if point.name in seen:
+        if point.name in seen and (points is None or point.name in points):
             what = f"the point {point.name!r} appears twice, first in line {seen[point.name]}"
             raise FormatError(what, path=path, line=point.line)
         seen[point.name] = point.line
