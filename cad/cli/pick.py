@@ -88,6 +88,10 @@ def open_session(
 
     options, nominal = to_calibrate_options(values)
     program = to_program_reading(values)
+    if out.is_dir():
+        raise InputError(f"{out}: is a directory; expected the name of a table to save")
+    if out.exists() and part_step.exists() and out.samefile(part_step):
+        raise InputError(f"{out}: is the part itself; give -o and another name")
     if out.exists() and not overwrite:
         raise InputError(f"{out}: exists; give --force to overwrite it, or -o and another name")
     if not out.parent.is_dir():

@@ -16,6 +16,8 @@ NEW_COLUMNS = ("name", *TAUGHT_COLUMNS, "feature", "use")
 """Of a table that begins empty."""
 MOST_ROWS = 10_000
 """More is no list of touched points, but another file."""
+LONGEST_CELL = 1000
+"""Characters; a name or a remark is no text, and messages repeat it."""
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+")
 
 
@@ -51,6 +53,8 @@ class Rows:
         missing = [name for name in ("name", *TAUGHT_COLUMNS) if name not in columns]
         if missing or any(not isinstance(name, str) for name in columns) or len(set(columns)) < len(columns):
             raise InputError(f"expected columns with different names, {', '.join(NEW_COLUMNS)} and others")
+        if any(len(cell) > LONGEST_CELL for row in cells for cell in row):
+            raise InputError(f"expected cells of at most {LONGEST_CELL} characters")
         if len(cells) > MOST_ROWS or any(len(row) != len(columns) for row in cells):
             raise InputError(f"expected at most {MOST_ROWS} rows of {len(columns)} cells each")
         return cls(columns, cells)

@@ -179,7 +179,7 @@ def _endpoint(action: Callable[[Any], dict[str, Any]]) -> Callable[[Request], An
         except Exception as error:
             if isinstance(error, ClientDisconnect):
                 raise
-            _log.exception("a request to the picker failed")
+            _log.error("a request to the picker failed: %r", error, exc_info=bool(os.environ.get("WPCAL_DEBUG")))
             what = f"internal error ({type(error).__name__}: {error}); this is our fault"
             answer = {"fault": {"message": what, "row": None}}
         return JSONResponse(answer, headers=HEADERS)

@@ -87,6 +87,7 @@ def test_a_fault_names_the_row_of_the_page_not_the_line_of_the_text() -> None:
         {"columns": list(NEW_COLUMNS), "rows": [["V1"]]},
         {"columns": list(NEW_COLUMNS), "rows": [["V1", 1, 2, 3, "V1", "yes"]]},
         {"columns": [*NEW_COLUMNS, 3], "rows": []},
+        {"columns": list(NEW_COLUMNS), "rows": [["V" * 1001, "1", "2", "3", "V1", "yes"]]},
     ],
 )
 def test_what_is_no_table_is_refused_in_one_line(record: object) -> None:
