@@ -5,22 +5,23 @@ import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
 
-const LIFT_PX = 6; // towards the eye: a line of 5 px in a right corner shows whole
+const LINE_LIFT_PX = 6; // towards the eye: a line of 5 px in a right corner shows whole
+const POINT_LIFT_PX = 10; // before the lines that end there, and as much as `depth.js` forgives: what shows can be taken
 const REFERENCE_HEIGHT_PX = 800; // of a usual view; the lift need not be exact
 
 /** GLSL that moves the depth of gl_Position towards the eye by some pixels' worth and leaves its place alone. */
-const LIFT = `
+const lifting = (px) => `
   {
     float eyeZ = -gl_Position.w;
     float pixel = 2.0 * gl_Position.w / (projectionMatrix[1][1] * ${REFERENCE_HEIGHT_PX.toFixed(1)});
-    float lifted = eyeZ + ${LIFT_PX.toFixed(1)} * pixel;
+    float lifted = eyeZ + ${px.toFixed(1)} * pixel;
     gl_Position.z = (projectionMatrix[2][2] * lifted + projectionMatrix[3][2]) / -lifted * gl_Position.w;
   }
 `;
 
-function lift(material, after) {
+function lift(material, after, px) {
   material.onBeforeCompile = (shader) => {
-    const lifted = shader.vertexShader.replace(after, (line) => `${line}\n${LIFT}`);
+    const lifted = shader.vertexShader.replace(after, (line) => `${line}\n${lifting(px)}`);
     if (lifted === shader.vertexShader) throw new Error(`three.js has no '${after}' in this shader any more`);
     shader.vertexShader = lifted;
   };
@@ -34,7 +35,7 @@ export function fatLines(positions, colors, { width, opacity, dashed, resolution
   const material = new LineMaterial({ vertexColors: true, linewidth: width, transparent: opacity < 1, opacity, dashed });
   material.uniforms.resolution.value = resolution;
   if (dashed) Object.assign(material, { dashSize: 4, gapSize: 3 });
-  lift(material, "gl_Position = clip;");
+  lift(material, "gl_Position = clip;", LINE_LIFT_PX);
   const lines = new LineSegments2(geometry, material);
   if (dashed) lines.computeLineDistances();
   lines.onBeforeRender = () => {}; // the resolution is shared; the class would set it from the renderer's viewport
@@ -47,7 +48,7 @@ export function roundPoints(points, sizePx) {
   geometry.setAttribute("position", new BufferAttribute(new Float32Array(points.flatMap(({ p }) => p)), 3));
   geometry.setAttribute("color", new BufferAttribute(new Float32Array(points.flatMap(({ color }) => linear(color))), 3));
   const material = new PointsMaterial({ size: sizePx, sizeAttenuation: false, vertexColors: true });
-  lift(material, "#include <project_vertex>");
+  lift(material, "#include <project_vertex>", POINT_LIFT_PX);
   const lifted = material.onBeforeCompile;
   material.onBeforeCompile = (shader) => {
     lifted(shader);

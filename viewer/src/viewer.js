@@ -228,6 +228,12 @@ class Viewer {
     return this.addSegments(layer, positions, colors, { width, opacity, dashed });
   }
 
+  /** Gives lines that `addPaths` returned other colours; `paths` are the same, in the same order. */
+  recolour(lines, paths) {
+    lines.geometry.setColors(segmentsOfPaths(paths).colors);
+    this.render();
+  }
+
   /** Draws segments: six numbers each in `positions` (mm) and in `colors` (linear RGB, 0…1). */
   addSegments(layer, positions, colors, { width = 2, opacity = 1, dashed = false } = {}) {
     const lines = fatLines(flat(positions), flat(colors), { width, opacity, dashed, resolution: this.resolution });
@@ -249,7 +255,7 @@ class Viewer {
 
   /** Draws round points of a size in pixels: {p, color}. */
   addPoints(layer, points, { size = 11 } = {}) {
-    const marks = roundPoints(points, size * this.renderer.getPixelRatio());
+    const marks = roundPoints(points, size); // three.js knows how many pixels of the screen that is
     this.layer(layer).add(marks);
     this.render();
     return marks;

@@ -24,11 +24,14 @@ export function latestOnly(run, pauseMs) {
   const start = async () => {
     timer = null;
     isRunning = true;
-    do {
-      isAsked = false;
-      await run();
-    } while (isAsked);
-    isRunning = false;
+    try {
+      do {
+        isAsked = false;
+        await run();
+      } while (isAsked);
+    } finally {
+      isRunning = false; // also when a run fails: the next key tries again
+    }
   };
   return {
     ask() {

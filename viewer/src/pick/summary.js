@@ -6,7 +6,7 @@ const LEAST_POINTS = 3;
 
 /** The line below the heading: what is missing, or wrong, or that all is well. */
 export function stateOf(rows, { answer, fault }) {
-  if (fault?.row !== null && fault) return { kind: "wrong", text: fault.message };
+  if (fault && (fault.row !== null || fault.isGone)) return { kind: "wrong", text: fault.message };
   const waiting = rows.rows.filter((row) => rows.isWaiting(row)).length;
   const ready = rows.rows.filter((row) => !rows.isWaiting(row) && row.use === "yes").length;
   if (!rows.rows.length)
@@ -26,27 +26,37 @@ export function stateOf(rows, { answer, fault }) {
 /** Largest residual and largest predicted error of a seam. */
 export function gauges(answer, seams) {
   if (!answer) return [];
-  const point = answer.points.reduce((worst, one) => (one.distance_mm > worst.distance_mm ? one : worst));
+  const point = answer.points.reduce((worst, one) => (one.distance_mm > (worst?.distance_mm ?? -1) ? one : worst), null);
   const worst = worstOfSeams(answer, seams).sort((a, b) => b.mm - a.mm)[0];
   return [
-    gauge("largest residual", point.distance_mm, answer.tolerance_mm, `at ${point.name}`),
+    point && gauge("largest residual", point.distance_mm, answer.tolerance_mm, `at ${point.name}`),
     worst && gauge("largest 95 % error of a seam", worst.mm, answer.tolerance_mm, `on ${worst.seam.name}`),
   ].filter(Boolean);
 }
 
-/** One row a seam. */
-export function seamTable(answer, seams, tolerance, focus) {
-  const errors = new Map(answer ? worstOfSeams(answer, seams).map(({ row, mm }) => [row, mm]) : []);
+/** The table of seams, made once: {element, show(answer)}. */
+export function seamTable(seams, tolerance, focus) {
+  const cells = new Map(); // of what follows from an answer
+  const cellsOf = (row) => cells.get(row) ?? cells.set(row, { error: el("span", {}, "–"), share: el("span", {}) }).get(row);
   const rows = seams.map((seam, row) => ({ ...seam, row })).filter(({ accepted }) => accepted);
+  const button = ({ name, row }) => el("button", { type: "button", class: "name", onclick: () => focus(row) }, name);
   const columns = [
-    { title: "seam", cell: ({ name }) => el("strong", {}, name) },
+    { title: "seam", cell: button },
     { title: "joint", cell: ({ joint, weld }) => `${joint} ${weld}` },
     { title: "length mm", number: true, cell: ({ length_mm }) => fixed(length_mm, 1) },
-    { title: "95 % error mm", number: true, cell: ({ row }) => fixed(errors.get(row), 4) },
-    { title: "", cell: ({ row }) => (errors.has(row) ? bar(errors.get(row), tolerance) : "") },
+    { title: "95 % error mm", number: true, cell: ({ row }) => cellsOf(row).error },
+    { title: "", cell: ({ row }) => cellsOf(row).share },
   ];
-  const rowOf = ({ name, row }) => ({ class: "link", "data-name": name, onclick: () => focus(row) });
-  return table(columns, rows, { rowOf });
+  const show = (answer) => {
+    const errors = new Map(answer ? worstOfSeams(answer, seams).map(({ row, mm }) => [row, mm]) : []);
+    for (const [row, { error, share }] of cells) {
+      const text = fixed(errors.get(row), 4);
+      if (text === error.textContent) continue;
+      error.textContent = text;
+      share.replaceChildren(...(errors.has(row) ? [bar(errors.get(row), tolerance)] : []));
+    }
+  };
+  return { element: table(columns, rows, { rowOf: ({ name }) => ({ "data-name": name }) }), show };
 }
 
 function worstOfSeams({ u95_mm }, seams) {
