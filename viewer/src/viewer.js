@@ -137,6 +137,7 @@ class Viewer {
   show(name, visible = true) {
     this.layer(name).visible = visible;
     this.labels?.show(name, visible);
+    this.depth.outdate();
     this.render();
   }
 
@@ -148,6 +149,7 @@ class Viewer {
   move(name, T) {
     this.layer(name).matrix.copy(matrixOf(T));
     this.layer(name).updateMatrixWorld(true);
+    this.depth.outdate();
     this.render();
   }
 
@@ -155,6 +157,7 @@ class Viewer {
   clear(name) {
     const group = this.layer(name);
     group.traverse((object) => {
+      if (object.layers.isEnabled(OCCLUDERS)) this.depth.outdate();
       object.geometry?.dispose();
       object.material?.dispose();
     });
@@ -191,6 +194,7 @@ class Viewer {
     const setOpacity = (opacity) => {
       Object.assign(material, { opacity, transparent: opacity < 1, depthWrite: opacity === 1, needsUpdate: true });
       mesh.layers[opacity < 1 ? "disable" : "enable"](OCCLUDERS);
+      this.depth.outdate();
       this.render();
     };
     return { solids: part.solids, setOpacity };
@@ -214,6 +218,7 @@ class Viewer {
     const mesh = new Mesh(geometry, material);
     if (opacity === 1) mesh.layers.enable(OCCLUDERS);
     this.layer(layer).add(mesh);
+    this.depth.outdate();
     this.render();
     return mesh;
   }
@@ -262,8 +267,8 @@ class Viewer {
   }
 
   /** Writes texts beside places: {p, text}. They are text, whatever they contain. */
-  addLabels(layer, labels, { className = "" } = {}) {
-    this.labels?.add(layer, labels, className);
+  addLabels(layer, labels, { className = "", priority = 0 } = {}) {
+    this.labels?.add(layer, labels, className, priority);
     this.render();
   }
 
@@ -388,8 +393,15 @@ class Viewer {
     this.camera.updateMatrixWorld();
     this.renderer.render(this.scene, this.camera);
     this.labels?.place();
-    this.depth.outdate();
+    this.outdateDepth();
     clearTimeout(this.resting);
     this.resting = setTimeout(() => this.labels?.sort(), REST_MS);
+  }
+  /** Another mark or colour hides nothing: while the camera stands, what is hidden stays. */
+  outdateDepth() {
+    const { projectionMatrix, matrixWorld } = this.camera;
+    const seen = [...projectionMatrix.elements, ...matrixWorld.elements, this.width, this.height].join();
+    if (seen !== this.seen) this.depth.outdate();
+    this.seen = seen;
   }
 }

@@ -22,7 +22,7 @@ class Picker {
       onChange: () => this.change(),
       onSelect: (row) => this.scene?.select(row),
       onTable: (text) => this.read([new File([text], "pasted.csv")]),
-      onUndoable: (text, before) => this.offerUndo(text, before),
+      onUndoable: (text, before, kind) => this.offerUndo(text, before, kind),
       onEmpty: () => this.addButton.focus(),
     });
     this.build();
@@ -137,7 +137,7 @@ class Picker {
     const { answer, fault } = this.answered;
     const { data } = this;
     this.root.classList.remove("stale");
-    const state = stateOf(this.rows, this.answered);
+    const state = stateOf(this.rows, this.answered, data.seams);
     Object.assign(this.state, { textContent: state.text, className: state.kind });
     this.gauges.replaceChildren(...gauges(answer, data.seams));
     this.table.show({ ...(answer ?? NOTHING), tolerance: data.tolerance_mm, fault });

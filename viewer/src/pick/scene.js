@@ -126,7 +126,7 @@ export class Scene {
     const colour = ({ row, point }) => (point ? (point.use === "check" ? CHECKED : FITTED) : row.use === "no" ? CANDIDATE : WAITING);
     if (picks.length) this.viewer.addPoints("picked", picks.map((pick) => ({ p: pick.p, color: colour(pick) })), { size: 14 });
     this.viewer.addTargets("picked", picks.map(({ p }) => p), { picks }, { priority: 0, radius: REACH_PX });
-    this.viewer.addLabels("picked", picks.map(({ p, row }) => ({ p, text: row.name })), { className: "of-point" });
+    this.viewer.addLabels("picked", picks.map(({ p, row }) => ({ p, text: row.name })), { className: "of-point", priority: 1 });
     this.drawResiduals(points);
     this.colourSeams(u95_mm);
   }

@@ -5,7 +5,7 @@ import { bar, gauge } from "../shares.js";
 const LEAST_POINTS = 3;
 
 /** The line below the heading: what is missing, or wrong, or that all is well. */
-export function stateOf(rows, { answer, fault }) {
+export function stateOf(rows, { answer, fault }, seams) {
   if (fault && (fault.row !== null || fault.isGone)) return { kind: "wrong", text: fault.message };
   const waiting = rows.rows.filter((row) => rows.isWaiting(row)).length;
   const ready = rows.rows.filter((row) => !rows.isWaiting(row) && row.use === "yes").length;
@@ -20,7 +20,9 @@ export function stateOf(rows, { answer, fault }) {
   if (!answer) return { kind: "hint", text: "" };
   const wait = waiting ? ` ${waiting} row${waiting > 1 ? "s wait" : " waits"} for coordinates.` : "";
   const word = answer.verdict === "PASS" ? "Every point is within" : "A point is off by more than";
-  return { kind: answer.verdict.toLowerCase(), text: `${word} the tolerance of ${short(answer.tolerance_mm)} mm.${wait}` };
+  const count = worstOfSeams(answer, seams).filter(({ mm }) => mm > answer.tolerance_mm).length;
+  const beyond = count ? ` The predicted error of ${count} seam${count > 1 ? "s" : ""} is larger.` : "";
+  return { kind: answer.verdict.toLowerCase(), text: `${word} the tolerance of ${short(answer.tolerance_mm)} mm.${beyond}${wait}` };
 }
 
 /** Largest residual and largest predicted error of a seam. */

@@ -7,13 +7,14 @@ import { PLACE } from "./rows.js";
 const HEADINGS = { x_mm: "x mm", y_mm: "y mm", z_mm: "z mm" };
 const CHOICES = { use: ["yes", "check", "no"], kind: ["point", "plane", "edge", "hole", "cylinder", "sphere", "surface"] };
 const HEADER = /(^|[,;\t"])\s*x_mm\s*([,;\t"]|$)/im; // of a table of taught points
+const IN_USER_FRAME = /\bUF\s*:\s*[1-9]|\bBASE_NO\s+[1-9]/i; // of FANUC and KUKA
 const FEATURES_LISTED = 2000; // a longer list is slow to open; any name can be typed
 
 /**
  * @param {Rows} rows
  * @param {object[]} features  of the part
  * @param {{onChange: function, onSelect: function(row), onTable: function(text),
- *   onUndoable: function(text, before), onEmpty: function}} callbacks
+ *   onUndoable: function(text, before, kind), onEmpty: function}} callbacks
  */
 export class Table {
   constructor(rows, features, callbacks) {
@@ -207,7 +208,9 @@ export class Table {
     this.callbacks.onChange();
     const more = this.rows.rows.length - count;
     const pasted = positions.length === 1 ? "1 position" : `${positions.length} positions`;
-    this.callbacks.onUndoable(`${pasted} pasted${more ? `, ${more} as new rows` : ""}.`, before);
+    const what = `${pasted} pasted${more ? `, ${more} as new rows` : ""}.`;
+    if (!IN_USER_FRAME.test(text)) this.callbacks.onUndoable(what, before);
+    else this.callbacks.onUndoable(`${what} They stand in a user frame: open the file instead, which asks for it.`, before, "wrong");
     return true;
   }
 
