@@ -25,7 +25,7 @@ export class Scene {
     host.append(this.stage);
     const theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
     this.viewer = createViewer(canvas, { overlay, theme, wheel: "always" });
-    Object.assign(this, { seams, frames, tolerance, u95: null, picks: [] });
+    Object.assign(this, { seams, frames, tolerance, u95: null, picks: [], selected: null });
     const solid = part && this.viewer.addPart(part, {});
     this.byName = new Map(features.map((feature) => [feature.name.toLowerCase(), feature]));
     const places = easiestAtEachPlace(features);
@@ -69,7 +69,7 @@ export class Scene {
       if (!found) return tip.hide();
       if (found.data.seam) return tip.show(this.wordsOfSeam(found), found);
       const feature = this.featureOf(found);
-      if (feature) this.mark("hovered", feature, 20);
+      if (feature) this.mark("hovered", feature.p_mm, 20);
       const pick = found.data.picks?.[found.index] ?? this.picks.find((one) => one.feature === feature);
       return tip.show(el("div", {}, feature && wordsOf(feature), pick?.point && pointTip(pick.point)), found);
     });
@@ -80,7 +80,7 @@ export class Scene {
   }
 
   /** A ring around the point of a feature. */
-  mark(layer, { p_mm: p }, size) {
+  mark(layer, p, size) {
     this.viewer.addPoints(layer, [{ p, color: UNKNOWN_ERROR }], { size }).renderOrder = -1; // below the point itself
   }
 
@@ -127,6 +127,7 @@ export class Scene {
     if (picks.length) this.viewer.addPoints("picked", picks.map((pick) => ({ p: pick.p, color: colour(pick) })), { size: 14 });
     this.viewer.addTargets("picked", picks.map(({ p }) => p), { picks }, { priority: 0, radius: REACH_PX });
     this.viewer.addLabels("picked", picks.map(({ p, row }) => ({ p, text: row.name })), { className: "of-point", priority: 1 });
+    this.select(this.selected);
     this.drawResiduals(points);
     this.colourSeams(u95_mm);
   }
@@ -145,9 +146,10 @@ export class Scene {
 
   /** Shows where a row of the table is. */
   select(row) {
+    this.selected = row;
     this.viewer.clear("selected");
-    const feature = row && this.featureNamed(row.feature);
-    if (feature) this.mark("selected", feature, 26);
+    const p = this.picks.find((pick) => pick.row === row)?.p ?? this.featureNamed(row?.feature)?.p_mm;
+    if (p) this.mark("selected", p, 26);
   }
 }
 

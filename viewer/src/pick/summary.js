@@ -58,6 +58,7 @@ export function seamTable(seams, tolerance, focus) {
       share.replaceChildren(...(errors.has(row) ? [bar(errors.get(row), tolerance)] : []));
     }
   };
+  if (!rows.length) return { element: el("p", { class: "none" }, "wpcal found no seam on this part."), show };
   return { element: table(columns, rows, { rowOf: ({ name }) => ({ "data-name": name }) }), show };
 }
 

@@ -123,7 +123,7 @@ export class Table {
       this.change(row, name, isPlace ? pointed(input.value) : input.value.trim());
     });
     input.addEventListener("blur", () => this.ended(row, name));
-    input.addEventListener("change", () => (input.value = row[name]));
+    input.addEventListener("change", () => this.settle(row, name));
     input.addEventListener("keydown", (event) => event.key === "Enter" && this.goOn(row, name));
     input.addEventListener("paste", (event) => this.pasteInto(event, row, isPlace || name === "name" || name === "feature"));
     return input;
@@ -133,6 +133,17 @@ export class Table {
     row[name] = text;
     this.fill(row, this.lines.get(row));
     this.callbacks.onChange();
+  }
+
+  /** A cell is done: it shows what is meant, and a row that the page named is called like its feature. */
+  settle(row, name) {
+    const drawn = this.lines.get(row);
+    if (!drawn) return; // taken away meanwhile
+    const feature = name === "feature" && this.byName.get(row.feature.toLowerCase());
+    const before = row.name;
+    if (feature) this.rows.take(row, feature);
+    drawn.inputs[name].value = row[name];
+    if (row.name !== before) this.change(row, name, row[name]);
   }
 
   /** The hand left a cell: what is no number now is a fault. */
