@@ -69,12 +69,13 @@ function linear(color) {
 
 /** Segments of paths {points, colors | color}, with colours made linear. */
 export function segmentsOfPaths(paths) {
-  const [positions, colors] = [[], []];
+  const [positions, colors, known] = [[], [], new Map()]; // thousands of points share some colours
+  const linearOf = (name) => known.get(name) ?? known.set(name, linear(name)).get(name);
   for (const { points, colors: own, color } of paths) {
-    const one = own ? null : linear(color);
+    const one = own ? null : linearOf(color);
     for (let i = 0; i + 1 < points.length; i += 1) {
       positions.push(...points[i], ...points[i + 1]);
-      colors.push(...(one ?? linear(own[i])), ...(one ?? linear(own[i + 1])));
+      colors.push(...(one ?? linearOf(own[i])), ...(one ?? linearOf(own[i + 1])));
     }
   }
   return { positions: new Float32Array(positions), colors: new Float32Array(colors) };

@@ -2,14 +2,13 @@
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 import { el } from "../dom.js";
 import { lookAtSeam } from "../report/scene.js";
-import { base64Of, latestOnly, post } from "../pick/link.js";
+import { contentOf, latestOnly, post } from "../pick/link.js";
 import { Rows } from "../pick/rows.js";
 import { Scene } from "../pick/scene.js";
 import { gauges, seamTable, stateOf } from "../pick/summary.js";
 import { Table } from "../pick/table.js";
 
 const PAUSE_MS = 120; // of the typing hand, before a fit is asked for
-const LARGEST_FILE_BYTES = 5_900_000; // the server takes 8 MB of base64
 const NOTHING = {};
 
 class Picker {
@@ -249,17 +248,6 @@ class Picker {
 
 function isTypedInto(element) {
   return element instanceof Element && element.matches("input[type=text]");
-}
-
-/** Name and bytes of a file for the server, or why they cannot be had. */
-async function contentOf(file) {
-  const wrong = (what) => ({ name: file.name, fault: { message: `${file.name}: ${what}` } });
-  if (file.size > LARGEST_FILE_BYTES) return wrong("is too large for a list of taught points");
-  try {
-    return { name: file.name, base64: await base64Of(file) };
-  } catch {
-    return wrong("cannot be read"); // a folder, or gone
-  }
 }
 
 async function main() {

@@ -16,6 +16,7 @@ const UNKNOWN_ERROR = "#c2410c";
 const CANDIDATE = "#8a94a0";
 const REACH_PX = 48; // the pointer finds the nearest feature within this
 const SEAM_REACH_PX = 7;
+const COLOUR_STEPS = 100; // up to the tolerance
 
 export class Scene {
   constructor(host, { features, seams, frames, part, tolerance, onPick }) {
@@ -103,7 +104,11 @@ export class Scene {
   }
 
   seamPaths() {
-    const colour = (mm) => colourOf(mm / this.tolerance);
+    const colours = new Map(); // a step of a hundredth is not seen; up, so that more than the tolerance is never less
+    const colour = (mm) => {
+      const step = Math.ceil((COLOUR_STEPS * mm) / this.tolerance);
+      return colours.get(step) ?? colours.set(step, colourOf(step / COLOUR_STEPS)).get(step);
+    };
     return this.accepted.map(({ row, p }) => (this.u95 ? { points: p, colors: this.u95[row].map(colour) } : { points: p, color: UNKNOWN_ERROR }));
   }
 
