@@ -260,7 +260,7 @@ class Viewer {
 
   /** Draws round points of a size in pixels: {p, color}. */
   addPoints(layer, points, { size = 11 } = {}) {
-    const marks = roundPoints(points, size); // three.js knows how many pixels of the screen that is
+    const marks = roundPoints(points, size, this.resolution); // three.js knows how many pixels of the screen that is
     this.layer(layer).add(marks);
     this.render();
     return marks;
