@@ -178,6 +178,31 @@ def test_answers_leave_caret_text_and_undo_alone(table: Any) -> None:
     assert x.input_value() == "812.29"
 
 
+def test_a_decimal_comma_becomes_a_point_when_the_hand_leaves(table: Any) -> None:
+    x = cell(table, "V2", "x_mm")
+    x.fill("")
+    table.page.keyboard.type("812,29")
+    assert "within" in state(table)
+    assert x.input_value() == "812,29"
+    x.press("Tab")
+    assert x.input_value() == "812.29"
+
+
+def test_a_row_that_comes_or_goes_leaves_the_others_as_they_are(table: Any) -> None:
+    """The browser's own undo of a cell lives as long as its element."""
+    y = cell(table, "V12", "y_mm")
+    y.focus()
+    table.page.keyboard.press("End")
+    table.page.keyboard.type("7")
+    table.wait("window.wpcal.idle")
+    text = b"name,x_mm,y_mm,z_mm\nV14,977.41,-127.90,172.75\n"
+    table.page.locator("#file").set_input_files({"name": "more.csv", "mimeType": "text/csv", "buffer": text})
+    table.wait("document.querySelectorAll('#points tbody tr').length === 7")
+    table.page.keyboard.press("Control+z")
+    table.wait("window.wpcal.idle")
+    assert y.input_value() == "-92.01"
+
+
 def test_reading_a_table_leaves_the_caret_where_it_is(table: Any) -> None:
     """Further columns build the table anew."""
     y = cell(table, "V12", "y_mm")
