@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cad.workpiece import Progress, Workpiece, find_seams, no_progress, open_workpiece
+from cad.workpiece import Progress, SeamChoice, Workpiece, find_seams, no_progress, open_workpiece
 from wpcal.advise import Advice, advise
 from wpcal.calibrate import Criterion
 from wpcal.core.errors import InputError
@@ -48,7 +48,12 @@ class AdviseOptions:
 
 
 def advise_points(
-    step: Any, *, options: AdviseOptions, seam_options: SeamOptions, progress: Progress = no_progress
+    step: Any,
+    *,
+    options: AdviseOptions,
+    seam_options: SeamOptions,
+    choice: SeamChoice | None = None,
+    progress: Progress = no_progress,
 ) -> Advice:
     """Choose the features of a part to teach.
 
@@ -57,6 +62,8 @@ def advise_points(
     step : path, build123d shape, or iterable of build123d shapes
     options : AdviseOptions
     seam_options : SeamOptions
+    choice : SeamChoice, optional
+        What a person decided about the seams.
     progress : callable, optional
 
     Returns
@@ -70,17 +77,22 @@ def advise_points(
         features that may be taught.
     """
     workpiece = open_workpiece(step, progress=progress)
-    return advise_workpiece(workpiece, options=options, seam_options=seam_options, progress=progress)
+    return advise_workpiece(workpiece, options=options, seam_options=seam_options, choice=choice, progress=progress)
 
 
 def advise_workpiece(
-    workpiece: Workpiece, *, options: AdviseOptions, seam_options: SeamOptions, progress: Progress = no_progress
+    workpiece: Workpiece,
+    *,
+    options: AdviseOptions,
+    seam_options: SeamOptions,
+    choice: SeamChoice | None = None,
+    progress: Progress = no_progress,
 ) -> Advice:
     """Choose the features to teach of a part that was read already; as `advise_points`."""
     have = [feature_named(workpiece.features, name) for name in options.have]
     excluded = {feature_named(workpiece.features, name).name for name in options.exclude}
     progress("finding seams")
-    found, workpiece = find_seams(workpiece, seam_options)
+    found, workpiece = find_seams(workpiece, seam_options, choice)
     seams = _seams_named(found, options.seams)
     progress("judging features")
     allowed = [

@@ -294,11 +294,20 @@ _COLOR_DIGITS = 4
 """The kernel keeps colours as float32 and linear; the way there and back moves the sixth digit."""
 
 
+def srgb(linear: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Return a linear colour as a file writes it (sRGB, 0…1)."""
+    return _srgb(Quantity_Color(*linear, Quantity_TypeOfColor.Quantity_TOC_RGB))
+
+
+def _srgb(color: KernelObject) -> tuple[float, float, float]:
+    r, g, b = (round(float(v), _COLOR_DIGITS) for v in color.Values(Quantity_TypeOfColor.Quantity_TOC_sRGB))
+    return r, g, b
+
+
 def label_color(label: KernelObject) -> tuple[float, float, float] | None:
     """Colour of a label as the file writes it (sRGB, 0…1): of its surface, else in general, else of its curve."""
     color = Quantity_Color()
     for kind in _COLOR_TYPES:
         if XCAFDoc_ColorTool.GetColor_s(label, kind, color):
-            r, g, b = (round(float(v), _COLOR_DIGITS) for v in color.Values(Quantity_TypeOfColor.Quantity_TOC_sRGB))
-            return r, g, b
+            return _srgb(color)
     return None

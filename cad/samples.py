@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from cad.append_colors import with_solid_colors
 from cad.convert import WrittenCalibration, calibrate_files
 from cad.workpiece import Progress, no_progress
 from wpcal.core.arrays import FloatArray
@@ -206,7 +207,7 @@ def taught_csv(names: tuple[str, ...], p_base: FloatArray, *, digits: int) -> st
 
 
 def step_text(members: list[Member], name: str, *, pcurves: bool = True) -> bytes:
-    """Return members as an assembly in a STEP file (AP214, mm) with names and colours.
+    """Return members as an assembly in a STEP file (AP214, mm) with names and colours: the same bytes in every run.
 
     `pcurves` says whether edges are also written as curves in the parameters of their faces, as this kernel does unless
     told otherwise; most CAD systems do not.
@@ -224,7 +225,7 @@ def step_text(members: list[Member], name: str, *, pcurves: bool = True) -> byte
         _fill(document, members, name)
         writer = STEPCAFControl_Writer()
         writer.SetNameMode(True)
-        writer.SetColorMode(True)
+        writer.SetColorMode(False)
         Interface_Static.SetIVal_s("write.surfacecurve.mode", int(pcurves))
         writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
         Interface_Static.SetIVal_s("write.surfacecurve.mode", 1)
@@ -232,26 +233,23 @@ def step_text(members: list[Member], name: str, *, pcurves: bool = True) -> byte
         writer.Write(str(path))
         text = path.read_bytes()
     header = rb"FILE_NAME('%s','%s',('wpcal'),('wpcal'),'','wpcal samples','');" % (name.encode(), FIXED_TIME.encode())
-    return re.sub(rb"FILE_NAME\(.*?\);", header, text, count=1, flags=re.DOTALL)
+    text = re.sub(rb"FILE_NAME\(.*?\);", header, text, count=1, flags=re.DOTALL)
+    return with_solid_colors(text, [kernel.srgb(rgb) for _, _, rgb in members], name=name)
 
 
 def _fill(document: Any, members: list[Member], name: str) -> None:
-    from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
     from OCP.TDataStd import TDataStd_Name
     from OCP.TopLoc import TopLoc_Location
-    from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
     from cad import kernel
 
     shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
-    colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
     top = shapes.NewShape()
     TDataStd_Name.Set_s(top, kernel.extended(name))
-    for member, shape, rgb in members:
+    for member, shape, _ in members:
         label = shapes.AddShape(shape, False)
         TDataStd_Name.Set_s(label, kernel.extended(member))
-        colour = Quantity_Color(*rgb, Quantity_TypeOfColor.Quantity_TOC_RGB)
-        colours.SetColor(label, colour, XCAFDoc_ColorType.XCAFDoc_ColorSurf)
         instance = shapes.AddComponent(top, label, TopLoc_Location())
         TDataStd_Name.Set_s(instance, kernel.extended(member))
     shapes.UpdateAssemblies()

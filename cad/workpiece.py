@@ -14,7 +14,7 @@ from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
-from wpcal.features import ReferenceFeature, Touchable, find_features, judge_features, usual_ease
+from wpcal.features import ReferenceFeature, Touchable, find_features, judge_features
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.bead import add_beads
 from wpcal.seam.edit import PlacedEdit, apply_edits
@@ -174,10 +174,6 @@ def find_seams(
     return apply_edits(graph, trimmed, seams, choice.edits, options), workpiece
 
 
-MOST_JUDGED = 5000
-"""Above so many features each has the ease of its kind: judging compares all corners with all faces (100 MB here)."""
-
-
 def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:
     """Return the reference features of a STEP file, those that are easiest to touch first."""
     return judge_workpiece(open_workpiece(step, progress=progress), progress=progress)
@@ -185,11 +181,8 @@ def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[Touc
 
 def judge_workpiece(workpiece: Workpiece, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:
     """Return the reference features of a workpiece, those that are easiest to touch first."""
-    if len(workpiece.features) > MOST_JUDGED:
-        judged = tuple(Touchable(feature, usual_ease(feature.kind)) for feature in workpiece.features)
-    else:
-        progress("judging features")
-        judged = judge_features(workpiece.graph, workpiece.features, trimmed=workpiece.trimmed)
+    progress("judging features")
+    judged = judge_features(workpiece.graph, workpiece.features, trimmed=workpiece.trimmed)
     return tuple(sorted(judged, key=lambda item: item.ease))
 
 

@@ -98,7 +98,7 @@ def picker_of_tee(folder: Path) -> str:
     table.write_text("\n".join([*lines[:-1], "H1,,,,yes", ""]), encoding="utf-8")
     part = read_pick_part(FIXTURES / "tee" / "tee.step", options=SeamOptions(), choice=SeamChoice())
     session = PickSession(part, folder / "saved.csv")
-    rows = session.read(table.read_bytes(), name=table.name)
+    rows, _ = session.read(table.read_bytes(), name=table.name)
     command = "wpcal calibrate tee.step taught.csv -o RESULT"
     page = build_pick_page(part, rows, session.options, saves_to=table.name, command=command)
     server = PickServer(session, page)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.options import POINT_LETTERS, seam_options, to_seam_options
+from cad.cli.options import POINT_LETTERS, marked_options, seam_options, to_seam_choice, to_seam_options
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -18,7 +18,12 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.option("--points", type=int, default=4, show_default=True, help="How many to teach, --have included.")
-@click.option("--seams", metavar="W1,W2", default="", help="Where the error counts.  [default: all that are reached]")
+@click.option(
+    "--seams",
+    metavar="W1,W2|FILE",
+    multiple=True,
+    help="Where the error counts (default: on all accepted seams), or a seams.json with edits.",
+)
 @click.option("--sigma-mm", type=float, default=0.3, show_default=True, help="Teaching error per axis.")
 @click.option(
     "--criterion",
@@ -32,6 +37,7 @@ if TYPE_CHECKING:
 @click.option("--near", metavar="X,Y,Z,R", help="Only features within R mm of this point of the part.")
 @click.option("--kind", type=click.Choice(POINT_LETTERS), multiple=True, help="Only these kinds.")
 @seam_options
+@marked_options
 @click.option("-o", "--out", metavar="TEMPLATE.csv", type=click.Path(path_type=Path), help="Taught file to fill in.")
 @click.option("--force", is_flag=True, help="Overwrite TEMPLATE.csv.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
@@ -46,14 +52,18 @@ def advise(*, part_step: Path, out: Path | None, force: bool, as_json: bool, **v
     from cad.cli.progress import shown_progress
     from wpcal.core.errors import InputError
 
-    chosen_seams = to_seam_options(values)
+    found_by = to_seam_options(values)
     options = _options(values)
+    files = [Path(word) for word in values["seams"] if word.endswith(".json")]
+    if len(files) > 1:
+        raise InputError(f"--seams: expected one file with edits, got {', '.join(map(str, files))}")
+    choice = to_seam_choice({**values, "seams_file": files[0] if files else None})
     if out is not None and out.exists() and not force:
         raise InputError(f"{out}: exists; give --force to overwrite it")
     with shown_progress() as progress:
         found: Advice = run_in_child(
             "cad.advise:advise_points",
-            {"step": part_step, "options": options, "seam_options": chosen_seams},
+            {"step": part_step, "options": options, "seam_options": found_by, "choice": choice},
             what=f"advising for {part_step}",
             progress=progress,
         )
@@ -78,7 +88,7 @@ def _options(values: dict[str, Any]) -> Any:
 
     return AdviseOptions(
         points=values["points"],
-        seams=_names(values["seams"]),
+        seams=_names(",".join(word for word in values["seams"] if not word.endswith(".json"))),
         sigma_mm=values["sigma_mm"],
         criterion=Criterion(values["criterion"]),
         have=_names(values["have"]),

@@ -85,8 +85,8 @@ def fit_options(command: Command) -> Command:
     return command
 
 
-def seam_choice_options(command: Command) -> Command:
-    """Add the options by which a person says what the seams are."""
+def marked_options(command: Command) -> Command:
+    """Add ``--marked`` and ``--edge``, by which a person says which edges are the seams."""
     for option in (
         click.option(
             "--edge",
@@ -102,17 +102,21 @@ def seam_choice_options(command: Command) -> Command:
             help="Edges and wires of this name or layer (* and ? stand for any letters) or colour (#rrggbb) are the "
             "seams, and no other is.",
         ),
-        click.option(
-            "--seams",
-            "seams_file",
-            metavar="FILE",
-            type=click.Path(path_type=Path),
-            help="A seams.json of this part in which seams have an object edit: accept, reject, reverse, name, "
-            "range_mm.",
-        ),
     ):
         command = option(command)
     return command
+
+
+def seam_choice_options(command: Command) -> Command:
+    """Add the options by which a person says what the seams are: `marked_options`, and edits of those found."""
+    edits = click.option(
+        "--seams",
+        "seams_file",
+        metavar="FILE",
+        type=click.Path(path_type=Path),
+        help="A seams.json of this part in which seams have an object edit: accept, reject, reverse, name, range_mm.",
+    )
+    return edits(marked_options(command))
 
 
 def to_calibrate_options(values: dict[str, Any]) -> tuple[CalibrateOptions, RigidTransform | None]:

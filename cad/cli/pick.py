@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cad.cli.options import fit_options, seam_choice_options, seam_options, to_calibrate_options
-from wpcal.cli.program_options import PROGRAM_VALUES, program_options, to_program_frames
+from wpcal.cli.program_options import PROGRAM_VALUES, program_options, to_program_reading
 
 if TYPE_CHECKING:
     from cad.pick.session import PickSession
@@ -64,7 +64,9 @@ def pick(
 
     command = calibrate_command(ctx, part_step, out)
     session, initial = open_session(part_step, taught, out, overwrite=force, values=values)
-    rows = Rows() if initial is None else session.read(initial, name=str(taught))
+    rows, left_out = (Rows(), ()) if initial is None else session.read(initial, name=str(taught))
+    for point in left_out:
+        click.echo(f"note: left out {point}", err=True)
     page = build_pick_page(session.part, rows, session.options, saves_to=str(out), command=command)
     server = PickServer(session, page, port=port)
     click.echo(f"The picker of {part_step.name} is at {server.url} until Ctrl-C")
@@ -85,7 +87,7 @@ def open_session(
     from wpcal.core.errors import InputError
 
     options, nominal = to_calibrate_options(values)
-    program = to_program_frames(values)
+    program = to_program_reading(values)
     if out.exists() and not overwrite:
         raise InputError(f"{out}: exists; give --force to overwrite it, or -o and another name")
     if not out.parent.is_dir():

@@ -87,6 +87,7 @@ class PickServer:
         config = uvicorn.Config(
             self._app,
             lifespan="off",
+            ws="none",
             access_log=False,
             log_level="error" if os.environ.get("WPCAL_DEBUG") else "critical",
             timeout_graceful_shutdown=SECONDS_TO_END,
@@ -124,10 +125,10 @@ class Guard:
         await (self._app if refusal is None else refusal)(scope, receive, send)
 
     def _refusal(self, request: Request) -> Response | None:
-        given = request.url.path.split("/")[1].encode("utf-8", "replace") if "/" in request.url.path else b""
+        first = str(request.scope["path"]).removeprefix("/").partition("/")[0].encode("utf-8", "replace")
         if request.headers.getlist("host") != [self._host]:
             return PlainTextResponse("not this server's address", 421, HEADERS)
-        if not secrets.compare_digest(given, self._token):
+        if not secrets.compare_digest(first, self._token):
             return PlainTextResponse("not found; the whole address stands in the terminal", 404, HEADERS)
         if request.method != "POST":
             return None
@@ -158,7 +159,8 @@ def build_app(session: PickSession, page: str, *, token: str) -> Starlette:
         return run
 
     def read(record: Any) -> dict[str, Any]:
-        return {"answer": session.read(**_file_of(record)).to_record()}
+        rows, left_out = session.read(**_file_of(record))
+        return {"answer": {**rows.to_record(), "left_out": left_out}}
 
     actions = {"fit": rows_action(session.fit), "save": rows_action(session.save), "read": read}
     routes = [Route(f"/{token}/{name}", _endpoint(action), methods=["POST"]) for name, action in actions.items()]
@@ -193,9 +195,12 @@ async def _json_of(request: Request) -> Any:
         if len(body) > LARGEST_BYTES:
             raise InputError(f"expected at most {LARGEST_BYTES // 1_000_000} MB")
     try:
-        return json.loads(body)
+        record = json.loads(body.decode("utf-8"))
+        if b"\\ud" in body.lower():  # half of a pair of surrogates is no character: no file and no answer can hold it
+            json.dumps(record, ensure_ascii=False).encode("utf-8")
     except (ValueError, RecursionError) as error:
-        raise InputError(f"is not JSON: {error}") from None
+        raise InputError(f"is not JSON of Unicode text: {error}") from None
+    return record
 
 
 def _file_of(record: Any) -> dict[str, Any]:

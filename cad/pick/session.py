@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,17 +20,19 @@ from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.records import write_file
 from wpcal.core.tables import parse_table
 from wpcal.core.transform import RigidTransform
+from wpcal.export.program_points import ProgramPoint
 from wpcal.export.taught_program import (
     is_program,
     names_as_features,
     parse_taught_program,
     parse_uframes,
+    program_points,
     taught_csv,
 )
 from wpcal.match.taught import TaughtPoints, taught_from_table
 
 if TYPE_CHECKING:
-    from wpcal.cli.program_options import ProgramFrames
+    from wpcal.cli.program_options import ProgramReading
 
 NO_FILE = ""
 """Rows in the page are in no file: messages about them begin with the row."""
@@ -49,8 +53,8 @@ class PickSession:
         Where `save` writes.
     options : CalibrateOptions
     T_nominal_part : RigidTransform or None
-    program : ProgramFrames or None
-        How coordinates of programs come into the base.
+    program : ProgramReading or None
+        Which points of programs, and how they come into the base.
     overwrite : bool
         Whether a file at `out` that was not saved here may be overwritten.
     """
@@ -59,7 +63,7 @@ class PickSession:
     out: Path
     options: CalibrateOptions = field(default_factory=CalibrateOptions)
     T_nominal_part: RigidTransform | None = None
-    program: ProgramFrames | None = None
+    program: ProgramReading | None = None
     overwrite: bool = False
     saved: bytes | None = None
     _busy: threading.Lock = field(default_factory=threading.Lock)
@@ -120,7 +124,7 @@ class PickSession:
         left_out = [name for i, name in enumerate(names) if i not in set(complete)]
         return {"file": str(self.out), "rows": len(complete), "left_out": left_out}
 
-    def read(self, raw: bytes, *, name: str, uframe: str = "") -> Rows:
+    def read(self, raw: bytes, *, name: str, uframe: str = "") -> tuple[Rows, tuple[str, ...]]:
         """Return the points of a table or a controller's program as rows.
 
         Parameters
@@ -132,6 +136,12 @@ class PickSession:
         uframe : str
             User frame of a program, as for the option ``--uframe``; empty where the options of the command hold.
 
+        Returns
+        -------
+        rows : Rows
+        left_out : tuple of str
+            Points of a program without coordinates, with the reason. They hold nothing that could be typed on.
+
         Raises
         ------
         InputError
@@ -139,18 +149,33 @@ class PickSession:
         """
         path = Path(name)
         if not is_program(path):
-            return read_rows(raw, path=name)
+            return read_rows(raw, path=name), ()
         program: dict[str, Any] = dict(self.program or {})
         if uframe:
             program["uframes"] = parse_uframes([uframe])
+        left_out: tuple[str, ...] = ()
+        if program.get("points") is None:
+            usable, left_out = _usable(program_points(raw, path), through_arm=program.get("arm") is not None)
+            program["points"] = usable or None
         taught = names_as_features(parse_taught_program(raw, path, **program), self.part.workpiece.features)
-        return read_rows(taught_csv(taught).encode("utf-8"), path=name)
+        return read_rows(taught_csv(taught).encode("utf-8"), path=name), left_out
 
     def _found(self) -> bytes | None:
         try:
             return self.out.read_bytes()
         except OSError:
             return None
+
+
+def _usable(points: Sequence[ProgramPoint], *, through_arm: bool) -> tuple[list[str], tuple[str, ...]]:
+    """Return the names of points that have coordinates, and what the others are."""
+    names = Counter(point.name for point in points)
+    faults = {
+        point.name: point.fault if names[point.name] == 1 else f"appears {names[point.name]} times"
+        for point in points
+        if names[point.name] > 1 or (point.fault and not (through_arm and point.joints is not None))
+    }
+    return [name for name in names if name not in faults], tuple(f"{name}: {why}" for name, why in faults.items())
 
 
 def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:

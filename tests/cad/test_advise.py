@@ -8,6 +8,7 @@ import subprocess
 import sys
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -117,6 +118,29 @@ def test_excluded_and_distant_features_are_not_advised() -> None:
 def test_what_cannot_be_advised(options: AdviseOptions, error: type[Exception], says: str) -> None:
     with pytest.raises(error, match=says):
         advise_points(FIXTURES / "tee" / "tee.step", options=options, seam_options=SeamOptions())
+
+
+def advised_by_command(*arguments: str | Path) -> dict[str, Any]:
+    command = [sys.executable, "-m", "wpcal", *map(str, arguments), "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    record: dict[str, Any] = json.loads(done.stdout)
+    return record
+
+
+def test_a_seam_that_a_person_chose_counts_as_if_it_were_named(tmp_path: Path) -> None:
+    tee = FIXTURES / "tee" / "tee.step"
+    named = advised_by_command("advise", tee, "--seams", "W2")
+    seams = advised_by_command("seams", tee)
+    for seam in seams["seams"]:
+        seam["edit"] = {"accept" if seam["name"] == "W2" else "reject": True}
+    edited = tmp_path / "edited.json"
+    edited.write_text(json.dumps(seams), encoding="utf-8")
+    (web,) = (seam for seam in seams["seams"] if seam["name"] == "W2")
+    middle = web["frames"][len(web["frames"]) // 2]["p_mm"]
+    assert advised_by_command("advise", tee, "--seams", edited)["chosen"] == named["chosen"]
+    picked = advised_by_command("advise", tee, "--edge", ",".join(map(str, middle)))
+    assert picked["chosen"]["error_95_mm"] == pytest.approx(named["chosen"]["error_95_mm"], rel=0, abs=SIMULATED_MM)
 
 
 def test_the_command_writes_a_file_to_fill_in(tmp_path: Path) -> None:

@@ -63,7 +63,11 @@ def test_a_defect_is_told_with_its_place(probe: str) -> None:
 
 
 def test_an_interrupt_ends_the_child(probe: str) -> None:
-    script = f"from cad.child import run_in_child\nrun_in_child('{probe}:hang', what='hanging')\n"
+    script = (
+        "import signal; from cad.child import run_in_child\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background job ignores interrupts
+        f"run_in_child('{probe}:hang', what='hanging')\n"
+    )
     parent = subprocess.Popen([sys.executable, "-c", script], stderr=subprocess.PIPE, text=True)
     children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
     if not children.parent.exists():

@@ -125,6 +125,14 @@ def test_nonsense_is_one_line(running: Running, name: str, body: Any) -> None:
     assert "internal error" not in answer["fault"]["message"]
 
 
+def test_half_a_character_is_refused_and_a_whole_one_taken(running: Running) -> None:
+    for text, said in (("\ud800", "is not JSON of Unicode text"), ("\U0001f600", "expected a number")):
+        row = ["V1", "1", text, "3", "V1", "yes"]
+        status, answer = running.post("fit", {"columns": list(NEW_COLUMNS), "rows": [row]})
+        assert status == 200
+        assert said in answer["fault"]["message"]
+
+
 def test_a_giant_is_not_read_to_its_end(running: Running) -> None:
     status, answer = running.post("read", {"name": "a.csv", "base64": "A" * (LARGEST_BYTES + 1)})
     assert (status, answer["fault"]["message"]) == (200, "expected at most 8 MB")

@@ -23,6 +23,7 @@ SHOWN_MM = 0.5 * 10.0**-ERROR_DIGITS + 1e-15
 """Predicted errors are rounded for the page."""
 FRAME = (500.0, 100.0, 50.0)
 KRL = """DEFDAT TEACH
+DECL E6AXIS HOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}
 DECL E6POS XV2={X 312.29,Y -340.62,Z 115.80,A 0.0,B 90.0,C 0.0,S 2,T 35}
 DECL FDAT FV2={TOOL_NO 1,BASE_NO 7,IPO_FRAME #BASE,POINT2[] " "}
 DECL E6POS XP9={X 244.70,Y -241.51,Z 118.15,A 0.0,B 90.0,C 0.0,S 2,T 35}
@@ -38,7 +39,7 @@ def part() -> PickPart:
 
 def opened(part: PickPart, out: Path, file: str = "taught.csv", **more: Any) -> tuple[PickSession, Rows]:
     session = PickSession(part, out, **more)
-    return session, session.read((TEE / file).read_bytes(), name=file)
+    return session, session.read((TEE / file).read_bytes(), name=file)[0]
 
 
 @pytest.mark.parametrize(
@@ -103,12 +104,14 @@ def test_a_program_in_a_frame_that_is_not_known_asks_for_it(part: PickPart, tmp_
     session = PickSession(part, tmp_path / "saved.csv")
     with pytest.raises(FormatError, match="--uframe"):
         session.read(KRL.encode(), name="TEACH.dat")
-    rows = session.read(KRL.encode(), name="TEACH.dat", uframe=",".join(map(str, (*FRAME, 0, 0, 0))))
+    rows, left_out = session.read(KRL.encode(), name="TEACH.dat", uframe=",".join(map(str, (*FRAME, 0, 0, 0))))
     cells = [dict(zip(rows.columns, row, strict=True)) for row in rows.cells]
     assert [(cell["name"], cell["feature"], float(cell["x_mm"])) for cell in cells] == [
         ("V2", "V2", 812.29),
         ("P9", "", 744.70),
     ]
+    (home,) = left_out
+    assert home.startswith("HOME: is stored as joint angles")
 
 
 def test_a_file_of_another_hand_is_not_overwritten(part: PickPart, tmp_path: Path) -> None:

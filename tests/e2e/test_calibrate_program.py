@@ -91,6 +91,19 @@ def test_a_frame_without_values_is_asked_for(tmp_path: Path, command: tuple[str,
     assert not (tmp_path / "out").exists()
 
 
+def test_a_program_with_a_home_position_is_read_by_naming_the_others(tmp_path: Path) -> None:
+    program = tmp_path / "teach.dat"
+    text = krl([row["name"] for row in taught_rows()], with_frame=True)
+    home = "DECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}"
+    program.write_text(text.replace("\n", f"\n{home}\n", 1))
+    done = run_wpcal("calibrate", TEE / "tee.step", program, "-o", tmp_path / "out")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "HOME: is stored as joint angles" in done.stderr
+    assert "name the points to read with --points" in done.stderr
+    names = ",".join(row["name"] for row in taught_rows())
+    assert_same(calibrated(program, tmp_path / "out", "--points", names), from_table(tmp_path))
+
+
 def test_options_for_programs_are_refused_with_a_table(tmp_path: Path) -> None:
     done = run_wpcal("calibrate", TEE / "tee.step", TEE / "taught.csv", "-o", tmp_path / "out", "--tool", "0,0,1")
     assert done.returncode == 2

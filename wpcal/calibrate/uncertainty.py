@@ -23,8 +23,7 @@ from wpcal.calibrate.least_squares import kabsch
 from wpcal.calibrate.tie_break import break_ties
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.errors import InputError
-from wpcal.core.rotations import cross_matrix
-from wpcal.core.tangent import point_jacobian
+from wpcal.core.tangent import point_jacobian, translation_adjoint
 
 COVERAGE = 0.95
 """Share of the errors that the predicted error is meant to hold."""
@@ -113,7 +112,7 @@ def isotropic_covariance(p_base: FloatArray, sigma_mm: float) -> FloatArray:
     about_centroid = np.zeros((6, 6))
     about_centroid[:3, :3] = np.linalg.inv(np.trace(moments) * np.eye(3) - moments)
     about_centroid[3:, 3:] = np.eye(3) / len(p_base)
-    to_origin = _from_centroid(p_base)
+    to_origin = translation_adjoint(p_base.mean(axis=0))
     return np.asarray(sigma_mm**2 * (to_origin @ about_centroid @ to_origin.T))
 
 
@@ -134,7 +133,7 @@ def weighted_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArr
     """
     J = point_jacobian(p_base - p_base.mean(axis=0))
     information = np.einsum("nik,nij,njl->kl", J, np.linalg.inv(covariances), J)
-    to_origin = _from_centroid(p_base)
+    to_origin = translation_adjoint(p_base.mean(axis=0))
     return np.asarray(to_origin @ np.linalg.inv(information) @ to_origin.T)
 
 
@@ -156,7 +155,7 @@ def propagated_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatA
         About the base's origin: rad², rad·mm, mm².
     """
     J = point_jacobian(p_base - p_base.mean(axis=0))
-    change = _from_centroid(p_base) @ np.linalg.inv(np.einsum("nik,nil->kl", J, J))
+    change = translation_adjoint(p_base.mean(axis=0)) @ np.linalg.inv(np.einsum("nik,nil->kl", J, J))
     return np.asarray(change @ np.einsum("nik,nij,njl->kl", J, covariances, J) @ change.T)
 
 
@@ -193,7 +192,7 @@ def minimax_covariance(p_base: FloatArray, sigma_mm: float, *, bounded: bool = F
     excess = further.T @ further
     if bounded:
         excess += first.T @ further + further.T @ first
-    to_origin = _from_centroid(used)
+    to_origin = translation_adjoint(used.mean(axis=0))
     return np.asarray(linear + to_origin @ (excess / len(further)) @ to_origin.T)
 
 
@@ -222,7 +221,7 @@ def unequal_minimax_covariance(p_base: FloatArray, covariances: FloatArray, *, s
     used, factors = p_base[rows], np.linalg.cholesky(covariances[rows])
     errors = np.einsum("nij,mnj->mni", factors, rng.standard_normal((EXCESS_SAMPLES, *used.shape)))
     total = np.add(*_simulated_motions(used - used.mean(axis=0), errors))
-    to_origin = _from_centroid(used)
+    to_origin = translation_adjoint(used.mean(axis=0))
     return np.asarray(to_origin @ (total.T @ total / len(total)) @ to_origin.T)
 
 
@@ -256,13 +255,6 @@ def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freed
     else:
         quantile = fdtri(m, degrees_of_freedom, COVERAGE)
     return frozen(np.sqrt(np.maximum(trace, 0.0) * quantile))
-
-
-def _from_centroid(p_base: FloatArray) -> FloatArray:
-    """Carry ξ about the centroid c to ξ about the origin: ω × (p - c) + v = ω × p + (v + c × ω)."""
-    change = np.eye(6)
-    change[3:, :3] = cross_matrix(p_base.mean(axis=0))
-    return change
 
 
 def _simulated_motions(p: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -14,24 +14,26 @@ if TYPE_CHECKING:
     from wpcal.match.taught import TaughtPoints
     from wpcal.robot.arm import Arm
 
-PROGRAM_VALUES = ("uframes", "tool", "robot")
+PROGRAM_VALUES = ("uframes", "tool", "robot", "points")
 """Arguments that `program_options` adds."""
 
 
-class ProgramFrames(TypedDict):
-    """Arguments of `wpcal.export.taught_program.read_taught_program` by which coordinates come into the base."""
+class ProgramReading(TypedDict):
+    """Arguments of `wpcal.export.taught_program.read_taught_program`: which points, and how they come into the base."""
 
     uframes: Mapping[str, str | Sequence[float]]
     tool: Sequence[float] | None
     arm: Arm | None
+    points: Sequence[str] | None
 
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 def program_options(command: Command) -> Command:
-    """Add ``--uframe``, ``--tool`` and ``--robot``."""
+    """Add ``--uframe``, ``--tool``, ``--robot`` and ``--points``."""
     for option in (
+        click.option("--points", metavar="P1,P2", help="Only these points of a program."),
         click.option(
             "--robot", metavar="ARM", help="Arm file, or the name of a shipped arm: for points stored as joint angles."
         ),
@@ -50,7 +52,7 @@ def program_options(command: Command) -> Command:
     return command
 
 
-def read_touched(path: Path, values: dict[str, Any], *, points: str | None = None) -> TaughtPoints:
+def read_touched(path: Path, values: dict[str, Any]) -> TaughtPoints:
     """Read taught points from a table or a program, taking the values of `program_options` out of `values`.
 
     Parameters
@@ -58,9 +60,7 @@ def read_touched(path: Path, values: dict[str, Any], *, points: str | None = Non
     path : Path
         A program is known by its suffix.
     values : dict
-        A command's arguments; ``uframes``, ``tool`` and ``robot`` are taken out.
-    points : str, optional
-        Names of points of a program, with commas between them: only these.
+        A command's arguments; `PROGRAM_VALUES` are taken out.
 
     Raises
     ------
@@ -71,17 +71,16 @@ def read_touched(path: Path, values: dict[str, Any], *, points: str | None = Non
     from wpcal.export.taught_program import is_program, read_taught_program
     from wpcal.match import read_taught
 
-    given = [f"--{name.rstrip('s')}" for name in PROGRAM_VALUES if values[name]]
-    program = to_program_frames(values)
+    given = [f"--{name.replace('uframes', 'uframe')}" for name in PROGRAM_VALUES if values[name]]
+    program = to_program_reading(values)
     if not is_program(path):
         if given:
             raise InputError(f"{path}: is no controller program: {', '.join(given)} cannot be used with it")
         return read_taught(path)
-    chosen = None if points is None else [name.strip() for name in points.split(",")]
-    return read_taught_program(path, **program, points=chosen)
+    return read_taught_program(path, **program)
 
 
-def to_program_frames(values: dict[str, Any]) -> ProgramFrames:
+def to_program_reading(values: dict[str, Any]) -> ProgramReading:
     """Take the values of `program_options` out of a command's arguments, as arguments of `read_taught_program`.
 
     Raises
@@ -92,11 +91,12 @@ def to_program_frames(values: dict[str, Any]) -> ProgramFrames:
     from wpcal.export.taught_program import parse_uframes
     from wpcal.robot.arm_file import find_arm
 
-    uframes, tool, robot = (values.pop(name) for name in PROGRAM_VALUES)
+    uframes, tool, robot, points = (values.pop(name) for name in PROGRAM_VALUES)
     return {
         "uframes": parse_uframes(uframes),
         "tool": None if tool is None else _numbers(tool),
         "arm": None if robot is None else find_arm(robot),
+        "points": None if points is None else [name.strip() for name in points.split(",")],
     }
 
 

@@ -14,14 +14,12 @@ from wpcal.cli.program_options import program_options, read_touched
 @click.argument("program", metavar="PROGRAM", type=click.Path(path_type=Path))
 @click.option("-o", "--out", metavar="TAUGHT.csv", type=click.Path(path_type=Path), help="[default: stdout]")
 @program_options
-@click.option("--points", metavar="P1,P2", help="Only these.")
 @click.option("--force", is_flag=True, help="Overwrite TAUGHT.csv.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
 def taught(
     *,
     program: Path,
     out: Path | None,
-    points: str | None,
     force: bool,
     as_json: bool,
     **values: Any,
@@ -35,7 +33,7 @@ def taught(
     from wpcal.export.taught_program import require_program, taught_csv
 
     require_program(program)
-    read = read_touched(program, values, points=points)
+    read = read_touched(program, values)
     if out is not None:
         write_file(out, taught_csv(read), overwrite=force)
     if as_json:

@@ -77,3 +77,31 @@ def point_jacobian(points: ArrayLike) -> FloatArray:
     J[:, :, :3] = -cross_matrix(p)
     J[:, :, 3:] = np.eye(3)
     return J
+
+
+def translation_adjoint(pivot: ArrayLike) -> FloatArray:
+    """Carry a small motion about a pivot c to the same motion about the origin: ``[[I, 0], [[c]×, I]]``.
+
+    ``omega × (p - c) + v = omega × p + (v + c × omega)``: the adjoint of the translation by c (Lynch and Park, Modern
+    Robotics, 2017, section 3.3.2, where the order of the six is the one used here).
+
+    Parameters
+    ----------
+    pivot : array_like, shape (3,)
+        In the target frame of T, mm.
+
+    Returns
+    -------
+    ndarray, shape (6, 6)
+        A covariance C about the pivot is ``A C Aᵀ`` about the origin.
+
+    Examples
+    --------
+    A turn about an axis along z at x = 100 mm carries the origin along -y:
+
+    >>> (translation_adjoint([100, 0, 0]) @ [0, 0, 0.01, 0, 0, 0]).tolist()
+    [0.0, 0.0, 0.01, 0.0, -1.0, 0.0]
+    """
+    adjoint = np.eye(6)
+    adjoint[3:, :3] = cross_matrix(pivot)
+    return adjoint

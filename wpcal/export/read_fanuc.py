@@ -28,6 +28,8 @@ GROUP_1 = re.compile(r"GP1\s*:(?P<body>.*?)(?=GP\d+\s*:|\Z)", re.DOTALL)
 FRAME = re.compile(r"\bUF\s*:\s*(\w+)")
 TOOL = re.compile(r"\bUT\s*:\s*(\w+)")
 COORDINATE = re.compile(r"\b([XYZWPR])\s*=\s*(\S+?)\s*(?:mm|deg)\b")
+REMOTE = re.compile(r"\bR[XYZ]\s*=")
+"""Of a position with a remote tool: the robot holds the part, and the coordinates say where it held it."""
 JOINT = re.compile(r"\bJ([1-6])\s*=\s*([-+.\d*]+)")
 
 
@@ -63,6 +65,8 @@ def _point(name: str, body: str, path: str, line: int) -> ProgramPoint:
     values = dict(COORDINATE.findall(group["body"]))
     if any("*" in value for value in values.values()):
         return unusable_point(name, line, "was never taught")
+    if REMOTE.search(group["body"]):
+        return unusable_point(name, line, "was taught with a remote tool (RX, RY, RZ), where the robot holds the part")
     missing = [key for key in "XYZWPR" if key not in values]
     if missing:
         raise FormatError(f"{name} lacks {', '.join(missing)}", path=path, line=line)

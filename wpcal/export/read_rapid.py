@@ -47,6 +47,10 @@ class _Uses:
     tools: set[str] = field(default_factory=set)
 
 
+_Target = RigidTransform | JointValues | str | None
+"""A pose, joint values (None where they are none), or why there is neither."""
+
+
 def read_rapid(text: str, path: str) -> ProgramPoints:
     """Read a module.
 
@@ -56,17 +60,17 @@ def read_rapid(text: str, path: str) -> ProgramPoints:
         When a value breaks the syntax or a quaternion is not of unit length.
     """
     plain = COMMENT_OR_STRING.sub(_blank, text)
-    targets: list[tuple[str, int, RigidTransform | JointValues | None]] = []
+    targets: list[tuple[str, int, _Target]] = []
     frames: dict[str, RigidTransform | None] = {}
     for match in DECLARATION.finditer(plain):
         line = plain.count("\n", 0, match.start()) + 1
         kind, name, value = match["type"].lower(), match["name"], _parse(match["value"], path, line)
-        if kind == "wobjdata":
-            frames[name] = _work_object(value, name, path, line)
-            continue
         for element, single in _elements(name, match["array"], value, path, line):
+            if kind == "wobjdata":
+                frames[element] = _work_object(single, element, path, line)
+                continue
             is_joint = kind == "jointtarget"
-            targets.append((element, line, _joints(single) if is_joint else _pose(single, element, path, line)))
+            targets.append((element, line, _joints(single) if is_joint else _robtarget(single, element, path, line)))
     uses = _find_uses(plain)
     points = tuple(_point(*target, uses.get(target[0].split("{")[0].lower(), _Uses()), frames) for target in targets)
     return ProgramPoints(points, {name: T for name, T in frames.items() if T is not None})
@@ -113,6 +117,14 @@ def _elements(name: str, array: str | None, value: Any, path: str, line: int) ->
     if not isinstance(value, list) or "," in array:
         raise FormatError(f"{name}: expected an array of one dimension", path=path, line=line)
     return [(f"{name}{{{index}}}", single) for index, single in enumerate(value, start=1)]
+
+
+def _robtarget(value: Any, name: str, path: str, line: int) -> RigidTransform | str:
+    """Return the pose, or what the target is instead."""
+    orientation = value[1] if isinstance(value, list) and len(value) > 1 else None
+    if isinstance(orientation, list) and orientation == [0.0] * 4:
+        return "was never taught: all four numbers of its orientation are 0"
+    return _pose(value, name, path, line)
 
 
 def _pose(value: Any, name: str, path: str, line: int) -> RigidTransform:
@@ -169,10 +181,12 @@ def _find_uses(plain: str) -> dict[str, _Uses]:
 def _point(
     name: str,
     line: int,
-    pose: RigidTransform | JointValues | None,
+    pose: _Target,
     uses: _Uses,
     frames: dict[str, RigidTransform | None],
 ) -> ProgramPoint:
+    if isinstance(pose, str):
+        return unusable_point(name, line, pose)
     if not isinstance(pose, RigidTransform):
         return unusable_point(name, line, "is a jointtarget; store it as a robtarget on the controller", pose)
     if len(uses.frames) > 1:

@@ -131,6 +131,23 @@ def parse_taught_program(
     )
 
 
+def program_points(raw: bytes, path: Path) -> tuple[ProgramPoint, ...]:
+    """Return all points that the bytes of a program hold, in the frames that it names, unusable ones as well.
+
+    Parameters
+    ----------
+    raw : bytes
+    path : Path
+        Its suffix tells the language; messages name it.
+
+    Raises
+    ------
+    FormatError
+        When it breaks its format.
+    """
+    return _language(path).read(raw.decode(ENCODING), str(path)).points
+
+
 def names_as_features(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> TaughtPoints:
     """Take the names of a program's points for features where the part has them, and leave the others to be found.
 
@@ -206,7 +223,7 @@ def _chosen(found: ProgramPoints, points: Sequence[str] | None, path: str) -> li
         raise FormatError("holds no stored positions", path=path)
     seen: dict[str, int] = {}
     for point in found.points:
-        if point.name in seen:
+        if point.name in seen and (points is None or point.name in points):
             what = f"the point {point.name!r} appears twice, first in line {seen[point.name]}"
             raise FormatError(what, path=path, line=point.line)
         seen[point.name] = point.line
@@ -244,6 +261,7 @@ def _in_base(
     if point.fault:
         what = f"point {point.name}: {point.fault}"
         what += "" if point.joints is None else "; or give the arm with --robot, and --tool"
+        what += "; or name the points to read with --points"
         raise FormatError(what, path=path, line=point.line)
     p = point.p_mm
     if point.at_flange:

@@ -13,7 +13,7 @@ from wpcal.features.reference import (
     features_record,
     point_named,
 )
-from wpcal.features.touchable import Ease, Touchable, judge_features, usual_ease
+from wpcal.features.touchable import Ease, Touchable, judge_features
 
 __all__ = [
     "POINT_KINDS",
@@ -30,5 +30,4 @@ __all__ = [
     "find_features",
     "judge_features",
     "point_named",
-    "usual_ease",
 ]

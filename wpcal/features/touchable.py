@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind
@@ -87,18 +89,17 @@ def judge_features(
     a boss's end or a slot with the part itself before it, is hidden.
     """
     trimmed = trimmed or TrimmedFaces.of(graph)
-    ease = np.array([usual_ease(feature.kind) for feature in features], dtype=np.int64)
+    ease = np.array([_usual_ease(feature.kind) for feature in features], dtype=np.int64)
     corners = [k for k, feature in enumerate(features) if feature.kind is FeatureKind.VERTEX]
     outward = [k for k, feature in enumerate(features) if feature.kind in LOOKING_OUT]
     p = np.array([feature.p_mm for feature in features]).reshape(-1, 3)
     if corners:
         vertex = _vertices(graph, [features[k] for k in corners])
-        meetings = [_Meeting.at(graph, int(v)) for v in vertex]
-        free = _is_sharp(graph, vertex) & np.array([meeting.is_convex for meeting in meetings])
+        meetings = _Meetings.at(graph, vertex)
+        free = _is_sharp(graph, vertex) & meetings.is_convex
         free &= ~_lies_on_another(graph, trimmed, vertex, meetings)
-        free &= ~_is_covered(graph, trimmed, p[corners], np.array([meeting.outward for meeting in meetings]))
-        smooth = np.array([not meeting.is_pointed for meeting in meetings])
-        ease[np.array(corners)[smooth]] = Ease.VAGUE
+        free &= ~_is_covered(graph, trimmed, p[corners], meetings.outward)
+        ease[np.array(corners)[~meetings.is_pointed]] = Ease.VAGUE
         ease[np.array(corners)[~free]] = Ease.HIDDEN
     if outward:
         out = np.array([features[k].direction for k in outward], dtype=np.float64)
@@ -106,7 +107,7 @@ def judge_features(
     return tuple(Touchable(feature, Ease(value)) for feature, value in zip(features, ease, strict=True))
 
 
-def usual_ease(kind: FeatureKind) -> Ease:
+def _usual_ease(kind: FeatureKind) -> Ease:
     """Return how well features of a kind can be touched where nothing is in the way."""
     if kind in (FeatureKind.VERTEX, FeatureKind.HOLE):
         return Ease.SHARP
@@ -117,10 +118,22 @@ def usual_ease(kind: FeatureKind) -> Ease:
 
 def _vertices(graph: BrepGraph, features: Sequence[ReferenceFeature]) -> IntArray:
     """The vertex of the graph that each corner is: at its place, on its solid."""
-    solid = np.array([graph.solid_names.index(f.solid) if f.solid in graph.solid_names else -1 for f in features])
-    off = np.array([np.abs(graph.vertex_p - f.p_mm).max(axis=1) for f in features])
-    off[graph.vertex_solid[None, :] != solid[:, None]] += SAME_MM
-    return np.asarray(off.argmin(axis=1), dtype=np.int64)
+    number = {name: k for k, name in enumerate(graph.solid_names)}
+    solid = np.array([number.get(feature.solid, -1) for feature in features])
+    p = np.array([feature.p_mm for feature in features])
+    row, vertex = _within(graph.vertex_p, p, 2 * SAME_MM)
+    off = np.abs(graph.vertex_p[vertex] - p[row]).max(axis=1)
+    off[graph.vertex_solid[vertex] != solid[row]] += SAME_MM
+    order = np.lexsort((vertex, off, row))
+    first = np.searchsorted(row[order], np.arange(len(features)))
+    return vertex[order][first]
+
+
+def _within(points: FloatArray, places: FloatArray, radius: float) -> tuple[IntArray, IntArray]:
+    """Return pairs of a place and a point within a distance of it, sorted by place, then point."""
+    near = cKDTree(places).query_ball_tree(cKDTree(points), radius)
+    row = np.repeat(np.arange(len(places)), [len(found) for found in near])
+    return row, np.array([number for found in near for number in sorted(found)], dtype=np.int64)
 
 
 def _is_sharp(graph: BrepGraph, vertex: IntArray) -> BoolArray:
@@ -131,69 +144,99 @@ def _is_sharp(graph: BrepGraph, vertex: IntArray) -> BoolArray:
     return np.asarray(~np.isin(vertex, at))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Meeting:
-    """The faces and edges that meet at a corner, those of other solids with a corner at the same place as well.
+@dataclass(frozen=True, eq=False)
+class _Meetings:
+    """The faces and edges that meet at each of n corners; those of other solids with a corner at its place as well.
 
     Parameters
     ----------
-    faces : ndarray of int, shape (f,)
+    count : int
+        n.
+    face_corner, faces : ndarray of int, shape (f,)
+        Sorted by corner; a face once at a corner.
     normals : ndarray, shape (f, 3)
-        Outward, at the corner.
+        Of these faces, outward, at the corner.
+    end_corner : ndarray of int, shape (e,)
+        Sorted.
     leaving : ndarray, shape (e, 3)
         Unit directions of the edges away from the corner.
     """
 
+    count: int
+    face_corner: IntArray
     faces: IntArray
     normals: FloatArray
+    end_corner: IntArray
     leaving: FloatArray
 
     @classmethod
-    def at(cls, graph: BrepGraph, vertex: int) -> _Meeting:
-        """Gather what meets at a vertex."""
-        here = np.linalg.norm(graph.vertex_p - graph.vertex_p[vertex], axis=1) <= CONTACT_MM
-        ends = (
-            here[graph.edge_vertices] & (graph.edge_vertices >= 0) & (graph.edge_kind != CurveKind.DEGENERATE)[:, None]
-        )
-        edge, end = np.nonzero(ends)
+    def at(cls, graph: BrepGraph, vertices: IntArray) -> _Meetings:
+        """Gather what meets at vertices."""
+        p = graph.vertex_p[vertices]
+        is_end = (graph.edge_vertices >= 0) & (graph.edge_kind != CurveKind.DEGENERATE)[:, None]
+        edge, end = np.nonzero(is_end)
+        at, near = _within(graph.vertex_p, p, CONTACT_MM)
+        pair, k = _joined(near, graph.edge_vertices[edge, end])
+        corner, edge, end = at[pair], edge[k], end[k]
         _, slope = evaluate_edges(graph, edge, graph.edge_range[edge, end])
         leaving = slope * np.where(end == 0, 1.0, -1.0)[:, None]
-        faces = np.unique(graph.coedge_face[np.isin(graph.coedge_edge, edge)])
-        normals = project_to_faces(graph, faces, np.tile(graph.vertex_p[vertex], (len(faces), 1))).normal
-        return cls(faces, normals, leaving / np.linalg.norm(leaving, axis=1, keepdims=True))
+        pair, coedge = _joined(edge, graph.coedge_edge)
+        face_corner, faces = np.unique(np.stack([corner[pair], graph.coedge_face[coedge]]), axis=1)
+        normals = project_to_faces(graph, faces, p[face_corner]).normal
+        unit = leaving / np.linalg.norm(leaving, axis=1, keepdims=True)
+        return cls(len(vertices), face_corner, faces, normals, corner, unit)
+
+    @cached_property
+    def is_free(self) -> BoolArray:
+        """Which of the faces have no other face against them."""
+        one, other = _joined(self.face_corner, self.face_corner)
+        against = np.einsum("ki,ki->k", self.normals[one], self.normals[other]) <= -OPPOSITE
+        return np.asarray(np.bincount(one[against], minlength=len(self.faces)) == 0)
 
     @property
-    def free(self) -> FloatArray:
-        """Normals of the faces that no other face lies against."""
-        return self.normals[(self.normals @ self.normals.T > -OPPOSITE).all(axis=1)]
+    def is_convex(self) -> BoolArray:
+        """Whether a face is free, and no edge rises above a free one."""
+        free = np.flatnonzero(self.is_free)
+        end, k = _joined(self.end_corner, self.face_corner[free])
+        rises = np.einsum("ki,ki->k", self.leaving[end], self.normals[free[k]]) > LEAST_TURN_SIN
+        convex = np.zeros(self.count, dtype=bool)
+        convex[self.face_corner[free]] = True
+        convex[self.end_corner[end[rises]]] = False
+        return convex
 
     @property
-    def is_convex(self) -> bool:
-        """Whether no edge rises above a free face."""
-        return len(self.free) > 0 and bool((self.leaving @ self.free.T <= LEAST_TURN_SIN).all())
-
-    @property
-    def is_pointed(self) -> bool:
+    def is_pointed(self) -> BoolArray:
         """Whether the faces' normals span space: a tip that is pressed against them stays where it is."""
-        return len(self.normals) >= 3 and bool(np.linalg.svd(self.normals, compute_uv=False)[-1] > LEAST_SPREAD)
+        squares = np.zeros((self.count, 3, 3))
+        np.add.at(squares, self.face_corner, self.normals[:, :, None] * self.normals[:, None, :])
+        least = np.linalg.eigvalsh(squares)[:, 0]  # the square of the normals' least singular value
+        return (np.bincount(self.face_corner, minlength=self.count) >= 3) & (least > LEAST_SPREAD**2)
 
     @property
     def outward(self) -> FloatArray:
         """Mean direction of the free faces' normals; zero where they cancel."""
-        total = self.free.sum(axis=0)
-        return np.asarray(total / max(float(np.linalg.norm(total)), SAME_MM))
+        total = np.zeros((self.count, 3))
+        np.add.at(total, self.face_corner[self.is_free], self.normals[self.is_free])
+        return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), SAME_MM))
 
 
-def _lies_on_another(
-    graph: BrepGraph, trimmed: TrimmedFaces, vertex: IntArray, meetings: Sequence[_Meeting]
-) -> BoolArray:
+def _joined(left: IntArray, right: IntArray) -> tuple[IntArray, IntArray]:
+    """Return all pairs of a row of `left` and a row of `right` that hold the same number, in the order of `left`."""
+    order = np.argsort(right, kind="stable")
+    first = np.searchsorted(right[order], left, side="left")
+    counts = np.searchsorted(right[order], left, side="right") - first
+    row = np.repeat(np.arange(len(left)), counts)
+    step = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return row, order[first[row] + step]
+
+
+def _lies_on_another(graph: BrepGraph, trimmed: TrimmedFaces, vertex: IntArray, meetings: _Meetings) -> BoolArray:
     """Tell which vertices lie on a face of another solid, or on its border, away from that solid's own corners."""
-    low, high = trimmed.face_box
     p = graph.vertex_p[vertex]
-    near = np.array(((p[:, None] >= low - CONTACT_MM) & (p[:, None] <= high + CONTACT_MM)).all(axis=2), dtype=bool)
-    for k, meeting in enumerate(meetings):
-        near[k, meeting.faces] = False
-    row, face = np.nonzero(near & (graph.face_solid != graph.vertex_solid[vertex][:, None]))
+    row, face = trimmed.box_tree.meeting(p - CONTACT_MM, p + CONTACT_MM)
+    own = np.isin(row * graph.face_count + face, meetings.face_corner * graph.face_count + meetings.faces)
+    other = ~own & (graph.face_solid[face] != graph.vertex_solid[vertex[row]])
+    row, face = row[other], face[other]
     foot = project_to_faces(graph, face, p[row])
     close = np.linalg.norm(foot.p - p[row], axis=1) <= CONTACT_MM
     row, face, uv = row[close], face[close], foot.uv[close]

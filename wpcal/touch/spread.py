@@ -22,7 +22,7 @@ from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.uncertainty import EXCESS_SAMPLES, TeachingError
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
-from wpcal.core.rotations import cross_matrix
+from wpcal.core.tangent import translation_adjoint
 from wpcal.touch.fit import Pose, fit_least_squares, scaled_jacobian
 from wpcal.touch.touches import Touches
 
@@ -74,7 +74,7 @@ def predict_spread(
         When nothing is stated and no residual is left to tell.
     """
     J, pivot, length = scaled_jacobian(touches, pose)
-    to_origin = _to_origin(pivot, length)
+    to_origin = translation_adjoint(pivot) / np.repeat([length, 1.0], 3)  # of (L ω, v)
     if touches.covariances is not None:
         scaled = _of_stated_errors(J, pose, touches.covariances, criterion, seed)
         return Spread(to_origin @ scaled @ to_origin.T, math.inf)
@@ -149,11 +149,3 @@ def _solve(J: FloatArray, seen: FloatArray, weights: FloatArray) -> FloatArray:
     information = np.einsum("mn,nik,nil->mkl", weights, J, J)
     gradient = np.einsum("mn,nik,mni->mk", weights, J, seen)
     return np.asarray(-np.linalg.solve(information, gradient[..., None])[..., 0])
-
-
-def _to_origin(pivot: FloatArray, length: float) -> FloatArray:
-    """From (L ω, v) about the pivot c to ξ about the origin: ω × (p - c) + v = ω × p + (v + c × ω)."""
-    change = np.eye(6)
-    change[:3, :3] /= length
-    change[3:, :3] = cross_matrix(pivot) / length
-    return change

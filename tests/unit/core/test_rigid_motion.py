@@ -9,7 +9,7 @@ from wpcal.core.rotations import (
     rotation_from_zyx,
     zyx_from_rotation,
 )
-from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian
+from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian, translation_adjoint
 
 ROUND_OFF = 1e-12  # products of a few unit-sized float64 matrices
 ROUND_OFF_MM = 1e-9  # the same on coordinates of some metres
@@ -56,6 +56,32 @@ def test_the_jacobian_is_the_slope_of_a_left_perturbation():
     p, xi, h = np.array([[300.0, -200.0, 900.0]]), np.array([0.3, -0.2, 0.1, 1.0, 2.0, -1.0]), 1e-6
     moved = p @ exp_rotation(h * xi[:3]).T + h * xi[3:]
     assert np.allclose((moved - p) / h, point_jacobian(p)[0] @ xi, rtol=0, atol=1e-3)
+
+
+def twist_matrix(xi):
+    """Slope at zero of the motion as a 4 × 4 matrix."""
+    return np.block([[cross_matrix(xi[:3]), xi[3:, None]], [np.zeros((1, 4))]])
+
+
+def test_a_motion_about_a_pivot_is_the_motion_about_the_origin_that_the_adjoint_gives():
+    pivot, xi = np.array([812.0, -240.0, 155.0]), np.array([0.3, -0.2, 0.1, 1.0, 2.0, -1.0])
+    T = RigidTransform(np.eye(3), pivot, "base", "pivot").matrix
+    expected = T @ twist_matrix(xi) @ np.linalg.inv(T)
+    assert np.allclose(twist_matrix(translation_adjoint(pivot) @ xi), expected, rtol=0, atol=ROUND_OFF_MM)
+    points = np.random.default_rng(2).uniform(-1000, 1000, (5, 3))
+    about_pivot, about_origin = point_jacobian(points - pivot), point_jacobian(points)
+    assert np.allclose(about_origin @ translation_adjoint(pivot), about_pivot, rtol=0, atol=ROUND_OFF_MM)
+
+
+def test_a_covariance_carried_to_another_pivot_and_back_is_the_same():
+    rng = np.random.default_rng(3)
+    root = rng.standard_normal((6, 6))
+    a, b = rng.uniform(-1, 1, (2, 3))  # m and rad: all entries of one size
+    there, back = translation_adjoint(a), translation_adjoint(-a)
+    carried = there @ (root @ root.T) @ there.T
+    assert np.allclose(back @ carried @ back.T, root @ root.T, rtol=0, atol=ROUND_OFF)
+    assert not np.allclose(carried, root @ root.T, rtol=0, atol=0.1)
+    assert np.allclose(translation_adjoint(b) @ there, translation_adjoint(a + b), rtol=0, atol=ROUND_OFF)
 
 
 def test_cross_matrix_is_the_cross_product():

@@ -166,6 +166,7 @@ def test_points_taught_with_tool0_need_the_tool(tmp_path):
     ("old", "new", "message"),
     [
         ("[1,0,0,0],[0,0,0,0]", "[1,1,0,0],[0,0,0,0]", "length 1.414"),
+        ("[1,0,0,0],[0,0,0,0]", "[0,0,0,0],[0,0,0,0]", "was never taught"),
         ("[[1,2,3]", "[[1,2]", "expected .x,y,z."),
         ("[[1,2,3]", "[[1,2,x]", "expected a number, got 'x'"),
         ("[FALSE,", "[TRUE,", "which the robot or another unit carries"),
@@ -176,6 +177,18 @@ def test_points_taught_with_tool0_need_the_tool(tmp_path):
 def test_bad_modules_are_refused_with_the_line(tmp_path, old, new, message):
     with pytest.raises(FormatError, match=rf"taught\.mod, line \d+: .*{message}"):
         taught(tmp_path, TAUGHT.replace(old, new))
+
+
+def test_what_is_not_asked_for_does_no_harm(tmp_path):
+    """A local variable of a name that appears twice, a target that was never taught, and an array of work objects."""
+    unset = "VAR robtarget r:=[[0,0,0],[0,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    stands = 'PERS wobjdata stand{2}:=[[FALSE,TRUE,"",[[1,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]],'
+    stands += '[FALSE,TRUE,"",[[2,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]]];'
+    text = TAUGHT.replace("ENDMODULE", f"{unset}\n{unset}\n{stands}\nENDMODULE")
+    expected = taught(tmp_path, TAUGHT)
+    np.testing.assert_array_equal(taught(tmp_path, text, points=["P1", "P2"]).p_base, expected.p_base)
+    with pytest.raises(FormatError, match="the point 'r' appears twice"):
+        taught(tmp_path, text)
 
 
 def test_our_own_module_is_read_as_taught_points(tmp_path, make_program):

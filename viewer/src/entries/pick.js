@@ -10,6 +10,7 @@ import { Table } from "../pick/table.js";
 
 const PAUSE_MS = 120; // of the typing hand, before a fit is asked for
 const NOTHING = {};
+const MOST_NAMED = 6; // points that a program has no coordinates of
 
 class Picker {
   constructor(root, { data, features, frames, part }) {
@@ -224,7 +225,10 @@ class Picker {
     ].filter(([count]) => count);
     const what = parts.map(([count, word]) => `${count} ${word}`).join(", ") || "all in the table already";
     const { length } = answer.rows;
-    return { text: `${file.name}: ${length} point${length === 1 ? "" : "s"}, ${what}.`, isChange: parts.length > 0 };
+    const leftOut = answer.left_out ?? [];
+    const more = leftOut.length > MOST_NAMED ? `; and ${leftOut.length - MOST_NAMED} more` : "";
+    const without = leftOut.length ? ` Left out: ${leftOut.slice(0, MOST_NAMED).join("; ")}${more}.` : "";
+    return { text: `${file.name}: ${length} point${length === 1 ? "" : "s"}, ${what}.${without}`, isChange: parts.length > 0 };
   }
 
   askForFrame(file) {
