@@ -9,13 +9,13 @@ export class Labels {
     this.hidden = new Set();
   }
 
-  add(layer, labels, className) {
+  add(layer, labels, className, priority) {
     for (const { p, text } of labels) {
       const element = document.createElement("span");
       element.className = `label ${className}`.trim();
       element.textContent = text;
       this.overlay.append(element);
-      this.items.push({ layer, p: new Vector3(...p), element, behind: false });
+      this.items.push({ layer, p: new Vector3(...p), element, priority, behind: false });
     }
   }
 
@@ -54,10 +54,10 @@ export class Labels {
     }
   }
 
-  /** Moves every label; where two would lie on each other the later one is not shown. */
+  /** Moves every label; where two would lie on each other that of lower priority, or the later one, is not shown. */
   place() {
     const taken = [];
-    for (const item of [...this.items].sort((a, b) => a.behind - b.behind)) {
+    for (const item of [...this.items].sort((a, b) => a.behind - b.behind || b.priority - a.priority)) {
       const { layer, element } = item;
       const { x, y, inside } = this.viewer.project(this.placeOf(item));
       const width = 7 * element.textContent.length + 6; // measuring each would cost a layout of the page

@@ -5,24 +5,25 @@ import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
 
-const LIFT_PX = 6; // towards the eye: a line of 5 px in a right corner shows whole
-const REFERENCE_HEIGHT_PX = 800; // of a usual view; the lift need not be exact
+const LINE_LIFT_PX = 6; // towards the eye: a line of 5 px in a right corner shows whole
+const POINT_LIFT_PX = 10; // before the lines that end there, and as much as `depth.js` forgives: what shows can be taken
 
 /** GLSL that moves the depth of gl_Position towards the eye by some pixels' worth and leaves its place alone. */
-const LIFT = `
+const lifting = (px) => `
   {
     float eyeZ = -gl_Position.w;
-    float pixel = 2.0 * gl_Position.w / (projectionMatrix[1][1] * ${REFERENCE_HEIGHT_PX.toFixed(1)});
-    float lifted = eyeZ + ${LIFT_PX.toFixed(1)} * pixel;
+    float pixel = 2.0 * gl_Position.w / (projectionMatrix[1][1] * viewSize.y);
+    float lifted = eyeZ + ${px.toFixed(1)} * pixel;
     gl_Position.z = (projectionMatrix[2][2] * lifted + projectionMatrix[3][2]) / -lifted * gl_Position.w;
   }
 `;
 
-function lift(material, after) {
+function lift(material, after, px, resolution) {
   material.onBeforeCompile = (shader) => {
-    const lifted = shader.vertexShader.replace(after, (line) => `${line}\n${LIFT}`);
+    const lifted = shader.vertexShader.replace(after, (line) => `${line}\n${lifting(px)}`);
     if (lifted === shader.vertexShader) throw new Error(`three.js has no '${after}' in this shader any more`);
-    shader.vertexShader = lifted;
+    shader.uniforms.viewSize = { value: resolution };
+    shader.vertexShader = `uniform vec2 viewSize;\n${lifted}`;
   };
 }
 
@@ -34,20 +35,20 @@ export function fatLines(positions, colors, { width, opacity, dashed, resolution
   const material = new LineMaterial({ vertexColors: true, linewidth: width, transparent: opacity < 1, opacity, dashed });
   material.uniforms.resolution.value = resolution;
   if (dashed) Object.assign(material, { dashSize: 4, gapSize: 3 });
-  lift(material, "gl_Position = clip;");
+  lift(material, "gl_Position = clip;", LINE_LIFT_PX, resolution);
   const lines = new LineSegments2(geometry, material);
   if (dashed) lines.computeLineDistances();
   lines.onBeforeRender = () => {}; // the resolution is shared; the class would set it from the renderer's viewport
   return lines;
 }
 
-/** Points as discs with a light rim. */
-export function roundPoints(points, sizePx) {
+/** Points as discs with a light rim; `resolution` as for lines. */
+export function roundPoints(points, sizePx, resolution) {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(new Float32Array(points.flatMap(({ p }) => p)), 3));
   geometry.setAttribute("color", new BufferAttribute(new Float32Array(points.flatMap(({ color }) => linear(color))), 3));
   const material = new PointsMaterial({ size: sizePx, sizeAttenuation: false, vertexColors: true });
-  lift(material, "#include <project_vertex>");
+  lift(material, "#include <project_vertex>", POINT_LIFT_PX, resolution);
   const lifted = material.onBeforeCompile;
   material.onBeforeCompile = (shader) => {
     lifted(shader);
@@ -68,12 +69,13 @@ function linear(color) {
 
 /** Segments of paths {points, colors | color}, with colours made linear. */
 export function segmentsOfPaths(paths) {
-  const [positions, colors] = [[], []];
+  const [positions, colors, known] = [[], [], new Map()]; // thousands of points share some colours
+  const linearOf = (name) => known.get(name) ?? known.set(name, linear(name)).get(name);
   for (const { points, colors: own, color } of paths) {
-    const one = own ? null : linear(color);
+    const one = own ? null : linearOf(color);
     for (let i = 0; i + 1 < points.length; i += 1) {
       positions.push(...points[i], ...points[i + 1]);
-      colors.push(...(one ?? linear(own[i])), ...(one ?? linear(own[i + 1])));
+      colors.push(...(one ?? linearOf(own[i])), ...(one ?? linearOf(own[i + 1])));
     }
   }
   return { positions: new Float32Array(positions), colors: new Float32Array(colors) };

@@ -30,7 +30,8 @@ export class Targets {
       return [event.clientX - box.left, event.clientY - box.top];
     };
     canvas.addEventListener("pointerdown", (event) => (pressed = placeOf(event)));
-    canvas.addEventListener("pointerup", (event) => {
+    // Not pointerup: after a tap the browser would still move the focus to the canvas, and two fingers are no click.
+    canvas.addEventListener("click", (event) => {
       const [x, y] = placeOf(event);
       const isClick = pressed && Math.hypot(x - pressed[0], y - pressed[1]) < CLICK_PX;
       pressed = null;

@@ -137,6 +137,7 @@ class Viewer {
   show(name, visible = true) {
     this.layer(name).visible = visible;
     this.labels?.show(name, visible);
+    this.depth.outdate();
     this.render();
   }
 
@@ -148,6 +149,7 @@ class Viewer {
   move(name, T) {
     this.layer(name).matrix.copy(matrixOf(T));
     this.layer(name).updateMatrixWorld(true);
+    this.depth.outdate();
     this.render();
   }
 
@@ -155,6 +157,7 @@ class Viewer {
   clear(name) {
     const group = this.layer(name);
     group.traverse((object) => {
+      if (object.layers.isEnabled(OCCLUDERS)) this.depth.outdate();
       object.geometry?.dispose();
       object.material?.dispose();
     });
@@ -191,6 +194,7 @@ class Viewer {
     const setOpacity = (opacity) => {
       Object.assign(material, { opacity, transparent: opacity < 1, depthWrite: opacity === 1, needsUpdate: true });
       mesh.layers[opacity < 1 ? "disable" : "enable"](OCCLUDERS);
+      this.depth.outdate();
       this.render();
     };
     return { solids: part.solids, setOpacity };
@@ -214,6 +218,7 @@ class Viewer {
     const mesh = new Mesh(geometry, material);
     if (opacity === 1) mesh.layers.enable(OCCLUDERS);
     this.layer(layer).add(mesh);
+    this.depth.outdate();
     this.render();
     return mesh;
   }
@@ -226,6 +231,12 @@ class Viewer {
   addPaths(layer, paths, { width = 4, opacity = 1, dashed = false } = {}) {
     const { positions, colors } = segmentsOfPaths(paths);
     return this.addSegments(layer, positions, colors, { width, opacity, dashed });
+  }
+
+  /** Gives lines that `addPaths` returned other colours; `paths` are the same, in the same order. */
+  recolour(lines, paths) {
+    lines.geometry.setColors(segmentsOfPaths(paths).colors);
+    this.render();
   }
 
   /** Draws segments: six numbers each in `positions` (mm) and in `colors` (linear RGB, 0…1). */
@@ -249,15 +260,15 @@ class Viewer {
 
   /** Draws round points of a size in pixels: {p, color}. */
   addPoints(layer, points, { size = 11 } = {}) {
-    const marks = roundPoints(points, size * this.renderer.getPixelRatio());
+    const marks = roundPoints(points, size, this.resolution); // three.js knows how many pixels of the screen that is
     this.layer(layer).add(marks);
     this.render();
     return marks;
   }
 
   /** Writes texts beside places: {p, text}. They are text, whatever they contain. */
-  addLabels(layer, labels, { className = "" } = {}) {
-    this.labels?.add(layer, labels, className);
+  addLabels(layer, labels, { className = "", priority = 0 } = {}) {
+    this.labels?.add(layer, labels, className, priority);
     this.render();
   }
 
@@ -382,8 +393,15 @@ class Viewer {
     this.camera.updateMatrixWorld();
     this.renderer.render(this.scene, this.camera);
     this.labels?.place();
-    this.depth.outdate();
+    this.outdateDepth();
     clearTimeout(this.resting);
     this.resting = setTimeout(() => this.labels?.sort(), REST_MS);
+  }
+  /** Another mark or colour hides nothing: while the camera stands, what is hidden stays. */
+  outdateDepth() {
+    const { projectionMatrix, matrixWorld } = this.camera;
+    const seen = [...projectionMatrix.elements, ...matrixWorld.elements, this.width, this.height].join();
+    if (seen !== this.seen) this.depth.outdate();
+    this.seen = seen;
   }
 }

@@ -2,7 +2,7 @@
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 import { el } from "../dom.js";
 import { lookAtSeam } from "../report/scene.js";
-import { base64Of, latestOnly, post } from "../pick/link.js";
+import { contentOf, latestOnly, post } from "../pick/link.js";
 import { Rows } from "../pick/rows.js";
 import { Scene } from "../pick/scene.js";
 import { gauges, seamTable, stateOf } from "../pick/summary.js";
@@ -10,21 +10,24 @@ import { Table } from "../pick/table.js";
 
 const PAUSE_MS = 120; // of the typing hand, before a fit is asked for
 const NOTHING = {};
+const MOST_NAMED = 6; // points that a program has no coordinates of
 
 class Picker {
   constructor(root, { data, features, frames, part }) {
     Object.assign(this, { data, root, answered: { answer: null, fault: null }, version: 0, savedVersion: 0 });
+    Object.assign(this, { reading: Promise.resolve(), readings: 0, undo: null });
     this.rows = new Rows(data.table);
     this.fitting = latestOnly(() => this.fit(), PAUSE_MS);
     this.table = new Table(this.rows, features, {
       onChange: () => this.change(),
       onSelect: (row) => this.scene?.select(row),
-      onTable: (text) => this.take({ name: "pasted.csv", base64: base64OfText(text) }),
+      onTable: (text) => this.read([new File([text], "pasted.csv")]),
+      onUndoable: (text, before, kind) => this.offerUndo(text, before, kind),
+      onEmpty: () => this.addButton.focus(),
     });
     this.build();
     const onPick = (feature) => this.table.pick(feature);
     this.scene = new Scene(this.view, { features, frames, part, seams: data.seams, tolerance: data.tolerance_mm, onPick });
-    this.focus = (row) => lookAtSeam(this.scene.viewer, frames[row]);
     this.listen();
     this.show();
     if (this.rows.rows.length) this.fitting.ask();
@@ -39,16 +42,17 @@ class Picker {
     this.gauges = el("div", { class: "gauges" });
     this.saveButton = el("button", { type: "button", id: "save", class: "main" }, `Save ${data.saves_to}`);
     this.saveState = el("p", { id: "save-state", role: "status" });
-    this.file = el("input", { type: "file", id: "file", hidden: true });
+    this.file = el("input", { type: "file", id: "file", multiple: true, hidden: true });
     this.frame = el("form", { id: "frame", hidden: true });
-    this.seams = el("div", {});
+    this.seams = seamTable(data.seams, data.tolerance_mm, (row) => lookAtSeam(this.scene.viewer, this.scene.frames[row]));
     this.notes = el("ul", {});
     const button = (id, text, onclick) => el("button", { type: "button", id, onclick }, text);
+    this.addButton = button("add", "Add a point", () => this.table.addNameless());
     const buttons = el(
       "div",
       { class: "buttons" },
       this.saveButton,
-      button("add", "Add a point", () => this.table.addNameless()),
+      this.addButton,
       button("open", "Open a file …", () => this.file.click()),
       button("copy", "Copy the table", () => this.copy()),
       this.file,
@@ -56,23 +60,50 @@ class Picker {
     const head = el("header", {}, el("h1", {}, data.file), this.state, this.gauges);
     const points = el("section", { id: "points" }, this.table.element, buttons, this.frame, this.saveState);
     this.notesSection = el("section", { id: "notes" }, this.notes);
-    this.root.append(this.view, el("div", { id: "side" }, head, points, el("section", { id: "seams" }, this.seams), this.notesSection));
+    this.root.append(this.view, el("div", { id: "side" }, head, points, el("section", { id: "seams" }, this.seams.element), this.notesSection));
   }
 
   listen() {
     this.saveButton.addEventListener("click", () => this.save());
-    this.file.addEventListener("change", () => this.readFile(this.file.files[0]));
-    this.frame.addEventListener("submit", (event) => event.preventDefault());
-    addEventListener("dragover", (event) => event.preventDefault());
-    addEventListener("drop", (event) => {
-      event.preventDefault();
-      this.readFile(event.dataTransfer.files[0]);
+    this.file.addEventListener("change", () => {
+      this.read([...this.file.files]);
+      this.file.value = ""; // so that the same file can be opened again
     });
+    this.frame.addEventListener("submit", (event) => event.preventDefault());
+    this.listenToDrops();
     addEventListener("beforeunload", (event) => this.isUnsaved && event.preventDefault());
+    addEventListener("paste", (event) => {
+      if (event.defaultPrevented || isTypedInto(event.target)) return;
+      event.preventDefault(); // the caret comes into a cell, and the browser would paste there once more
+      const text = event.clipboardData.getData("text");
+      if (text.trim() && !this.table.paste(text)) this.say("what was pasted is no table and holds no positions", "wrong");
+    });
     addEventListener("keydown", (event) => {
-      if (!(event.ctrlKey || event.metaKey) || event.key !== "s") return;
+      if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
+      const key = event.key.toLowerCase();
+      const isUndo = key === "z" && this.undo && !isTypedInto(event.target);
+      if (key !== "s" && !isUndo) return;
       event.preventDefault();
-      this.save();
+      if (isUndo) this.undo();
+      else if (!event.repeat) this.save();
+    });
+  }
+
+  /** Files may be dropped anywhere; what else is dragged goes where the browser puts it. */
+  listenToDrops() {
+    const mark = (isOver) => this.root.classList.toggle("dropping", isOver);
+    const hasFiles = ({ dataTransfer }) => dataTransfer.types.includes("Files");
+    addEventListener("dragover", (event) => {
+      if (!hasFiles(event)) return;
+      event.preventDefault();
+      mark(true);
+    });
+    addEventListener("dragleave", (event) => event.relatedTarget || mark(false));
+    addEventListener("drop", (event) => {
+      mark(false);
+      if (!hasFiles(event)) return;
+      event.preventDefault();
+      this.read([...event.dataTransfer.files]);
     });
   }
 
@@ -81,7 +112,7 @@ class Picker {
   }
 
   get isIdle() {
-    return this.fitting.isIdle;
+    return this.fitting.isIdle && this.readings === 0;
   }
 
   // What happens ------------------------------------------------------------------------------------------------------
@@ -89,14 +120,14 @@ class Picker {
   change() {
     this.version += 1;
     this.root.classList.add("stale");
-    this.saveState.textContent = "";
+    this.say("");
     this.fitting.ask();
   }
 
   async fit() {
     const { version } = this;
     const isEmpty = !this.rows.rows.some((row) => !this.rows.isWaiting(row));
-    const { answer = null, fault = null } = isEmpty ? NOTHING : await post("fit", this.rows.toRecord());
+    const { answer = null, fault = null } = isEmpty ? NOTHING : await post("fit", this.rows.toFit());
     if (version !== this.version) return; // typed on meanwhile: the next answer is on its way
     this.answered = { answer, fault };
     this.show();
@@ -106,12 +137,12 @@ class Picker {
     const { answer, fault } = this.answered;
     const { data } = this;
     this.root.classList.remove("stale");
-    const state = stateOf(this.rows, this.answered);
+    const state = stateOf(this.rows, this.answered, data.seams);
     Object.assign(this.state, { textContent: state.text, className: state.kind });
     this.gauges.replaceChildren(...gauges(answer, data.seams));
-    this.table.show({ ...(answer ?? NOTHING), tolerance: data.tolerance_mm, fault: fault?.row ?? null });
+    this.table.show({ ...(answer ?? NOTHING), tolerance: data.tolerance_mm, fault });
     this.scene.show(this.rows, answer ?? NOTHING);
-    this.seams.replaceChildren(seamTable(answer, data.seams, data.tolerance_mm, (row) => this.focus(row)));
+    this.seams.show(answer);
     const notes = [...(answer?.notes ?? []), ...data.notes];
     this.notes.replaceChildren(...notes.map((text) => el("li", {}, text)));
     this.notesSection.hidden = !notes.length;
@@ -120,64 +151,107 @@ class Picker {
   async save() {
     const { version } = this;
     const { answer, fault } = await post("save", this.rows.toRecord());
-    this.saveState.className = fault ? "wrong" : "";
-    if (fault) {
-      this.saveState.textContent = `not saved: ${fault.message}`;
-      return;
-    }
+    if (fault) return this.say(`not saved: ${fault.message}`, "wrong");
     this.savedVersion = version;
     const left = answer.left_out.length ? ` Not in it, for want of coordinates: ${answer.left_out.join(", ")}.` : "";
-    const said = `saved ${answer.rows} row${answer.rows === 1 ? "" : "s"} to ${answer.file}.${left} Now: `;
-    this.saveState.replaceChildren(said, el("code", {}, this.data.command));
+    const later = version === this.version ? "" : " What was typed since then is not in it.";
+    const said = `saved ${answer.rows} row${answer.rows === 1 ? "" : "s"} to ${answer.file}.${left}${later} Now: `;
+    return this.say(said, "", el("code", {}, this.data.command));
   }
 
   async copy() {
     try {
       await navigator.clipboard.writeText(this.rows.toText());
-      this.say("copied");
+      this.say("copied; paste it into a spreadsheet, or anywhere on the page of another wpcal pick");
     } catch (error) {
       this.say(`not copied: ${error.message}`, "wrong");
     }
   }
 
-  say(text, kind = "") {
-    Object.assign(this.saveState, { textContent: text, className: kind });
+  say(text, kind = "", ...more) {
+    this.undo = null;
+    this.saveState.className = kind;
+    this.saveState.replaceChildren(text, ...more);
+  }
+
+  /** Says what happened to the table, and takes it back on demand, until something else happens. */
+  offerUndo(text, before, kind = "") {
+    const undo = () => {
+      this.table.restore(before);
+      this.say("taken back");
+    };
+    const button = el("button", { type: "button", onclick: undo }, "Undo");
+    this.say(text, kind, " ", button);
+    this.undo = undo;
   }
 
   // Files -------------------------------------------------------------------------------------------------------------
 
-  async readFile(file) {
-    if (!file) return;
-    await this.take({ name: file.name, base64: await base64Of(file) });
-    this.file.value = "";
+  /** Reads files one after the other, in the order in which they came. */
+  read(files) {
+    return this.queue(async () => {
+      const before = this.rows.toRecord();
+      const said = [];
+      for (const file of files) said.push(await this.take(await contentOf(file)));
+      this.report(said, before);
+    });
   }
 
-  /** Reads a table or a program; where its frame is not known, asks for it. */
+  queue(task) {
+    this.readings += 1;
+    this.reading = this.reading.then(task).finally(() => (this.readings -= 1));
+    return this.reading;
+  }
+
+  report(said, before) {
+    const text = said.map((one) => one.text).join(" ");
+    const kind = said.some(({ isWrong }) => isWrong) ? "wrong" : "";
+    if (said.some(({ isChange }) => isChange)) this.offerUndo(text, before, kind);
+    else this.say(text, kind);
+  }
+
+  /** Takes in a table or a program; where its frame is not known, asks for it. Returns what is to be said. */
   async take(file) {
-    const { answer, fault } = await post("read", file);
-    this.frame.hidden = !fault || !fault.message.includes("--uframe");
-    if (!this.frame.hidden) this.askForFrame(file);
-    if (fault) return this.say(fault.message, "wrong");
-    const before = this.rows.rows.length;
-    this.table.merge(answer);
-    return this.say(`${file.name}: ${answer.rows.length} points, ${this.rows.rows.length - before} of them new rows`);
+    const { answer, fault } = file.fault ? file : await post("read", file);
+    const wasAsked = this.asksFor === file.name && !this.frame.hidden;
+    if (!fault && wasAsked) this.frame.hidden = true;
+    if (fault?.message.includes("--uframe") && !wasAsked) this.askForFrame(file);
+    if (fault) return { text: fault.message, isWrong: true };
+    const { added, filled, replaced } = this.table.merge(answer);
+    const parts = [
+      [added, "new"],
+      [filled, "filled in"],
+      [replaced, "replaced"],
+    ].filter(([count]) => count);
+    const what = parts.map(([count, word]) => `${count} ${word}`).join(", ") || "all in the table already";
+    const { length } = answer.rows;
+    const leftOut = answer.left_out ?? [];
+    const more = leftOut.length > MOST_NAMED ? `; and ${leftOut.length - MOST_NAMED} more` : "";
+    const without = leftOut.length ? ` Left out: ${leftOut.slice(0, MOST_NAMED).join("; ")}${more}.` : "";
+    return { text: `${file.name}: ${length} point${length === 1 ? "" : "s"}, ${what}.${without}`, isChange: parts.length > 0 };
   }
 
   askForFrame(file) {
-    const input = el("input", { type: "text", name: "uframe", value: file.uframe ?? "", autocomplete: "off" });
+    const input = el("input", { type: "text", name: "uframe", autocomplete: "off", spellcheck: "false" });
     const again = el("button", { type: "submit" }, `Read ${file.name} in this frame`);
+    input.addEventListener("keydown", (event) => event.key === "Escape" && (this.frame.hidden = true));
     const label = el("label", {}, el("span", {}, "User frame in the base, as on the pendant, or the word base"), input);
+    this.asksFor = file.name;
     this.frame.replaceChildren(label, again);
+    this.frame.hidden = false;
     this.frame.onsubmit = (event) => {
       event.preventDefault();
-      this.take({ ...file, uframe: input.value.trim() });
+      this.queue(async () => {
+        const before = this.rows.toRecord();
+        this.report([await this.take({ ...file, uframe: input.value.trim() })], before);
+      });
     };
     input.focus();
   }
 }
 
-function base64OfText(text) {
-  return btoa(String.fromCharCode(...new TextEncoder().encode(text)));
+function isTypedInto(element) {
+  return element instanceof Element && element.matches("input[type=text]");
 }
 
 async function main() {

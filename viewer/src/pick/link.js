@@ -1,4 +1,5 @@
 // The way to the server that the page came from.
+const LARGEST_FILE_BYTES = 5_900_000; // the server takes 8 MB, and base64 is a third more
 
 /** Posts JSON; returns {answer} or {fault: {message, row}}, also where nobody answers. */
 export async function post(action, body) {
@@ -24,11 +25,14 @@ export function latestOnly(run, pauseMs) {
   const start = async () => {
     timer = null;
     isRunning = true;
-    do {
-      isAsked = false;
-      await run();
-    } while (isAsked);
-    isRunning = false;
+    try {
+      do {
+        isAsked = false;
+        await run();
+      } while (isAsked);
+    } finally {
+      isRunning = false; // also when a run fails: the next key tries again
+    }
   };
   return {
     ask() {
@@ -44,8 +48,18 @@ export function latestOnly(run, pauseMs) {
   };
 }
 
-/** The bytes of a file as base64. */
-export async function base64Of(file) {
+/** Name and bytes of a file as `post("read", …)` takes them, or a fault when they cannot be had. */
+export async function contentOf(file) {
+  const wrong = (what) => ({ name: file.name, fault: { message: `${file.name}: ${what}` } });
+  if (file.size > LARGEST_FILE_BYTES) return wrong("is too large for a list of taught points");
+  try {
+    return { name: file.name, base64: await base64Of(file) };
+  } catch {
+    return wrong("cannot be read"); // a folder, or gone
+  }
+}
+
+async function base64Of(file) {
   const url = await new Promise((resolve, reject) => {
     const reader = new FileReader();
     reader.onload = () => resolve(reader.result);

@@ -1,16 +1,47 @@
 // The table of taught points as data: cells of text by column, exactly as they go into the file.
+import { isHalfANumber } from "./numbers.js";
+
 export const PLACE = ["x_mm", "y_mm", "z_mm"];
 const MODEL = ["model_x_mm", "model_y_mm", "model_z_mm"];
 const MODEL_DIGITS = 6;
+const LONG_ZEROS = /^([+-]?\d+\.\d{2,}?)0{4,}$/; // of a program's positions, which are written with nine decimals
+const GIVEN_NAME = /^T\d+$/; // by `addFeature`
+
+function isSameNumber(a, b) {
+  return a === b || (a !== "" && b !== "" && Number(a) === Number(b));
+}
+
+/** A name as a table or a person writes it, and without the X that KUKA puts before a position. */
+function spellings(name) {
+  const word = name.toLowerCase();
+  return word ? [word, word.replace(/^x(?=.)/, "")] : [];
+}
 
 export class Rows {
   constructor({ columns, rows }) {
+    this.typing = null; // {row, name} of the cell that is being typed
+    this.restore({ columns, rows });
+  }
+
+  /** Back to what `toRecord` returned. */
+  restore({ columns, rows }) {
     this.columns = columns;
-    this.rows = rows.map((cells) => Object.fromEntries(columns.map((name, i) => [name, cells[i]])));
+    const cell = (name, text) => [name, PLACE.includes(name) ? text.replace(LONG_ZEROS, "$1") : text];
+    this.rows = rows.map((cells) => Object.fromEntries(columns.map((name, i) => cell(name, cells[i]))));
   }
 
   toRecord() {
     return { columns: this.columns, rows: this.rows.map((row) => this.columns.map((name) => row[name])) };
+  }
+
+  /** What is fitted: the beginning of a number under the typing hand is no fault, it waits. */
+  toFit() {
+    const { columns } = this;
+    return { columns, rows: this.rows.map((row) => columns.map((name) => (this.isBegun(row, name) ? "" : row[name]))) };
+  }
+
+  isBegun(row, name) {
+    return this.typing?.row === row && this.typing.name === name && PLACE.includes(name) && isHalfANumber(row[name]);
   }
 
   /** The table as text for the clipboard; the picker and `wpcal calibrate` read it. */
@@ -53,31 +84,77 @@ export class Rows {
   }
 
   isWaiting(row) {
-    return PLACE.some((name) => row[name] === "");
+    return PLACE.some((name) => row[name] === "" || this.isBegun(row, name));
   }
 
   isNameless(row) {
     return "feature" in row && row.feature === "" && !(row.kind && row.kind !== "point") && !row[MODEL[0]];
   }
 
-  /** Takes the rows of another table: coordinates for rows of the same name that wait for them, and new rows. */
-  merge(table) {
-    const other = new Rows(table);
-    const added = other.columns.filter((name) => !this.columns.includes(name));
-    for (const row of this.rows) for (const name of added) row[name] = "";
-    this.columns = [...this.columns, ...added];
-    for (const cells of other.rows) {
-      const waiting = this.rows.find((row) => row.name === cells.name && this.isWaiting(row));
-      if (waiting) for (const [name, cell] of Object.entries(cells)) waiting[name] = cell || waiting[name];
-      else this.add(cells);
-    }
+  /** Makes a row the row of a feature; a name that the page gave it gives way. */
+  take(row, feature, name = feature?.name) {
+    if (name && GIVEN_NAME.test(row.name)) row.name = this.freeName(name, row);
+    if (feature) this.assign(row, feature);
+    return row;
   }
 
-  freeName(wanted) {
-    const taken = new Set(this.rows.map(({ name }) => name));
-    const stem = wanted.replace(/\d+$/, "");
+  named(name) {
+    const found = (word) => this.rows.find((row) => [row.name, row.feature].some((own) => own?.toLowerCase() === word));
+    return spellings(name).map(found).find(Boolean);
+  }
+
+  /**
+   * Takes pasted positions: each to the row of its name, else to the next of the `open` rows, else to a new row.
+   *
+   * @param {{name: string, xyz: string[]}[]} positions
+   * @param {object[]} open  rows, in the order in which they are filled
+   * @param {Map<string, object>} features  by their names in lower case
+   * @returns {object} the last row that was filled
+   */
+  place(positions, open, features) {
+    const named = new Set(positions.map(({ name }) => this.named(name)));
+    const free = open.filter((row) => !named.has(row));
+    let row = null;
+    for (const { name, xyz } of positions) {
+      const feature = spellings(name).map((word) => features.get(word)).find(Boolean);
+      const fits = free.length && (!feature || this.isNameless(free[0]));
+      row = this.named(name);
+      if (!row) row = this.take(fits ? free.shift() : this.addFeature(), feature, feature?.name ?? (name || undefined));
+      PLACE.forEach((column, axis) => (row[column] = xyz[axis]));
+    }
+    return row;
+  }
+
+  /**
+   * Takes the rows of another table: coordinates for rows of the same name, and new rows. What else a row has stays.
+   *
+   * @returns {{added: number, filled: number, replaced: number}} how many rows
+   */
+  merge(table) {
+    const [other, before] = [new Rows(table), [...this.rows]];
+    const more = other.columns.filter((name) => !this.columns.includes(name));
+    for (const row of this.rows) for (const name of more) row[name] = "";
+    this.columns = [...this.columns, ...more];
+    const count = { added: 0, filled: 0, replaced: 0 };
+    for (const cells of other.rows) {
+      const row = before.find(({ name }) => name === cells.name);
+      if (!row) {
+        this.add(cells);
+        count.added += 1;
+        continue;
+      }
+      const isSame = PLACE.every((name) => cells[name] === "" || isSameNumber(cells[name], row[name]));
+      if (!isSame) count[this.isWaiting(row) ? "filled" : "replaced"] += 1;
+      for (const [name, cell] of Object.entries(cells)) if (row[name] === "" || (!isSame && PLACE.includes(name) && cell)) row[name] = cell;
+    }
+    return count;
+  }
+
+  /** A name that no row has, other than `own`. */
+  freeName(wanted, own = null) {
+    const taken = new Set(this.rows.filter((row) => row !== own).map(({ name }) => name));
     let name = wanted;
-    for (let count = 1; taken.has(name); count += 1) name = stem === "T" ? `T${count}` : `${wanted}_${count + 1}`;
+    for (let count = 1; taken.has(name); count += 1) name = wanted === "T1" ? `T${count}` : `${wanted}_${count + 1}`;
     return name;
   }
 }

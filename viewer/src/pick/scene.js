@@ -16,6 +16,7 @@ const UNKNOWN_ERROR = "#c2410c";
 const CANDIDATE = "#8a94a0";
 const REACH_PX = 48; // the pointer finds the nearest feature within this
 const SEAM_REACH_PX = 7;
+const COLOUR_STEPS = 100; // up to the tolerance
 
 export class Scene {
   constructor(host, { features, seams, frames, part, tolerance, onPick }) {
@@ -25,17 +26,18 @@ export class Scene {
     host.append(this.stage);
     const theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
     this.viewer = createViewer(canvas, { overlay, theme, wheel: "always" });
-    Object.assign(this, { seams, frames, tolerance, u95: null, picks: [] });
+    Object.assign(this, { seams, frames, tolerance, u95: null, picks: [], selected: null });
     const solid = part && this.viewer.addPart(part, {});
     this.byName = new Map(features.map((feature) => [feature.name.toLowerCase(), feature]));
     const places = easiestAtEachPlace(features);
     const letters = Object.keys(KINDS).filter((letter) => places.some((feature) => feature.letter === letter));
     letters.forEach((letter) => this.addFeatures(letter, places));
-    this.drawSeams(null);
+    this.addSeams();
     this.answerToPointer(onPick);
     this.factor = el("span", { class: "factor", "data-test": "factor" });
-    host.append(this.panel(letters, part, solid));
-    this.stage.append(sides(this.viewer), legend(tolerance));
+    host.append(this.panel(letters, overlay, part, solid));
+    this.legend = el("div", { hidden: true }, legend(tolerance)); // there are no errors yet
+    this.stage.append(sides(this.viewer), this.legend, this.factor);
     this.viewer.view("iso");
     this.radius = this.viewer.extent().radius;
   }
@@ -49,14 +51,16 @@ export class Scene {
     this.viewer.addTargets(letter, places, { features: these }, { radius: REACH_PX });
   }
 
-  panel(letters, part, solid) {
+  panel(letters, overlay, part, solid) {
     const xray = el("input", { type: "checkbox", onchange: () => solid.setOpacity(xray.checked ? 0.35 : 1) });
     const items = [
       ...letters.map((letter) => ({ label: KINDS[letter], layers: [letter], on: SHOWN_AT_FIRST.includes(letter) })),
       { label: "seams", layers: ["seams"], on: true },
     ];
+    const names = el("input", { type: "checkbox", checked: true, onchange: () => (overlay.hidden = !names.checked) });
+    const named = el("label", { class: "toggle-alone" }, names, el("span", {}, "names"));
     const through = part && el("label", { class: "toggle-alone" }, xray, el("span", {}, "see through"));
-    return el("div", { class: "panel" }, toggles(this.viewer, items), through, this.factor);
+    return el("div", { class: "panel" }, toggles(this.viewer, items), named, through);
   }
 
   answerToPointer(onPick) {
@@ -66,7 +70,7 @@ export class Scene {
       if (!found) return tip.hide();
       if (found.data.seam) return tip.show(this.wordsOfSeam(found), found);
       const feature = this.featureOf(found);
-      if (feature) this.viewer.addPoints("hovered", [{ p: feature.p_mm, color: UNKNOWN_ERROR }], { size: 16 });
+      if (feature) this.mark("hovered", feature.p_mm, 20);
       const pick = found.data.picks?.[found.index] ?? this.picks.find((one) => one.feature === feature);
       return tip.show(el("div", {}, feature && wordsOf(feature), pick?.point && pointTip(pick.point)), found);
     });
@@ -74,6 +78,11 @@ export class Scene {
       const feature = found && this.featureOf(found);
       if (feature) onPick(feature);
     });
+  }
+
+  /** A ring around the point of a feature. */
+  mark(layer, p, size) {
+    this.viewer.addPoints(layer, [{ p, color: UNKNOWN_ERROR }], { size }).renderOrder = -1; // below the point itself
   }
 
   featureOf({ data, index }) {
@@ -84,17 +93,30 @@ export class Scene {
     return seamTip(seam, { ...this.frames[row], u95: this.u95?.[row] ?? null }, index);
   }
 
-  drawSeams(u95) {
-    this.u95 = u95;
-    this.viewer.clear("seams");
-    this.seams.forEach((seam, row) => {
-      if (!seam.accepted) return;
-      const { p } = this.frames[row];
-      const colors = u95 && u95[row].map((mm) => colourOf(mm / this.tolerance));
-      this.viewer.addPaths("seams", [colors ? { points: p, colors } : { points: p, color: UNKNOWN_ERROR }], { width: 5 });
+  /** Lines, names and targets of the seams, once; the errors only change their colours. */
+  addSeams() {
+    this.accepted = this.seams.map((seam, row) => ({ seam, row, p: this.frames[row].p })).filter(({ seam }) => seam.accepted);
+    for (const { seam, row, p } of this.accepted) {
       this.viewer.addTargets("seams", p, { seam, row }, { priority: -1, radius: SEAM_REACH_PX });
       this.viewer.addLabels("seams", [{ p: p[Math.floor(p.length / 2)], text: seam.name }], { className: "of-seam" });
-    });
+    }
+    this.lines = this.viewer.addPaths("seams", this.seamPaths(), { width: 5 });
+  }
+
+  seamPaths() {
+    const colours = new Map(); // a step of a hundredth is not seen; up, so that more than the tolerance is never less
+    const colour = (mm) => {
+      const step = Math.ceil((COLOUR_STEPS * mm) / this.tolerance);
+      return colours.get(step) ?? colours.set(step, colourOf(step / COLOUR_STEPS)).get(step);
+    };
+    return this.accepted.map(({ row, p }) => (this.u95 ? { points: p, colors: this.u95[row].map(colour) } : { points: p, color: UNKNOWN_ERROR }));
+  }
+
+  colourSeams(u95) {
+    if (!u95 && !this.u95) return;
+    this.u95 = u95;
+    this.viewer.recolour(this.lines, this.seamPaths());
+    this.legend.hidden = !u95;
   }
 
   /** Marks what the rows of the table are on, with their residuals. */
@@ -109,9 +131,10 @@ export class Scene {
     const colour = ({ row, point }) => (point ? (point.use === "check" ? CHECKED : FITTED) : row.use === "no" ? CANDIDATE : WAITING);
     if (picks.length) this.viewer.addPoints("picked", picks.map((pick) => ({ p: pick.p, color: colour(pick) })), { size: 14 });
     this.viewer.addTargets("picked", picks.map(({ p }) => p), { picks }, { priority: 0, radius: REACH_PX });
-    this.viewer.addLabels("picked", picks.map(({ p, row }) => ({ p, text: row.name })), { className: "of-point" });
+    this.viewer.addLabels("picked", picks.map(({ p, row }) => ({ p, text: row.name })), { className: "of-point", priority: 1 });
+    this.select(this.selected);
     this.drawResiduals(points);
-    if (u95_mm || this.u95) this.drawSeams(u95_mm);
+    this.colourSeams(u95_mm);
   }
 
   drawResiduals(points) {
@@ -128,9 +151,10 @@ export class Scene {
 
   /** Shows where a row of the table is. */
   select(row) {
+    this.selected = row;
     this.viewer.clear("selected");
-    const feature = row && this.featureNamed(row.feature);
-    if (feature) this.viewer.addPoints("selected", [{ p: feature.p_mm, color: UNKNOWN_ERROR }], { size: 18 });
+    const p = this.picks.find((pick) => pick.row === row)?.p ?? this.featureNamed(row?.feature)?.p_mm;
+    if (p) this.mark("selected", p, 26);
   }
 }
 

@@ -1,17 +1,20 @@
 // The table of taught points as a person edits it: inputs for the cells, and what the fit says of each row.
 import { el, fixed } from "../dom.js";
 import { bar } from "../shares.js";
-import { linesWithCoordinates, pointed } from "./numbers.js";
+import { isHalfANumber, pointed, positionsIn } from "./numbers.js";
 import { PLACE } from "./rows.js";
 
 const HEADINGS = { x_mm: "x mm", y_mm: "y mm", z_mm: "z mm" };
 const CHOICES = { use: ["yes", "check", "no"], kind: ["point", "plane", "edge", "hole", "cylinder", "sphere", "surface"] };
+const HEADER = /(^|[,;\t"])\s*x_mm\s*([,;\t"]|$)/im; // of a table of taught points
+const IN_USER_FRAME = /\bUF\s*:\s*[1-9]|\bBASE_NO\s+[1-9]/i; // of FANUC and KUKA
 const FEATURES_LISTED = 2000; // a longer list is slow to open; any name can be typed
 
 /**
  * @param {Rows} rows
  * @param {object[]} features  of the part
- * @param {{onChange: function, onSelect: function(row), onTable: function(text)}} callbacks
+ * @param {{onChange: function, onSelect: function(row), onTable: function(text),
+ *   onUndoable: function(text, before, kind), onEmpty: function}} callbacks
  */
 export class Table {
   constructor(rows, features, callbacks) {
@@ -31,14 +34,52 @@ export class Table {
     return [...first, ...others, ...this.rows.columns.filter((name) => name === "use")];
   }
 
+  /** Draws what changed: a cell under the typing hand stays the very element that it is, with its caret and its undo. */
   draw() {
     const columns = this.columns();
-    const heading = (name) => el("th", { scope: "col" }, HEADINGS[name] ?? name.replaceAll("_", " "));
-    const head = el("tr", {}, columns.map(heading), el("th", { scope: "col" }, "off by mm"), el("th", {}));
-    this.lines.clear();
-    const body = this.rows.rows.map((row) => this.line(row, columns));
-    this.element.replaceChildren(this.list, el("table", {}, el("thead", {}, head), el("tbody", {}, body)));
+    if (columns.join() !== this.drawnColumns) this.drawAnew(columns);
+    const rows = new Set(this.rows.rows);
+    for (const [row, { line }] of this.lines) {
+      if (rows.has(row)) continue;
+      line.remove();
+      this.lines.delete(row);
+    }
+    const fresh = this.rows.rows.filter((row) => !this.lines.has(row));
+    this.body.append(...fresh.map((row) => this.line(row, columns)));
+    for (const [row, drawn] of this.lines) this.fill(row, drawn);
     this.mark();
+  }
+
+  drawAnew(columns) {
+    const heading = (name) => el("th", { scope: "col" }, HEADINGS[name] ?? name.replaceAll("_", " "));
+    const end = [el("th", { scope: "col" }, "off by mm"), el("th", {}, el("span", { class: "unseen" }, "take away"))];
+    this.drawnColumns = columns.join();
+    this.lines.clear();
+    this.body = el("tbody", {});
+    this.element.replaceChildren(this.list, el("table", {}, el("thead", {}, el("tr", {}, columns.map(heading), end)), this.body));
+  }
+
+  /** Brings the cells of a row up to date. */
+  fill(row, { line, inputs, remove }) {
+    line.dataset.name = row.name;
+    remove.setAttribute("aria-label", `take ${row.name || "this row"} away`);
+    for (const [name, input] of Object.entries(inputs)) {
+      if (this.rows.typing?.row === row && this.rows.typing.name === name) continue;
+      if (input.value !== row[name]) input.value = row[name];
+    }
+  }
+
+  /** Runs what may build the table anew; the caret comes back to the cell of the same row and column. */
+  keepingFocus(change) {
+    const at = this.rows.rows.findIndex((row) => this.lines.get(row)?.line.contains(document.activeElement));
+    const cells = Object.entries(this.lines.get(this.rows.rows[at])?.inputs ?? {});
+    const name = cells.find(([, one]) => one === document.activeElement)?.[0];
+    const { selectionStart: start, selectionEnd: end } = document.activeElement;
+    change();
+    const input = this.lines.get(this.rows.rows[at])?.inputs[name || "name"];
+    if (!input || input === document.activeElement) return;
+    input.focus();
+    if (start !== undefined) input.setSelectionRange?.(start, end);
   }
 
   line(row, columns) {
@@ -48,15 +89,14 @@ export class Table {
     const remove = el("button", { type: "button", class: "remove", title: "take this row away" }, "×");
     const line = el(
       "tr",
-      { "data-name": row.name },
+      {},
       columns.map((name) => el("td", { class: `cell-${name}` }, inputs[name])),
       el("td", { class: "number" }, distance, share),
       el("td", {}, remove),
     );
-    remove.setAttribute("aria-label", `take ${row.name} away`);
     remove.addEventListener("click", () => this.remove(row));
     line.addEventListener("focusin", () => this.select(row));
-    this.lines.set(row, { line, inputs, distance, share });
+    this.lines.set(row, { line, inputs, distance, share, remove });
     return line;
   }
 
@@ -73,27 +113,66 @@ export class Table {
       type: "text",
       value: row[name],
       "aria-label": name,
-      inputmode: isPlace ? "decimal" : null,
+      placeholder: isPlace ? name[0] : null, // shown where there is no heading; no inputmode: the number pad of some tablets has no minus
       autocomplete: "off",
       spellcheck: "false",
       list: name === "feature" ? "feature-names" : null,
     });
-    input.addEventListener("input", () => this.change(row, name, isPlace ? pointed(input.value) : input.value.trim()));
-    input.addEventListener("change", () => (input.value = row[name]));
+    input.addEventListener("input", () => {
+      this.rows.typing = { row, name };
+      this.change(row, name, isPlace ? pointed(input.value) : input.value.trim());
+    });
+    input.addEventListener("blur", () => this.ended(row, name));
+    input.addEventListener("change", () => this.settle(row, name));
     input.addEventListener("keydown", (event) => event.key === "Enter" && this.goOn(row, name));
-    input.addEventListener("paste", (event) => this.paste(event, row, isPlace));
+    input.addEventListener("paste", (event) => this.pasteInto(event, row, isPlace || name === "name" || name === "feature"));
     return input;
   }
 
   change(row, name, text) {
     row[name] = text;
+    this.fill(row, this.lines.get(row));
     this.callbacks.onChange();
   }
 
+  /** A cell is done: it shows what is meant, and a row that the page named is called like its feature. */
+  settle(row, name) {
+    const drawn = this.lines.get(row);
+    if (!drawn) return; // taken away meanwhile
+    const feature = name === "feature" && this.byName.get(row.feature.toLowerCase());
+    const before = row.name;
+    if (feature) this.rows.take(row, feature);
+    drawn.inputs[name].value = row[name];
+    if (row.name !== before) this.change(row, name, row[name]);
+  }
+
+  /** The hand left a cell: what is no number now is a fault. */
+  ended(row, name) {
+    const isHalf = this.rows.typing?.row === row && PLACE.includes(name) && isHalfANumber(row[name]);
+    this.rows.typing = null;
+    if (isHalf) this.callbacks.onChange();
+  }
+
   remove(row) {
+    const before = this.rows.toRecord();
+    const at = this.rows.rows.indexOf(row);
     this.rows.remove(row);
     if (this.selected === row) this.select(null);
     this.draw();
+    const next = this.lines.get(this.rows.rows[at] ?? this.rows.rows[at - 1]);
+    if (next) next.remove.focus();
+    else this.callbacks.onEmpty();
+    this.callbacks.onChange();
+    this.callbacks.onUndoable(`${row.name || "A row"} is taken away.`, before);
+  }
+
+  /** Back to what the table was, as `toRecord` gave it. */
+  restore(record) {
+    this.keepingFocus(() => {
+      this.rows.restore(record);
+      this.select(null);
+      this.draw();
+    });
     this.callbacks.onChange();
   }
 
@@ -102,7 +181,8 @@ export class Table {
     const next = PLACE[PLACE.indexOf(name) + 1];
     const below = this.rows.rows[this.rows.rows.indexOf(row) + 1];
     if (PLACE.includes(name) && next) this.focus(row, next);
-    else if (below) this.focus(below);
+    else if (PLACE.includes(name) && below) this.focus(below);
+    else if (!PLACE.includes(name)) this.focus(row);
   }
 
   focus(row, name = "x_mm") {
@@ -111,34 +191,46 @@ export class Table {
     input?.select?.();
   }
 
-  /** Coordinates go into their cells and the rows below, a table with a header goes in as a file. */
-  paste(event, row, isPlace) {
+  /** Positions go into the row and those below, a table with a header goes in as a file; all else is text of the cell. */
+  pasteInto(event, row, takesPositions) {
     const text = event.clipboardData.getData("text");
-    if (/(^|[,;\t"])x_mm([,;\t"]|\s|$)/im.test(text)) {
-      event.preventDefault();
+    const { rows } = this.rows;
+    if (!HEADER.test(text) && !takesPositions) return;
+    if (this.paste(text, rows.slice(rows.indexOf(row)))) event.preventDefault();
+  }
+
+  /**
+   * Takes a pasted text, if it holds a table or positions.
+   *
+   * @param {object[]} [open]  the rows that positions without a name go into; those that wait
+   */
+  paste(text, open = this.rows.rows.filter((row) => this.rows.isWaiting(row))) {
+    if (HEADER.test(text)) {
       this.callbacks.onTable(text);
-      return;
+      return true;
     }
-    const lines = isPlace ? linesWithCoordinates(text) : [];
-    if (!lines.length) return;
-    event.preventDefault();
-    const start = this.rows.rows.indexOf(row);
-    lines.forEach(({ name, xyz }, k) => {
-      const target = this.rows.rows[start + k] ?? this.rows.addFeature(this.byName.get(name.toLowerCase()));
-      PLACE.forEach((column, axis) => (target[column] = xyz[axis]));
-    });
+    const positions = positionsIn(text);
+    if (!positions.length) return false;
+    const [before, count] = [this.rows.toRecord(), this.rows.rows.length];
+    this.rows.typing = null;
+    const last = this.rows.place(positions, open, this.byName);
     this.draw();
-    this.focus(this.rows.rows[start + lines.length] ?? this.rows.rows[start + lines.length - 1]);
+    this.focus(this.rows.rows.find((row) => this.rows.isWaiting(row)) ?? last);
     this.callbacks.onChange();
+    const more = this.rows.rows.length - count;
+    const pasted = positions.length === 1 ? "1 position" : `${positions.length} positions`;
+    const what = `${pasted} pasted${more ? `, ${more} as new rows` : ""}.`;
+    if (!IN_USER_FRAME.test(text)) this.callbacks.onUndoable(what, before);
+    else this.callbacks.onUndoable(`${what} They stand in a user frame: open the file instead, which asks for it.`, before, "wrong");
+    return true;
   }
 
   /** A click on a feature of the part: to its row, into the row that has none yet, or into a new row. */
   pick(feature) {
     let row = this.rows.of(feature);
     if (!row) {
-      row = this.selected && this.rows.isNameless(this.selected) ? this.selected : this.rows.addFeature();
-      if (/^T\d+$/.test(row.name)) row.name = this.rows.freeName(feature.name);
-      this.rows.assign(row, feature);
+      const isOpen = this.selected && this.rows.isNameless(this.selected);
+      row = isOpen ? this.rows.take(this.selected, feature) : this.rows.addFeature(feature);
       this.draw();
       this.callbacks.onChange();
     }
@@ -153,10 +245,16 @@ export class Table {
     this.focus(row);
   }
 
+  /** Takes the rows of a table that was read; returns how many were added, filled and replaced. */
   merge(table) {
-    this.rows.merge(table);
-    this.draw();
+    let count = null;
+    this.keepingFocus(() => {
+      this.rows.typing = null;
+      count = this.rows.merge(table);
+      this.draw();
+    });
     this.callbacks.onChange();
+    return count;
   }
 
   select(row) {
@@ -170,13 +268,17 @@ export class Table {
     for (const [row, { line }] of this.lines) line.classList.toggle("selected", row === this.selected);
   }
 
-  /** Shows what the fit says, by the index of the row: points with `row`, or the row of a fault. */
+  /** Shows what the fit says, by the index of the row: points with `row`, or a fault {message, row}. */
   show({ points = [], features = {}, tolerance = 1, fault = null }) {
     const byRow = new Map(points.map((point) => [point.row, point]));
     this.rows.rows.forEach((row, index) => {
       const { line, inputs, distance, share } = this.lines.get(row);
       const point = byRow.get(index);
-      line.classList.toggle("fault", fault === index);
+      line.classList.toggle("fault", fault?.row === index);
+      for (const [name, input] of Object.entries(inputs)) {
+        const isWrong = fault?.row === index && fault.message.includes(`, ${name}: `);
+        input.setAttribute("aria-invalid", String(isWrong));
+      }
       line.classList.toggle("bad", Boolean(point) && point.distance_mm > tolerance);
       line.classList.toggle("waiting", this.rows.isWaiting(row));
       distance.textContent = point ? fixed(point.distance_mm, 4) : "";
