@@ -56,7 +56,8 @@ def pick(
 
     Residuals and the predicted error of every seam follow as you type; they are those of `wpcal calibrate` with the
     same options. Points can also be dropped on the page as a table or a controller's program; those of TAUGHT are there
-    at the beginning. The page saves the table that `wpcal calibrate` reads. It is served to this machine only, until Ctrl-C.
+    at the beginning. The page saves the table that `wpcal calibrate` reads, and is served to this machine only, until
+    Ctrl-C.
     """
     from cad.pick.page import build_pick_page
     from cad.pick.rows import Rows

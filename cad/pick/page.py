@@ -20,7 +20,7 @@ SHOWN = ("name", "accepted", "joint", "weld", "solids", "length_mm")
 
 
 def build_pick_page(part: PickPart, rows: Rows, options: CalibrateOptions, *, saves_to: str, command: str) -> str:
-    """Return the page, which talks to the server it came from: ``POST fit``, ``save`` and ``read``.
+    """Return the page, which talks to the server it came from: ``POST fit``, ``save``, ``suggest`` and ``read``.
 
     Parameters
     ----------

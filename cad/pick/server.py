@@ -140,7 +140,7 @@ class Guard:
 
 
 def build_app(session: PickSession, page: str, *, token: str) -> Starlette:
-    """Return the application: ``GET /token/`` is the page, ``POST /token/fit``, ``save`` and ``read`` take JSON.
+    """Return the application: ``GET /token/`` is the page; ``fit``, ``save``, ``suggest`` and ``read`` take JSON.
 
     Answers are ``{"answer": …}`` or ``{"fault": {"message": …, "row": …}}``.
     """
@@ -162,7 +162,8 @@ def build_app(session: PickSession, page: str, *, token: str) -> Starlette:
         rows, left_out = session.read(**_file_of(record))
         return {"answer": {**rows.to_record(), "left_out": left_out}}
 
-    actions = {"fit": rows_action(session.fit), "save": rows_action(session.save), "read": read}
+    by_rows = {"fit": session.fit, "save": session.save, "suggest": session.suggest}
+    actions = {**{name: rows_action(act) for name, act in by_rows.items()}, "read": read}
     routes = [Route(f"/{token}/{name}", _endpoint(action), methods=["POST"]) for name, action in actions.items()]
     return Starlette(routes=[Route(f"/{token}/", show), *routes])
 

@@ -14,7 +14,8 @@ import numpy as np
 from cad.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, read_rows
-from wpcal.calibrate import CalibrationResult
+from wpcal.advise import advise_set
+from wpcal.calibrate import CalibrationResult, Criterion
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.records import write_file
@@ -29,6 +30,8 @@ from wpcal.export.taught_program import (
     program_points,
     taught_csv,
 )
+from wpcal.features import ReferenceFeature, feature_named
+from wpcal.match.nameless import USUAL_SIGMA_MM
 from wpcal.match.taught import TaughtPoints, taught_from_table
 
 if TYPE_CHECKING:
@@ -38,6 +41,8 @@ NO_FILE = ""
 """Rows in the page are in no file: messages about them begin with the row."""
 FIRST_LINE = 2
 """Of the complete rows in the text of `Rows.to_csv`: the header is line 1."""
+FIRST_POINTS = 4
+"""Suggested where there are fewer: three leave no residual that would tell of a wrong one."""
 ERROR_DIGITS = 6
 """Predicted errors are shown with 3 decimals of a millimetre."""
 
@@ -160,11 +165,70 @@ class PickSession:
         taught = names_as_features(parse_taught_program(raw, path, **program), self.part.workpiece.features)
         return read_rows(taught_csv(taught).encode("utf-8"), path=name), left_out
 
+    def suggest(self, rows: Rows) -> dict[str, Any]:
+        """Choose the features to touch next: enough for a good fit at first, then one at a time.
+
+        Parameters
+        ----------
+        rows : Rows
+            Those with a feature and use ``yes`` count as touched, with or without coordinates.
+
+        Returns
+        -------
+        dict
+            ``features`` to add, none where no further one helps; the largest 95 % error ``error_95_mm`` that all
+            together promise along the accepted seams, and the ``seam`` where it is, for a teaching error of
+            ``sigma_mm`` per axis.
+
+        Raises
+        ------
+        InputError
+            When a feature's name is unknown, or rows were touched on faces; as `wpcal.advise.advise`.
+        """
+        if "kind" in rows.columns:
+            raise InputError("points are suggested for tables without a column kind")
+        if "feature" not in rows.columns:
+            raise InputError("points are suggested for tables with a column feature")
+        features = self.part.workpiece.features
+        have, others = _named_in(rows, features)
+        taken = {feature.name for feature in (*have, *others)}
+        sigma_mm = self.options.teaching.per_axis_mm or USUAL_SIGMA_MM
+        least_squares = self.options.criterion is not Criterion.MINIMAX
+        chosen = advise_set(
+            [item for item in self.part.touchables if item.feature.kind.is_point and item.feature.name not in taken],
+            [seam for seam in self.part.seams if seam.accepted],
+            points=max(FIRST_POINTS, len(have) + 1),
+            sigma_mm=sigma_mm,
+            criterion=Criterion.LEAST_SQUARES if least_squares else Criterion.MINIMAX,
+            have=have,
+            seed=self.options.seed,
+        )
+        return {
+            "features": [name for name in chosen.names if name not in taken],
+            "error_95_mm": chosen.error_95_mm,
+            "seam": chosen.seam,
+            "sigma_mm": sigma_mm,
+        }
+
     def _found(self) -> bytes | None:
         try:
             return self.out.read_bytes()
         except OSError:
             return None
+
+
+def _named_in(
+    rows: Rows, features: Sequence[ReferenceFeature]
+) -> tuple[list[ReferenceFeature], list[ReferenceFeature]]:
+    """Return the features that rows to be fitted name, each once, and those that only other rows name."""
+    place, use = rows.columns.index("feature"), rows.columns.index("use") if "use" in rows.columns else None
+    named: dict[bool, dict[str, ReferenceFeature]] = {True: {}, False: {}}
+    for row in rows.cells:
+        if row[place]:
+            feature = feature_named(features, row[place])
+            is_fitted = use is None or row[use].lower() in ("", "yes")
+            named[is_fitted][feature.name] = feature
+    return list(named[True].values()), [f for name, f in named[False].items() if name not in named[True]]
 
 
 def _usable(points: Sequence[ProgramPoint], *, through_arm: bool) -> tuple[list[str], tuple[str, ...]]:

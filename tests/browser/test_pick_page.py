@@ -148,6 +148,22 @@ def test_rows_are_there_at_the_beginning_and_a_wrong_one_is_named(start: Any, op
     assert shown(opened) == before
 
 
+def test_points_are_suggested_and_wait_for_their_coordinates(start: Any, open_page: Any) -> None:
+    opened = open_page(start(TEE / "tee.step", "--sigma-mm", "0.3").url)
+    opened.page.click("#suggest")
+    opened.wait("document.querySelectorAll('#points tbody tr').length === 4")
+    command = [sys.executable, "-m", "wpcal", "advise", str(TEE / "tee.step"), "--points", "4", "--json"]
+    advice = json.loads(subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout)
+    assert list(shown(opened)) == advice["chosen"]["features"]
+    assert f"at most {advice['chosen']['error_95_mm']:.3f} mm, on {advice['chosen']['seam']}" in opened.page.inner_text(
+        "#save-state"
+    )
+    opened.page.keyboard.type("812.29")  # the caret stands in x of the first
+    assert opened.page.locator("tbody tr").first.locator("input[aria-label=x_mm]").input_value() == "812.29"
+    opened.page.click("#suggest")
+    opened.wait("document.querySelectorAll('#points tbody tr').length === 5")
+
+
 def test_a_program_is_read_and_its_frame_asked_for(start: Any, open_page: Any, tmp_path: Path) -> None:
     lines = ["DEFDAT TEACH"]
     for name, (x, y, z) in VALUES.items():

@@ -14,6 +14,7 @@ from cad.pick.part import PickPart, read_pick_part
 from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.session import ERROR_DIGITS, PickSession
 from cad.workpiece import SeamChoice
+from wpcal.advise import advise
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.core.errors import FormatError, GeometryError, InputError
 from wpcal.seam import SeamOptions
@@ -142,3 +143,42 @@ def test_points_on_a_line_are_refused(part: PickPart, tmp_path: Path) -> None:
     rows = Rows(NEW_COLUMNS, tuple((f"T{i}", str(10 * i), "0", "0", f"V{i}", "yes") for i in (2, 4, 16)))
     with pytest.raises(GeometryError):
         PickSession(part, tmp_path / "saved.csv").fit(rows)
+
+
+def named(*names: str, use: str = "yes") -> Rows:
+    return Rows(NEW_COLUMNS, tuple((name, "", "", "", name, use) for name in names))
+
+
+def test_suggested_points_promise_what_advise_promises(part: PickPart, tmp_path: Path) -> None:
+    session = PickSession(part, tmp_path / "saved.csv", CalibrateOptions(teaching=TeachingError(sigma_mm=0.2)))
+    seams = [seam for seam in part.seams if seam.accepted]
+    candidates = [item for item in part.touchables if item.feature.kind.is_point]
+    expected = advise(candidates, seams, points=4, sigma_mm=0.2)
+    found = session.suggest(Rows())
+    assert tuple(found["features"]) == expected.chosen.names
+    assert (found["error_95_mm"], found["seam"]) == (expected.chosen.error_95_mm, expected.chosen.seam)
+    assert len(session.suggest(named(*found["features"]))["features"]) == 1
+
+
+def test_what_was_touched_is_not_suggested_and_no_point_is_said_to_help_that_does_not(
+    part: PickPart, tmp_path: Path
+) -> None:
+    session = PickSession(part, tmp_path / "saved.csv")
+    first = session.suggest(Rows())["features"]
+    others = session.suggest(named(*first, use="check"))
+    assert len(others["features"]) == 4
+    assert not set(first) & set(others["features"])
+    rows, error = named(*first), session.suggest(Rows())["error_95_mm"]
+    for _ in range(6):
+        found = session.suggest(rows)
+        assert found["error_95_mm"] <= error
+        assert bool(found["features"]) == (found["error_95_mm"] < error)
+        rows, error = Rows(rows.columns, (*rows.cells, *named(*found["features"]).cells)), found["error_95_mm"]
+
+
+def test_nothing_is_suggested_for_touches_or_unknown_features(part: PickPart, tmp_path: Path) -> None:
+    session, touches = opened(part, tmp_path / "saved.csv", "touches_321.csv")
+    with pytest.raises(InputError, match="without a column kind"):
+        session.suggest(touches)
+    with pytest.raises(InputError, match="no feature 'V99'"):
+        session.suggest(named("V99"))

@@ -174,13 +174,8 @@ def advise(
     The search is by the closed-form error of least squares; the last choice among the `FINALISTS` best sets, and every
     figure reported, by the criterion asked for.
     """
-    _require_usable(points, sigma_mm, have, criterion)
-    if not any(len(seam.frames) for seam in seams):
-        raise GeometryError(
-            "the part has no seam to advise for; `wpcal seams` lists them, --concave always adds notches in one solid"
-        )
-    places, eases = _pool(candidates, have, points)
-    choice = _Choice.over(places, seams, sigma_mm, criterion, seed)
+    choice, eases = _begun(candidates, seams, points, sigma_mm, criterion, have, seed)
+    places = choice.places
     say = progress or (lambda _: None)
     held = tuple(places.holding(feature.name) for feature in have)
     counts = sorted({points, *(n for n in USUAL_COUNTS if n >= max(3, len(held)))} & set(range(len(places.p) + 1)))
@@ -193,6 +188,51 @@ def advise(
         next_point = next(f for f in with_next.features if f.name not in chosen.names)
     notes = (*_ease_notes(chosen, eases), *_swap_notes(chosen))
     return Advice(chosen, tuple(by_count.values()), with_next, next_point, notes, sigma_mm, criterion)
+
+
+def advise_set(
+    candidates: Sequence[Touchable],
+    seams: Sequence[Seam],
+    *,
+    points: int,
+    sigma_mm: float,
+    criterion: Criterion = Criterion.MINIMAX,
+    have: Sequence[ReferenceFeature] = (),
+    seed: int = 0,
+) -> AdvisedSet:
+    """Choose so many features and compare with no other number of them; parameters and errors as in `advise`.
+
+    Returns
+    -------
+    AdvisedSet
+        Only `have` itself where no feature added to it makes the error smaller, which a Gaussian error and the minimax
+        criterion can bring about.
+    """
+    choice, _ = _begun(candidates, seams, points, sigma_mm, criterion, have, seed)
+    held = tuple(choice.places.holding(feature.name) for feature in have)
+    best = choice.best(points, held, lambda _: None)
+    if not _fills_a_plane(choice.places.p[list(held)]):
+        return best
+    return min(choice.predicted(np.array(held)), best, key=lambda found: found.error_95_mm)
+
+
+def _begun(
+    candidates: Sequence[Touchable],
+    seams: Sequence[Seam],
+    points: int,
+    sigma_mm: float,
+    criterion: Criterion,
+    have: Sequence[ReferenceFeature],
+    seed: int,
+) -> tuple[_Choice, dict[str, Ease]]:
+    """Check what is asked, and lay out the search."""
+    _require_usable(points, sigma_mm, have, criterion)
+    if not any(len(seam.frames) for seam in seams):
+        raise GeometryError(
+            "the part has no seam to advise for; `wpcal seams` lists them, --concave always adds notches in one solid"
+        )
+    places, eases = _pool(candidates, have, points)
+    return _Choice.over(places, seams, sigma_mm, criterion, seed), eases
 
 
 def where_it_is(feature: ReferenceFeature) -> str:
@@ -309,8 +349,10 @@ def _pool(
 
 
 def _fills_a_plane(p: FloatArray) -> bool:
+    if len(p) < 3:
+        return False
     spread = np.linalg.svd(p - p.mean(axis=0), compute_uv=False)
-    return len(p) >= 3 and bool(spread[1] > ON_A_LINE * spread[0])
+    return bool(spread[1] > ON_A_LINE * spread[0])
 
 
 ON_A_LINE = 1e-3

@@ -1,6 +1,6 @@
 // What `wpcal pick` serves: features are clicked, coordinates typed, and the fit follows.
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
-import { el } from "../dom.js";
+import { el, fixed, short } from "../dom.js";
 import { lookAtSeam } from "../report/scene.js";
 import { contentOf, latestOnly, post } from "../pick/link.js";
 import { Rows } from "../pick/rows.js";
@@ -48,11 +48,13 @@ class Picker {
     this.notes = el("ul", {});
     const button = (id, text, onclick) => el("button", { type: "button", id, onclick }, text);
     this.addButton = button("add", "Add a point", () => this.table.addNameless());
+    this.suggestButton = button("suggest", "Suggest points", () => this.suggest());
     const buttons = el(
       "div",
       { class: "buttons" },
       this.saveButton,
       this.addButton,
+      this.suggestButton,
       button("open", "Open a file …", () => this.file.click()),
       button("copy", "Copy the table", () => this.copy()),
       this.file,
@@ -157,6 +159,19 @@ class Picker {
     const later = version === this.version ? "" : " What was typed since then is not in it.";
     const said = `saved ${answer.rows} row${answer.rows === 1 ? "" : "s"} to ${answer.file}.${left}${later} Now: `;
     return this.say(said, "", el("code", {}, this.data.command));
+  }
+
+  /** Asks which features to touch next, and makes rows for them. */
+  async suggest() {
+    this.suggestButton.disabled = true;
+    this.say("choosing …");
+    const { answer, fault } = await post("suggest", this.rows.toRecord());
+    this.suggestButton.disabled = false;
+    if (fault) return this.say(fault.message, "wrong");
+    const { features, error_95_mm, seam, sigma_mm } = answer;
+    const error = `${fixed(error_95_mm)} mm, on ${seam}, for a teaching error of ${short(sigma_mm)} mm per axis`;
+    if (!features.length) return this.say(`No further point makes the largest 95 % error smaller: ${error}.`);
+    return this.table.addFeatures(features, `Touch ${features.join(", ")}. All points together promise at most ${error}.`);
   }
 
   async copy() {

@@ -245,6 +245,17 @@ export class Table {
     this.focus(row);
   }
 
+  /** New rows for features that have none yet; the caret comes into the first that waits. */
+  addFeatures(names, text) {
+    const before = this.rows.toRecord();
+    const features = names.map((name) => this.byName.get(name.toLowerCase())).filter((feature) => !this.rows.of(feature));
+    features.forEach((feature) => this.rows.addFeature(feature));
+    this.draw();
+    this.focus(this.rows.rows.find((row) => this.rows.isWaiting(row)));
+    this.callbacks.onChange();
+    this.callbacks.onUndoable(text, before);
+  }
+
   /** Takes the rows of a table that was read; returns how many were added, filled and replaced. */
   merge(table) {
     let count = null;
