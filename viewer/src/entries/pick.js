@@ -47,7 +47,7 @@ class Picker {
     this.seams = seamTable(data.seams, data.tolerance_mm, (row) => lookAtSeam(this.scene.viewer, this.scene.frames[row]));
     this.notes = el("ul", {});
     const button = (id, text, onclick) => el("button", { type: "button", id, onclick }, text);
-    this.addButton = button("add", "Add a point", () => this.table.addNameless());
+    this.addButton = button("add", "Add point", () => this.table.addNameless());
     this.suggestButton = button("suggest", "Suggest points", () => this.suggest());
     const buttons = el(
       "div",
@@ -55,8 +55,8 @@ class Picker {
       this.saveButton,
       this.addButton,
       this.suggestButton,
-      button("open", "Open a file …", () => this.file.click()),
-      button("copy", "Copy the table", () => this.copy()),
+      button("open", "Open file …", () => this.file.click()),
+      button("copy", "Copy table", () => this.copy()),
       this.file,
     );
     const head = el("header", {}, el("h1", {}, data.file), this.state, this.gauges);
