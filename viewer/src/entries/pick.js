@@ -56,7 +56,7 @@ class Picker {
       this.addButton,
       this.suggestButton,
       button("open", "Open file …", () => this.file.click()),
-      button("copy", "Copy table", () => this.copy()),
+      button("copy", "Copy", () => this.copy()),
       this.file,
     );
     const head = el("header", {}, el("h1", {}, data.file), this.state, this.gauges);
