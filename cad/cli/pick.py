@@ -86,6 +86,7 @@ def open_session(
     from cad.cli.progress import shown_progress
     from cad.pick.session import PickSession
     from wpcal.core.errors import InputError
+    from wpcal.core.records import read_bytes
 
     options, nominal = to_calibrate_options(values)
     program = to_program_reading(values)
@@ -97,10 +98,7 @@ def open_session(
         raise InputError(f"{out}: exists; give --force to overwrite it, or -o and another name")
     if not out.parent.is_dir():
         raise InputError(f"{out.parent}: no such folder to save into")
-    try:
-        initial = None if taught is None else taught.read_bytes()
-    except OSError as error:
-        raise InputError(f"{taught}: {(error.strerror or str(error)).lower()}") from None
+    initial = None if taught is None else read_bytes(taught)
     with shown_progress() as progress:
         part = run_in_child(
             "cad.pick.part:read_pick_part",

@@ -175,11 +175,11 @@ def _endpoint(action: Callable[[Any], dict[str, Any]]) -> Callable[[Request], An
         try:
             record = await _json_of(request)
             answer = await run_in_threadpool(action, record)
+        except ClientDisconnect:
+            raise
         except WpcalError as error:
             answer = {"fault": fault_record(error)}
-        except Exception as error:
-            if isinstance(error, ClientDisconnect):
-                raise
+        except Exception as error:  # the outermost place of a request: whatever it is, the page is told
             _log.error("a request to the picker failed: %r", error, exc_info=bool(os.environ.get("WPCAL_DEBUG")))
             what = f"internal error ({type(error).__name__}: {error}); this is our fault"
             answer = {"fault": {"message": what, "row": None}}

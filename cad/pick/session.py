@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import threading
-from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,21 +20,19 @@ from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.records import write_file
 from wpcal.core.tables import parse_table
 from wpcal.core.transform import RigidTransform
-from wpcal.export.program_points import ProgramPoint
 from wpcal.export.taught_program import (
+    ProgramReading,
     is_program,
     names_as_features,
-    parse_taught_program,
+    parse_program,
     parse_uframes,
-    program_points,
+    points_in_base,
     taught_csv,
+    usable_points,
 )
 from wpcal.features import ReferenceFeature, feature_named
 from wpcal.match.nameless import USUAL_SIGMA_MM
 from wpcal.match.taught import TaughtPoints, taught_from_table
-
-if TYPE_CHECKING:
-    from wpcal.cli.program_options import ProgramReading
 
 NO_FILE = ""
 """Rows in the page are in no file: messages about them begin with the row."""
@@ -58,7 +55,7 @@ class PickSession:
         Where `save` writes.
     options : CalibrateOptions
     T_nominal_part : RigidTransform or None
-    program : ProgramReading or None
+    program : ProgramReading
         Which points of programs, and how they come into the base.
     overwrite : bool
         Whether a file at `out` that was not saved here may be overwritten.
@@ -68,7 +65,7 @@ class PickSession:
     out: Path
     options: CalibrateOptions = field(default_factory=CalibrateOptions)
     T_nominal_part: RigidTransform | None = None
-    program: ProgramReading | None = None
+    program: ProgramReading = field(default_factory=ProgramReading)
     overwrite: bool = False
     saved: bytes | None = None
     _busy: threading.Lock = field(default_factory=threading.Lock)
@@ -112,7 +109,7 @@ class PickSession:
         InputError
             When no row is complete, a cell cannot be read, or the file is there and is not ours. Nothing is written.
         """
-        complete = rows.complete()
+        complete = set(rows.complete())
         if not complete:
             raise InputError("nothing to save: no row has all three coordinates")
         _taught(rows)
@@ -126,7 +123,7 @@ class PickSession:
             write_file(self.out, data, overwrite=True)
             self.saved = data
         names = [row[rows.columns.index("name")] for row in rows.cells]
-        left_out = [name for i, name in enumerate(names) if i not in set(complete)]
+        left_out = [name for i, name in enumerate(names) if i not in complete]
         return {"file": str(self.out), "rows": len(complete), "left_out": left_out}
 
     def read(self, raw: bytes, *, name: str, uframe: str = "") -> tuple[Rows, tuple[str, ...]]:
@@ -155,14 +152,16 @@ class PickSession:
         path = Path(name)
         if not is_program(path):
             return read_rows(raw, path=name), ()
-        program: dict[str, Any] = dict(self.program or {})
-        if uframe:
-            program["uframes"] = parse_uframes([uframe])
+        reading = self.program
         left_out: tuple[str, ...] = ()
-        if program.get("points") is None:
-            usable, left_out = _usable(program_points(raw, path), through_arm=program.get("arm") is not None)
-            program["points"] = usable or None
-        taught = names_as_features(parse_taught_program(raw, path, **program), self.part.workpiece.features)
+        if uframe:
+            reading = replace(reading, uframes=parse_uframes([uframe]))
+        found = parse_program(raw, path)
+        if reading.points is None:
+            usable, faults = usable_points(found, arm=reading.arm)
+            reading = replace(reading, points=usable or None)
+            left_out = tuple(f"{point}: {fault}" for point, fault in faults.items())
+        taught = names_as_features(points_in_base(found, path, reading), self.part.workpiece.features)
         return read_rows(taught_csv(taught).encode("utf-8"), path=name), left_out
 
     def suggest(self, rows: Rows) -> dict[str, Any]:
@@ -229,17 +228,6 @@ def _named_in(
             is_fitted = use is None or row[use].lower() in ("", "yes")
             named[is_fitted][feature.name] = feature
     return list(named[True].values()), [f for name, f in named[False].items() if name not in named[True]]
-
-
-def _usable(points: Sequence[ProgramPoint], *, through_arm: bool) -> tuple[list[str], tuple[str, ...]]:
-    """Return the names of points that have coordinates, and what the others are."""
-    names = Counter(point.name for point in points)
-    faults = {
-        point.name: point.fault if names[point.name] == 1 else f"appears {names[point.name]} times"
-        for point in points
-        if names[point.name] > 1 or (point.fault and not (through_arm and point.joints is not None))
-    }
-    return [name for name in names if name not in faults], tuple(f"{name}: {why}" for name, why in faults.items())
 
 
 def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:

@@ -104,16 +104,13 @@ def _read_mesh(seams_json: Path) -> bytes | None:
     InputError
         When the file cannot be read or is no such mesh.
     """
-    from wpcal.core.errors import InputError
+    from wpcal.core.records import read_bytes
     from wpcal.viewer import read_part_glb
 
     path = seams_json.with_name("part.glb")
     if not path.exists():
         return None
-    try:
-        mesh = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+    mesh = read_bytes(path)
     read_part_glb(mesh, path=str(path))
     return mesh
 

@@ -4,28 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
+    from wpcal.export.taught_program import ProgramReading
     from wpcal.match.taught import TaughtPoints
-    from wpcal.robot.arm import Arm
 
 PROGRAM_VALUES = ("uframes", "tool", "robot", "points")
 """Arguments that `program_options` adds."""
-
-
-class ProgramReading(TypedDict):
-    """Arguments of `wpcal.export.taught_program.read_taught_program`: which points, and how they come into the base."""
-
-    uframes: Mapping[str, str | Sequence[float]]
-    tool: Sequence[float] | None
-    arm: Arm | None
-    points: Sequence[str] | None
-
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -72,32 +60,32 @@ def read_touched(path: Path, values: dict[str, Any]) -> TaughtPoints:
     from wpcal.match import read_taught
 
     given = [f"--{name.replace('uframes', 'uframe')}" for name in PROGRAM_VALUES if values[name]]
-    program = to_program_reading(values)
+    reading = to_program_reading(values)
     if not is_program(path):
         if given:
             raise InputError(f"{path}: is no controller program: {', '.join(given)} cannot be used with it")
         return read_taught(path)
-    return read_taught_program(path, **program)
+    return read_taught_program(path, reading)
 
 
 def to_program_reading(values: dict[str, Any]) -> ProgramReading:
-    """Take the values of `program_options` out of a command's arguments, as arguments of `read_taught_program`.
+    """Take the values of `program_options` out of a command's arguments.
 
     Raises
     ------
     InputError
         When one of them cannot be used.
     """
-    from wpcal.export.taught_program import parse_uframes
+    from wpcal.export.taught_program import ProgramReading, parse_uframes
     from wpcal.robot.arm_file import find_arm
 
     uframes, tool, robot, points = (values.pop(name) for name in PROGRAM_VALUES)
-    return {
-        "uframes": parse_uframes(uframes),
-        "tool": None if tool is None else _numbers(tool),
-        "arm": None if robot is None else find_arm(robot),
-        "points": None if points is None else [name.strip() for name in points.split(",")],
-    }
+    return ProgramReading(
+        uframes=parse_uframes(uframes),
+        tool=None if tool is None else _numbers(tool),
+        arm=None if robot is None else find_arm(robot),
+        points=None if points is None else [name.strip() for name in points.split(",")],
+    )
 
 
 def _numbers(text: str) -> list[float]:

@@ -29,6 +29,20 @@ def _plain(value: object) -> object:
     raise TypeError(f"{type(value).__name__} has no place in a record")
 
 
+def read_bytes(path: Path) -> bytes:
+    """Return what a file holds.
+
+    Raises
+    ------
+    InputError
+        When it cannot be opened.
+    """
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+
+
 def read_json(path: Path, *, schema: str) -> dict[str, Any]:
     """Read a record and check its schema name and version.
 
@@ -46,9 +60,7 @@ def read_json(path: Path, *, schema: str) -> dict[str, Any]:
         When it is no JSON object or of another schema.
     """
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+        record = json.loads(read_bytes(path).decode("utf-8"))
     except UnicodeDecodeError:
         raise FormatError("is not a UTF-8 text file", path=str(path)) from None
     except json.JSONDecodeError as error:

@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.core.arrays import LARGEST_MM, FloatArray, frozen
-from wpcal.core.errors import FormatError, InputError
+from wpcal.core.errors import FormatError
+from wpcal.core.records import read_bytes
 
 SEPARATORS = ";\t,"
 """In the order they are looked for: a header with a semicolon or a tab is not separated by commas."""
@@ -185,11 +186,7 @@ def read_table(path: Path) -> Table:
         When it is no UTF-8 text, a STEP file, empty, has no rows, a column twice, or a row of another length than
         the header.
     """
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
-    return parse_table(raw, path=str(path))
+    return parse_table(read_bytes(path), path=str(path))
 
 
 def parse_table(raw: bytes, *, path: str) -> Table:

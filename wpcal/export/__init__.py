@@ -3,7 +3,7 @@
 from wpcal.export.finished import FinishedCalibration, read_finished
 from wpcal.export.program import ControllerSettings, MotionSettings, WeldPath, WeldProgram, build_program
 from wpcal.export.registry import Exporter, exporter_named, exporter_names
-from wpcal.export.taught_program import read_taught_program
+from wpcal.export.taught_program import ProgramReading, read_taught_program
 from wpcal.export.torch import ToolAxis, TorchSettings, measure_torch, tool_rotations, wire_directions
 
 __all__ = [
@@ -11,6 +11,7 @@ __all__ = [
     "Exporter",
     "FinishedCalibration",
     "MotionSettings",
+    "ProgramReading",
     "ToolAxis",
     "TorchSettings",
     "WeldPath",

@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.records import read_bytes
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
 from wpcal.export.program_points import BASE, JointValues, ProgramLanguage, ProgramPoint, ProgramPoints
@@ -41,21 +43,13 @@ def is_program(path: Path) -> bool:
     return path.suffix.lower() in LANGUAGES
 
 
-def read_taught_program(
-    path: Path,
-    *,
-    uframes: Mapping[str, str | Sequence[float]] | None = None,
-    tool: Sequence[float] | None = None,
-    arm: Arm | None = None,
-    points: Sequence[str] | None = None,
-) -> TaughtPoints:
-    """Read the taught points of a program as points in `base`.
+@dataclass(frozen=True, slots=True, eq=False)
+class ProgramReading:
+    """Which points of a program are wanted, and how they come into the base.
 
     Parameters
     ----------
-    path : Path
-        RAPID ``.mod``, KRL ``.dat``, FANUC ``.ls`` or INFORM ``.jbi``.
-    uframes : mapping of str to (sequence of float or str), optional
+    uframes : mapping of str to (sequence of float or str)
         User frames by name or number as the program calls them; the key ``""`` holds for every point whose frame is not
         known otherwise. Values are numbers in the order of that controller's pendant (mm and degrees; RAPID: mm and
         q1 to q4), ``base``, or the name of a frame that the file carries.
@@ -66,6 +60,22 @@ def read_taught_program(
         of this kind: coordinates in a program were computed with the controller's nominal model.
     points : sequence of str, optional
         Only these.
+    """
+
+    uframes: Mapping[str, str | Sequence[float]] = field(default_factory=dict)
+    tool: Sequence[float] | None = None
+    arm: Arm | None = None
+    points: Sequence[str] | None = None
+
+
+def read_taught_program(path: Path, reading: ProgramReading | None = None) -> TaughtPoints:
+    """Read the taught points of a program as points in `base`.
+
+    Parameters
+    ----------
+    path : Path
+        RAPID ``.mod``, KRL ``.dat``, FANUC ``.ls`` or INFORM ``.jbi``.
+    reading : ProgramReading, optional
 
     Returns
     -------
@@ -80,42 +90,60 @@ def read_taught_program(
         When it breaks its format, holds no points or no such points, or does not say in which frame a point stands.
     """
     require_program(path)
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
-    return parse_taught_program(raw, path, uframes=uframes, tool=tool, arm=arm, points=points)
+    return points_in_base(parse_program(read_bytes(path), path), path, reading or ProgramReading())
 
 
-def parse_taught_program(
-    raw: bytes,
-    path: Path,
-    *,
-    uframes: Mapping[str, str | Sequence[float]] | None = None,
-    tool: Sequence[float] | None = None,
-    arm: Arm | None = None,
-    points: Sequence[str] | None = None,
-) -> TaughtPoints:
-    """Return the taught points that the bytes of a program hold; parameters and errors as in `read_taught_program`.
+def parse_program(raw: bytes, path: Path) -> ProgramPoints:
+    """Return what the bytes of a program hold, in the frames that it names; unusable points as well.
 
     Parameters
     ----------
     raw : bytes
     path : Path
         Its suffix tells the language; messages name it.
+
+    Raises
+    ------
+    InputError
+        When the suffix is unknown.
+    FormatError
+        When the program breaks its format.
     """
-    language = _language(path)
-    shown = str(path)
-    found = language.read(raw.decode(ENCODING), shown)
-    chosen = _chosen(found, points, shown)
-    given = {key: _given_frame(key, value, language, found) for key, value in (uframes or {}).items()}
+    return _language(path).read(raw.decode(ENCODING), str(path))
+
+
+def usable_points(found: ProgramPoints, *, arm: Arm | None = None) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Return the names of the points that have coordinates (or joints, with an arm), and why the others have none."""
+    count = Counter(point.name for point in found.points)
+    faults = {
+        point.name: f"appears {count[point.name]} times" if count[point.name] > 1 else point.fault or ""
+        for point in found.points
+        if count[point.name] > 1 or (point.fault and not (arm is not None and point.joints is not None))
+    }
+    return tuple(name for name in count if name not in faults), faults
+
+
+def points_in_base(found: ProgramPoints, path: Path, reading: ProgramReading) -> TaughtPoints:
+    """Return the points of a program in `base`; errors as in `read_taught_program`.
+
+    Parameters
+    ----------
+    found : ProgramPoints
+        From `parse_program` of the same path.
+    path : Path
+    reading : ProgramReading
+    """
+    language, shown = _language(path), str(path)
+    tool, arm = reading.tool, reading.arm
+    chosen = _chosen(found, reading.points, shown)
+    given = {key: _given_frame(key, value, language, found) for key, value in reading.uframes.items()}
     if tool is not None and (len(tool) != 3 or not all(math.isfinite(v) for v in tool)):
         raise InputError(f"tool: expected x, y, z in mm, got {list(tool)}")
     _require_one_space(chosen, arm, shown)
     p_base = [
-        _in_base(point, given, tool, found, language, shown)
-        if arm is None or point.joints is None
-        else _through_arm(point, point.joints, arm, tool, shown)
+        _through_arm(point, point.joints, arm, tool, shown)
+        if arm is not None and point.joints is not None
+        else _in_base(point, given, tool, found, language, shown)
         for point in chosen
     ]
     names = tuple(point.name for point in chosen)
@@ -129,23 +157,6 @@ def parse_taught_program(
         tuple(point.line for point in chosen),
         RobotSpace.NOMINAL if arm is None else arm.space,
     )
-
-
-def program_points(raw: bytes, path: Path) -> tuple[ProgramPoint, ...]:
-    """Return all points that the bytes of a program hold, in the frames that it names, unusable ones as well.
-
-    Parameters
-    ----------
-    raw : bytes
-    path : Path
-        Its suffix tells the language; messages name it.
-
-    Raises
-    ------
-    FormatError
-        When it breaks its format.
-    """
-    return _language(path).read(raw.decode(ENCODING), str(path)).points
 
 
 def names_as_features(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> TaughtPoints:

@@ -10,7 +10,7 @@ import numpy as np
 
 from wpcal.calibrate.result import SCHEMA as CALIBRATION_SCHEMA
 from wpcal.core.errors import FormatError, FrameError, InputError
-from wpcal.core.records import read_json
+from wpcal.core.records import read_bytes, read_json
 from wpcal.seam.record import SEAMS_SCHEMA
 from wpcal.viewer import read_part_glb
 
@@ -90,10 +90,7 @@ def _read_part(path: Path, calibration: dict[str, Any]) -> bytes | None:
     """Return the bytes of the mesh when they belong to the calibrated part."""
     if not path.exists():
         return None
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+    data = read_bytes(path)
     expected = calibration.get("inputs", {}).get("part", {}).get("sha256")
     if read_part_glb(data, path=str(path)).sha256 != expected:
         raise FormatError("was made from another STEP file than calibration.json", path=str(path))

@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import FormatError, InputError
+from wpcal.core.errors import FormatError
+from wpcal.core.records import read_bytes
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.arm import Arm, Joint
@@ -70,9 +71,7 @@ def read_urdf(path: Path, *, base_link: str | None = None, tip_link: str | None 
         When it is no URDF, branches, or has a joint on the way that is neither revolute nor fixed.
     """
     try:
-        root = ET.fromstring(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+        root = ET.fromstring(read_bytes(path).decode("utf-8"))
     except (ET.ParseError, UnicodeDecodeError) as error:
         raise FormatError(f"is not XML: {error}", path=str(path)) from None
     try:

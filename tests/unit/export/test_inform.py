@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from wpcal.core.errors import FormatError, InputError
-from wpcal.export import ControllerSettings, MotionSettings, read_taught_program
+from wpcal.export import ControllerSettings, MotionSettings, ProgramReading, read_taught_program
 from wpcal.export.inform import write_inform
 
 ATOL_MM = 0.9e-3
@@ -117,7 +117,7 @@ END
 def taught(tmp_path, text, **options):
     path = tmp_path / "teach.jbi"
     path.write_bytes(text.encode("latin-1"))
-    return read_taught_program(path, **options)
+    return read_taught_program(path, ProgramReading(**options))
 
 
 def test_taught_points_are_read_with_their_frame(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 
 from wpcal.core.errors import FormatError
 from wpcal.core.robot_space import RobotSpace
-from wpcal.export import read_taught_program
+from wpcal.export import ProgramReading, read_taught_program
 from wpcal.export.taught_program import taught_csv
 from wpcal.robot.arm_file import find_arm
 
@@ -36,7 +36,7 @@ def arm():
 def read(folder, name, text=None, **options):
     path = folder / name
     path.write_text(text or FILES[name])
-    return read_taught_program(path, **options)
+    return read_taught_program(path, ProgramReading(**options))
 
 
 @pytest.mark.parametrize("name", FILES)

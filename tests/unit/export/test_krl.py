@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from wpcal.core.errors import FormatError, InputError
-from wpcal.export import ControllerSettings, read_taught_program
+from wpcal.export import ControllerSettings, ProgramReading, read_taught_program
 from wpcal.export.krl import write_krl
 
 ATOL_MM = 1e-5
@@ -100,7 +100,7 @@ ENDDAT
 def taught(tmp_path, text, **options):
     path = tmp_path / "teach.dat"
     path.write_bytes(text.encode("latin-1"))
-    return read_taught_program(path, **options)
+    return read_taught_program(path, ProgramReading(**options))
 
 
 def test_taught_points_stand_in_the_base_that_fdat_names(tmp_path):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import FormatError
-from wpcal.export import read_taught_program
+from wpcal.export import ProgramReading, read_taught_program
 
 PROGRAMS = Path(__file__).resolve().parents[4] / "shared" / "programs"
 NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
@@ -45,7 +45,7 @@ def robtargets(path):
 def test_every_position_is_read(name, count, points):
     path = PROGRAMS / name
     expected = np.array(PLACES[path.suffix].findall(path.read_text(encoding="latin-1")), dtype=float)
-    read = read_taught_program(path, uframes={"": "base"}, tool=[0, 0, 0], points=points(path))
+    read = read_taught_program(path, ProgramReading({"": "base"}, [0, 0, 0], points=points(path)))
     assert len(read.names) == count
     np.testing.assert_array_equal(read.p_base, expected)
 

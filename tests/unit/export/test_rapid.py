@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from wpcal.core.errors import FormatError, InputError
-from wpcal.export import ControllerSettings, read_taught_program
+from wpcal.export import ControllerSettings, ProgramReading, read_taught_program
 from wpcal.export.rapid import write_rapid
 
 ATOL_MM = 1e-5
@@ -105,7 +105,7 @@ def test_long_names_are_cut_and_stay_apart(make_program):
 def taught(tmp_path, text, **options):
     path = tmp_path / "taught.mod"
     path.write_bytes(text.encode("latin-1"))
-    return read_taught_program(path, **options)
+    return read_taught_program(path, ProgramReading(**options))
 
 
 TAUGHT = """MODULE Taught
