@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from cad.workpiece import Progress, SeamChoice, Workpiece, find_seams, no_progress, open_workpiece
+from cad.workpiece import SeamChoice, Workpiece, find_seams, open_workpiece
 from wpcal.advise import Advice, advise
 from wpcal.calibrate import Criterion
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core.errors import InputError
+from wpcal.core.progress import Progress, no_progress
 from wpcal.features import POINT_KINDS, FeatureKind, Touchable, feature_named, judge_features
 from wpcal.seam import Seam, SeamOptions
 
@@ -39,7 +41,7 @@ class AdviseOptions:
 
     points: int = 4
     seams: tuple[str, ...] = ()
-    sigma_mm: float = 0.3
+    sigma_mm: float = USUAL_SIGMA_MM
     criterion: Criterion = Criterion.MINIMAX
     have: tuple[str, ...] = ()
     exclude: tuple[str, ...] = ()

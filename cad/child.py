@@ -18,7 +18,7 @@ import sys
 import tempfile
 import threading
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
@@ -26,6 +26,7 @@ from typing import IO, Any
 
 from cad.system_libraries import libgl_explained
 from wpcal.core.errors import KernelError, WpcalError
+from wpcal.core.progress import Progress
 
 DEFAULT_TIMEOUT_S = 600.0
 """Twenty times what the kernel needs for the largest real part tried (170 MB, 30 s)."""
@@ -36,8 +37,6 @@ _ALARM_GRACE_S = 30
 
 CRASH_SIGNALS = frozenset({"SIGSEGV", "SIGABRT", "SIGBUS", "SIGFPE", "SIGILL"})
 """What a fault of compiled code ends with."""
-
-Progress = Callable[[str], None]
 
 
 class ChildFaultError(RuntimeError):

@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from cad.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
-from cad.workpiece import Progress, Workpiece, find_seams, no_progress, open_workpiece
+from cad.workpiece import Workpiece, find_seams, open_workpiece
 from wpcal.calibrate import CalibrationResult
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import blamed_on
 from wpcal.core.issue import Issue
+from wpcal.core.progress import Progress, no_progress
 from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.export.taught_program import names_as_features

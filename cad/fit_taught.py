@@ -11,10 +11,11 @@ from functools import partial
 
 import numpy as np
 
-from cad.workpiece import Progress, SeamChoice, Workpiece, no_progress
+from cad.workpiece import SeamChoice, Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, calibrate
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import blamed_on
+from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
 from wpcal.export.taught_program import names_as_features
 from wpcal.features import ReferenceFeature

@@ -16,8 +16,8 @@ import numpy as np
 
 from cad.append_colors import with_solid_colors
 from cad.convert import WrittenCalibration, calibrate_files
-from cad.workpiece import Progress, no_progress
 from wpcal.core.arrays import FloatArray
+from wpcal.core.progress import Progress, no_progress
 from wpcal.core.records import to_json, write_file
 from wpcal.core.transform import RigidTransform
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -14,17 +14,12 @@ from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
+from wpcal.core.progress import Progress, no_progress
 from wpcal.features import ReferenceFeature, Touchable, find_features, judge_features
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.bead import add_beads
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.interpenetration import interpenetrating_solids
-
-Progress = Callable[[str], None]
-
-
-def no_progress(_: str) -> None:
-    """Say nothing."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+
+from wpcal.core.progress import Progress, no_progress
 
 
 @contextmanager
-def shown_progress() -> Iterator[Callable[[str], None]]:
+def shown_progress() -> Iterator[Progress]:
     """Yield a function that shows one line of text beside a spinner; it does nothing where nobody looks."""
     if not sys.stderr.isatty():
-        yield lambda _: None
+        yield no_progress
         return
     from rich.console import Console
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from cad.fit_taught import CalibrateOptions
@@ -10,7 +9,7 @@ from cad.pick.part import PickPart
 from cad.pick.rows import Rows
 from wpcal.report.page import seam_columns
 from wpcal.seam.record import seams_record
-from wpcal.viewer import build_page
+from wpcal.viewer import build_page, json_blob
 
 BODY = """
 <main id="page"></main>
@@ -49,11 +48,7 @@ def build_pick_page(part: PickPart, rows: Rows, options: CalibrateOptions, *, sa
         "command": command,
     }
     columns = [seam_columns(seam["frames"]) for seam in record["seams"]]
-    blobs = {"features": _json(features), "frames": _json(columns)}
+    blobs = {"features": json_blob(features), "frames": json_blob(columns)}
     if part.part_glb is not None:
         blobs["part"] = part.part_glb
     return build_page(title=f"Pick {part.file_name}", entry="pick", body=BODY, data=data, blobs=blobs, connects=True)
-
-
-def _json(value: Any) -> bytes:
-    return json.dumps(value, separators=(",", ":"), allow_nan=False).encode("utf-8")

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from cad.workpiece import Progress, SeamChoice, Workpiece, find_seams, judge_workpiece, no_progress, open_workpiece
+from cad.workpiece import SeamChoice, Workpiece, find_seams, judge_workpiece, open_workpiece
+from wpcal.core.progress import Progress, no_progress
 from wpcal.features import Touchable
 from wpcal.seam import Seam, SeamOptions
 

@@ -15,6 +15,7 @@ from cad.pick.part import PickPart
 from cad.pick.rows import Rows, read_rows
 from wpcal.advise import advise_set
 from wpcal.calibrate import CalibrationResult, Criterion
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.records import write_file
@@ -31,7 +32,6 @@ from wpcal.export.taught_program import (
     usable_points,
 )
 from wpcal.features import ReferenceFeature, feature_named
-from wpcal.match.nameless import USUAL_SIGMA_MM
 from wpcal.match.taught import TaughtPoints, taught_from_table
 
 NO_FILE = ""

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from cad.sheet.paper import A3, Paper, SheetLayout, lay_out, scale_words
-from cad.workpiece import Progress, Workpiece, no_progress, open_workpiece
+from cad.workpiece import Workpiece, open_workpiece
 from cad.write_dxf import reproducible
 from wpcal import __version__
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.progress import Progress, no_progress
 from wpcal.features import ReferenceFeature, feature_named
 
 SHEET_SUFFIXES = (".pdf", ".svg", ".dxf", ".png")

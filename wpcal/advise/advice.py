@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,9 +13,10 @@ import numpy as np
 
 from wpcal.advise.design import Design, least_swap, spread_rows
 from wpcal.calibrate.criteria import Criterion
-from wpcal.calibrate.uncertainty import error_95, isotropic_covariance, minimax_covariance
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, error_95, isotropic_covariance, minimax_covariance
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.progress import Progress, no_progress
 from wpcal.features.reference import FeatureKind, ReferenceFeature
 from wpcal.features.touchable import Ease, Touchable
 from wpcal.match.places import Places
@@ -36,8 +37,6 @@ SWAP_PRICE = 1.25
 """A set whose names can be exchanged unseen is advised only where every other has an error larger by this factor: on a
 frame whose only free corners are those of a box the others have 1.6 times the error."""
 ADVICE_SCHEMA = "wpcal/advice/1"
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,7 +130,7 @@ def advise(
     seams: Sequence[Seam],
     *,
     points: int = 4,
-    sigma_mm: float = 0.3,
+    sigma_mm: float = USUAL_SIGMA_MM,
     criterion: Criterion = Criterion.MINIMAX,
     have: Sequence[ReferenceFeature] = (),
     seed: int = 0,
@@ -176,7 +175,7 @@ def advise(
     """
     choice, eases = _begun(candidates, seams, points, sigma_mm, criterion, have, seed)
     places = choice.places
-    say = progress or (lambda _: None)
+    say = progress or no_progress
     held = tuple(places.holding(feature.name) for feature in have)
     counts = sorted({points, *(n for n in USUAL_COUNTS if n >= max(3, len(held)))} & set(range(len(places.p) + 1)))
     by_count = {n: choice.best(n, held, say) for n in counts}
@@ -210,7 +209,7 @@ def advise_set(
     """
     choice, _ = _begun(candidates, seams, points, sigma_mm, criterion, have, seed)
     held = tuple(choice.places.holding(feature.name) for feature in have)
-    best = choice.best(points, held, lambda _: None)
+    best = choice.best(points, held, no_progress)
     if not _fills_a_plane(choice.places.p[list(held)]):
         return best
     return min(choice.predicted(np.array(held)), best, key=lambda found: found.error_95_mm)

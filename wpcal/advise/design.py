@@ -12,7 +12,7 @@ judged at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations, islice, permutations
 
@@ -22,6 +22,7 @@ from scipy.special import chdtri
 from wpcal.calibrate.least_squares import kabsch
 from wpcal.calibrate.uncertainty import COVERAGE
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.progress import Progress
 from wpcal.core.rotations import cross_matrix
 
 MOST_ENUMERATED = 150_000
@@ -37,8 +38,6 @@ FLAT = 1e-9
 FREEDOMS = np.linspace(1.0, 3.0, 2001)
 QUANTILES = chdtri(FREEDOMS, 1.0 - COVERAGE) / FREEDOMS
 """Of a length of 1 to 3 effective dimensions; the table is exact to 1e-7."""
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

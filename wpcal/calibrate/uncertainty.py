@@ -25,6 +25,8 @@ from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import point_jacobian, translation_adjoint
 
+USUAL_SIGMA_MM = 0.3
+"""Teaching error per axis where none is stated: a careful touch with a worn wire tip."""
 COVERAGE = 0.95
 """Share of the errors that the predicted error is meant to hold."""
 

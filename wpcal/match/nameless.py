@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,8 +11,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from wpcal.calibrate.least_squares import kabsch
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.progress import Progress
 from wpcal.core.transform import RigidTransform
 from wpcal.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature, feature_named
 from wpcal.match.places import Places
@@ -20,8 +22,6 @@ from wpcal.match.search import MOST_ANSWERS, Assignments, find_assignments
 from wpcal.match.symmetry import EXACT_MM, PartMotion, best_next_point
 from wpcal.match.taught import TaughtPoints
 
-USUAL_SIGMA_MM = 0.3
-"""Teaching error per axis where none is stated: a careful touch with a worn wire tip."""
 DECISIVE_ODDS = 1e5
 """An answer stands alone when it is this many times as probable as all others together."""
 COMPARED_ANSWERS = 20
@@ -31,8 +31,6 @@ MOST_TRIED = 500
 LEFT_OVER = 0.01
 """Expected number of wrong answers that still fit, below which a further point is said to settle the matter."""
 MATCH_SCHEMA = "wpcal/match/1"
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,7 +118,7 @@ def match_points(
         Of the part.
     sigma_mm : float, optional
         Teaching error: standard deviation per axis; where not given the largest that the points state themselves, or
-        `USUAL_SIGMA_MM`.
+        `wpcal.calibrate.uncertainty.USUAL_SIGMA_MM`.
     T_nominal_part : RigidTransform, optional
         Where the cell's model has the part: of several answers the nearest is taken.
     kinds : sequence of FeatureKind

@@ -13,7 +13,7 @@ tables of distances, and carries each further taught point into the model: a k-d
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +25,7 @@ from wpcal.calibrate.least_squares import kabsch
 from wpcal.calibrate.uncertainty import isotropic_covariance
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray, as_points, frozen
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.progress import Progress, no_progress
 from wpcal.core.tangent import point_jacobian
 from wpcal.match.occupancy import Occupancy
 from wpcal.match.triangle import Triangle, choose_triangle, fit_triangles
@@ -43,8 +44,6 @@ FLOAT32_SLACK = 2e-6
 """Round-off of a squared distance in float32, as a share of the squared size of the part; later steps are exact."""
 SLACK = 1.05
 """The reach of a prediction is a linear estimate with its second-order term; this covers what is left."""
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,7 +124,7 @@ def find_assignments(
     if len(points) < 3:
         return Assignments(np.empty((0, len(taught)), dtype=np.int64), frozen([]), limit, True)
     search = _Search.prepared(points - points.mean(axis=0), taught - taught.mean(axis=0), limit, allowed)
-    return search.run(progress or (lambda _: None))
+    return search.run(progress or no_progress)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

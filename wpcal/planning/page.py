@@ -6,7 +6,6 @@ No clock, path or host name is in it.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -20,7 +19,7 @@ from wpcal.planning.bodies import PART, TOOL, WORLD, Body, Owner, bodies_of, bod
 from wpcal.planning.cell import CellState, RobotCell, part_in_world, tool_in_world
 from wpcal.planning.output import check_record, freedom_of
 from wpcal.planning.run import CellRun
-from wpcal.viewer import build_page
+from wpcal.viewer import build_page, json_blob
 
 BODY = """
 <main id="page"></main>
@@ -107,7 +106,7 @@ def build_plan_page(
     }
     blobs = {} if part_glb is None else {"part": part_glb}
     for row, run in enumerate(runs):
-        blobs[f"curves-{row}"] = json.dumps(_curves(run, cell), separators=(",", ":"), allow_nan=False).encode("utf-8")
+        blobs[f"curves-{row}"] = json_blob(_curves(run, cell))
         blobs[f"frames-{row}"] = _frames(cell, run.state).astype("<f4").tobytes()
     return build_page(title=f"Plan of seam {runs[0].plan.seam}", entry="plan", body=BODY, data=data, blobs=blobs)
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from wpcal.core.errors import FormatError
-from wpcal.viewer import build_page, read_part_glb
+from wpcal.viewer import build_page, json_blob, read_part_glb
 
 BODY = """
 <main id="page"></main>
@@ -55,7 +54,7 @@ def build_report(
     except (KeyError, TypeError, AttributeError) as error:
         raise FormatError(f"is no complete seams file: {type(error).__name__} {error}", path=path) from None
     data: dict[str, Any] = {"calibration": calibration, "seams": heads, "mesh": None}
-    blobs = {"frames": json.dumps(columns, separators=(",", ":"), allow_nan=False).encode("utf-8")}
+    blobs = {"frames": json_blob(columns)}
     if part_glb is not None:
         data["mesh"] = {"deflection_mm": read_part_glb(part_glb).deflection_mm}
         blobs["part"] = part_glb

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from wpcal.report.page import seam_columns
-from wpcal.viewer import build_page
+from wpcal.viewer import build_page, json_blob
 
 BODY = """
 <main id="page"></main>
@@ -34,7 +33,7 @@ def build_seams_page(seams: dict[str, Any], part_glb: bytes | None, *, file_name
     """
     data = {"file": file_name, "seams": [{key: seam[key] for key in SHOWN} for seam in seams["seams"]]}
     columns = [seam_columns(seam["frames"]) for seam in seams["seams"]]
-    blobs = {"frames": json.dumps(columns, separators=(",", ":"), allow_nan=False).encode("utf-8")}
+    blobs = {"frames": json_blob(columns)}
     if part_glb is not None:
         blobs["part"] = part_glb
     return build_page(title=f"Seams of {file_name}", entry="seams", body=BODY, data=data, blobs=blobs)

@@ -78,6 +78,11 @@ def build_page(
     return "\n".join(lines) + "\n"
 
 
+def json_blob(value: Any) -> bytes:
+    """Return JSON values as one of the page's blobs, which its script reads with ``readJsonBlob(name)``."""
+    return json.dumps(value, separators=(",", ":"), allow_nan=False).encode("utf-8")
+
+
 def _bundle(name: str) -> str:
     text = (files("wpcal.viewer") / "bundles" / name).read_text(encoding="utf-8")
     if "</script" in text.lower() or "</style" in text.lower():

@@ -7,6 +7,7 @@ import pytest
 
 from wpcal.advise.design import Design, least_swap, spread_rows
 from wpcal.calibrate.uncertainty import error_95, isotropic_covariance
+from wpcal.core.progress import no_progress
 from wpcal.core.tangent import exp_rotation
 
 TABLE = 1e-6
@@ -19,10 +20,6 @@ def design(seed: int, features: int = 12) -> Design:
     return Design(rng.uniform(0, 1, (features, 3)) * [300, 200, 80], rng.uniform(0, 1, (9, 3)) * [300, 200, 80])
 
 
-def silent(_: str) -> None:
-    pass
-
-
 def test_the_figure_is_that_of_the_calibration() -> None:
     d = design(0)
     rows = np.array([[0, 3, 5, 9], [1, 2, 6, 11]])
@@ -32,7 +29,7 @@ def test_the_figure_is_that_of_the_calibration() -> None:
 
 def test_points_on_a_line_are_never_the_best() -> None:
     d = Design(np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0], [1, 1, 0.0]]) * 100, np.array([[150.0, 20, 5]]))
-    rows, errors = d.best_sets(3, rng=np.random.default_rng(0), progress=silent)
+    rows, errors = d.best_sets(3, rng=np.random.default_rng(0), progress=no_progress)
     assert np.isinf(d.largest_errors(np.array([[0, 1, 2]]))).all()
     assert (rows == 4).any(axis=1).all()
     assert np.isfinite(errors).all()
@@ -44,10 +41,10 @@ def test_exchange_finds_the_best_of_all_sets(seed: int, monkeypatch: pytest.Monk
     every = np.array(list(combinations(range(16), 4)))
     errors = d.largest_errors(every)
     rng = np.random.default_rng(0)
-    tried, tried_errors = d.best_sets(4, rng=rng, progress=silent)
+    tried, tried_errors = d.best_sets(4, rng=rng, progress=no_progress)
     np.testing.assert_array_equal(tried[0], every[np.argmin(errors)])
     monkeypatch.setattr("wpcal.advise.design.MOST_ENUMERATED", 0)
-    exchanged, exchanged_errors = d.best_sets(4, rng=rng, progress=silent)
+    exchanged, exchanged_errors = d.best_sets(4, rng=rng, progress=no_progress)
     np.testing.assert_array_equal(exchanged[0], tried[0])
     assert exchanged_errors[0] == pytest.approx(tried_errors[0], rel=1e-12)
 
@@ -56,7 +53,7 @@ def test_exchange_finds_the_best_of_all_sets(seed: int, monkeypatch: pytest.Monk
 def test_held_points_stay(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("wpcal.advise.design.MOST_ENUMERATED", most)
     d = design(5)
-    rows, errors = d.best_sets(4, held=(2, 7), rng=np.random.default_rng(0), progress=silent)
+    rows, errors = d.best_sets(4, held=(2, 7), rng=np.random.default_rng(0), progress=no_progress)
     assert (rows == 2).any(axis=1).all()
     assert (rows == 7).any(axis=1).all()
     others = [(2, 7, *pair) for pair in combinations([k for k in range(12) if k not in (2, 7)], 2)]
