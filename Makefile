@@ -31,11 +31,11 @@ bench: $(VENV)/ready ## ratios against named peers, measured in this run
 	$(BIN)/python -m tests.benchmarks
 
 fixtures: $(VENV)/ready ## write fixtures/ anew (golden results only with tests/golden --regenerate), and the files in docs/how-to
-	$(BIN)/python -m cad.samples fixtures
+	$(BIN)/python -m cad.samples.parts fixtures
 	$(BIN)/python docs/make_controller_files.py
 
 viewer: ## build the bundles of the 3-D view anew; needs Node
-	cd viewer && npm ci --ignore-scripts --no-audit --no-fund && node build.mjs
+	cd wpcal/pages/source && npm ci --ignore-scripts --no-audit --no-fund && node build.mjs
 
 shots: $(VENV)/ready ## photograph the pages for docs/; needs chromium
 	sh .ci/browser

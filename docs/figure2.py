@@ -9,8 +9,9 @@ import matplotlib as mpl
 mpl.use("svg")
 import matplotlib.pyplot as plt
 
-from wpcal.calibrate import anneal_pairs, read_pairs
+from wpcal.calibrate import anneal_pairs
 from wpcal.optim import AnnealingSchedule
+from wpcal.taught.pairs import read_pairs
 
 ROOT = Path(__file__).parents[1]
 PAPER_MM = 0.221581

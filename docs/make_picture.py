@@ -6,8 +6,8 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
-from cad.samples import SAMPLES
-from cad.to_brep import to_brep
+from cad.kernel.to_brep import to_brep
+from cad.samples.parts import SAMPLES
 from wpcal.brep.curves import edge_polylines
 from wpcal.features import feature_named, find_features
 from wpcal.seam import detect_seams

@@ -16,9 +16,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from cad.read_step import read_step
-from cad.to_brep import to_brep
-from cad.workpiece import Workpiece, find_seams, open_workpiece
+from cad.kernel.to_brep import to_brep
+from cad.step.read import read_step
+from cad.workpiece.workpiece import Workpiece, find_seams, open_workpiece
 from wpcal.calibrate import calibrate
 from wpcal.core.errors import WpcalError
 from wpcal.core.pairs import PointPairs

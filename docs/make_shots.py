@@ -19,13 +19,13 @@ from typing import Any
 from matplotlib.image import imread, imsave
 from playwright.sync_api import sync_playwright
 
-from cad.convert import calibrate_files
-from cad.fit_taught import CalibrateOptions
 from cad.pick.page import build_pick_page
 from cad.pick.part import read_pick_part
 from cad.pick.server import PickServer
 from cad.pick.session import PickSession
-from cad.workpiece import SeamChoice
+from cad.workpiece.calibrate import calibrate_files
+from cad.workpiece.fit_taught import CalibrateOptions
+from cad.workpiece.workpiece import SeamChoice
 from wpcal.core.records import read_json
 from wpcal.seam import SeamOptions
 

@@ -48,8 +48,8 @@ def advise(*, part_step: Path, out: Path | None, force: bool, as_json: bool, **v
     promise and which point to add. Free sharp corners and holes come first; other features only where these are too
     few.
     """
-    from cad.child import run_in_child
     from cad.cli.progress import shown_progress
+    from cad.kernel.child import run_in_child
     from wpcal.core.errors import InputError
 
     found_by = to_seam_options(values)
@@ -62,7 +62,7 @@ def advise(*, part_step: Path, out: Path | None, force: bool, as_json: bool, **v
         raise InputError(f"{out}: exists; give --force to overwrite it")
     with shown_progress() as progress:
         found: Advice = run_in_child(
-            "cad.advise:advise_points",
+            "cad.workpiece.advise:advise_points",
             {"step": part_step, "options": options, "seam_options": found_by, "choice": choice},
             what=f"advising for {part_step}",
             progress=progress,
@@ -82,7 +82,7 @@ def advise(*, part_step: Path, out: Path | None, force: bool, as_json: bool, **v
 
 
 def _options(values: dict[str, Any]) -> Any:
-    from cad.advise import AdviseOptions
+    from cad.workpiece.advise import AdviseOptions
     from wpcal.calibrate import Criterion
     from wpcal.features import POINT_KINDS, FeatureKind
 

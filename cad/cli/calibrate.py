@@ -11,8 +11,8 @@ from cad.cli.options import fit_options, seam_choice_options, seam_options, to_c
 from wpcal.cli.program_options import program_options, read_touched
 
 if TYPE_CHECKING:
-    from cad.convert import WrittenCalibration
-    from wpcal.planning.grasp import Holding
+    from cad.workpiece.calibrate import WrittenCalibration
+    from wpcal.planning.cell.grasp import Holding
 
 
 @click.command()
@@ -63,8 +63,8 @@ def calibrate(*, part_step: Path, taught: Path, out: Path, force: bool, as_json:
 
 def run_calibration(part_step: Path, taught: Path, out: Path, *, force: bool, **values: Any) -> WrittenCalibration:
     """Check what can be checked without the kernel, then calibrate in a child process."""
-    from cad.child import run_in_child
     from cad.cli.progress import shown_progress
+    from cad.kernel.child import run_in_child
     from wpcal.core.records import check_writable
 
     options, nominal = to_calibrate_options(values)
@@ -83,7 +83,7 @@ def run_calibration(part_step: Path, taught: Path, out: Path, *, force: bool, **
     }
     with shown_progress() as progress:
         written: WrittenCalibration = run_in_child(
-            "cad.convert:calibrate_files", arguments, what=f"calibrating {part_step}", progress=progress
+            "cad.workpiece.calibrate:calibrate_files", arguments, what=f"calibrating {part_step}", progress=progress
         )
     return written if holding is None else write_grasp(holding, written, out)
 
@@ -97,7 +97,7 @@ def read_holder(cell_json: Path | None, joints_deg: str | None) -> Holding | Non
         When only one of them is.
     """
     from wpcal.core.errors import InputError
-    from wpcal.planning.grasp import read_holding
+    from wpcal.planning.cell.grasp import read_holding
 
     if (cell_json is None) != (joints_deg is None):
         raise InputError("--cell and --holder-joints belong together: where robot 2 stands and how it held the part")
@@ -109,7 +109,7 @@ def write_grasp(holding: Holding, written: WrittenCalibration, out: Path) -> Wri
     from dataclasses import replace
 
     from wpcal.core.records import to_json, write_file
-    from wpcal.planning.grasp import cell_files, solve_grasp
+    from wpcal.planning.cell.grasp import cell_files, solve_grasp
 
     files = cell_files(holding, solve_grasp(holding, written.result.T_base_part))
     for name, record in files.items():

@@ -12,15 +12,15 @@ import click
 @click.option("--force", is_flag=True, help="Write into a folder that exists and holds files.")
 def demo(*, out: Path, force: bool) -> int:
     """Make a sample part with taught points and calibrate it; writes both and the results into one folder."""
-    from cad.child import run_in_child
     from cad.cli.calibrate import show_written
     from cad.cli.progress import shown_progress
+    from cad.kernel.child import run_in_child
     from wpcal.core.records import check_writable
 
     check_writable(out, overwrite=force)
     with shown_progress() as progress:
         written = run_in_child(
-            "cad.samples:calibrate_sample",
+            "cad.samples.parts:calibrate_sample",
             {"out": out, "overwrite": force},
             what="calibrating the sample",
             progress=progress,

@@ -31,14 +31,14 @@ def features(
     B: bosses, pins and the outsides of pipes. L: slots. X: corners that a round took away. E: ends of edges that are no
     corners. P: datum planes. A: cylinder axes. The easiest to touch come first: sharp, round, hidden, vague, indirect.
     """
-    from cad.child import run_in_child
     from cad.cli.progress import shown_progress
+    from cad.kernel.child import run_in_child
     from wpcal.features import FeatureKind, choose_features
 
     place = None if near is None else _place(near)
     with shown_progress() as progress:
         judged = run_in_child(
-            "cad.workpiece:list_features", {"step": part_step}, what=f"reading {part_step}", progress=progress
+            "cad.workpiece.workpiece:list_features", {"step": part_step}, what=f"reading {part_step}", progress=progress
         )
     kinds = [FeatureKind(letter) for letter in kind]
     chosen = choose_features(

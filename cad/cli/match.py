@@ -51,8 +51,8 @@ def match(
     error can explain. Ends with code 2 when it cannot be told which of them is true; the line on stderr then says what
     would settle it.
     """
-    from cad.child import run_in_child
     from cad.cli.progress import shown_progress
+    from cad.kernel.child import run_in_child
     from wpcal.features import POINT_KINDS, FeatureKind
 
     arguments = {
@@ -63,7 +63,9 @@ def match(
         "kinds": tuple(FeatureKind(letter) for letter in kind) or POINT_KINDS,
     }
     with shown_progress() as progress:
-        found: Match = run_in_child("cad.convert:match_taught", arguments, what=f"matching {taught}", progress=progress)
+        found: Match = run_in_child(
+            "cad.workpiece.calibrate:match_taught", arguments, what=f"matching {taught}", progress=progress
+        )
     if as_json:
         from wpcal.core.records import to_json
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from cad.fit_taught import CalibrateOptions
-    from cad.workpiece import SeamChoice
+    from cad.workpiece.fit_taught import CalibrateOptions
+    from cad.workpiece.workpiece import SeamChoice
     from wpcal.core.transform import RigidTransform
     from wpcal.seam import SeamOptions
 
@@ -121,7 +121,7 @@ def seam_choice_options(command: Command) -> Command:
 
 def to_calibrate_options(values: dict[str, Any]) -> tuple[CalibrateOptions, RigidTransform | None]:
     """Take the values of `fit_options` and `seam_options` out of a command's arguments; with ``T_nominal_part``."""
-    from cad.fit_taught import CalibrateOptions
+    from cad.workpiece.fit_taught import CalibrateOptions
     from wpcal.calibrate import Criterion, Solver, TeachingError
 
     seams = to_seam_options(values)
@@ -162,7 +162,7 @@ def to_seam_options(values: dict[str, Any]) -> SeamOptions:
 
 def to_seam_choice(values: dict[str, Any]) -> SeamChoice:
     """Take the values of `seam_choice_options` out of a command's arguments and read the edits."""
-    from cad.workpiece import SeamChoice
+    from cad.workpiece.workpiece import SeamChoice
     from wpcal.seam.edit import read_edits
 
     path, marked, edges = (values.pop(name) for name in ("seams_file", "marked", "edges"))

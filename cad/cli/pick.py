@@ -82,8 +82,8 @@ def open_session(
     part_step: Path, taught: Path | None, out: Path, *, overwrite: bool, values: dict[str, Any]
 ) -> tuple[PickSession, bytes | None]:
     """Check what can be checked without the kernel, then read the part in a child process; with the bytes of TAUGHT."""
-    from cad.child import run_in_child
     from cad.cli.progress import shown_progress
+    from cad.kernel.child import run_in_child
     from cad.pick.session import PickSession
     from wpcal.core.errors import InputError
     from wpcal.core.records import read_bytes

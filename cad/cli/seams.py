@@ -27,8 +27,8 @@ def seams(*, part_step: Path, png: Path | None, html: Path | None, force: bool, 
 
     Every candidate has a confidence; those below 50 % are listed apart with what speaks against them.
     """
-    from cad.child import run_in_child
     from cad.cli.progress import shown_progress
+    from cad.kernel.child import run_in_child
     from wpcal.core.records import write_file
     from wpcal.seam.record import seams_record
 
@@ -36,7 +36,7 @@ def seams(*, part_step: Path, png: Path | None, html: Path | None, force: bool, 
     _check_drawings(png, html, overwrite=force)
     with shown_progress() as progress:
         found, picture, part_glb = run_in_child(
-            "cad.workpiece:list_seams",
+            "cad.workpiece.workpiece:list_seams",
             {
                 "step": part_step,
                 "options": options,
@@ -50,7 +50,7 @@ def seams(*, part_step: Path, png: Path | None, html: Path | None, force: bool, 
     if png is not None:
         write_file(png, picture, overwrite=force)
     if html is not None:
-        from wpcal.report import build_seams_page
+        from wpcal.pages.seams import build_seams_page
 
         page = build_seams_page(seams_record(found), part_glb, file_name=part_step.name)
         write_file(html, page.encode("utf-8"), overwrite=force)

@@ -32,8 +32,8 @@ def sheet(*, part_step: Path, out: Path, points: str, paper: str, force: bool, a
     Front, left side, top and a view from above, without hidden lines. The points have the names that `wpcal features`,
     `advise` and `calibrate` use.
     """
-    from cad.child import run_in_child
     from cad.cli.progress import shown_progress
+    from cad.kernel.child import run_in_child
     from wpcal.core.errors import InputError
     from wpcal.core.records import write_file
 

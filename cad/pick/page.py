@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from cad.fit_taught import CalibrateOptions
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows
-from wpcal.report.page import seam_columns
+from cad.workpiece.fit_taught import CalibrateOptions
+from wpcal.pages.html import build_page, json_blob
+from wpcal.pages.report import seam_columns
 from wpcal.seam.record import seams_record
-from wpcal.viewer import build_page, json_blob
 
 BODY = """
 <main id="page"></main>

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from cad.workpiece import SeamChoice, Workpiece, find_seams, judge_workpiece, open_workpiece
+from cad.workpiece.workpiece import SeamChoice, Workpiece, find_seams, judge_workpiece, open_workpiece
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features import Touchable
 from wpcal.seam import Seam, SeamOptions
@@ -41,8 +41,8 @@ class PickPart:
 def read_pick_part(
     step: Path, *, options: SeamOptions, choice: SeamChoice, progress: Progress = no_progress
 ) -> PickPart:
-    """Read a STEP file, its features and seams, and draw it; parameters and errors as in `cad.workpiece`."""
-    from cad.tessellate import mesh_part
+    """Read a STEP file, its features and seams, and draw it; parameters and errors as in `cad.workpiece.workpiece`."""
+    from cad.kernel.tessellate import mesh_part
 
     workpiece = open_workpiece(step, progress=progress)
     touchables = judge_workpiece(workpiece, progress=progress)

@@ -10,18 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from cad.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, read_rows
+from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
 from wpcal.advise import advise_set
 from wpcal.calibrate import CalibrationResult, Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
-from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import FormatError, InputError, WpcalError
-from wpcal.core.records import write_file
-from wpcal.core.tables import parse_table
-from wpcal.core.transform import RigidTransform
-from wpcal.export.taught_program import (
+from wpcal.controllers.taught_program import (
     ProgramReading,
     is_program,
     names_as_features,
@@ -31,8 +26,13 @@ from wpcal.export.taught_program import (
     taught_csv,
     usable_points,
 )
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import FormatError, InputError, WpcalError
+from wpcal.core.records import write_file
+from wpcal.core.tables import parse_table
+from wpcal.core.transform import RigidTransform
 from wpcal.features import ReferenceFeature, feature_named
-from wpcal.match.taught import TaughtPoints, taught_from_table
+from wpcal.taught.table import TaughtPoints, taught_from_table
 
 NO_FILE = ""
 """Rows in the page are in no file: messages about them begin with the row."""
@@ -147,7 +147,7 @@ class PickSession:
         Raises
         ------
         InputError
-            As `wpcal.match.read_taught` or `wpcal.export.taught_program.read_taught_program`.
+            As `wpcal.match.read_taught` or `wpcal.controllers.taught_program.read_taught_program`.
         """
         path = Path(name)
         if not is_program(path):

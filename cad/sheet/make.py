@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from cad.draw.dxf import reproducible
 from cad.sheet.paper import A3, Paper, SheetLayout, lay_out, scale_words
-from cad.workpiece import Workpiece, open_workpiece
-from cad.write_dxf import reproducible
+from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal import __version__
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
@@ -123,7 +123,7 @@ def _drawn(layout: SheetLayout, rows: list[Any], title: Any) -> Any:
 def _features(workpiece: Workpiece, options: SheetOptions, progress: Progress) -> tuple[ReferenceFeature, ...]:
     if options.names:
         return tuple(feature_named(workpiece.features, name) for name in options.names)
-    from cad.advise import AdviseOptions, advise_workpiece
+    from cad.workpiece.advise import AdviseOptions, advise_workpiece
     from wpcal.seam import SeamOptions
 
     chosen = AdviseOptions(points=options.count)

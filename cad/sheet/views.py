@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from cad.kernel import EDGE, VERTEX, compound, kernel_call, sub_shapes, vertex_points
+from cad.kernel.ocp import EDGE, VERTEX, compound, kernel_call, sub_shapes, vertex_points
 from wpcal.brep import BrepGraph
+from wpcal.brep.rays import is_blocked
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, frozen
-from wpcal.seam.reach import is_blocked
 
 CHORD_PART = 2e-4
 """Chord error of the triangles as a part of the diagonal: a tenth of a pen's width on a view of 150 mm."""

@@ -6,13 +6,13 @@ Usage: python in_steps.py PART.step TAUGHT.csv MOVED.step
 import sys
 from pathlib import Path
 
-from cad.read_step import read_step
-from cad.to_brep import to_brep
-from cad.write_step import write_moved_step
+from cad.kernel.to_brep import to_brep
+from cad.step.read import read_step
+from cad.step.write import write_moved_step
 from wpcal.calibrate import calibrate
 from wpcal.features import find_features
-from wpcal.match import pair_points, read_taught
 from wpcal.seam import SeamOptions, StepOptions, detect_seams
+from wpcal.taught.table import pair_points, read_taught
 
 part_step, taught_csv, moved_step = (Path(argument) for argument in sys.argv[1:])
 

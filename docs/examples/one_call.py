@@ -2,11 +2,11 @@
 
 from build123d import Box, Pos
 
-from cad.convert import calibrate_workpiece
-from cad.workpiece import open_workpiece
+from cad.workpiece.calibrate import calibrate_workpiece
+from cad.workpiece.workpiece import open_workpiece
 from wpcal.core import RigidTransform
 from wpcal.features import feature_named
-from wpcal.match import TaughtPoints
+from wpcal.taught.table import TaughtPoints
 
 # A web upright on a plate, as a script models it. A label becomes the name of the solid.
 plate = Pos(100, 60, 5) * Box(200, 120, 10)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from cad.workpiece import find_seams, open_workpiece
+from cad.workpiece.workpiece import find_seams, open_workpiece
 from wpcal.advise import advise
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.uncertainty import COVERAGE, error_95, minimax_covariance

@@ -15,9 +15,9 @@ import numpy as np
 from rich.table import Table
 from scipy.optimize import differential_evolution, dual_annealing
 
-from wpcal.calibrate import read_pairs
-from wpcal.calibrate.annealed import SearchProblem, about_centroid
+from wpcal.calibrate.points.annealed import SearchProblem, about_centroid
 from wpcal.optim import anneal
+from wpcal.taught.pairs import read_pairs
 
 TABLE1 = Path(__file__).parents[2] / "fixtures" / "yin2003" / "table1.csv"
 OPTIMUM_MM = 0.2198230047896

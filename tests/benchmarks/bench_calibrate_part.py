@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from cad.convert import calibrate_files
-from cad.workpiece import find_seams, open_workpiece
+from cad.workpiece.calibrate import calibrate_files
+from cad.workpiece.workpiece import find_seams, open_workpiece
 from wpcal.core.transform import RigidTransform
 from wpcal.seam import SeamOptions
 

@@ -13,12 +13,12 @@ from rich.table import Table
 
 from tests.benchmarks.timing import least_seconds
 from wpcal.core.arrays import FloatArray
-from wpcal.planning.bodies import body_frames, body_pairs
-from wpcal.planning.cell import CellState, RobotCell, Shape
-from wpcal.planning.cell_file import read_cell
-from wpcal.planning.clearance import capsule_clearance
-from wpcal.planning.hulls import capsule_around, fcl_objects, hull_clearance
-from wpcal.planning.recheck import check_path
+from wpcal.planning.cell.bodies import body_frames, body_pairs
+from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.cell.clearance import capsule_clearance
+from wpcal.planning.cell.hulls import capsule_around, fcl_objects, hull_clearance
+from wpcal.planning.cell.robot_cell import CellState, RobotCell, Shape
+from wpcal.planning.plan.recheck import check_path
 
 ROOT = Path(__file__).parents[2]
 CELL = ROOT / "fixtures" / "cells" / "two-mh6.json"

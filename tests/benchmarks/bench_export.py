@@ -14,8 +14,9 @@ from rich.console import Console
 from rich.table import Table
 from scipy.spatial.transform import Rotation
 
+from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.registry import exporter_named, exporter_names
 from wpcal.core.transform import RigidTransform
-from wpcal.export import WeldPath, WeldProgram, exporter_named, exporter_names
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
 REPEATS = 3

@@ -1,9 +1,9 @@
 """Features and seams of large parts against the kernel's raw reader on the same file, in the same run.
 
-The raw reader is the kernel's own `STEPControl_Reader`, parsing and transfer. The part is `cad.structure`, whose seams
-are known in closed form; it is written without edges as curves in surface parameters, as most CAD systems do. Each size
-runs in a process of its own, whose peak memory after the first run is stated. Times are processor times, the least of
-`REPEATS` runs.
+The raw reader is the kernel's own `STEPControl_Reader`, parsing and transfer. The part is
+`cad.samples.steel_structure`, whose seams are known in closed form; it is written without edges as curves in surface
+parameters, as most CAD systems do. Each size runs in a process of its own, whose peak memory after the first run is
+stated. Times are processor times, the least of `REPEATS` runs.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ def main() -> Table:
 
 def measured(bays: int) -> dict[str, float]:
     """Write a structure and measure its reading in a fresh process."""
-    from cad.samples import step_text
-    from cad.structure import structure
+    from cad.samples.parts import step_text
+    from cad.samples.steel_structure import structure
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "structure.step"
@@ -62,7 +62,7 @@ def measured(bays: int) -> dict[str, float]:
 
 def measure(path: Path, bays: int) -> dict[str, float]:
     """Read, find features and seams; then read again with the raw reader."""
-    from cad.structure import seam_counts
+    from cad.samples.steel_structure import seam_counts
 
     rounds = [extraction(path)]
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
@@ -79,9 +79,9 @@ def measure(path: Path, bays: int) -> dict[str, float]:
 
 def extraction(path: Path) -> tuple[dict[str, float], int, Any]:
     """Return the seconds of every step, the number of faces, and the seams."""
-    from cad.read_step import read_step
-    from cad.to_brep import to_brep
-    from cad.workpiece import Workpiece, find_seams
+    from cad.kernel.to_brep import to_brep
+    from cad.step.read import read_step
+    from cad.workpiece.workpiece import Workpiece, find_seams
     from wpcal.features import find_features
     from wpcal.seam import SeamOptions
 

@@ -1,8 +1,8 @@
 """Frames of seams: microseconds a frame on analytic faces and on B-splines, beside the kernel called from Python.
 
-A frame is point, tangent, the normals of two faces and the axes made of them (`wpcal.seam.frames.seam_frames`). The
-kernel is asked for the same numbers as it would be without `BrepGraph`: `BRepAdaptor_Curve.D1`, then for each face the
-nearest point (`ShapeAnalysis_Surface`, with the point before as start) and `D1` there.
+A frame is point, tangent, the normals of two faces and the axes made of them (`wpcal.seam.path.frames.seam_frames`).
+The kernel is asked for the same numbers as it would be without `BrepGraph`: `BRepAdaptor_Curve.D1`, then for each face
+the nearest point (`ShapeAnalysis_Surface`, with the point before as start) and `D1` there.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from cad.samples import box, cut, cylinder
-from cad.to_brep import to_brep
-from cad.topology import explore
+from cad.kernel.to_brep import to_brep
+from cad.kernel.topology import explore
+from cad.samples.parts import box, cut, cylinder
 from wpcal.brep import BrepGraph, CurveKind, SurfaceKind
-from wpcal.seam.discretise import Stations
-from wpcal.seam.frames import seam_frames
+from wpcal.seam.path.discretise import Stations
+from wpcal.seam.path.frames import seam_frames
 from wpcal.seam.seam import SeamPieces
 
 FRAMES = 20_000
@@ -102,7 +102,7 @@ def kernel_frames(shape: Any, graph: BrepGraph, edge: int, faces: tuple[int, int
     from OCP.gp import gp_Pnt, gp_Vec
     from OCP.ShapeAnalysis import ShapeAnalysis_Surface
 
-    from cad.topology import EdgeMap
+    from cad.kernel.topology import EdgeMap
 
     edges, kernel_faces = EdgeMap(), [face for face, _ in explore(shape, "face")]
     for face in kernel_faces:

@@ -2,7 +2,7 @@
 
 The bare fit is `wpcal.calibrate.calibrate` on pairs in hand. The picker's answer goes the whole way: JSON over HTTP,
 the text of the table, names to features, the fit, the errors at every seam's frames, JSON back. The parts are
-structures with hundreds of seams (`cad.structure`).
+structures with hundreds of seams (`cad.samples.steel_structure`).
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from cad.pick.part import PickPart, read_pick_part
 from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.server import PickServer
 from cad.pick.session import PickSession
-from cad.samples import step_text
-from cad.structure import structure
-from cad.workpiece import SeamChoice
+from cad.samples.parts import step_text
+from cad.samples.steel_structure import structure
+from cad.workpiece.workpiece import SeamChoice
 from tests.benchmarks.timing import least_seconds
 from wpcal.calibrate import calibrate
 from wpcal.core.pairs import PointPairs

@@ -11,18 +11,18 @@ from rich.console import Console
 from rich.table import Table
 
 from wpcal.core.arrays import FloatArray
-from wpcal.planning.cell_file import read_cell
-from wpcal.planning.closed_chain import f3, torch_on_seam
-from wpcal.planning.genetic import GeneticOptions, evolve_paths
-from wpcal.planning.linear_model import Path as RobotPath
-from wpcal.planning.objectives import Wishes
-from wpcal.planning.pareto import hypervolume, is_nondominated
-from wpcal.planning.plan import Freedom
-from wpcal.planning.problem import PlanningProblem
-from wpcal.planning.recheck import recheck_clearance
-from wpcal.planning.seam_file import read_seam_path
-from wpcal.planning.search import PlanningResult, best_paths, make_plan, plan_seam
-from wpcal.planning.sweep import sweep_paths
+from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.cell.closed_chain import f3, torch_on_seam
+from wpcal.planning.plan.pareto import hypervolume, is_nondominated
+from wpcal.planning.plan.plan import Freedom
+from wpcal.planning.plan.recheck import recheck_clearance
+from wpcal.planning.plan.seam_file import read_seam_path
+from wpcal.planning.search.genetic import GeneticOptions, evolve_paths
+from wpcal.planning.search.linear_model import Path as RobotPath
+from wpcal.planning.search.objectives import Wishes
+from wpcal.planning.search.plan_seam import PlanningResult, best_paths, make_plan, plan_seam
+from wpcal.planning.search.problem import PlanningProblem
+from wpcal.planning.search.sweep import sweep_paths
 
 CELLS = Path(__file__).parents[2] / "fixtures" / "cells"
 REPEATS = 3

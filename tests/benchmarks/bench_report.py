@@ -17,14 +17,14 @@ from typing import Any
 from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 from rich.table import Table
 
-from cad import kernel
-from cad.read_step import read_step
-from cad.samples import box, cut, cylinder
-from cad.tessellate import tessellate
+from cad.kernel import ocp as kernel
+from cad.kernel.tessellate import tessellate
+from cad.samples.parts import box, cut, cylinder
+from cad.step.read import read_step
 from tests.benchmarks.timing import least_seconds
+from wpcal.brep.mesh_glb import write_part_glb
 from wpcal.core.transform import RigidTransform
-from wpcal.report import build_report
-from wpcal.viewer import write_part_glb
+from wpcal.pages.report import build_report
 
 GOLDEN = Path(__file__).resolve().parents[2] / "fixtures" / "tee" / "golden"
 PLATES = (50, 500, 1500)

@@ -14,10 +14,10 @@ from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
 from OCP.gp import gp_Pnt
 from OCP.STEPControl import STEPControl_Reader, STEPControl_StepModelType, STEPControl_Writer
 
-from cad import kernel
-from cad.append_step import append_placement, with_entities
-from cad.bake_step import bake_text
-from cad.step_text import read_step_text
+from cad.kernel import ocp as kernel
+from cad.step.append import append_placement, with_entities
+from cad.step.bake import bake_text
+from cad.step.open_text import read_step_text
 from wpcal.core.errors import FormatError
 from wpcal.core.records import write_file
 from wpcal.core.transform import RigidTransform

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wpcal.brep.mesh import PartMesh, SolidMesh
+from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.core.arrays import FloatArray
-from wpcal.report import build_report, read_report_files
-from wpcal.viewer import PartMesh, read_part_glb, write_part_glb
-from wpcal.viewer.part_mesh import SolidMesh
+from wpcal.pages.report import build_report
+from wpcal.results.report_files import read_report_files
 
 SADDLE = Path(__file__).parents[2] / "fixtures" / "saddle"
 HOSTILE = "</script><img src=x onerror=window.hacked=1>"

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from wpcal.report import build_seams_page
+from wpcal.pages.seams import build_seams_page
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 HOSTILE = "</script><img src=x onerror=window.hacked=1>"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cad.read_step import read_step
-from cad.write_step import write_moved_step
+from cad.step.read import read_step
+from cad.step.write import write_moved_step
 from wpcal.core.transform import RigidTransform
 
 

@@ -15,7 +15,7 @@ from OCP.TDocStd import TDocStd_Document
 from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
-from cad import kernel
+from cad.kernel import ocp as kernel
 from wpcal.core.transform import RigidTransform
 
 SECOND_USE = RigidTransform.from_six_tuple([100.0, 20.0, 5.0, 0.1, 0.2, 0.3], target="part", source="product")

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.compare_step import take_inventory
-from cad.read_step import StepPart, read_document, read_step
-from cad.write_step import write_moved_step
+from cad.step.compare import take_inventory
+from cad.step.read import StepPart, read_document, read_step
+from cad.step.write import write_moved_step
 from wpcal.core.errors import WpcalError
 from wpcal.core.transform import RigidTransform
 

@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.advise import AdviseOptions, advise_points
-from cad.workpiece import Workpiece, find_seams, open_workpiece
+from cad.workpiece.advise import AdviseOptions, advise_points
+from cad.workpiece.workpiece import Workpiece, find_seams, open_workpiece
 from wpcal.advise import advise
 from wpcal.calibrate import Criterion, TeachingError, calibrate
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.pairs import PointPairs
 from wpcal.features import Ease, feature_named, judge_features
-from wpcal.match import read_taught
 from wpcal.seam import Seam, SeamOptions
+from wpcal.taught.table import read_taught
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 ROUND_OFF_MM = 1e-9

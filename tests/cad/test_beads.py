@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.samples import box, cut, cylinder
-from cad.to_brep import to_brep
-from cad.topology import explore
-from cad.workpiece import Workpiece, find_seams
+from cad.kernel.to_brep import to_brep
+from cad.kernel.topology import explore
+from cad.samples.parts import box, cut, cylinder
+from cad.workpiece.workpiece import Workpiece, find_seams
 from wpcal.brep import CurveKind
 from wpcal.brep.curves import evaluate_edges
 from wpcal.core.arrays import FloatArray
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions, SeamSource
-from wpcal.seam.bead import find_strips
+from wpcal.seam.find.bead import find_strips
 
 EXACT_MM = 1e-9
 """Lines and circles are closed form; the ends are those of the bead's side, good to the kernel's 1e-12."""

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from cad.child import ChildFaultError, run_in_child
+from cad.kernel.child import ChildFaultError, run_in_child
 from wpcal.core.errors import FormatError, KernelError, WpcalError
 
 LIMIT_S = 60.0
@@ -23,7 +23,7 @@ def test_a_result_comes_back(probe: str) -> None:
 
 
 def test_the_parent_does_not_load_the_kernel() -> None:
-    script = "import sys, cad.child; sys.exit('OCP' in sys.modules)"
+    script = "import sys, cad.kernel.child; sys.exit('OCP' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
 
 
@@ -64,7 +64,7 @@ def test_a_defect_is_told_with_its_place(probe: str) -> None:
 
 def test_an_interrupt_ends_the_child(probe: str) -> None:
     script = (
-        "import signal; from cad.child import run_in_child\n"
+        "import signal; from cad.kernel.child import run_in_child\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background job ignores interrupts
         f"run_in_child('{probe}:hang', what='hanging')\n"
     )
@@ -76,7 +76,7 @@ def test_an_interrupt_ends_the_child(probe: str) -> None:
     deadline = time.monotonic() + LIMIT_S
     while not (found := children.read_text().split()) and time.monotonic() < deadline:
         time.sleep(0.05)
-    while b"cad.child" not in Path(f"/proc/{found[0]}/cmdline").read_bytes() and time.monotonic() < deadline:
+    while b"cad.kernel.child" not in Path(f"/proc/{found[0]}/cmdline").read_bytes() and time.monotonic() < deadline:
         time.sleep(0.05)
     time.sleep(SETTLE_S)
     os.kill(parent.pid, signal.SIGINT)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.samples import box, cut, cylinder
-from cad.to_brep import to_brep
+from cad.kernel.to_brep import to_brep
+from cad.samples.parts import box, cut, cylinder
 from wpcal.seam import Seam, detect_seams
 
 LENGTH_MM = 0.01  # the agreed accuracy of a seam's length
@@ -118,7 +118,7 @@ def test_the_saddle_of_60_degrees_has_both_loops() -> None:
 
 @pytest.mark.parametrize("tilt_deg", [0.0, 30.0])
 def test_an_untrimmed_branch_has_the_seams_of_the_trimmed_one(tilt_deg: float) -> None:
-    from cad.workpiece import Workpiece, find_seams
+    from cad.workpiece.workpiece import Workpiece, find_seams
     from wpcal.seam import SeamOptions
 
     tilt = math.radians(tilt_deg)

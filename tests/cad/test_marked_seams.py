@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad.convert import calibrate_files
-from cad.samples import box
-from cad.to_brep import to_brep
-from cad.workpiece import SeamChoice, Workpiece, find_seams, open_workpiece
+from cad.kernel.to_brep import to_brep
+from cad.samples.parts import box
+from cad.workpiece.calibrate import calibrate_files
+from cad.workpiece.workpiece import SeamChoice, Workpiece, find_seams, open_workpiece
 from wpcal.core.errors import InputError
 from wpcal.seam import Seam, SeamOptions, SeamSource
 
@@ -103,9 +103,9 @@ def test_edges_are_picked_by_place_and_by_feature() -> None:
 
 
 def test_a_wire_without_a_face_says_so() -> None:
-    from wpcal.brep.more_edges import add_edges, line
+    from wpcal.brep.extend import add_edges, line
     from wpcal.seam import detect_seams
-    from wpcal.seam.marked import MarkedEdges
+    from wpcal.seam.find.marked import MarkedEdges
 
     graph = to_brep([("block", box(50, 50, 10, (0, 0, 0)))])
     wires = [

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.convert import calibrate_workpiece
-from cad.fit_taught import CalibrateOptions
 from cad.pick.part import PickPart, read_pick_part
 from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.session import ERROR_DIGITS, PickSession
-from cad.workpiece import SeamChoice
+from cad.workpiece.calibrate import calibrate_workpiece
+from cad.workpiece.fit_taught import CalibrateOptions
+from cad.workpiece.workpiece import SeamChoice
 from wpcal.advise import advise
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.core.errors import FormatError, GeometryError, InputError

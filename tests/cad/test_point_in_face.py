@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.samples import box, cut, cylinder
-from cad.to_brep import to_brep
+from cad.kernel.to_brep import to_brep
+from cad.samples.parts import box, cut, cylinder
 from wpcal.brep import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.surfaces import project_to_faces
@@ -86,7 +86,7 @@ def test_left_of_a_boundary_is_inside_and_right_is_outside(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_kernel_has_the_same_points_on_its_faces(name: str) -> None:
-    from cad.topology import explore
+    from cad.kernel.topology import explore
 
     shape = shapes()[name]
     graph, kernel_faces = to_brep([("S", shape)]), [face for face, _ in explore(shape, "face")]

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad import kernel
-from cad.read_step import read_step
+from cad.kernel import ocp as kernel
+from cad.step.read import read_step
 from wpcal.core.errors import FormatError, InputError
 
 WRITER_ATOL_MM = 1e-9

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from cad.append_colors import with_solid_colors
-from cad.samples import SAMPLES, step_text
+from cad.samples.parts import SAMPLES, step_text
+from cad.step.append_colors import with_solid_colors
 from wpcal.core.errors import FormatError
 
 RUNS = 3
@@ -16,7 +16,7 @@ the frame's rails."""
 
 DIGESTS = """
 import hashlib
-from cad.samples import SAMPLES, step_text
+from cad.samples.parts import SAMPLES, step_text
 for name, sample in SAMPLES.items():
     print(name, hashlib.sha256(step_text(sample.build(), name)).hexdigest())
 """
@@ -31,8 +31,8 @@ def test_samples_are_the_same_bytes_in_every_process() -> None:
 
 @pytest.mark.parametrize("name", SAMPLES)
 def test_a_sample_is_read_back_with_the_names_and_colours_of_its_members(name: str, tmp_path: Path) -> None:
-    from cad import kernel
-    from cad.read_step import read_step
+    from cad.kernel import ocp as kernel
+    from cad.step.read import read_step
 
     members = SAMPLES[name].build()
     path = tmp_path / "part.step"

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad.convert import WorkpieceCalibration, calibrate_workpiece
+from cad.workpiece.calibrate import WorkpieceCalibration, calibrate_workpiece
 from wpcal.core.arrays import FloatArray
 from wpcal.core.records import read_json
 from wpcal.core.transform import RigidTransform

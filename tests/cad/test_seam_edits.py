@@ -12,7 +12,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from cad.workpiece import SeamChoice, find_seams, open_workpiece
+from cad.workpiece.workpiece import SeamChoice, find_seams, open_workpiece
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
 from wpcal.seam import Seam, SeamOptions, StepOptions
@@ -20,7 +20,7 @@ from wpcal.seam.edit import read_edits
 from wpcal.seam.record import seams_from_record, seams_record
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
-SCHEMA = Path(__file__).parents[2] / "wpcal" / "export" / "schemas" / "seams-1.schema.json"
+SCHEMA = Path(__file__).parents[2] / "wpcal" / "results" / "schemas" / "seams-1.schema.json"
 ROUND_OFF_MM = 1e-9
 
 Edit = Callable[[list[dict[str, Any]]], None]

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from cad.samples import box, cut, cylinder
-from cad.to_brep import to_brep
+from cad.kernel.to_brep import to_brep
+from cad.samples.parts import box, cut, cylinder
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
 
 UP = (0.0, 0.0, 1.0)

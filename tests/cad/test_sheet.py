@@ -13,7 +13,7 @@ from cad.sheet.draw import Pen, Row, draw_views
 from cad.sheet.make import _new_document
 from cad.sheet.paper import A3, A4, lay_out
 from cad.sheet.views import ISO, project_views
-from cad.workpiece import open_workpiece
+from cad.workpiece.workpiece import open_workpiece
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.features import feature_named
 
@@ -106,7 +106,7 @@ def test_the_dxf_holds_names_numbers_coordinates_and_the_hash():
 
 
 def test_points_are_those_that_advise_picks():
-    from cad.advise import AdviseOptions, advise_points
+    from cad.workpiece.advise import AdviseOptions, advise_points
     from wpcal.seam import SeamOptions
 
     advised = advise_points(TEE, options=AdviseOptions(points=5), seam_options=SeamOptions())

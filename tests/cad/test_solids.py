@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
-from cad import kernel
-from cad.samples import box
-from cad.solids import leaf_shapes
+from cad.kernel import ocp as kernel
+from cad.samples.parts import box
+from cad.step.solids import leaf_shapes
 
 
 def solid_of(faces: list[Any]) -> Any:
@@ -23,7 +23,7 @@ def solid_of(faces: list[Any]) -> Any:
 
 
 def faces() -> list[Any]:
-    from cad.topology import explore
+    from cad.kernel.topology import explore
 
     return [face for face, _ in explore(box(30, 20, 10, (0, 0, 0)), "face")]
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from cad.structure import seam_counts, structure
-from cad.to_brep import to_brep
+from cad.kernel.to_brep import to_brep
+from cad.samples.steel_structure import seam_counts, structure
 from wpcal.seam import detect_seams
 
 BAYS = 2

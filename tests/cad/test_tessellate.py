@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad import tessellate as module
-from cad.read_step import read_step
-from cad.samples import box, cut, cylinder
-from cad.tessellate import ANGLE_RAD, FINEST_MM, mesh_part, tessellate
+from cad.kernel import tessellate as module
+from cad.kernel.tessellate import ANGLE_RAD, FINEST_MM, mesh_part, tessellate
+from cad.samples.parts import box, cut, cylinder
+from cad.step.read import read_step
+from wpcal.brep.mesh import SolidMesh, vertex_normals
+from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import KernelError
-from wpcal.viewer import SolidMesh, read_part_glb
-from wpcal.viewer.part_mesh import vertex_normals
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 ROUND_OFF_MM3 = 1e-6

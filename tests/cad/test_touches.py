@@ -8,22 +8,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad.convert import calibrate_workpiece
-from cad.fit_taught import CalibrateOptions
-from cad.workpiece import Workpiece, open_workpiece
+from cad.workpiece.calibrate import calibrate_workpiece
+from cad.workpiece.fit_taught import CalibrateOptions
+from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.brep import SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError
+from wpcal.calibrate.touches.fit import Pose, fit_least_squares, fit_minimax
+from wpcal.calibrate.touches.solve import calibrate_touches
+from wpcal.calibrate.touches.touches import Touches
+from wpcal.calibrate.touches.uncertainty import predict_spread
 from wpcal.core import GeometryError, InputError, RigidTransform
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.features import FeatureKind, feature_named
-from wpcal.match import TaughtPoints, read_taught
-from wpcal.match.taught import TouchKind
-from wpcal.touch import Touches, calibrate_touches, named_axes, touches_of
-from wpcal.touch.fit import Pose, fit_least_squares, fit_minimax
-from wpcal.touch.spread import predict_spread
+from wpcal.taught.resolve import named_axes, touches_of
+from wpcal.taught.table import TaughtPoints, TouchKind, read_taught
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 RECOVERED_MM = 1e-6  # asked for touches without noise

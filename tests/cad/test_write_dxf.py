@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from ezdxf import recover
 
-from cad.write_dxf import MAGNIFIED, POINT_LAYER, REFERENCE_LAYER, RESIDUAL_LAYER, write_dxf
+from cad.draw.dxf import MAGNIFIED, POINT_LAYER, REFERENCE_LAYER, RESIDUAL_LAYER, write_dxf
+from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.core.transform import RigidTransform
-from wpcal.export import WeldPath, WeldProgram
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
 SAME_MM = 1e-9

@@ -5,11 +5,12 @@ import struct
 
 import numpy as np
 
-from cad.write_glb import TRIAD_MM, write_glb
+from cad.draw.glb import TRIAD_MM, write_glb
+from wpcal.brep.mesh import PartMesh, SolidMesh
+from wpcal.brep.mesh_glb import write_part_glb
+from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.core.transform import RigidTransform
-from wpcal.export import WeldPath, WeldProgram
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
-from wpcal.viewer import PartMesh, SolidMesh, write_part_glb
 
 SAME_MM = 1e-4
 """32-bit numbers of metres: 6e-8 of 0.5 m."""

@@ -5,12 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad import kernel, write_step
-from cad.append_seams import SEAMS_NAME
-from cad.compare_step import compare_inventories, take_inventory
-from cad.convert import calibrate_files
-from cad.read_step import StepPart, read_step
-from cad.write_step import write_moved_step
+from cad.kernel import ocp as kernel
+from cad.step import write as write_step
+from cad.step.append_seams import SEAMS_NAME
+from cad.step.compare import compare_inventories, take_inventory
+from cad.step.read import StepPart, read_step
+from cad.step.write import write_moved_step
+from cad.workpiece.calibrate import calibrate_files
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wpcal.planning.cell import part_in_world
-from wpcal.planning.cell_file import read_cell
+from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.cell.robot_cell import part_in_world
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 SADDLE = FIXTURES / "saddle" / "saddle.step"

@@ -7,9 +7,9 @@ import pytest
 
 from wpcal.cli.main import run
 from wpcal.core.rotations import quaternion_from_rotation
-from wpcal.robot.arm_file import find_arm, read_arm
-from wpcal.robot.identifiability import Noise
-from wpcal.robot.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
+from wpcal.robot.identify.identifiability import Noise
+from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
+from wpcal.robot.kinematics.arm_file import find_arm, read_arm
 
 HEADER = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,qx,qy,qz,qw"
 NOISE = Noise(0.05, float(np.deg2rad(0.005)))
@@ -161,7 +161,7 @@ def test_wrong_use_is_one_line_and_nothing_is_written(tmp_path, capsys, rows, ar
 
 
 def test_a_robot_file_with_a_wrong_number_of_joints(tmp_path, capsys, rows):
-    from wpcal.robot.arm_file import arm_record
+    from wpcal.robot.kinematics.arm_file import arm_record
 
     record = arm_record(find_arm("mh6"))
     record["joints"].pop()
@@ -184,7 +184,7 @@ def test_missing_matplotlib_is_told(tmp_path, capsys, rows, monkeypatch):
 def test_taught_joints_become_points_that_are_read_as_taught(tmp_path, capsys, rows):
     from wpcal.core.robot_space import RobotSpace, space_of_table
     from wpcal.core.tables import read_table
-    from wpcal.match.taught import read_taught
+    from wpcal.taught.table import read_taught
 
     wpcal(capsys, "identify", "mh6", write(tmp_path / "poses.csv", rows), "-o", tmp_path / "out", "--no-charts")
     taught = tmp_path / "taught.csv"

@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wpcal.planning.cell import part_in_world, tool_in_world
-from wpcal.planning.cell_file import read_cell
-from wpcal.viewer import PartMesh, SolidMesh, write_part_glb
+from wpcal.brep.mesh import PartMesh, SolidMesh
+from wpcal.brep.mesh_glb import write_part_glb
+from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.cell.robot_cell import part_in_world, tool_in_world
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 CELLS = Path(__file__).parents[2] / "fixtures" / "cells"

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from wpcal.core.records import read_json
-from wpcal.testing import SCHEMAS, assert_calibration_close, assert_seams_close
+from wpcal.results.diff import SCHEMAS, assert_calibration_close, assert_seams_close
 
 ROOT = Path(__file__).parents[2]
 FIXTURES = ROOT / "fixtures"

@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wpcal.planning.cell_file import read_cell
-from wpcal.planning.genetic import GeneticOptions, evolve_paths
-from wpcal.planning.objectives import Wishes
-from wpcal.planning.pareto import hypervolume
-from wpcal.planning.problem import PlanningProblem
-from wpcal.planning.seam_file import read_seam_path
-from wpcal.planning.search import best_paths
-from wpcal.planning.sweep import sweep_paths
+from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.plan.pareto import hypervolume
+from wpcal.planning.plan.seam_file import read_seam_path
+from wpcal.planning.search.genetic import GeneticOptions, evolve_paths
+from wpcal.planning.search.objectives import Wishes
+from wpcal.planning.search.plan_seam import best_paths
+from wpcal.planning.search.problem import PlanningProblem
+from wpcal.planning.search.sweep import sweep_paths
 
 CELLS = Path(__file__).parents[2] / "fixtures" / "cells"
 GENERATIONS = 100

@@ -9,16 +9,16 @@ import pytest
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.rotations import rotation_from_quaternion
 from wpcal.core.tangent import exp_rotation
-from wpcal.robot.arm_file import find_arm
-from wpcal.robot.chain import MDHChain
-from wpcal.robot.error_summary import distances_mm, judge
-from wpcal.robot.identifiability import Noise
-from wpcal.robot.identification import IdentifyOptions, Solver, identify_arm
-from wpcal.robot.least_squares import solve_least_squares
-from wpcal.robot.levenberg_marquardt import pose_errors
-from wpcal.robot.observations import PoseObservations
-from wpcal.robot.parameters import KinematicModel, link_parameters
-from wpcal.robot.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
+from wpcal.robot.identify.error_summary import distances_mm, judge
+from wpcal.robot.identify.identifiability import Noise
+from wpcal.robot.identify.identification import IdentifyOptions, Solver, identify_arm
+from wpcal.robot.identify.least_squares import solve_least_squares
+from wpcal.robot.identify.levenberg_marquardt import pose_errors
+from wpcal.robot.identify.observations import PoseObservations
+from wpcal.robot.identify.parameters import KinematicModel, link_parameters
+from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
+from wpcal.robot.kinematics.arm_file import find_arm
+from wpcal.robot.kinematics.chain import MDHChain
 
 MH6 = find_arm("mh6")
 PARAMETERS = link_parameters(MH6.chain)

@@ -8,15 +8,15 @@ import pytest
 
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell import part_in_world, tool_in_world
-from wpcal.planning.cell_file import read_cell
-from wpcal.planning.closed_chain import SeamPath, f3
-from wpcal.planning.pareto import is_nondominated
-from wpcal.planning.plan import Freedom, Preference
-from wpcal.planning.recheck import recheck_clearance
-from wpcal.planning.seam_file import read_seam_path
-from wpcal.planning.search import plan_seam
-from wpcal.seam.position import weld_rotation, weld_slope
+from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.cell.closed_chain import SeamPath, f3
+from wpcal.planning.cell.robot_cell import part_in_world, tool_in_world
+from wpcal.planning.plan.pareto import is_nondominated
+from wpcal.planning.plan.plan import Freedom, Preference
+from wpcal.planning.plan.recheck import recheck_clearance
+from wpcal.planning.plan.seam_file import read_seam_path
+from wpcal.planning.search.plan_seam import plan_seam
+from wpcal.seam.path.position import weld_rotation, weld_slope
 
 CELLS = Path(__file__).parents[2] / "fixtures" / "cells"
 THINNED = 3

@@ -6,18 +6,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.samples import SAMPLES, box, cylinder
-from cad.to_brep import to_brep
+from cad.kernel.to_brep import to_brep
+from cad.samples.parts import SAMPLES, box, cylinder
 from wpcal.brep import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.seam import JointType, SeamOptions, SeamSource, StepOptions, WeldType, detect_seams
-from wpcal.seam.build import build_seams
-from wpcal.seam.joint import JoinedPieces
+from wpcal.seam.find.joint import JoinedPieces
+from wpcal.seam.path.build import build_seams
+from wpcal.seam.path.turning import face_free_space, rotation_angles
 from wpcal.seam.seam import SeamPieces
-from wpcal.seam.turning import face_free_space, rotation_angles
 
 ROUND_OFF_RAD = 1e-9
 """Of the arcsine of a chord of two rotation matrices."""

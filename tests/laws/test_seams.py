@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.samples import SAMPLES, box, cylinder
-from cad.to_brep import to_brep
+from cad.kernel.to_brep import to_brep
+from cad.samples.parts import SAMPLES, box, cylinder
 from wpcal.brep import BrepGraph
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.trim import distance_to_segments

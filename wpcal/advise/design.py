@@ -19,7 +19,7 @@ from itertools import combinations, islice, permutations
 import numpy as np
 from scipy.special import chdtri
 
-from wpcal.calibrate.least_squares import kabsch
+from wpcal.calibrate.points.least_squares import kabsch
 from wpcal.calibrate.uncertainty import COVERAGE
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.progress import Progress

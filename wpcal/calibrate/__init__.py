@@ -2,14 +2,13 @@
 
 from wpcal.calibrate.criteria import CriteriaComparison, Criterion
 from wpcal.calibrate.distrust import Distrusted, FitSummary, compare_without
-from wpcal.calibrate.least_squares import fit_least_squares, weighted_rms_bound
-from wpcal.calibrate.minimax import MinimaxSolution, solve_minimax
-from wpcal.calibrate.pairs_file import read_pairs
+from wpcal.calibrate.points.least_squares import fit_least_squares, weighted_rms_bound
+from wpcal.calibrate.points.minimax import MinimaxSolution, solve_minimax
+from wpcal.calibrate.points.robust import RobustSolution, fit_robust
+from wpcal.calibrate.points.weighted import fit_weighted
 from wpcal.calibrate.result import CalibrationResult, Solver, SolverReport
-from wpcal.calibrate.robust import RobustSolution, fit_robust
 from wpcal.calibrate.solve import anneal_pairs, calibrate
 from wpcal.calibrate.uncertainty import TeachingError
-from wpcal.calibrate.weighted import fit_weighted
 
 __all__ = [
     "CalibrationResult",
@@ -28,7 +27,6 @@ __all__ = [
     "fit_least_squares",
     "fit_robust",
     "fit_weighted",
-    "read_pairs",
     "solve_minimax",
     "weighted_rms_bound",
 ]

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.calibrate.least_squares import fit_least_squares, kabsch
-from wpcal.calibrate.minimax import MinimaxSolution, solve_minimax
-from wpcal.calibrate.robust import fit_robust
+from wpcal.calibrate.points.least_squares import fit_least_squares, kabsch
+from wpcal.calibrate.points.minimax import MinimaxSolution, solve_minimax
+from wpcal.calibrate.points.robust import fit_robust
+from wpcal.calibrate.points.weighted import fit_weighted, weighted_lower_bound, weighted_root_mean_square
 from wpcal.calibrate.uncertainty import (
     POSTURE_FACTOR,
     TeachingError,
@@ -23,7 +24,6 @@ from wpcal.calibrate.uncertainty import (
     unequal_minimax_covariance,
     weighted_covariance,
 )
-from wpcal.calibrate.weighted import fit_weighted, weighted_lower_bound, weighted_root_mean_square
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from wpcal.calibrate.criteria import CriteriaComparison, Criterion
 from wpcal.calibrate.distrust import Distrusted
-from wpcal.calibrate.minimax import CERTIFIED_MM
+from wpcal.calibrate.points.minimax import CERTIFIED_MM
 from wpcal.calibrate.uncertainty import POSTURE_FACTOR, TeachingError, error_95
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.issue import Issue

@@ -7,12 +7,12 @@ import scipy
 from numpy.typing import ArrayLike
 
 from wpcal import __version__
-from wpcal.calibrate.annealed import SearchProblem, about_centroid, about_origin
 from wpcal.calibrate.criteria import CriteriaComparison, Criterion, CriterionFit, compare_criteria, fit_criterion
-from wpcal.calibrate.diagnose import find_issues, require_plausible_units
 from wpcal.calibrate.distrust import Distrusted, compare_without
-from wpcal.calibrate.least_squares import distances, require_spread
-from wpcal.calibrate.minimax import MinimaxSolution, core_subset, solve_minimax
+from wpcal.calibrate.points.annealed import SearchProblem, about_centroid, about_origin
+from wpcal.calibrate.points.diagnose import find_issues, require_plausible_units
+from wpcal.calibrate.points.least_squares import distances, require_spread
+from wpcal.calibrate.points.minimax import MinimaxSolution, core_subset, solve_minimax
 from wpcal.calibrate.result import CalibrationResult, Solver, SolverReport
 from wpcal.calibrate.uncertainty import TeachingError
 from wpcal.calibrate.verdict import bias_advice, verdict_issues

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import chdtri, fdtri
 
-from wpcal.calibrate.interior_point import solve_interior_point
-from wpcal.calibrate.least_squares import kabsch
-from wpcal.calibrate.tie_break import break_ties
+from wpcal.calibrate.points.interior_point import solve_interior_point
+from wpcal.calibrate.points.least_squares import kabsch
+from wpcal.calibrate.points.tie_break import break_ties
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import point_jacobian, translation_adjoint

@@ -22,7 +22,7 @@ def bases(*, cell_json: Path, touched_csv: Path, output: Path, tolerance_mm: flo
     """
     from wpcal.core.errors import blamed_on
     from wpcal.core.records import check_writable, new_directory, to_json, write_file
-    from wpcal.planning.bases import measure_bases, read_touched
+    from wpcal.planning.cell.bases import measure_bases, read_touched
 
     check_writable(output, overwrite=force)
     touched = read_touched(touched_csv)

@@ -28,9 +28,9 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
     """
     from wpcal.core.errors import InputError
     from wpcal.core.records import write_file
-    from wpcal.robot.arm_file import find_arm
     from wpcal.robot.compensation import correct_points
-    from wpcal.robot.poses_file import corrected_table, parse_tool, read_taught_joints
+    from wpcal.robot.identify.poses_file import corrected_table, parse_tool, read_taught_joints
+    from wpcal.robot.kinematics.arm_file import find_arm
 
     if output is not None and output.exists() and not force:
         raise InputError(f"{output}: exists; give --force to overwrite it")

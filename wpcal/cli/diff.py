@@ -15,7 +15,7 @@ import click
 def diff(*, out: Path, golden: Path, atol_mm: float, as_json: bool) -> int:
     """Compare calibration.json and seams.json in OUT with those in GOLDEN; ends with code 1 when they differ."""
     from wpcal.core.records import to_json
-    from wpcal.testing import compare_folders
+    from wpcal.results.diff import compare_folders
 
     differences = compare_folders(out, golden, atol_mm=atol_mm)
     if as_json:

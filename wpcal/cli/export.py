@@ -10,7 +10,7 @@ import click
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from wpcal.export import WeldProgram
+    from wpcal.controllers.program import WeldProgram
 
 
 @click.command()
@@ -52,8 +52,8 @@ def export(
 
     Ends with code 1 when the calibration missed its tolerance; the files are written and say so.
     """
+    from wpcal.controllers.registry import exporter_named
     from wpcal.core.records import check_writable, new_directory
-    from wpcal.export import exporter_named
 
     if "list" in formats:
         return _list_formats(as_json=as_json)
@@ -75,7 +75,7 @@ def export(
 
 
 def _list_formats(*, as_json: bool) -> int:
-    from wpcal.export import exporter_named, exporter_names
+    from wpcal.controllers.registry import exporter_named, exporter_names
 
     titles = {name: exporter_named(name).title for name in exporter_names()}
     if as_json:
@@ -92,16 +92,11 @@ def _program(folder: Path, values: dict[str, Any]) -> WeldProgram:
     """Read the calibration and put the torch on its seams as the options say."""
     import math
 
+    from wpcal.controllers.program import ControllerSettings, MotionSettings, build_program
+    from wpcal.controllers.torch import ToolAxis, TorchSettings
     from wpcal.core.errors import InputError
     from wpcal.core.robot_space import RobotSpace
-    from wpcal.export import (
-        ControllerSettings,
-        MotionSettings,
-        ToolAxis,
-        TorchSettings,
-        build_program,
-        read_finished,
-    )
+    from wpcal.results.folder import read_finished
 
     if values["seams"] is not None and values["everything"]:
         raise InputError("give either --seams or --all")
@@ -125,10 +120,10 @@ def _compensated(program: WeldProgram, values: dict[str, Any]) -> WeldProgram:
     """Replace the poses by what an identified robot has to be sent."""
     import numpy as np
 
+    from wpcal.controllers.compensation import compensate_program
     from wpcal.core.errors import InputError
-    from wpcal.export.compensation import compensate_program
-    from wpcal.robot.arm_file import find_arm
-    from wpcal.robot.poses_file import parse_tool
+    from wpcal.robot.identify.poses_file import parse_tool
+    from wpcal.robot.kinematics.arm_file import find_arm
 
     arm = find_arm(values["robot"])
     try:

@@ -46,10 +46,11 @@ def fit(
     check, no) and sigma_mm, or cov_xx_mm2, cov_xy_mm2, cov_xz_mm2, cov_yy_mm2, cov_yz_mm2, cov_zz_mm2 in its place.
     Ends with code 1 when a residual is larger than the tolerance.
     """
-    from wpcal.calibrate import Criterion, Solver, TeachingError, calibrate, read_pairs
+    from wpcal.calibrate import Criterion, Solver, TeachingError, calibrate
     from wpcal.core.errors import blamed_on
     from wpcal.core.records import to_json
     from wpcal.optim import AnnealingSchedule
+    from wpcal.taught.pairs import read_pairs
 
     if schedule != "default" and (solver, criterion) != ("annealing", "minimax"):
         raise click.UsageError("--schedule is one of the annealer: it needs --solver annealing and --criterion minimax")

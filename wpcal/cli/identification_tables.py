@@ -9,10 +9,10 @@ from rich.console import Console
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from wpcal.robot.error_summary import ErrorFigures
-    from wpcal.robot.identification import Identification
-    from wpcal.robot.observability import PosePlan
-    from wpcal.robot.observations import PoseObservations
+    from wpcal.robot.identify.error_summary import ErrorFigures
+    from wpcal.robot.identify.identification import Identification
+    from wpcal.robot.identify.observability import PosePlan
+    from wpcal.robot.identify.observations import PoseObservations
 
 
 def show_identification(result: Identification, observations: PoseObservations, console: Console) -> None:
@@ -53,7 +53,7 @@ def _row(table: Table, name: str, figures: ErrorFigures) -> None:
 
 
 def _parameters(result: Identification) -> Table:
-    from wpcal.robot.identification_record import parameter_rows
+    from wpcal.robot.identify.identification_record import parameter_rows
 
     table = Table(title="Link parameters")
     for heading in ("parameter", "unit", "nominal", "identified", "change", "± 95 %"):

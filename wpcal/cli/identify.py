@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from wpcal.robot.arm import Arm
-    from wpcal.robot.identification import Identification, IdentifyOptions
+    from wpcal.robot.identify.identification import Identification, IdentifyOptions
+    from wpcal.robot.kinematics.arm import Arm
 
 
 @click.command()
@@ -83,9 +83,9 @@ def identify(
 
     from wpcal.core.errors import InputError
     from wpcal.core.records import check_writable
-    from wpcal.robot.arm_file import find_arm
-    from wpcal.robot.identifiability import Noise
-    from wpcal.robot.identification import IdentifyOptions, Solver
+    from wpcal.robot.identify.identifiability import Noise
+    from wpcal.robot.identify.identification import IdentifyOptions, Solver
+    from wpcal.robot.kinematics.arm_file import find_arm
 
     if (noise_mm is None) != (noise_deg is None):
         raise InputError("give --noise-mm and --noise-deg together, or neither")
@@ -121,9 +121,9 @@ def _identify(
 
     from wpcal.core.errors import InputError
     from wpcal.core.records import to_json
-    from wpcal.robot.identification import identify_arm
-    from wpcal.robot.identification_record import identification_record
-    from wpcal.robot.poses_file import read_poses
+    from wpcal.robot.identify.identification import identify_arm
+    from wpcal.robot.identify.identification_record import identification_record
+    from wpcal.robot.identify.poses_file import read_poses
 
     if charts and find_spec("matplotlib") is None:
         raise InputError("the charts need matplotlib: install wpcal[plots], or give --no-charts")
@@ -143,14 +143,14 @@ def _identify(
 
 def _write(result: Identification, record: str, output: Path, *, charts: bool, force: bool) -> None:
     from wpcal.core.records import new_directory, to_json, write_file
-    from wpcal.robot.arm_file import arm_record
+    from wpcal.robot.kinematics.arm_file import arm_record
 
     with new_directory(output, overwrite=force) as folder:
         write_file(folder / "identification.json", record, overwrite=True)
         if result.verdict.improved:
             write_file(folder / "identified.json", to_json(arm_record(result.arm)), overwrite=True)
         if charts:
-            from wpcal.robot.charts import write_charts
+            from wpcal.robot.identify.charts import write_charts
 
             write_charts(result, folder)
 
@@ -170,9 +170,9 @@ def _plan(
 
     from wpcal.cli.identification_tables import show_plan
     from wpcal.core.records import new_directory, write_file
-    from wpcal.robot.observability import plan_poses
-    from wpcal.robot.parameters import last_link_first, surrounding_parameters
-    from wpcal.robot.poses_file import plan_table
+    from wpcal.robot.identify.observability import plan_poses
+    from wpcal.robot.identify.parameters import last_link_first, surrounding_parameters
+    from wpcal.robot.identify.poses_file import plan_table
 
     nominal = arm.as_nominal()
     surroundings = surrounding_parameters(

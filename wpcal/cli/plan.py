@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from wpcal.planning.cell import RobotCell
-    from wpcal.planning.objectives import Wishes
-    from wpcal.planning.plan import Preference
-    from wpcal.planning.search import PlanningResult
+    from wpcal.planning.cell.robot_cell import RobotCell
+    from wpcal.planning.plan.plan import Preference
+    from wpcal.planning.search.objectives import Wishes
+    from wpcal.planning.search.plan_seam import PlanningResult
 
 ANGLE = click.FloatRange(-180.0, 180.0)
 
@@ -69,12 +69,12 @@ def plan(
     """
     from wpcal.core.errors import ConvergenceError
     from wpcal.core.records import check_writable
-    from wpcal.planning.cell_file import read_cell
-    from wpcal.planning.genetic import GeneticOptions
-    from wpcal.planning.objectives import Wishes
-    from wpcal.planning.plan import Preference
-    from wpcal.planning.seam_file import read_seam_path
-    from wpcal.planning.search import plan_seam
+    from wpcal.planning.cell.cell_file import read_cell
+    from wpcal.planning.plan.plan import Preference
+    from wpcal.planning.plan.seam_file import read_seam_path
+    from wpcal.planning.search.genetic import GeneticOptions
+    from wpcal.planning.search.objectives import Wishes
+    from wpcal.planning.search.plan_seam import plan_seam
 
     check_writable(output, overwrite=force)
     _require_extra("fcl", *(("pymoo",) if generations else ()))
@@ -104,8 +104,8 @@ def _read_mesh(seams_json: Path) -> bytes | None:
     InputError
         When the file cannot be read or is no such mesh.
     """
+    from wpcal.brep.mesh_glb import read_part_glb
     from wpcal.core.records import read_bytes
-    from wpcal.viewer import read_part_glb
 
     path = seams_json.with_name("part.glb")
     if not path.exists():
@@ -158,14 +158,15 @@ def _write(
 ) -> int:
     from wpcal.cli.console import plain_console
     from wpcal.cli.plan_tables import show_plans
+    from wpcal.controllers.two_robots import dual_program, possible_programs
     from wpcal.core.records import new_directory, to_json, write_file
-    from wpcal.planning.objectives import OBJECTIVES
-    from wpcal.planning.output import dual_program, freedom_of, possible_programs, run_csv, run_record
-    from wpcal.planning.page import MethodFront, build_plan_page
-    from wpcal.planning.pareto_record import pareto_record
-    from wpcal.planning.plan import Freedom
-    from wpcal.planning.run import build_run
-    from wpcal.planning.schedule import schedule_plan
+    from wpcal.pages.plan import MethodFront, build_plan_page
+    from wpcal.planning.plan.output import freedom_of, run_csv, run_record
+    from wpcal.planning.plan.plan import Freedom
+    from wpcal.planning.plan.run import build_run
+    from wpcal.planning.plan.schedule import schedule_plan
+    from wpcal.planning.search.objectives import OBJECTIVES
+    from wpcal.planning.search.pareto_record import pareto_record
 
     record = to_json(pareto_record(result, cell, preference))
     plans, chosen = result.front.plans, result.front.chosen(preference)
@@ -196,7 +197,7 @@ def _write_failure(
 ) -> int:
     """Write that there is no plan, and say it in one line."""
     from wpcal.core.records import new_directory, to_json, write_file
-    from wpcal.planning.pareto_record import failed_record
+    from wpcal.planning.search.pareto_record import failed_record
 
     record = failed_record(cell, seam, wishes, speed_mm_s, why)
     with new_directory(output, overwrite=force) as folder:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from wpcal.planning.output import freedom_of
-from wpcal.planning.plan import Preference
-from wpcal.planning.run import CellRun
-from wpcal.planning.search import PlanningResult
+from wpcal.planning.plan.output import freedom_of
+from wpcal.planning.plan.plan import Preference
+from wpcal.planning.plan.run import CellRun
+from wpcal.planning.search.plan_seam import PlanningResult
 
 
 def show_plans(result: PlanningResult, preference: Preference, run: CellRun, console: Console) -> None:

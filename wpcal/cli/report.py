@@ -18,7 +18,8 @@ def report(*, folder: Path, out: Path | None, force: bool) -> int:
     page. Ends with code 1 when the calibration missed its tolerance; the page is written and says so.
     """
     from wpcal.core.records import write_file
-    from wpcal.report import build_report, read_report_files
+    from wpcal.pages.report import build_report
+    from wpcal.results.report_files import read_report_files
 
     found = read_report_files(folder)
     target = out or folder / "report.html"

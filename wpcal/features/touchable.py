@@ -10,14 +10,14 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
+from wpcal.brep.concavity import LEAST_TURN_SIN, are_concave
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.brep.rays import START_MM, is_blocked
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature
-from wpcal.seam.concave import LEAST_TURN_SIN, are_concave
-from wpcal.seam.reach import START_MM, is_blocked
 
 CONTACT_MM = 0.5
 """A corner this near to another solid is no corner to the eye: the gap that a fillet bridges."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from wpcal.calibrate.least_squares import kabsch
+from wpcal.calibrate.points.least_squares import kabsch
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
@@ -20,7 +20,7 @@ from wpcal.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature,
 from wpcal.match.places import Places
 from wpcal.match.search import MOST_ANSWERS, Assignments, find_assignments
 from wpcal.match.symmetry import EXACT_MM, PartMotion, best_next_point
-from wpcal.match.taught import TaughtPoints
+from wpcal.taught.table import TaughtPoints
 
 DECISIVE_ODDS = 1e5
 """An answer stands alone when it is this many times as probable as all others together."""

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 from scipy.special import chdtri
 
-from wpcal.calibrate.least_squares import kabsch
+from wpcal.calibrate.points.least_squares import kabsch
 from wpcal.calibrate.uncertainty import isotropic_covariance
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray, as_points, frozen
 from wpcal.core.errors import GeometryError, InputError

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from wpcal.calibrate.least_squares import kabsch
+from wpcal.calibrate.points.least_squares import kabsch
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import log_rotation
 

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.robot.arm import Arm
-from wpcal.robot.inverse import nearest_joints
+from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.kinematics.inverse import nearest_joints
 
 NO_TOOL = RigidTransform.identity(target="flange", source="tool")
 

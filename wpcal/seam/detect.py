@@ -8,18 +8,18 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.seam.build import build_seams
-from wpcal.seam.chain import rounded
-from wpcal.seam.concave import find_concave_edges, looks_machined
-from wpcal.seam.contact import find_contacts
-from wpcal.seam.duplicates import sections_beside, without_duplicates
 from wpcal.seam.edit import with_candidates
-from wpcal.seam.joint import JoinedPieces, join_contacts
-from wpcal.seam.judge import judge_seams
-from wpcal.seam.marked import MarkedEdges, in_words, take_marked
+from wpcal.seam.find.concave import find_concave_edges, looks_machined
+from wpcal.seam.find.contact import find_contacts
+from wpcal.seam.find.duplicates import sections_beside, without_duplicates
+from wpcal.seam.find.joint import JoinedPieces, join_contacts
+from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
+from wpcal.seam.judge.evidence import judge_seams
 from wpcal.seam.options import ConcaveEdges, SeamOptions
+from wpcal.seam.path.build import build_seams
+from wpcal.seam.path.chain import rounded
+from wpcal.seam.path.turning import face_free_space
 from wpcal.seam.seam import JointType, Seam, SeamPieces, SeamSource, WeldType
-from wpcal.seam.turning import face_free_space
 
 
 def detect_seams(

@@ -20,13 +20,13 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
-from wpcal.seam.build import with_frames
-from wpcal.seam.direction import Runs
-from wpcal.seam.discretise import is_even, run_lengths, speeds
 from wpcal.seam.options import SeamOptions
+from wpcal.seam.path.build import with_frames
+from wpcal.seam.path.direction import Runs
+from wpcal.seam.path.discretise import is_even, run_lengths, speeds
+from wpcal.seam.path.turning import face_free_space
 from wpcal.seam.record import SEAMS_SCHEMA
 from wpcal.seam.seam import Candidate, Seam, SeamEdit, SeamPieces
-from wpcal.seam.turning import face_free_space
 
 SAME_PLACE_MM = 0.1
 """A candidate whose start, middle and length are this near is the one meant: files hold all digits, and few seams of

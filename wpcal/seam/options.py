@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.seam.discretise import StepOptions
+from wpcal.seam.path.discretise import StepOptions
 
 LARGEST_GAP_MM = 0.5
 """A gap that a fillet of usual size bridges."""

@@ -14,7 +14,7 @@ from wpcal.core.errors import FormatError
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.transform import RigidTransform
-from wpcal.seam.position import WeldPositions, weld_positions
+from wpcal.seam.path.position import WeldPositions, weld_positions
 from wpcal.seam.seam import Candidate, JointType, Seam, SeamEdit, SeamFrames, SeamPieces, SeamSource, WeldType
 
 SEAMS_SCHEMA = "wpcal/seams/1"

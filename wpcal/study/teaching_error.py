@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from wpcal.calibrate.criteria import Criterion
-from wpcal.calibrate.interior_point import solve_interior_point
-from wpcal.calibrate.least_squares import centred, distances, kabsch
+from wpcal.calibrate.points.interior_point import solve_interior_point
+from wpcal.calibrate.points.least_squares import centred, distances, kabsch
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cad.part21 import index_part21
-from cad.part21_values import (
+from cad.step.part21 import index_part21
+from cad.step.part21_values import (
     Enumeration,
     Record,
     Ref,

@@ -13,8 +13,7 @@ from cad.pick.rows import NEW_COLUMNS, Rows, read_rows
 from cad.pick.session import fault_record
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.tables import parse_table
-from wpcal.match import read_taught
-from wpcal.match.taught import TaughtPoints, taught_from_table
+from wpcal.taught.table import TaughtPoints, read_taught, taught_from_table
 
 FIXTURES = Path(__file__).parents[3] / "fixtures"
 CELL = st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"]), max_size=8)

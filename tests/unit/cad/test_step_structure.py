@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from cad.part21 import Part21File, index_part21
-from cad.step_structure import find_roots, unit_name
+from cad.step.part21 import Part21File, index_part21
+from cad.step.products import find_roots, unit_name
 from wpcal.core.errors import FormatError
 
 MM = "#90=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));"

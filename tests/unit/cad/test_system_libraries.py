@@ -2,7 +2,7 @@
 
 import pytest
 
-from cad.system_libraries import libgl_explained
+from cad.kernel.system_libraries import libgl_explained
 from wpcal.core.errors import InputError
 
 

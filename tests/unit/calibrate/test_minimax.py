@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import fit_least_squares, solve_minimax
-from wpcal.calibrate.branch_and_bound import bound_cells
-from wpcal.calibrate.minimax import cube_rotations
+from wpcal.calibrate.points.branch_and_bound import bound_cells
+from wpcal.calibrate.points.minimax import cube_rotations
 from wpcal.core import PointPairs
 from wpcal.core.tangent import exp_rotation, log_rotation
 

@@ -13,7 +13,7 @@ from wpcal.calibrate import (
     solve_minimax,
 )
 from wpcal.calibrate.criteria import fit_criterion
-from wpcal.calibrate.diagnose import find_issues
+from wpcal.calibrate.points.diagnose import find_issues
 from wpcal.calibrate.uncertainty import error_95, isotropic_covariance, propagated_covariance
 from wpcal.core import PointPairs
 from wpcal.core.tangent import exp_rotation, log_rotation

@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wpcal.calibrate import Criterion, Solver, anneal_pairs, calibrate, read_pairs, solve_minimax
+from wpcal.calibrate import Criterion, Solver, anneal_pairs, calibrate, solve_minimax
 from wpcal.core import RigidTransform
 from wpcal.optim import AnnealingSchedule
+from wpcal.taught.pairs import read_pairs
 
 TABLE1 = Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv"
 OPTIMUM_MM = 0.2198230047896

@@ -1,4 +1,4 @@
-"""`wpcal diff` and `wpcal.testing` on the golden results of the tee: every kind of change is found, and named."""
+"""`wpcal diff` and `wpcal.results.diff` on the golden results of the tee: every kind of change is found, and named."""
 
 import copy
 import json
@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 from wpcal.cli.diff import diff
 from wpcal.core.errors import FormatError, InputError
-from wpcal.testing import assert_calibration_close, assert_seams_close, compare_folders, compare_seams
+from wpcal.results.diff import assert_calibration_close, assert_seams_close, compare_folders, compare_seams
 
 GOLDEN = Path(__file__).parents[3] / "fixtures" / "tee" / "golden"
 LIMIT_MM = 0.01

@@ -10,7 +10,8 @@ from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import GeometryError
 from wpcal.core.transform import RigidTransform
 from wpcal.features import FeatureKind, ReferenceFeature
-from wpcal.match import Match, TaughtPoints, match_points, name_points
+from wpcal.match import Match, match_points, name_points
+from wpcal.taught.table import TaughtPoints
 
 BOX = np.array([[x, y, z] for x in (0, 100) for y in (0, 60) for z in (0, 20)], dtype=float)
 NOMINAL = RigidTransform.identity(target="nominal", source="part")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from random_parts import pattern_points, random_points, touched
 
-from wpcal.calibrate.least_squares import kabsch
+from wpcal.calibrate.points.least_squares import kabsch
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.match import find_assignments
 from wpcal.match.search import squares_limit

@@ -8,15 +8,15 @@ from scipy.optimize import lsq_linear
 
 from wpcal.core.records import read_json
 from wpcal.core.rotations import rotation_from_zyx
-from wpcal.planning.bodies import body_pairs
-from wpcal.planning.cell import CellState, part_in_world, tool_in_world
-from wpcal.planning.cell_file import read_cell
-from wpcal.planning.objectives import Wishes
-from wpcal.planning.plan import Plan
-from wpcal.planning.problem import PlanningProblem
-from wpcal.planning.seam_file import read_seam_path
-from wpcal.robot.inverse import follow_path
-from wpcal.seam.position import weld_rotation, weld_slope
+from wpcal.planning.cell.bodies import body_pairs
+from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.cell.robot_cell import CellState, part_in_world, tool_in_world
+from wpcal.planning.plan.plan import Plan
+from wpcal.planning.plan.seam_file import read_seam_path
+from wpcal.planning.search.objectives import Wishes
+from wpcal.planning.search.problem import PlanningProblem
+from wpcal.robot.kinematics.inverse import follow_path
+from wpcal.seam.path.position import weld_rotation, weld_slope
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 
 CELLS = Path(__file__).parents[3] / "fixtures" / "cells"

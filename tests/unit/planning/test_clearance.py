@@ -6,9 +6,9 @@ import numpy as np
 
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.bodies import Owner, body_frames, body_pairs
-from wpcal.planning.cell import CellState, Shape, part_in_world, tool_in_world
-from wpcal.planning.clearance import STATES, capsule_clearance
+from wpcal.planning.cell.bodies import Owner, body_frames, body_pairs
+from wpcal.planning.cell.clearance import STATES, capsule_clearance
+from wpcal.planning.cell.robot_cell import CellState, Shape, part_in_world, tool_in_world
 
 ROUND_OFF_MM = 1e-9
 """Coordinates of some metres: three orders above float64's own round-off."""

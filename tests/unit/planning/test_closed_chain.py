@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
 
+from wpcal.controllers.torch import measure_torch
 from wpcal.core.errors import InputError
-from wpcal.export.torch import measure_torch
-from wpcal.planning.cell import JOINTS, CellState
-from wpcal.planning.closed_chain import (
+from wpcal.planning.cell.closed_chain import (
     COORDINATES,
     ROTATION,
     SLOPE,
@@ -21,7 +20,8 @@ from wpcal.planning.closed_chain import (
     torch_on_seam,
     unwrap,
 )
-from wpcal.seam.position import weld_rotation, weld_slope
+from wpcal.planning.cell.robot_cell import JOINTS, CellState
+from wpcal.seam.path.position import weld_rotation, weld_slope
 from wpcal.seam.seam import SeamFrames
 
 CLOSED_MM, CLOSED_RAD = 1e-6, 1e-9

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wpcal.planning.cell import Shape, tool_in_world
-from wpcal.planning.plan import Freedom
-from wpcal.planning.recheck import check_path
+from wpcal.planning.cell.robot_cell import Shape, tool_in_world
+from wpcal.planning.plan.plan import Freedom
+from wpcal.planning.plan.recheck import check_path
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 ENGINES_MM = 2e-3

@@ -11,10 +11,10 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell import part_in_world
-from wpcal.planning.cell_file import read_cell
-from wpcal.planning.grasp import cell_files, read_holding, solve_grasp
-from wpcal.robot.arm_file import arm_record, find_arm
+from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.cell.grasp import cell_files, read_holding, solve_grasp
+from wpcal.planning.cell.robot_cell import part_in_world
+from wpcal.robot.kinematics.arm_file import arm_record, find_arm
 
 CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
 ROUND_OFF_MM = 1e-9

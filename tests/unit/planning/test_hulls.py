@@ -8,11 +8,11 @@ import pytest
 from scipy.optimize import nnls
 
 from wpcal.core.errors import GeometryError
-from wpcal.planning.bodies import body_frames, body_pairs
-from wpcal.planning.cell import CellState, Shape
-from wpcal.planning.cell_file import read_cell
-from wpcal.planning.clearance import capsule_clearance, pair_margins
-from wpcal.planning.hulls import FCL_MM, capsule_around, hull_clearance
+from wpcal.planning.cell.bodies import body_frames, body_pairs
+from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.cell.clearance import capsule_clearance, pair_margins
+from wpcal.planning.cell.hulls import FCL_MM, capsule_around, hull_clearance
+from wpcal.planning.cell.robot_cell import CellState, Shape
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"

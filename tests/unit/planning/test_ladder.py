@@ -6,14 +6,14 @@ import pytest
 
 from wpcal.core.errors import ConvergenceError, GeometryError
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell import Shape
-from wpcal.planning.ladder import Ladder, build_ladder, shortest_path
-from wpcal.planning.meeting import Meeting, find_meetings
-from wpcal.planning.objectives import deviations
-from wpcal.planning.problem import PlanningProblem
-from wpcal.planning.search import require_apart
-from wpcal.planning.singularity import LEAST_REGULARITY
-from wpcal.planning.workplace import candidate_places, weld_zone
+from wpcal.planning.cell.robot_cell import Shape
+from wpcal.planning.cell.singularity import LEAST_REGULARITY
+from wpcal.planning.cell.workplace import candidate_places, weld_zone
+from wpcal.planning.search.ladder import Ladder, build_ladder, shortest_path
+from wpcal.planning.search.objectives import deviations
+from wpcal.planning.search.plan_seam import require_apart
+from wpcal.planning.search.problem import PlanningProblem
+from wpcal.planning.search.reachable_states import Meeting, find_meetings
 
 WEIGHTS = np.array([1e-3, 0.1, 1.0])
 

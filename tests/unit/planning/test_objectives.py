@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
-from wpcal.planning.objectives import (
+from wpcal.planning.search.objectives import (
     Wishes,
     attitude_box,
     f1_1,

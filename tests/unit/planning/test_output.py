@@ -11,12 +11,13 @@ import jsonschema
 import numpy as np
 import pytest
 
+from wpcal.controllers.two_robots import dual_program, possible_programs, write_programs
 from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
-from wpcal.planning.cell import Shape, part_in_world, tool_in_world
-from wpcal.planning.output import dual_program, possible_programs, run_csv, run_record, write_programs
-from wpcal.planning.run import build_run
-from wpcal.planning.schedule import schedule_plan
+from wpcal.planning.cell.robot_cell import Shape, part_in_world, tool_in_world
+from wpcal.planning.plan.output import run_csv, run_record
+from wpcal.planning.plan.run import build_run
+from wpcal.planning.plan.schedule import schedule_plan
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 RELATIVE = 1e-9
@@ -52,7 +53,7 @@ def test_the_table_says_what_the_record_says(cell, run):
 
 
 def test_the_record_keeps_its_schema(cell, run):
-    schema = json.loads((files("wpcal.export") / "schemas" / "plan-1.schema.json").read_text(encoding="utf-8"))
+    schema = json.loads((files("wpcal.results") / "schemas" / "plan-1.schema.json").read_text(encoding="utf-8"))
     validator = jsonschema.Draft202012Validator(schema)
     for one in (run, replace(run, check=None)):
         record = json.loads(to_json(run_record(one, cell)))

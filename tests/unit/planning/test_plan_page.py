@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
-from wpcal.planning.cell import Shape, tool_in_world
-from wpcal.planning.page import MethodFront, build_plan_page
-from wpcal.planning.run import build_run
-from wpcal.planning.schedule import schedule_plan
+from wpcal.pages.plan import MethodFront, build_plan_page
+from wpcal.planning.cell.robot_cell import Shape, tool_in_world
+from wpcal.planning.plan.run import build_run
+from wpcal.planning.plan.schedule import schedule_plan
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 NAMES = ("position_deg", "torch_deg", "motion_deg_per_mm")

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
-from wpcal.planning.cell import CellState, Shape, part_in_world, tool_in_world
-from wpcal.planning.cell_file import read_cell
-from wpcal.planning.clearance import capsule_clearance
-from wpcal.planning.hulls import hull_clearance
-from wpcal.planning.plan import Freedom, Plan
-from wpcal.planning.recheck import finer_states, recheck_clearance
+from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.cell.clearance import capsule_clearance
+from wpcal.planning.cell.hulls import hull_clearance
+from wpcal.planning.cell.robot_cell import CellState, Shape, part_in_world, tool_in_world
+from wpcal.planning.plan.plan import Freedom, Plan
+from wpcal.planning.plan.recheck import finer_states, recheck_clearance
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"

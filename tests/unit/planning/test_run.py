@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
-from wpcal.planning.bodies import body_frames
-from wpcal.planning.cell import CellState, Shape, tool_in_world
-from wpcal.planning.plan import Freedom
-from wpcal.planning.recheck import check_path
-from wpcal.planning.run import APPROACH_MM, Phase, build_run
-from wpcal.planning.schedule import joint_speeds, schedule_plan
+from wpcal.planning.cell.bodies import body_frames
+from wpcal.planning.cell.robot_cell import CellState, Shape, tool_in_world
+from wpcal.planning.plan.plan import Freedom
+from wpcal.planning.plan.recheck import check_path
+from wpcal.planning.plan.run import APPROACH_MM, Phase, build_run
+from wpcal.planning.plan.schedule import joint_speeds, schedule_plan
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 CLOSED_FORM_MM = 1e-6

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
-from wpcal.planning.cell import CellState, part_in_world, tool_in_world
-from wpcal.planning.schedule import joint_speeds, schedule_plan
+from wpcal.planning.cell.robot_cell import CellState, part_in_world, tool_in_world
+from wpcal.planning.plan.schedule import joint_speeds, schedule_plan
 
 ROUND_OFF = 1e-9
 """Relative; seconds and mm/s of size 1 to 100."""

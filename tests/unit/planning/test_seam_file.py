@@ -7,8 +7,8 @@ import pytest
 from wpcal.core.errors import FormatError, FrameError, InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.seam_file import read_seam_path
-from wpcal.robot.arm_file import find_arm
+from wpcal.planning.plan.seam_file import read_seam_path
+from wpcal.robot.kinematics.arm_file import find_arm
 
 ROUND_OFF_MM = 1e-9
 """There and back by a transform of a metre."""

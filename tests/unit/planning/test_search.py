@@ -7,17 +7,17 @@ import pytest
 
 from wpcal.core.errors import ConvergenceError, InputError
 from wpcal.core.records import to_json
-from wpcal.export.plain import schema_text
-from wpcal.planning.cell import CellState
-from wpcal.planning.closed_chain import f3, torch_on_seam
-from wpcal.planning.genetic import GeneticOptions, evolve_paths, first_population
-from wpcal.planning.objectives import Wishes
-from wpcal.planning.pareto_record import failed_record, pareto_record
-from wpcal.planning.plan import Preference
-from wpcal.planning.problem import PlanningProblem
-from wpcal.planning.search import best_paths, plan_seam
-from wpcal.planning.sweep import SWEEP, sweep_paths
-from wpcal.planning.waves import PathCode
+from wpcal.formats.plain import schema_text
+from wpcal.planning.cell.closed_chain import f3, torch_on_seam
+from wpcal.planning.cell.robot_cell import CellState
+from wpcal.planning.plan.plan import Preference
+from wpcal.planning.search.ga_variation import PathCode
+from wpcal.planning.search.genetic import GeneticOptions, evolve_paths, first_population
+from wpcal.planning.search.objectives import Wishes
+from wpcal.planning.search.pareto_record import failed_record, pareto_record
+from wpcal.planning.search.plan_seam import best_paths, plan_seam
+from wpcal.planning.search.problem import PlanningProblem
+from wpcal.planning.search.sweep import SWEEP, sweep_paths
 
 THINNED = 4
 """Every fourth point of the saddle: a search then takes a second."""

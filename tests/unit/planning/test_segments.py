@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
 from wpcal.core.rotations import rotation_from_zyx
-from wpcal.planning.segments import Segments, dot, segment_distances
+from wpcal.planning.cell.segments import Segments, dot, segment_distances
 
 ROUND_OFF_MM = 1e-9
 """Coordinates of up to 1e3 mm: five orders of float64's own round-off."""

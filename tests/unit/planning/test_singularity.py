@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from wpcal.planning.singularity import regularity
-from wpcal.robot.arm_file import find_arm
+from wpcal.planning.cell.singularity import regularity
+from wpcal.robot.kinematics.arm_file import find_arm
 
 SLOPE_ATOL = 1e-8
 """Round-off of a central difference quotient with steps of 1e-6."""

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
 from wpcal.core.robot_space import RobotSpace
-from wpcal.robot.arm_file import arm_record, find_arm, read_arm, shipped_arms
-from wpcal.robot.urdf import read_urdf
+from wpcal.robot.kinematics.arm_file import arm_record, find_arm, read_arm, shipped_arms
+from wpcal.robot.kinematics.urdf import read_urdf
 
 ROBOTS = Path(__file__).parents[4] / "shared" / "robots"
 URDF_MM = 1e-6  # the links of the data files are rounded to 1e-6 mm and degrees

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import GeometryError, InputError
-from wpcal.robot.arm_file import find_arm, shipped_arms
-from wpcal.robot.inverse import follow_path, nearest_joints, solve_inverse, turn_into_limits
-from wpcal.robot.kinematics import forward_kinematics
-from wpcal.robot.opw import OPWGeometry, forward_opw, solve_opw
-from wpcal.robot.parameters import KinematicModel, link_parameters
-from wpcal.robot.simulation import XIONG_2015_ERRORS, random_joints
+from wpcal.robot.identify.parameters import KinematicModel, link_parameters
+from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints
+from wpcal.robot.kinematics.arm_file import find_arm, shipped_arms
+from wpcal.robot.kinematics.forward import forward_kinematics
+from wpcal.robot.kinematics.inverse import follow_path, nearest_joints, solve_inverse, turn_into_limits
+from wpcal.robot.kinematics.opw import OPWGeometry, forward_opw, solve_opw
 
 POSES = 20_000  # the number
 IK_MM = 1e-9  # the bound on FK(IK) - pose

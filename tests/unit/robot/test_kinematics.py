@@ -5,10 +5,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.core.transform import RigidTransform
-from wpcal.robot.arm_file import find_arm, shipped_arms
-from wpcal.robot.chain import LINK_SYMBOLS, MDHChain
-from wpcal.robot.kinematics import forward_kinematics, geometric_jacobian
-from wpcal.robot.parameters import (
+from wpcal.robot.identify.parameters import (
     KinematicModel,
     base_parameters,
     link_parameters,
@@ -16,6 +13,9 @@ from wpcal.robot.parameters import (
     reflector_parameters,
     tool_parameters,
 )
+from wpcal.robot.kinematics.arm_file import find_arm, shipped_arms
+from wpcal.robot.kinematics.chain import LINK_SYMBOLS, MDHChain
+from wpcal.robot.kinematics.forward import forward_kinematics, geometric_jacobian
 
 ROUND_OFF_MM = 1e-9  # three orders above the round-off of sums of a few metres
 JACOBIAN_ATOL = 1e-6  # the bound on analytic against central differences

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
-from wpcal.robot.arm_file import find_arm
-from wpcal.robot.identifiability import TRACKER
-from wpcal.robot.least_squares import solve_least_squares
-from wpcal.robot.observability import LIMIT_MARGIN_RAD, plan_poses
-from wpcal.robot.parameters import KinematicModel, last_link_first
-from wpcal.robot.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
+from wpcal.robot.identify.identifiability import TRACKER
+from wpcal.robot.identify.least_squares import solve_least_squares
+from wpcal.robot.identify.observability import LIMIT_MARGIN_RAD, plan_poses
+from wpcal.robot.identify.parameters import KinematicModel, last_link_first
+from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
+from wpcal.robot.kinematics.arm_file import find_arm
 
 MH6 = find_arm("mh6")
 PARAMETERS = last_link_first(MH6.chain, None)

@@ -3,8 +3,8 @@ import pytest
 
 from wpcal.core.errors import FormatError, UnitError
 from wpcal.core.rotations import quaternion_from_rotation, zyx_from_rotation
-from wpcal.robot.arm_file import find_arm
-from wpcal.robot.poses_file import corrected_table, plan_table, read_poses, read_taught_joints
+from wpcal.robot.identify.poses_file import corrected_table, plan_table, read_poses, read_taught_joints
+from wpcal.robot.kinematics.arm_file import find_arm
 
 JOINTS = ",".join(f"q{i}_deg" for i in range(1, 7))
 ROWS = [[10, 20, -30, 40, 50, 60], [-10, 25, -35, 45, 55, 65], [0, 30, -20, 10, 20, 30]]

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 from wpcal.core.tangent import exp_rotation
-from wpcal.robot.arm_file import find_arm
-from wpcal.robot.levenberg_marquardt import pose_errors
-from wpcal.robot.observations import PoseObservations
-from wpcal.robot.registration import register
-from wpcal.robot.simulation import random_joints, simulate_poses
+from wpcal.robot.identify.levenberg_marquardt import pose_errors
+from wpcal.robot.identify.observations import PoseObservations
+from wpcal.robot.identify.registration import register
+from wpcal.robot.identify.simulation import random_joints, simulate_poses
+from wpcal.robot.kinematics.arm_file import find_arm
 
 MET_MM = 1e-8  # linear equations of positions four metres away
 NEAR_MM = 1.0  # of the rounds in turns only a start is wanted

@@ -5,7 +5,7 @@ import pytest
 
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
-from wpcal.seam.position import weld_positions, weld_rotation, weld_slope
+from wpcal.seam.path.position import weld_positions, weld_rotation, weld_slope
 from wpcal.seam.seam import WeldType
 
 ROUND_OFF_RAD = 1e-12  # a handful of float64 operations on unit vectors

@@ -3,9 +3,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wpcal.calibrate import Criterion, fit_least_squares, read_pairs
+from wpcal.calibrate import Criterion, fit_least_squares
 from wpcal.core import InputError
 from wpcal.study import ErrorPlace, run_error_study
+from wpcal.taught.pairs import read_pairs
 
 PAIRS = read_pairs(Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv")[0]
 EXACT_MM = 1e-9  # the paper asks for 0.02 mm without teaching errors

@@ -1,0 +1,1 @@
+"""Pictures and drawings of a calibrated part: PNG, DXF, GLB."""

@@ -1,0 +1,148 @@
+"""DXF: the calibrated seams as 3-D polylines, the reference points with labels, and the residual vectors.
+
+Lengths are mm (the header says so), in the robot's base. A seam has a layer of its own, coloured by its joint. The
+reference points of the model stand where the fit puts them, with their names; the taught points have a layer of their
+own. Residual vectors are drawn magnified, from the taught point against the residual, with their true length in mm;
+their layer's name says how much they are magnified.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from wpcal.controllers.naming import NameRules, printable, safe_name, safe_names
+from wpcal.controllers.program import WeldProgram
+from wpcal.controllers.registry import Exporter
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import KernelError
+from wpcal.seam.seam import JointType
+
+NAMES = NameRules("DXF", 60, "0 defpoints reference_points taught_points residuals_x100")
+"""Old readers take layer names of 255 characters; a list on a screen shows 60."""
+JOINT_COLOUR = {
+    JointType.TEE: 3,
+    JointType.LAP: 5,
+    JointType.BUTT: 1,
+    JointType.CORNER: 6,
+    JointType.EDGE: 4,
+    JointType.UNKNOWN: 8,
+}
+"""AutoCAD colour index: green, blue, red, magenta, cyan, grey."""
+REFERENCE_COLOUR, POINT_COLOUR, RESIDUAL_COLOUR = 4, 7, 30
+"""Cyan, black or white by background, and orange."""
+REFERENCE_LAYER = "REFERENCE_POINTS"
+POINT_LAYER = "TAUGHT_POINTS"
+RESIDUAL_LAYER = "RESIDUALS_X100"
+MAGNIFIED = 100.0
+"""Residuals are tenths of a millimetre on parts of some hundred."""
+TEXT_PART = 0.01
+"""Text height as a part of the drawing's diagonal: a label is read when the whole part fills the screen."""
+MILLIMETRES = 4
+"""The value of $INSUNITS for mm."""
+POINT_MARK = 35
+"""The value of $PDMODE for a cross in a circle; a point is otherwise one pixel."""
+SMALLEST_TEXT_MM = 0.1
+"""Where all points coincide."""
+
+
+def write_dxf(program: WeldProgram) -> dict[str, str]:
+    """Write one DXF file with all seams and taught points.
+
+    Parameters
+    ----------
+    program : WeldProgram
+
+    Returns
+    -------
+    dict of str to str
+        ``NAME.dxf``, R2018.
+
+    Raises
+    ------
+    KernelError
+        When the drawing does not pass the library's audit.
+    """
+    names = safe_names([path.seam.name for path in program.paths], NAMES)
+    with reproducible():
+        return {f"{safe_name(program.controller.program_name, NAMES)}.dxf": _drawn(program, names)}
+
+
+def _drawn(program: WeldProgram, names: dict[str, str]) -> str:
+    import ezdxf
+
+    document = ezdxf.new("R2018")
+    document.header["$INSUNITS"] = MILLIMETRES
+    space = document.modelspace()
+    points = _points(program)
+    height = _text_height(program, points)
+    for path in program.paths:
+        layer, p = names[path.seam.name], path.seam.frames.p
+        document.layers.add(layer, color=JOINT_COLOUR[path.seam.joint])
+        space.add_polyline3d(p.tolist(), dxfattribs={"layer": layer})
+        _label(space, path.seam.name, p[0], layer, height)
+    _draw_points(document, points, height)
+    if document.audit().has_errors:
+        raise KernelError("the drawing has audit errors")
+    text = io.StringIO()
+    document.write(text)
+    return text.getvalue()
+
+
+def _draw_points(document: Any, points: list[tuple[str, FloatArray, FloatArray]], height: float) -> None:
+    document.header["$PDMODE"], document.header["$PDSIZE"] = POINT_MARK, height
+    for layer, colour in (
+        (REFERENCE_LAYER, REFERENCE_COLOUR),
+        (POINT_LAYER, POINT_COLOUR),
+        (RESIDUAL_LAYER, RESIDUAL_COLOUR),
+    ):
+        document.layers.add(layer, color=colour)
+    space = document.modelspace()
+    for name, p, residual in points:
+        fitted, end = p - residual, p - MAGNIFIED * residual
+        space.add_point(fitted.tolist(), dxfattribs={"layer": REFERENCE_LAYER})
+        _label(space, name, fitted, REFERENCE_LAYER, height)
+        space.add_point(p.tolist(), dxfattribs={"layer": POINT_LAYER})
+        space.add_line(p.tolist(), end.tolist(), dxfattribs={"layer": RESIDUAL_LAYER})
+        _label(space, f"{np.linalg.norm(residual):.3f}", end, RESIDUAL_LAYER, height)
+
+
+def _points(program: WeldProgram) -> list[tuple[str, FloatArray, FloatArray]]:
+    """Return name, place and residual of the taught points, base frame, mm."""
+    return [
+        (
+            record["name"],
+            np.array(record["p_base_mm"], dtype=np.float64),
+            np.array(record["residual_mm"], dtype=np.float64),
+        )
+        for record in program.calibration.get("points", ())
+    ]
+
+
+def _text_height(program: WeldProgram, points: list[tuple[str, FloatArray, FloatArray]]) -> float:
+    places = np.concatenate([*(path.seam.frames.p for path in program.paths), *(p[None] for _, p, _ in points)])
+    return max(float(np.linalg.norm(np.ptp(places, axis=0))) * TEXT_PART, SMALLEST_TEXT_MM)
+
+
+def _label(space: Any, text: str, p: FloatArray, layer: str, height: float) -> None:
+    space.add_text(printable(text), height=height, dxfattribs={"layer": layer}).set_placement((p + height / 2).tolist())
+
+
+@contextmanager
+def reproducible() -> Iterator[None]:
+    """Write without the time and with fixed identifiers: the same input gives the same bytes."""
+    from ezdxf import options
+
+    before = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True
+    try:
+        yield
+    finally:
+        options.write_fixed_meta_data_for_testing = before
+
+
+DXF = Exporter("dxf", "DXF: NAME.dxf with seams, taught points and residual vectors", write_dxf)

@@ -1,0 +1,170 @@
+"""Solids as triangles for pages and GLB files: `wpcal.brep.mesh.PartMesh`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from OCP.Bnd import Bnd_Box
+from OCP.BRep import BRep_Tool
+from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepLib import BRepLib_ToolTriangulatedShape
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.TopLoc import TopLoc_Location
+
+from cad.kernel import ocp as kernel
+from cad.kernel.ocp import KernelObject, kernel_call
+from wpcal.brep.mesh import PartMesh, Rgb, SolidMesh
+from wpcal.brep.mesh_glb import write_part_glb
+from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.errors import KernelError
+from wpcal.core.issue import Issue
+
+DEFLECTION_PART = 2e-4
+"""Of the part's diagonal: a fifth of a pixel when the whole part fills a screen of 1000 pixels."""
+FINEST_MM, COARSEST_MM = 0.02, 2.0
+"""Below the first a robot sees no difference; above the second a weld stands visibly beside its edge."""
+ANGLE_RAD = 0.6
+"""34° as the kernel counts, which makes some 20 sides of a full circle: round enough to look at, few to keep."""
+MANY_FACES, COARSE_RAD = 3000, 1.0
+"""A part of so many faces fills the screen with each a few pixels wide; 12 sides take half the kernel's time of 20."""
+
+
+def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMesh:
+    """Turn solids into triangles with the edges of their faces.
+
+    Parameters
+    ----------
+    solids : iterable of (name, kernel shape, colour)
+        In the frame `part`, mm; sRGB colours in 0…1, or None.
+
+    Returns
+    -------
+    PartMesh
+        Its deflection is `DEFLECTION_PART` of the diagonal of all solids, within `FINEST_MM` … `COARSEST_MM`; its angle
+        is `ANGLE_RAD`, or `COARSE_RAD` for parts of `MANY_FACES`. Faces that the kernel cannot mesh are left out, and
+        solids of which nothing is left.
+
+    Raises
+    ------
+    KernelError
+        When the kernel fails as a whole.
+
+    Notes
+    -----
+    The triangles stay on the kernel's shapes, where nothing else looks at them.
+    """
+    given = list(solids)
+    deflection = deflection_mm([shape for _, shape, _ in given])
+    faces = sum(len(kernel.sub_shapes(shape, kernel.FACE)) for _, shape, _ in given)
+    angle = ANGLE_RAD if faces < MANY_FACES else COARSE_RAD
+    meshes = []
+    for name, shape, color in given:
+        with kernel_call(f"meshing {name}"):
+            BRepMesh_IncrementalMesh(shape, deflection, False, angle, False)
+            mesh = _solid_mesh(name, shape, color)
+        if mesh is not None:
+            meshes.append(mesh)
+    return PartMesh(tuple(meshes), deflection, angle)
+
+
+def mesh_part(solids: Sequence[Any], *, sha256: str | None = None) -> tuple[bytes | None, tuple[Issue, ...]]:
+    """Return ``part.glb`` of the solids of a STEP file.
+
+    Parameters
+    ----------
+    solids : sequence of StepSolid
+    sha256 : str, optional
+        Of the STEP file, for the record.
+
+    Returns
+    -------
+    part_glb : bytes or None
+        None when the kernel fails or no face can be meshed: the numbers of a calibration need no picture.
+    issues : tuple of Issue
+        What is missing in the picture.
+    """
+    try:
+        mesh = tessellate((solid.name, solid.shape, solid.color_rgb) for solid in solids)
+    except KernelError as error:
+        return None, (Issue("no-mesh", f"the part is not drawn: {error}"),)
+    missing = {solid.name for solid in solids} - {solid.name for solid in mesh.solids}
+    issues = tuple(Issue("no-mesh", f"{name} is not drawn: it has no triangles", (name,)) for name in sorted(missing))
+    return (write_part_glb(replace(mesh, sha256=sha256)) if mesh.solids else None), issues
+
+
+def deflection_mm(shapes: Iterable[KernelObject]) -> float:
+    """Return how far a triangle may be from its face, mm."""
+    box = Bnd_Box()
+    for shape in shapes:
+        BRepBndLib.Add_s(shape, box, False)
+    if box.IsVoid():
+        return FINEST_MM
+    low, high = box.CornerMin(), box.CornerMax()
+    return float(np.clip(DEFLECTION_PART * low.Distance(high), FINEST_MM, COARSEST_MM))
+
+
+def _solid_mesh(name: str, shape: KernelObject, color: Rgb | None) -> SolidMesh | None:
+    points: list[FloatArray] = []
+    normals: list[FloatArray] = []
+    triangles: list[IntArray] = []
+    edges: list[IntArray] = []
+    count = 0
+    for face in kernel.sub_shapes(shape, kernel.FACE):
+        location = TopLoc_Location()
+        mesh = BRep_Tool.Triangulation_s(face, location)
+        if mesh is None:
+            continue
+        is_reversed = kernel.is_reversed(face)
+        matrix = _matrix(location)
+        points.append(_nodes(mesh) @ matrix[:, :3].T + matrix[:, 3])
+        normals.append(_normals(face, mesh, is_reversed=is_reversed) @ matrix[:, :3].T)
+        triangles.append(_triangles(mesh, is_reversed=is_reversed) + count)
+        edges.extend(rows + count for rows in _edges(face, mesh, location))
+        count += len(points[-1])
+    if not points:
+        return None
+    segments = np.concatenate(edges) if edges else np.zeros((0, 2), dtype=np.int64)
+    p, n = frozen(np.concatenate(points)), frozen(np.concatenate(normals))
+    return SolidMesh(name, p, np.concatenate(triangles), segments, color, n)
+
+
+def _matrix(location: KernelObject) -> FloatArray:
+    """Return rotation and translation of a location as a 3×4 matrix."""
+    trsf = location.Transformation()
+    return np.array([[trsf.Value(row, column) for column in range(1, 5)] for row in range(1, 4)], dtype=np.float64)
+
+
+def _nodes(mesh: KernelObject) -> FloatArray:
+    nodes = map(mesh.Node, range(1, mesh.NbNodes() + 1))
+    return np.array([(p.X(), p.Y(), p.Z()) for p in nodes], dtype=np.float64).reshape(-1, 3)
+
+
+def _normals(face: KernelObject, mesh: KernelObject, *, is_reversed: bool) -> FloatArray:
+    """Return the face's own normals at the nodes: a triangle's would show the facets of a cylinder."""
+    BRepLib_ToolTriangulatedShape.ComputeNormals_s(face, mesh)
+    directions = map(mesh.Normal, range(1, mesh.NbNodes() + 1))
+    rows: FloatArray = np.array([(d.X(), d.Y(), d.Z()) for d in directions], dtype=np.float64).reshape(-1, 3)
+    return -rows if is_reversed else rows
+
+
+def _triangles(mesh: KernelObject, *, is_reversed: bool) -> IntArray:
+    corners = [mesh.Triangle(i).Get() for i in range(1, mesh.NbTriangles() + 1)]
+    rows: IntArray = np.array(corners, dtype=np.int64).reshape(-1, 3) - 1
+    return rows[:, ::-1] if is_reversed else rows
+
+
+def _edges(face: KernelObject, mesh: KernelObject, location: KernelObject) -> list[IntArray]:
+    """Return the boundary of a face as segments; the edge along which a closed surface meets itself is left out."""
+    found = []
+    for edge in kernel.sub_shapes(face, kernel.EDGE):
+        if BRep_Tool.Degenerated_s(edge) or BRep_Tool.IsClosed_s(edge, face):
+            continue
+        polygon = BRep_Tool.PolygonOnTriangulation_s(edge, mesh, location)
+        if polygon is None:
+            continue
+        rows = np.array([polygon.Node(i) for i in range(1, polygon.NbNodes() + 1)], dtype=np.int64) - 1
+        found.append(np.stack([rows[:-1], rows[1:]], axis=1))
+    return found

@@ -1,0 +1,259 @@
+"""Kernel shapes to a `BrepGraph`: one pass, numbers only, nothing of the kernel kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from cad.kernel.canonical import recognise_curve, recognise_surface
+from cad.kernel.topology import EdgeMap, VertexMap, explore
+from wpcal.brep import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
+from wpcal.core.arrays import FloatArray
+
+Row = tuple[int, list[list[float]], tuple[float, float]]
+"""Kind, frame (origin, x, y, z) and parameters of one surface or curve."""
+NO_FRAME = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+
+
+@dataclass
+class _Rows:
+    """What the pass collects, row by row."""
+
+    face_solid: list[int] = field(default_factory=list)
+    faces: list[Row] = field(default_factory=list)
+    face_outward: list[float] = field(default_factory=list)
+    face_nurbs: list[int] = field(default_factory=list)
+    edges: list[Row] = field(default_factory=list)
+    edge_range: list[tuple[float, float]] = field(default_factory=list)
+    edge_vertices: list[tuple[int, int]] = field(default_factory=list)
+    edge_nurbs: list[int] = field(default_factory=list)
+    coedges: list[tuple[int, int, bool]] = field(default_factory=list)
+    surfaces: list[NurbsSurface] = field(default_factory=list)
+    curves: list[NurbsCurve] = field(default_factory=list)
+
+
+def to_brep(solids: Iterable[tuple[str, Any]]) -> BrepGraph:
+    """Turn placed kernel shapes into one `BrepGraph`.
+
+    Parameters
+    ----------
+    solids : iterable of (str, TopoDS_Shape)
+        Name and shape of each solid (or open shell), located in `part`, mm.
+
+    Returns
+    -------
+    BrepGraph
+        Faces, edges and vertices in the order in which the shapes hold them: the same at every run. B-splines that are
+        planes, cylinders, cones, spheres, lines or circles become those.
+    """
+    rows, names = _Rows(), []
+    edge_map, vertex_map = EdgeMap(), VertexMap()
+    for index, (name, shape) in enumerate(solids):
+        names.append(name)
+        for face, is_forward in explore(shape, "face"):
+            _add_face(rows, index, face, is_forward, edge_map)
+    for edge in edge_map.shapes():
+        _add_edge(rows, edge, vertex_map)
+    return _graph(names, rows, vertex_map.points())
+
+
+def _add_face(rows: _Rows, solid: int, face: Any, is_forward: bool, edge_map: EdgeMap) -> None:
+    number = len(rows.faces)
+    row, handed, nurbs = _surface(face)
+    rows.face_solid.append(solid)
+    rows.faces.append(row)
+    rows.face_outward.append(handed if is_forward else -handed)
+    rows.face_nurbs.append(-1 if nurbs is None else len(rows.surfaces))
+    if nurbs is not None:
+        rows.surfaces.append(nurbs)
+    for edge, runs_forward in explore(face, "edge"):
+        rows.coedges.append((number, edge_map.add(edge), runs_forward))
+
+
+def _surface(face: Any) -> tuple[Row, float, NurbsSurface | None]:
+    """Return a face's surface, +1 or -1 for the hand of its own normal du × dv, and the NURBS where it is one."""
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.GeomAbs import GeomAbs_SurfaceType as T
+
+    if not _has_surface(face):
+        return (SurfaceKind.NONE, NO_FRAME, (0.0, 0.0)), 1.0, None
+    adaptor = BRepAdaptor_Surface(face, True)
+    elementary = {
+        T.GeomAbs_Plane: (SurfaceKind.PLANE, adaptor.Plane),
+        T.GeomAbs_Cylinder: (SurfaceKind.CYLINDER, adaptor.Cylinder),
+        T.GeomAbs_Cone: (SurfaceKind.CONE, adaptor.Cone),
+        T.GeomAbs_Sphere: (SurfaceKind.SPHERE, adaptor.Sphere),
+        T.GeomAbs_Torus: (SurfaceKind.TORUS, adaptor.Torus),
+    }.get(adaptor.GetType())
+    if elementary is not None:
+        return _elementary(elementary[0], elementary[1]())
+    found = recognise_surface(face)
+    if found is not None:
+        row, _, _ = _elementary(SurfaceKind(found[0]), found[1])
+        return row, _hand_of(row, adaptor), None
+    return (SurfaceKind.NURBS, NO_FRAME, (0.0, 0.0)), 1.0, _nurbs_surface(face, adaptor)
+
+
+def _has_surface(face: Any) -> bool:
+    from OCP.BRep import BRep_Tool
+
+    return BRep_Tool.Surface_s(face) is not None
+
+
+def _frame(position: Any) -> list[list[float]]:
+    o, x, y, z = position.Location(), position.XDirection(), position.YDirection(), position.Direction()
+    return [[v.X(), v.Y(), v.Z()] for v in (o, x, y, z)]
+
+
+def _elementary(kind: SurfaceKind, surface: Any) -> tuple[Row, float, None]:
+    if kind == SurfaceKind.PLANE:
+        param = (0.0, 0.0)
+    elif kind == SurfaceKind.CONE:
+        param = (surface.RefRadius(), surface.SemiAngle())
+    elif kind == SurfaceKind.TORUS:
+        param = (surface.MajorRadius(), surface.MinorRadius())
+    else:
+        param = (surface.Radius(), 0.0)
+    position = surface.Position()
+    frame, is_direct = _frame(position), position.Direct()
+    if not is_direct:  # a mirrored surface: our frames are right-handed, and angles run with them
+        frame[2] = [-v for v in frame[2]]
+    return (kind, frame, param), 1.0 if is_direct else -1.0, None
+
+
+def _hand_of(row: Row, adaptor: Any) -> float:
+    """Compare a recognised surface's normal with du × dv of the B-spline it stands for, at the middle of the face."""
+    from OCP.gp import gp_Pnt, gp_Vec
+
+    from wpcal.brep.surfaces import surface_normals
+
+    u = (adaptor.FirstUParameter() + adaptor.LastUParameter()) / 2
+    v = (adaptor.FirstVParameter() + adaptor.LastVParameter()) / 2
+    p, du, dv = gp_Pnt(), gp_Vec(), gp_Vec()
+    adaptor.D1(u, v, p, du, dv)
+    own = du.Crossed(dv)
+    kind, frame, param = row
+    normal = surface_normals(np.array([kind]), np.array([frame]), np.array([param]), np.array([[p.X(), p.Y(), p.Z()]]))
+    return 1.0 if float(normal[0] @ (own.X(), own.Y(), own.Z())) >= 0 else -1.0
+
+
+def _nurbs_surface(face: Any, adaptor: Any) -> NurbsSurface:
+    spline, bounds = _as_bspline(face, adaptor)
+    m, n = spline.NbUPoles(), spline.NbVPoles()
+    poles = np.array([[_xyz(spline.Pole(i + 1, j + 1)) for j in range(n)] for i in range(m)])
+    weights = np.array([[spline.Weight(i + 1, j + 1) for j in range(n)] for i in range(m)])
+    knots_u = _knots([(spline.UKnot(i), spline.UMultiplicity(i)) for i in range(1, spline.NbUKnots() + 1)])
+    knots_v = _knots([(spline.VKnot(i), spline.VMultiplicity(i)) for i in range(1, spline.NbVKnots() + 1)])
+    return NurbsSurface((spline.UDegree(), spline.VDegree()), knots_u, knots_v, poles, weights, bounds)
+
+
+def _as_bspline(face: Any, adaptor: Any) -> tuple[Any, tuple[float, float, float, float]]:
+    """Return a face's surface as a B-spline, not periodic, and the bounds (u, u, v, v) of the part that is used."""
+    from OCP.BRep import BRep_Tool
+    from OCP.Geom import Geom_RectangularTrimmedSurface
+    from OCP.GeomAbs import GeomAbs_SurfaceType
+    from OCP.GeomConvert import GeomConvert
+
+    u0, u1 = adaptor.FirstUParameter(), adaptor.LastUParameter()
+    v0, v1 = adaptor.FirstVParameter(), adaptor.LastVParameter()
+    if adaptor.GetType() == GeomAbs_SurfaceType.GeomAbs_BSplineSurface:
+        spline = adaptor.BSpline()
+    else:
+        whole = BRep_Tool.Surface_s(face)
+        spline = GeomConvert.SurfaceToBSplineSurface_s(Geom_RectangularTrimmedSurface(whole, u0, u1, v0, v1))
+    if spline.IsUPeriodic():
+        spline.SetUNotPeriodic()
+    if spline.IsVPeriodic():
+        spline.SetVNotPeriodic()
+    low_u, high_u, low_v, high_v = spline.Bounds()
+    return spline, (max(u0, low_u), min(u1, high_u), max(v0, low_v), min(v1, high_v))
+
+
+def _xyz(point: Any) -> tuple[float, float, float]:
+    return point.X(), point.Y(), point.Z()
+
+
+def _knots(pairs: Sequence[tuple[float, int]]) -> FloatArray:
+    values, counts = zip(*pairs, strict=True)
+    return np.repeat(np.array(values, dtype=np.float64), counts)
+
+
+def _add_edge(rows: _Rows, edge: Any, vertex_map: VertexMap) -> None:
+    row, span, nurbs = curve_row(edge)
+    rows.edges.append(row)
+    rows.edge_range.append(span)
+    rows.edge_vertices.append(vertex_map.ends(edge))
+    rows.edge_nurbs.append(-1 if nurbs is None else len(rows.curves))
+    if nurbs is not None:
+        rows.curves.append(nurbs)
+
+
+def curve_row(edge: Any) -> tuple[Row, tuple[float, float], NurbsCurve | None]:
+    """Return an edge's curve as a row of a `BrepGraph`, its first and last parameter, and the NURBS where it is one."""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.GeomAbs import GeomAbs_CurveType as T
+
+    if BRep_Tool.Degenerated_s(edge):
+        return (CurveKind.DEGENERATE, NO_FRAME, (0.0, 0.0)), (0.0, 0.0), None
+    adaptor = BRepAdaptor_Curve(edge)
+    kind, span = adaptor.GetType(), (adaptor.FirstParameter(), adaptor.LastParameter())
+    if kind == T.GeomAbs_Line:
+        line = adaptor.Line()
+        frame = [_xyz(line.Location()), _xyz(line.Direction()), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)]
+        return (CurveKind.LINE, [list(v) for v in frame], (0.0, 0.0)), span, None
+    if kind == T.GeomAbs_Circle:
+        circle = adaptor.Circle()
+        return (CurveKind.CIRCLE, _frame(circle.Position()), (circle.Radius(),) * 2), span, None
+    if kind == T.GeomAbs_Ellipse:
+        ellipse = adaptor.Ellipse()
+        param = (ellipse.MajorRadius(), ellipse.MinorRadius())
+        return (CurveKind.ELLIPSE, _frame(ellipse.Position()), param), span, None
+    found = recognise_curve(adaptor)
+    if found is not None:
+        return (int(found.kind), found.frame.tolist(), (found.radius, found.radius)), found.span, None
+    curve = _nurbs_curve(adaptor, span)
+    return (CurveKind.NURBS, NO_FRAME, (0.0, 0.0)), span, curve
+
+
+def _nurbs_curve(adaptor: Any, span: tuple[float, float]) -> NurbsCurve:
+    from OCP.Geom import Geom_TrimmedCurve
+    from OCP.GeomAdaptor import GeomAdaptor
+    from OCP.GeomConvert import GeomConvert
+
+    curve = GeomConvert.CurveToBSplineCurve_s(Geom_TrimmedCurve(GeomAdaptor.MakeCurve_s(adaptor), *span))
+    if curve.IsPeriodic():
+        curve.SetNotPeriodic()
+    poles = np.array([_xyz(curve.Pole(i)) for i in range(1, curve.NbPoles() + 1)])
+    weights = np.array([curve.Weight(i) for i in range(1, curve.NbPoles() + 1)])
+    knots = _knots([(curve.Knot(i), curve.Multiplicity(i)) for i in range(1, curve.NbKnots() + 1)])
+    return NurbsCurve(curve.Degree(), knots, poles, weights)
+
+
+def _graph(names: Sequence[str], rows: _Rows, vertex_p: FloatArray) -> BrepGraph:
+    coedges = np.array(rows.coedges, dtype=np.int64).reshape(-1, 3)
+    return BrepGraph(
+        solid_names=tuple(names),
+        face_solid=np.array(rows.face_solid, dtype=np.int64),
+        face_kind=np.array([row[0] for row in rows.faces], dtype=np.int64),
+        face_frame=np.array([row[1] for row in rows.faces], dtype=np.float64).reshape(-1, 4, 3),
+        face_param=np.array([row[2] for row in rows.faces], dtype=np.float64).reshape(-1, 2),
+        face_outward=np.array(rows.face_outward, dtype=np.float64),
+        face_nurbs=np.array(rows.face_nurbs, dtype=np.int64),
+        edge_kind=np.array([row[0] for row in rows.edges], dtype=np.int64),
+        edge_frame=np.array([row[1] for row in rows.edges], dtype=np.float64).reshape(-1, 4, 3),
+        edge_param=np.array([row[2] for row in rows.edges], dtype=np.float64).reshape(-1, 2),
+        edge_nurbs=np.array(rows.edge_nurbs, dtype=np.int64),
+        edge_range=np.array(rows.edge_range, dtype=np.float64).reshape(-1, 2),
+        edge_vertices=np.array(rows.edge_vertices, dtype=np.int64).reshape(-1, 2),
+        vertex_p=vertex_p,
+        coedge_face=coedges[:, 0],
+        coedge_edge=coedges[:, 1],
+        coedge_forward=coedges[:, 2].astype(bool),
+        nurbs_surfaces=tuple(rows.surfaces),
+        nurbs_curves=tuple(rows.curves),
+    )

@@ -1,0 +1,1 @@
+"""Sample parts with known seams and a known place."""

@@ -1,0 +1,168 @@
+"""A long steel structure of tubes, plates and gussets with any number of bays: a large part whose seams are known.
+
+It is what reading and seam finding are measured on (`tests/benchmarks/bench_extraction.py`). Every member has its own
+geometry in the file, as CAD systems write parts that were drawn one by one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from cad.samples.parts import DARK, STEEL, Member, box, cut, cylinder
+
+BAYS_A_ROW = 20
+"""Bays stand in rows side by side, so that the structure stays compact."""
+BAY_MM, DEPTH_MM, HEIGHT_MM, ROW_MM = 900.0, 700.0, 1000.0, 1500.0
+POST_MM, RAIL_MM, CORNER_MM, WALL_MM = 60.0, 40.0, 6.0, 3.0
+PLATE_MM, PLATE_THICK_MM, BOLT_MM = 150.0, 12.0, 14.0
+PIPE_MM = 42.4
+LEG_MM, SNIPE_MM, GUSSET_THICK_MM = 80.0, 20.0, 8.0
+RAIL_HEIGHTS_MM = (200.0, 800.0)
+"""Undersides of the rails above the base plates."""
+
+Point = tuple[float, float, float]
+
+
+def structure(bays: int) -> list[Member]:
+    """Return a structure of so many bays.
+
+    A bay has two posts of square tube on bored base plates, four rails along x, two along y, a round pipe and two
+    gussets; a row ends with two more posts, two rails along y and a pipe.
+
+    Parameters
+    ----------
+    bays : int
+        163 bays have 30 204 faces.
+
+    Returns
+    -------
+    list of Member
+    """
+    return [member for row in range(math.ceil(bays / BAYS_A_ROW)) for member in _row(row, bays)]
+
+
+def seam_counts(bays: int) -> tuple[int, float]:
+    """Return how many seams of the structure a torch reaches, and their length, mm, in closed form.
+
+    Round every end of a post, rail or pipe runs one closed fillet. Each of the two legs of a gusset has three straight
+    ones; the fourth, in the hole at the snipe, no torch reaches.
+    """
+    frames = bays + math.ceil(bays / BAYS_A_ROW)
+    square = {side: 4 * (side - 2 * CORNER_MM) + 2 * math.pi * CORNER_MM for side in (POST_MM, RAIL_MM)}
+    leg = 2 * (LEG_MM - SNIPE_MM) + GUSSET_THICK_MM
+    loops = frames * (2 * square[POST_MM] + 4 * square[RAIL_MM] + 2 * math.pi * PIPE_MM) + bays * 8 * square[RAIL_MM]
+    return frames * (2 + 4 + 2) + bays * (8 + 12), loops + bays * 4 * leg
+
+
+def _row(row: int, bays: int) -> Iterator[Member]:
+    y = row * ROW_MM
+    count = min(BAYS_A_ROW, bays - row * BAYS_A_ROW)
+    for frame in range(count + 1):
+        yield from _frame(f"{row + 1}.{frame + 1}", (frame * BAY_MM, y, 0.0))
+        if frame < count:
+            yield from _bay(f"{row + 1}.{frame + 1}", (frame * BAY_MM, y, 0.0))
+
+
+def _frame(name: str, corner: Point) -> Iterator[Member]:
+    """Two posts one behind the other on their plates, with what runs between them; from the first post's corner."""
+    x, y, z = corner
+    for side, behind in (("front", 0.0), ("back", DEPTH_MM)):
+        yield f"plate {name} {side}", _base_plate((x, y + behind, z)), DARK
+        yield f"post {name} {side}", _square_tube(POST_MM, HEIGHT_MM, (x, y + behind, z), "z"), STEEL
+    inside, long = (POST_MM - RAIL_MM) / 2, DEPTH_MM - POST_MM
+    for height in RAIL_HEIGHTS_MM:
+        tube = _square_tube(RAIL_MM, long, (x + inside, y + POST_MM, z + height), "y")
+        yield f"cross rail {name} {height:.0f}", tube, STEEL
+    middle = (x + POST_MM / 2, y + POST_MM, z + HEIGHT_MM / 2)
+    pipe = cylinder(PIPE_MM / 2, long, middle, (0, 1, 0))
+    yield f"pipe {name}", cut(pipe, cylinder(PIPE_MM / 2 - WALL_MM, long, middle, (0, 1, 0))), DARK
+
+
+def _bay(name: str, corner: Point) -> Iterator[Member]:
+    """Four rails along x between the posts of two frames, and gussets on the two lower ones."""
+    x, y, z = corner
+    inside = (POST_MM - RAIL_MM) / 2
+    for side, behind in (("front", 0.0), ("back", DEPTH_MM)):
+        for height in RAIL_HEIGHTS_MM:
+            at = (x + POST_MM, y + behind + inside, z + height)
+            yield f"rail {name} {side} {height:.0f}", _square_tube(RAIL_MM, BAY_MM - POST_MM, at, "x"), STEEL
+        middle = y + behind + (POST_MM - GUSSET_THICK_MM) / 2
+        yield f"gusset {name} {side}", _gusset((x + POST_MM, middle, z + RAIL_HEIGHTS_MM[0] + RAIL_MM)), DARK
+
+
+def _base_plate(corner: Point) -> Any:
+    """Return the plate under the post of that corner, with four bolt holes."""
+    x, y, z = corner[0] - (PLATE_MM - POST_MM) / 2, corner[1] - (PLATE_MM - POST_MM) / 2, corner[2] - PLATE_THICK_MM
+    inset = 20.0
+    holes = [
+        cylinder(BOLT_MM / 2, PLATE_THICK_MM, (x + dx, y + dy, z), (0, 0, 1))
+        for dx in (inset, PLATE_MM - inset)
+        for dy in (inset, PLATE_MM - inset)
+    ]
+    return cut(box(PLATE_MM, PLATE_MM, PLATE_THICK_MM, (x, y, z)), *holes)
+
+
+def _square_tube(side: float, length: float, corner: Point, axis: str) -> Any:
+    """Return a square tube with round corners from the corner of its start along x, y or z."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+    from OCP.gp import gp_Vec
+    from OCP.TopoDS import TopoDS
+
+    way = "xyz".index(axis)
+    profile = BRepBuilderAPI_MakeFace(_round_square(side, 0.0, corner, way), True)
+    bore = _round_square(side, WALL_MM, corner, way)
+    profile.Add(TopoDS.Wire(bore.Reversed()))
+    along = gp_Vec(*(length if k == way else 0.0 for k in range(3)))
+    return _only_solid(BRepPrimAPI_MakePrism(profile.Face(), along).Shape())
+
+
+def _round_square(side: float, inset: float, corner: Point, way: int) -> Any:
+    """Return the wire of a square with round corners in the plane across an axis, `inset` inside the tube's outline."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
+    from OCP.GC import GC_MakeArcOfCircle
+    from OCP.gp import gp_Pnt
+
+    def at(u: float, v: float) -> Any:
+        p = list(corner)
+        p[(way + 1) % 3] += u
+        p[(way + 2) % 3] += v
+        return gp_Pnt(*p)
+
+    wire = BRepBuilderAPI_MakeWire()
+    centres = [(CORNER_MM, CORNER_MM), (side - CORNER_MM, CORNER_MM)]
+    centres += [(side - v, side - u) for u, v in [(CORNER_MM, CORNER_MM), (CORNER_MM, side - CORNER_MM)]]
+    radius, half = CORNER_MM - inset, math.sqrt(0.5)
+    directions = [(0, -1), (1, 0), (0, 1), (-1, 0)]
+    for k, (u, v) in enumerate(centres):
+        (au, av), (bu, bv) = directions[k - 1], directions[k]
+        start, end = at(u + radius * au, v + radius * av), at(u + radius * bu, v + radius * bv)
+        middle = at(u + radius * half * (au + bu), v + radius * half * (av + bv))
+        wire.Add(BRepBuilderAPI_MakeEdge(GC_MakeArcOfCircle(start, middle, end).Value()).Edge())
+        nu, nv = centres[(k + 1) % 4]
+        wire.Add(BRepBuilderAPI_MakeEdge(end, at(nu + radius * bu, nv + radius * bv)).Edge())
+    return wire.Wire()
+
+
+def _gusset(corner: Point) -> Any:
+    """Return a snipped triangle in the plane x, z that stands on a rail and leans on a post, from their corner."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+    from OCP.gp import gp_Pnt, gp_Vec
+
+    x, y, z = corner
+    polygon = BRepBuilderAPI_MakePolygon()
+    for dx, dz in ((SNIPE_MM, 0.0), (LEG_MM, 0.0), (0.0, LEG_MM), (0.0, SNIPE_MM)):
+        polygon.Add(gp_Pnt(x + dx, y, z + dz))
+    polygon.Close()
+    face = BRepBuilderAPI_MakeFace(polygon.Wire()).Face()
+    return _only_solid(BRepPrimAPI_MakePrism(face, gp_Vec(0, GUSSET_THICK_MM, 0)).Shape())
+
+
+def _only_solid(shape: Any) -> Any:
+    from cad.kernel.topology import explore
+
+    ((solid, _),) = explore(shape, "solid")
+    return solid

@@ -1,0 +1,1 @@
+"""STEP files: the text, the products, reading, moving and writing."""

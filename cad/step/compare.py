@@ -1,0 +1,233 @@
+"""What a STEP document holds, counted, so that a written file can be compared with the one it came from."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_LayerTool, XCAFDoc_ShapeTool
+
+from cad.kernel import ocp as kernel
+from cad.kernel.ocp import KernelObject
+from cad.step.append_seams import SEAMS_NAME, SeamCurve
+from cad.step.xcaf_tree import Leaf, StepTree, speakable
+from wpcal.core.arrays import FloatArray
+from wpcal.core.issue import Issue
+from wpcal.core.transform import RigidTransform
+
+VERTEX_ATOL_MM = 1e-6
+"""A thousandth of what a laser tracker resolves; appending reaches 1e-11, the kernel's writer 1e-9."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepInventory:
+    """Counts of what is in a document.
+
+    Parameters
+    ----------
+    surfaces : Counter
+        Faces by kind of surface.
+    vertices : ndarray, shape (n, 3)
+        Distinct vertices, and the nodes of faces that are triangles only, mm.
+    names, colors, layers : Counter
+        Labels by name, by colour and by layer.
+    annotations : Counter
+        Dimensions, tolerances and datums (PMI).
+    """
+
+    surfaces: Counter[str]
+    vertices: FloatArray
+    names: Counter[str]
+    colors: Counter[tuple[float, float, float]]
+    layers: Counter[str]
+    annotations: Counter[str]
+
+
+def take_inventory(document: KernelObject, *, without: str = "") -> StepInventory:
+    """Count what a document holds.
+
+    Parameters
+    ----------
+    document : kernel document
+    without : str, optional
+        Name of an assembly and of a layer to leave out, with everything in them.
+
+    Returns
+    -------
+    StepInventory
+    """
+    tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    left_out = _entries_of(tool, without) if without else frozenset()
+    whole = kernel.compound(_shapes(kernel.filled(tool.GetFreeShapes), left_out))
+    faces = kernel.sub_shapes(whole, kernel.FACE)
+    names: Counter[str] = Counter()
+    colors: Counter[tuple[float, float, float]] = Counter()
+    for label in kernel.filled(tool.GetShapes):
+        if kernel.label_entry(label) in left_out:
+            continue
+        for item in (label, *(i for i in _below(label) if kernel.label_entry(_product(i)) not in left_out)):
+            names[kernel.label_name(item)] += 1
+            color = kernel.label_color(item)
+            if color is not None:
+                colors[color] += 1
+    points = [kernel.vertex_points(whole), *(kernel.mesh_points(face) for face in faces if kernel.is_mesh_face(face))]
+    surfaces = Counter(kernel.surface_kind(face) for face in faces)
+    layers, annotations = _layers(document, without), _annotations(document)
+    return StepInventory(surfaces, np.concatenate(points), names, colors, layers, annotations)
+
+
+def _product(label: KernelObject) -> KernelObject:
+    """Product of a component; of any other label the label itself."""
+    product = kernel.new_label()
+    return product if XCAFDoc_ShapeTool.GetReferredShape_s(label, product) else label
+
+
+def _entries_of(tool: KernelObject, name: str) -> frozenset[str]:
+    """Entries of the assemblies with a name and of their components' products."""
+    found = set()
+    for label in kernel.filled(tool.GetShapes):
+        if kernel.label_name(label) == name:
+            found.add(kernel.label_entry(label))
+            found.update(kernel.label_entry(_product(component)) for component in _below(label))
+    return frozenset(found)
+
+
+def _shapes(roots: list[KernelObject], left_out: frozenset[str]) -> list[KernelObject]:
+    """Shapes of the roots; a root with a component that is left out gives its other components."""
+    shapes: list[KernelObject] = []
+    for root in roots:
+        components = _below(root) if left_out else []
+        kept = [item for item in components if kernel.label_entry(_product(item)) not in left_out]
+        shapes.extend(XCAFDoc_ShapeTool.GetShape_s(item) for item in (kept if len(kept) < len(components) else [root]))
+    return [shape for shape in shapes if not shape.IsNull()]
+
+
+def _below(label: KernelObject) -> list[KernelObject]:
+    """Components of an assembly, or labelled sub-shapes of a part."""
+    if XCAFDoc_ShapeTool.IsAssembly_s(label):
+        return kernel.filled(XCAFDoc_ShapeTool.GetComponents_s, label)
+    return kernel.filled(XCAFDoc_ShapeTool.GetSubShapes_s, label)
+
+
+def _layers(document: KernelObject, without: str) -> Counter[str]:
+    tool = XCAFDoc_DocumentTool.LayerTool_s(document.Main())
+    named = ((kernel.label_name(layer), layer) for layer in kernel.filled(tool.GetLayerLabels))
+    return Counter(
+        {
+            name: len(kernel.filled(XCAFDoc_LayerTool.GetShapesOfLayer_s, layer))
+            for name, layer in named
+            if not without or name != without
+        }
+    )
+
+
+def _annotations(document: KernelObject) -> Counter[str]:
+    tool = XCAFDoc_DocumentTool.DimTolTool_s(document.Main())
+    fills: dict[str, Any] = {
+        "dimensions": tool.GetDimensionLabels,
+        "tolerances": tool.GetGeomToleranceLabels,
+        "datums": tool.GetDatumLabels,
+    }
+    return Counter({name: len(kernel.filled(fill)) for name, fill in fills.items()})
+
+
+def compare_inventories(
+    before: StepInventory, after: StepInventory, T_base_part: RigidTransform, *, added: Counter[str]
+) -> list[Issue]:
+    """Differences between a file and its moved copy, as issues; empty when nothing was lost or changed.
+
+    Parameters
+    ----------
+    before, after : StepInventory
+        Of the file as read and of the file as written and read again.
+    T_base_part : RigidTransform
+        What the vertices were moved by.
+    added : Counter
+        Names that were added on purpose.
+
+    Returns
+    -------
+    list of Issue
+    """
+    issues = [
+        Issue(f"moved-{what}-differ", f"the written file differs in {what}: {_difference(old, new)}")
+        for what, old, new in (
+            ("faces", before.surfaces, after.surfaces),
+            ("names", before.names + added, after.names),
+            ("colors", before.colors, after.colors),
+            ("layers", before.layers, after.layers),
+            ("annotations", before.annotations, after.annotations),
+        )
+        if +old != +new
+    ]
+    return issues + _vertex_issues(T_base_part.apply(before.vertices), after.vertices)
+
+
+def _difference(old: Counter[Any], new: Counter[Any]) -> str:
+    """The keys whose counts differ, at most five of them."""
+    keys = [key for key in dict.fromkeys([*old, *new]) if old[key] != new[key]]
+    shown = ", ".join(f"{key}: {old[key]} before, {new[key]} after" for key in keys[:5])
+    return shown + (f" and {len(keys) - 5} more" if len(keys) > 5 else "")
+
+
+def _vertex_issues(expected: FloatArray, found: FloatArray) -> list[Issue]:
+    if expected.shape != found.shape:
+        counts = f"{len(expected)} vertices before, {len(found)} after"
+        return [Issue("moved-vertices-differ", f"the written file differs in vertices: {counts}")]
+    if not len(expected):
+        return []
+    worst = float(np.abs(expected - found).max())
+    if worst > VERTEX_ATOL_MM:
+        worst = _nearest(expected, found)  # the same points in another order are no difference
+    if worst <= VERTEX_ATOL_MM:
+        return []
+    message = f"the written file's vertices are off the moved ones by {worst:.3g} mm (allowed {VERTEX_ATOL_MM:g})"
+    return [Issue("moved-vertices-differ", message)]
+
+
+def _nearest(expected: FloatArray, found: FloatArray) -> float:
+    """Largest distance from a point of either set to the nearest of the other, mm."""
+    from scipy.spatial import cKDTree
+
+    there, back = cKDTree(found).query(expected)[0], cKDTree(expected).query(found)[0]
+    return float(max(np.max(there), np.max(back)))
+
+
+def compare_seams(document: KernelObject, T_base_part: RigidTransform, seams: Sequence[SeamCurve]) -> list[Issue]:
+    """Differences between seams and the edges found for them in a document that was read again.
+
+    Parameters
+    ----------
+    document : kernel document
+    T_base_part : RigidTransform
+    seams : sequence of SeamCurve
+
+    Returns
+    -------
+    list of Issue
+        One for every seam that is not there as one edge with its length and its ends.
+    """
+    found = {leaf.use.path[-1]: leaf for leaf in StepTree(document).leaves() if leaf.use.path[-2:-1] == (SEAMS_NAME,)}
+    issues = []
+    for seam in seams:
+        leaf = found.get(speakable(seam.name))
+        what = "is missing" if leaf is None else _seam_difference(leaf, T_base_part, seam)
+        if what:
+            issues.append(Issue("moved-seams-differ", f"the written seam {seam.name} {what}", (seam.name,)))
+    return issues
+
+
+def _seam_difference(leaf: Leaf, T_base_part: RigidTransform, seam: SeamCurve) -> str:
+    """What is wrong with the edge of a seam; empty when nothing is."""
+    edges = kernel.sub_shapes(leaf.shape.Moved(leaf.use.location), kernel.EDGE)
+    if len(edges) != 1:
+        return f"has {len(edges)} edges"
+    points = T_base_part.apply(seam.points_part)
+    length_mm = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    off_mm = abs(kernel.edge_length(edges[0]) - length_mm)
+    ends = points[:1] if seam.is_closed else points[[0, -1]]
+    off_mm = max(off_mm, _nearest(ends, kernel.vertex_points(edges[0])))
+    return f"is off by {off_mm:.3g} mm" if off_mm > VERTEX_ATOL_MM else ""

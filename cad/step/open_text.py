@@ -1,0 +1,74 @@
+"""Open a STEP file as text: everything that can be refused without the kernel is refused here, in one line."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from cad.step.part21 import Part21File, index_part21
+from wpcal.core.errors import FormatError, InputError
+
+SIGNATURES = (
+    (b"version https://git-lfs", "a Git LFS pointer, not the file itself: fetch it with git lfs pull"),
+    (b"%PDF", "a PDF"),
+    (b"PK\x03\x04", "a zip archive: unpack it first"),
+    (b"\x1f\x8b", "a gzip archive: unpack it first"),
+    (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive: unpack it first"),
+    (b"\x89PNG", "a PNG picture"),
+    (b"\xff\xd8\xff", "a JPEG picture"),
+    (b"\x89HDF", "an HDF5 file; STEP is read as text (ISO 10303-21)"),
+    (b"\xd0\xcf\x11\xe0", "an OLE file, as native CAD formats and old office documents are"),
+    (b"glTF", "a glTF mesh"),
+    (b"solid ", "an STL mesh"),
+    (b"<?xml", "XML; STEP is read as text (ISO 10303-21)"),
+    (b"<!DOCTYPE html", "an HTML page"),
+    (b"<html", "an HTML page"),
+)
+"""What people pass by mistake, by the first bytes of the file."""
+
+START_MARK = b"ISO-10303-21"
+START_SEARCH_BYTES = 1024
+"""The mark stands first, save for a byte order mark, blanks or a comment."""
+
+
+def read_step_text(path: Path) -> Part21File:
+    """Read and index the text of a STEP file.
+
+    Parameters
+    ----------
+    path : Path
+        The file as the user named it.
+
+    Returns
+    -------
+    Part21File
+
+    Raises
+    ------
+    InputError
+        When there is no such file, or it is a folder, empty or not readable.
+    FormatError
+        When it is something else than ISO 10303-21 text, or is cut off.
+    """
+    try:
+        text = path.read_bytes()
+    except IsADirectoryError:
+        raise InputError(f"{path}: is a folder, expected a STEP file") from None
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"{path}: {reason.lower()}") from None
+    if not text.strip():
+        raise InputError(f"{path}: is empty, expected a STEP file")
+    if START_MARK not in text[:START_SEARCH_BYTES]:
+        raise FormatError(f"is {_what_it_is(text)}; expected a STEP file (ISO-10303-21)", path=str(path))
+    file = index_part21(text, name=str(path))
+    if not len(file.ids):
+        raise FormatError("the data section is empty", path=str(path))
+    return replace(file, name=path.name)  # what is said of it later goes into results, where a path has no place
+
+
+def _what_it_is(text: bytes) -> str:
+    for signature, what in SIGNATURES:
+        if text[: len(signature)].lower() == signature.lower():
+            return what
+    return "no STEP text"

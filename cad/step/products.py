@@ -1,0 +1,253 @@
+"""What the products of a STEP file are made of, read from its text alone: roots, representations, contexts, units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cad.step.part21 import Part21File
+from cad.step.part21_values import Enumeration, Instance, Record, Ref, Value
+from wpcal.core.errors import FormatError
+
+SI_PREFIX_METRES = {
+    "EXA": 1e18, "PETA": 1e15, "TERA": 1e12, "GIGA": 1e9, "MEGA": 1e6, "KILO": 1e3, "HECTO": 1e2, "DECA": 1e1,
+    "DECI": 1e-1, "CENTI": 1e-2, "MILLI": 1e-3, "MICRO": 1e-6, "NANO": 1e-9, "PICO": 1e-12,
+    "FEMTO": 1e-15, "ATTO": 1e-18,
+}  # fmt: skip
+"""SI prefixes of ISO 10303-41."""
+
+UNIT_NAMES = {0.001: "um", 1.0: "mm", 10.0: "cm", 1000.0: "m", 25.4: "inch", 304.8: "ft"}
+"""Units by their length in mm, as a person writes them."""
+
+UNIT_RTOL = 1e-6
+"""Files write the inch with five digits or more; no two units of the table are closer than that."""
+
+
+@dataclass(frozen=True, slots=True)
+class Root:
+    """A product that is no part of another one, with the shape it stands for.
+
+    Parameters
+    ----------
+    definition : int
+        Its ``PRODUCT_DEFINITION``.
+    representation : int
+        The ``SHAPE_REPRESENTATION`` (or a subtype) of its shape.
+    context : int
+        The representation's context, which carries the units.
+    axis : int or None
+        The first ``AXIS2_PLACEMENT_3D`` that the representation lists.
+    unit_mm : float
+        Length unit of the context, mm.
+    """
+
+    definition: int
+    representation: int
+    context: int
+    axis: int | None
+    unit_mm: float
+
+
+def find_roots(file: Part21File) -> tuple[Root, ...]:
+    """Products with a shape that no other product uses, in the order of their numbers.
+
+    Returns
+    -------
+    tuple of Root
+        Empty when the file has shapes but no product structure that can be followed.
+
+    Raises
+    ------
+    FormatError
+        When an instance on the way is no Part 21 instance.
+    """
+    children = {
+        argument
+        for usage in file.instances("NEXT_ASSEMBLY_USAGE_OCCURRENCE")
+        if isinstance(argument := _argument(_record(usage, "NEXT_ASSEMBLY_USAGE_OCCURRENCE"), 4), Ref)
+    }
+    shapes: dict[int, list[Root]] = {}
+    for link in file.instances("SHAPE_DEFINITION_REPRESENTATION"):
+        root = _root_of(file, link, children)
+        if root is not None:
+            shapes.setdefault(root.definition, []).append(root)
+    # A definition may have several representations; the one with a placement is what an assembly can hold on to.
+    return tuple(next((r for r in found if r.axis is not None), found[0]) for _, found in sorted(shapes.items()))
+
+
+def _root_of(file: Part21File, link: Instance, children: set[Ref]) -> Root | None:
+    record = _record(link, "SHAPE_DEFINITION_REPRESENTATION")
+    definition = _argument(_record(_follow(file, _argument(record, 0)), "PRODUCT_DEFINITION_SHAPE"), 2)
+    if not isinstance(definition, Ref) or definition in children:
+        return None
+    target = file.instance(definition)
+    if target is None or target.record("NEXT_ASSEMBLY_USAGE_OCCURRENCE") is not None:
+        return None  # the shape of one use of a part, not of a product
+    representation = _follow(file, _argument(record, 1))
+    context, items = (None, ()) if representation is None else _context_and_items(representation)
+    if representation is None or context is None:
+        return None
+    placements = (item for item in items if _is(file, item, "AXIS2_PLACEMENT_3D"))
+    return Root(
+        int(definition), representation.id, int(context), next(placements, None), unit_of_context(file, context)
+    )
+
+
+def _context_and_items(representation: Instance) -> tuple[Ref | None, tuple[Ref, ...]]:
+    """Context and items of a representation: ``(name, items, context)`` in a simple record or in ``REPRESENTATION``."""
+    record = representation.record("REPRESENTATION") or representation.records[0]
+    items, context = _argument(record, 1), _argument(record, 2)
+    if not isinstance(context, Ref) or not isinstance(items, tuple):
+        return None, ()
+    return context, tuple(item for item in items if isinstance(item, Ref))
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """How a root places one of its components.
+
+    Parameters
+    ----------
+    transformation : int
+        The ``ITEM_DEFINED_TRANSFORMATION``.
+    side : int
+        Which of its two placements is the root's: 0 or 1.
+    placement : int
+        That placement.
+    """
+
+    transformation: int
+    side: int
+    placement: int
+
+
+def components_of(file: Part21File, root: Root) -> tuple[Component, ...]:
+    """Placements of a root's components; empty for a part that stands alone.
+
+    Raises
+    ------
+    FormatError
+        When a component is not placed by an ``ITEM_DEFINED_TRANSFORMATION``, or the root also has a shape of its own.
+    """
+    usages = {
+        usage.id
+        for usage in file.instances("NEXT_ASSEMBLY_USAGE_OCCURRENCE")
+        if _argument(_record(usage, "NEXT_ASSEMBLY_USAGE_OCCURRENCE"), 3) == root.definition
+    }
+    if not usages:
+        return ()
+    found = []
+    for link in file.instances("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"):
+        record = _record(link, "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION")
+        usage = _argument(_record(_follow(file, _argument(record, 1)), "PRODUCT_DEFINITION_SHAPE"), 2)
+        if usage in usages:
+            found.append(_component(file, root, _follow(file, _argument(record, 0))))
+    placed = [component for component in found if component is not None]
+    representation = file.instance(root.representation)
+    items = () if representation is None else _context_and_items(representation)[1]
+    if len(placed) != len(usages) or not all(_is(file, item, "AXIS2_PLACEMENT_3D") for item in items):
+        raise FormatError(f"the components of #{root.definition} are not all placed by transformations", path=file.name)
+    return tuple(placed)
+
+
+def _component(file: Part21File, root: Root, relation: Instance | None) -> Component | None:
+    if relation is None:
+        return None
+    ends = _record(relation, "REPRESENTATION_RELATIONSHIP")
+    number = _argument(_record(relation, "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION"), 0)
+    transformation = _record(_follow(file, number), "ITEM_DEFINED_TRANSFORMATION")
+    for side in (1, 0):
+        placement = _argument(transformation, 2 + side)
+        is_root = _argument(ends, 2 + side) == root.representation
+        if is_root and isinstance(placement, Ref) and isinstance(number, Ref):
+            return Component(int(number), side, int(placement))
+    return None
+
+
+def unit_of_context(file: Part21File, context: int) -> float:
+    """Length unit of a representation context, mm; 1 when the context names none (the kernel's assumption as well)."""
+    instance = file.instance(context)
+    record = None if instance is None else instance.record("GLOBAL_UNIT_ASSIGNED_CONTEXT")
+    units = _argument(record, 0) if record is not None else ()
+    for unit in units if isinstance(units, tuple) else ():
+        target = _follow(file, unit)
+        if target is not None and target.record("LENGTH_UNIT") is not None:
+            return _unit_mm(file, target, depth=0)
+    return 1.0
+
+
+MAX_UNIT_DEPTH = 8
+"""A unit based on a unit based on a unit: no file goes past two; a circle is refused here."""
+
+
+def _unit_mm(file: Part21File, unit: Instance, *, depth: int) -> float:
+    si = unit.record("SI_UNIT")
+    if si is not None:
+        prefix = _argument(si, 0)
+        return 1000.0 * (SI_PREFIX_METRES.get(prefix, 1.0) if isinstance(prefix, Enumeration) else 1.0)
+    measure = _follow(file, _argument(unit.record("CONVERSION_BASED_UNIT"), 1))
+    value, base = _measure(measure)
+    base_unit = _follow(file, base)
+    if value is None or base_unit is None or depth >= MAX_UNIT_DEPTH:
+        raise FormatError(f"the length unit #{unit.id} cannot be followed", path=file.name)
+    return value * _unit_mm(file, base_unit, depth=depth + 1)
+
+
+def _measure(measure: Instance | None) -> tuple[float | None, Value]:
+    """Value and unit of a ``LENGTH_MEASURE_WITH_UNIT``, simple or complex."""
+    for record in () if measure is None else measure.records:
+        value, unit = _argument(record, 0), _argument(record, 1)
+        number = _argument(value, 0) if isinstance(value, Record) else value
+        if isinstance(unit, Ref) and isinstance(number, int | float) and number > 0:
+            return float(number), unit
+    return None, None
+
+
+def unit_name(unit_mm: float) -> str:
+    """Name of a length unit: ``inch``; ``2.5 mm`` for one without a name."""
+    for length, name in UNIT_NAMES.items():
+        if abs(unit_mm - length) <= UNIT_RTOL * length:
+            return name
+    return f"{unit_mm:g} mm"
+
+
+def axis_placement(
+    file: Part21File, number: int
+) -> tuple[tuple[float, ...], tuple[float, ...] | None, tuple[float, ...] | None]:
+    """Location, axis and reference direction of an ``AXIS2_PLACEMENT_3D``, in the file's unit; None where not given.
+
+    Raises
+    ------
+    FormatError
+        When the placement does not lead to three coordinates.
+    """
+    record = _record(file.instance(number), "AXIS2_PLACEMENT_3D")
+    location = _coordinates(file, _argument(record, 1))
+    if location is None:
+        raise FormatError(f"the placement #{number} has no location", path=file.name)
+    return location, _coordinates(file, _argument(record, 2)), _coordinates(file, _argument(record, 3))
+
+
+def _coordinates(file: Part21File, value: Value) -> tuple[float, ...] | None:
+    target = _follow(file, value)
+    numbers = None if target is None else _argument(target.records[0], 1)
+    if not isinstance(numbers, tuple):
+        return None
+    found = tuple(float(v) for v in numbers if isinstance(v, int | float))
+    return found if len(found) == 3 else None
+
+
+def _is(file: Part21File, number: int, keyword: str) -> bool:
+    instance = file.instance(number)
+    return instance is not None and instance.record(keyword) is not None
+
+
+def _follow(file: Part21File, value: Value) -> Instance | None:
+    return file.instance(value) if isinstance(value, Ref) else None
+
+
+def _record(instance: Instance | None, keyword: str) -> Record | None:
+    return None if instance is None else instance.record(keyword)
+
+
+def _argument(record: Record | None, index: int) -> Value:
+    return record.arguments[index] if record is not None and index < len(record.arguments) else None

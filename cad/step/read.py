@@ -1,0 +1,312 @@
+"""A STEP file as placed solids with names, colours and layers; every oddity is an `Issue`, never silence.
+
+The file is read into an XCAF document (the kernel's tree of products, instances and attributes), which is kept for
+writing. A *leaf* is a product without components; every use of a leaf gives its solids once more, placed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.Interface import Interface_Static
+from OCP.STEPCAFControl import STEPCAFControl_Controller, STEPCAFControl_Reader
+from OCP.XCAFDoc import XCAFDoc_ShapeTool
+
+from cad.kernel import ocp as kernel
+from cad.kernel.ocp import KernelObject
+from cad.step.open_text import read_step_text
+from cad.step.part21 import Part21File
+from cad.step.products import find_roots, unit_name
+from cad.step.solids import LeafShapes, leaf_shapes
+from cad.step.xcaf_tree import Color, Leaf, StepTree, merged, speakable
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.issue import Issue
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepSolid:
+    """One placed solid, or a shell where the file has no solid there.
+
+    Parameters
+    ----------
+    name : str
+        The product's name as written; the second and further ones of a name are called ``name#2``, ``name#3``, …;
+        ``S4`` for the fourth solid when it has no name.
+    path : tuple of str
+        Names of the instances from the root down.
+    shape : kernel shape
+        ``TopoDS_Solid`` or ``TopoDS_Shell`` in the frame `part`, mm.
+    color_rgb : tuple of float or None
+        sRGB as the file writes it, in 0…1.
+    layers : tuple of str
+    """
+
+    name: str
+    path: tuple[str, ...]
+    shape: Any
+    color_rgb: Color | None
+    layers: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepMark:
+    """A face, wire or edge that has a name, a colour or a layer of its own.
+
+    Parameters
+    ----------
+    kind : str
+        ``face``, ``wire`` or ``edge``.
+    name : str
+        As written; empty when it has none. Often noise: some exporters name every edge.
+    color_rgb : tuple of float or None
+        sRGB as the file writes it, in 0…1.
+    layers : tuple of str
+    path : tuple of str
+        Names of the instances from the root down.
+    shape : kernel shape
+        In the frame `part`, mm.
+    """
+
+    kind: str
+    name: str
+    color_rgb: Color | None
+    layers: tuple[str, ...]
+    path: tuple[str, ...]
+    shape: Any
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepPart:
+    """Everything read from one STEP file.
+
+    Parameters
+    ----------
+    file_name : str
+        Without its folder.
+    sha256 : str
+        Of the file's bytes.
+    unit : str
+        Length unit of the file: ``mm``, ``inch``, …; geometry here is always in mm.
+    schema : str
+        As the header names it: ``AUTOMOTIVE_DESIGN``.
+    solids : tuple of StepSolid
+        In the order of the file.
+    marks : tuple of StepMark
+        In the order of the file.
+    issues : tuple of Issue
+        What is odd in the file.
+    document : kernel document
+        The XCAF document.
+    source : Part21File
+        The indexed text.
+    """
+
+    file_name: str
+    sha256: str
+    unit: str
+    schema: str
+    solids: tuple[StepSolid, ...]
+    marks: tuple[StepMark, ...]
+    issues: tuple[Issue, ...]
+    document: Any
+    source: Part21File
+
+    @property
+    def text(self) -> bytes:
+        """The file's bytes as read."""
+        return self.source.text
+
+    def build123d_shapes(self) -> list[Any]:
+        """Return the solids as build123d shapes with label and colour; imports build123d (2 to 5 s) when called."""
+        import build123d
+
+        found = []
+        for solid in self.solids:
+            shape = build123d.Shape.cast(solid.shape)
+            shape.label = solid.name
+            if solid.color_rgb is not None:
+                shape.color = build123d.Color(*solid.color_rgb)
+            found.append(shape)
+        return found
+
+
+def read_step(path: Path | str) -> StepPart:
+    """Read a STEP file: placed solids in mm, names, colours, layers, and what is odd about it.
+
+    Parameters
+    ----------
+    path : Path or str
+
+    Returns
+    -------
+    StepPart
+        Same names and order at every run.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read, is no STEP file or holds no face.
+    FormatError
+        When the text is broken or cut off.
+    KernelError
+        When the kernel fails.
+
+    Notes
+    -----
+    The kernel's time is 0.1 to 0.2 s a megabyte. A fault of the kernel can end the interpreter: a program that reads
+    files of others calls this through `cad.kernel.child.run_in_child`.
+    """
+    path = Path(path)
+    file = read_step_text(path)
+    with kernel.kernel_call(f"reading {path}"):
+        document = read_document(path)
+        tree = StepTree(document)
+        leaves = list(tree.leaves())
+        prepared = {leaf.entry: leaf_shapes(leaf.use.name, leaf.shape) for leaf in leaves}
+        _refuse_without_faces(path, leaves, prepared)
+        prepared, shell_issues = _without_open_shells(prepared)
+        solids = tuple(_placed_solids(leaves, prepared, tree))
+        marks = tuple(_placed_marks(leaves, prepared, tree))
+    unit, unit_issues = _unit(file)
+    issues = [*unit_issues, *(issue for found in prepared.values() for issue in found.issues), *shell_issues]
+    if not solids:
+        issues.append(Issue("no-solid", "the file holds no solid and no shell with exact faces"))
+    digest = hashlib.sha256(file.text).hexdigest()
+    return StepPart(path.name, digest, unit, file.schema, solids, marks, tuple(issues), document, file)
+
+
+def read_document(path: Path) -> KernelObject:
+    """Read a STEP file into a new XCAF document, in mm.
+
+    Raises
+    ------
+    FormatError
+        When the kernel does not read the file.
+    """
+    STEPCAFControl_Controller.Init_s()
+    XCAFDoc_ShapeTool.SetAutoNaming_s(False)  # or nameless shapes are called SOLID and =>[0:1:1:2]
+    Interface_Static.SetCVal_s("xstep.cascade.unit", "MM")
+    Interface_Static.SetIVal_s("read.stepcaf.subshapes.name", 1)  # off by default: names of faces and edges
+    document = kernel.new_document()
+    reader = STEPCAFControl_Reader()
+    for switch in (reader.SetNameMode, reader.SetColorMode, reader.SetLayerMode, reader.SetGDTMode, reader.SetSHUOMode):
+        switch(True)
+    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:  # going on would end the interpreter
+        raise FormatError("the CAD kernel cannot read its text", path=str(path))
+    if not reader.Transfer(document):
+        raise FormatError("the CAD kernel finds no shape it can build", path=str(path))
+    return document
+
+
+def _refuse_without_faces(path: Path, leaves: list[Leaf], prepared: dict[str, LeafShapes]) -> None:
+    if any(found.has_faces for found in prepared.values()):
+        return
+    names = ", ".join(dict.fromkeys(leaf.use.name for leaf in leaves if leaf.use.name)) or "none named"
+    raise InputError(
+        f"{path}: holds no face; its parts ({names}) may be in other files that are not read: export one single file"
+    )
+
+
+def _without_open_shells(prepared: dict[str, LeafShapes]) -> tuple[dict[str, LeafShapes], list[Issue]]:
+    """Leave open shells out where the file has solids: they are datum planes and other supplemental geometry."""
+    bodies = [body for found in prepared.values() for body in found.bodies]
+    shells = sum(body.ShapeType() != kernel.SOLID for body in bodies)
+    if shells in (0, len(bodies)):
+        return prepared, []
+    kept = {
+        entry: replace(found, bodies=tuple(body for body in found.bodies if body.ShapeType() == kernel.SOLID))
+        for entry, found in prepared.items()
+    }
+    return kept, [Issue("open-shells", f"{shells} open shells beside the solids are left out")]
+
+
+def _placed_solids(leaves: list[Leaf], prepared: dict[str, LeafShapes], tree: StepTree) -> Iterator[StepSolid]:
+    taken: set[str] = set()
+    number = 0
+    for leaf in leaves:
+        bodies = prepared[leaf.entry].bodies
+        for shape, own in zip(bodies, _own_attributes(leaf, bodies, tree), strict=True):
+            number += 1
+            name = _unique_name(own.name or leaf.use.name or f"S{number}", taken)
+            placed = shape.Moved(leaf.use.location)
+            layers = merged(leaf.use.layers, own.layers)
+            yield StepSolid(name, leaf.use.path, placed, leaf.use.color or own.color, layers)
+
+
+@dataclass(frozen=True, slots=True)
+class _Attributes:
+    """Name, colour and layers of one sub-shape."""
+
+    name: str = ""
+    color: Color | None = None
+    layers: tuple[str, ...] = ()
+
+
+def _own_attributes(leaf: Leaf, bodies: tuple[Any, ...], tree: StepTree) -> list[_Attributes]:
+    """What the bodies of a leaf are called and look like by themselves; a single body takes its faces' one colour."""
+    places = kernel.shape_map(bodies)
+    found = [_Attributes() for _ in bodies]
+    face_colors = set()
+    for label in kernel.filled(XCAFDoc_ShapeTool.GetSubShapes_s, leaf.label):
+        shape, color = XCAFDoc_ShapeTool.GetShape_s(label), kernel.label_color(label)
+        if shape.IsNull():
+            continue
+        at = places.FindIndex(shape)
+        if at:
+            found[at - 1] = _Attributes(speakable(kernel.label_name(label)), color, tree.layers_of(label))
+        elif color is not None and shape.ShapeType() == kernel.FACE:
+            face_colors.add(color)
+    if len(found) == len(face_colors) == 1 and found[0].color is None:
+        found[0] = replace(found[0], color=face_colors.pop())
+    return found
+
+
+def _unique_name(name: str, taken: set[str]) -> str:
+    candidate, count = name, 1
+    while candidate in taken:
+        count += 1
+        candidate = f"{name}#{count}"
+    taken.add(candidate)
+    return candidate
+
+
+def _placed_marks(leaves: list[Leaf], prepared: dict[str, LeafShapes], tree: StepTree) -> Iterator[StepMark]:
+    for leaf in leaves:
+        use = leaf.use
+        if not prepared[leaf.entry].has_faces and not leaf.shape.IsNull():
+            yield from _wire_marks(leaf, tree)
+            continue
+        for label in kernel.filled(XCAFDoc_ShapeTool.GetSubShapes_s, leaf.label):
+            shape = XCAFDoc_ShapeTool.GetShape_s(label)
+            if shape.IsNull() or shape.ShapeType() not in (kernel.FACE, kernel.WIRE, kernel.EDGE):
+                continue
+            name, color, layers = speakable(kernel.label_name(label)), kernel.label_color(label), tree.layers_of(label)
+            if name or color or layers:
+                kind = kernel.SHAPE_KINDS[shape.ShapeType()]
+                yield StepMark(kind, name, color, layers, use.path, shape.Moved(use.location))
+
+
+def _wire_marks(leaf: Leaf, tree: StepTree) -> Iterator[StepMark]:
+    """Every edge of a product without faces; where it has no name, colour or layer of its own it has the product's."""
+    edges = kernel.sub_shapes(leaf.shape, kernel.EDGE)
+    use = leaf.use
+    for edge, own in zip(edges, _own_attributes(leaf, tuple(edges), tree), strict=True):
+        placed, layers = edge.Moved(use.location), merged(use.layers, own.layers)
+        yield StepMark("edge", own.name or use.name, own.color or use.color, layers, use.path, placed)
+
+
+def _unit(file: Part21File) -> tuple[str, list[Issue]]:
+    """Length unit of the file's roots; an issue when it is not mm, or not one."""
+    names = list(dict.fromkeys(unit_name(root.unit_mm) for root in find_roots(file)))
+    if not names:
+        return "mm", [Issue("no-product", "the file names no product with a shape; its length unit is taken to be mm")]
+    if len(names) > 1:
+        return names[0], [Issue("mixed-units", f"the file's products are in {', '.join(names)}; all were turned to mm")]
+    if names[0] != "mm":
+        return names[0], [Issue("unit-not-mm", f"the file is in {names[0]}; all lengths were turned to mm")]
+    return "mm", []

@@ -1,0 +1,166 @@
+"""The solids of one product: found, or sewn from loose faces; what is odd about them as issues."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from OCP.BRep import BRep_Tool
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid, BRepBuilderAPI_Sewing
+from OCP.BRepCheck import BRepCheck_Shell, BRepCheck_Status
+from OCP.BRepLib import BRepLib
+
+from cad.kernel import ocp as kernel
+from cad.kernel.ocp import KernelObject
+from wpcal.core.issue import Issue
+
+SEWING_TOLERANCES_MM = (0.01, 0.03, 0.1)
+"""Tried in this order until nothing is open. Above 0.1 mm sewing moves edges by more than a robot's teaching error."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LeafShapes:
+    """What a product consists of.
+
+    Parameters
+    ----------
+    bodies : tuple of kernel shapes
+        Solids, or closed or open shells where there is no solid, in the product's own frame.
+    issues : tuple of Issue
+    has_faces : bool
+        Whether it has any face at all.
+    """
+
+    bodies: tuple[Any, ...]
+    issues: tuple[Issue, ...]
+    has_faces: bool
+
+
+def leaf_shapes(name: str, shape: KernelObject) -> LeafShapes:
+    """Find the solids of a product; sew its faces when it has none.
+
+    Parameters
+    ----------
+    name : str
+        The product's name, for the issues.
+    shape : kernel shape
+        In the product's own frame, mm.
+
+    Returns
+    -------
+    LeafShapes
+    """
+    if shape.IsNull():
+        return LeafShapes((), (Issue("empty-part", f"{name or 'a part'} has no shape", _ids(name)),), has_faces=False)
+    faces = kernel.sub_shapes(shape, kernel.FACE)
+    if not faces:
+        edges = len(kernel.sub_shapes(shape, kernel.EDGE))
+        what = f"no face but {edges} edges, which are given as marks" if edges else "no face: it may be in another file"
+        issue = Issue("wires-only" if edges else "empty-part", f"{name or 'a part'} holds {what}", _ids(name))
+        return LeafShapes((), (issue,), has_faces=False)
+    issues: list[Issue] = []
+    meshed = sum(map(kernel.is_mesh_face, faces))
+    if meshed:
+        issues.append(_mesh_issue(name, meshed, len(faces)))
+    bodies = [] if meshed == len(faces) else _bodies(name, shape, issues)
+    loose_edges = len(kernel.loose_shapes(shape, kernel.EDGE, kernel.FACE))
+    if loose_edges:
+        message = f"{name or 'a part'}: {loose_edges} edges belong to no face (supplemental geometry or wires)"
+        issues.append(Issue("free-edges", message, _ids(name)))
+    return LeafShapes(tuple(bodies), tuple(issues), has_faces=True)
+
+
+def _bodies(name: str, shape: KernelObject, issues: list[Issue]) -> list[KernelObject]:
+    solids = kernel.sub_shapes(shape, kernel.SOLID)
+    if not solids:
+        return _sewn(name, shape, issues)
+    loose = len(kernel.loose_shapes(shape, kernel.FACE, kernel.SOLID))
+    if loose:
+        message = f"{name or 'a part'}: {loose} faces belong to no solid and are left out"
+        issues.append(Issue("loose-faces", message, _ids(name)))
+    _check(name, solids, issues)
+    return solids
+
+
+def _check(name: str, bodies: list[KernelObject], issues: list[Issue]) -> None:
+    """Report bodies whose surface is not closed or whose faces do not all look the same way."""
+    invalid = sum(not all(map(_is_sound, kernel.sub_shapes(body, kernel.SHELL))) for body in bodies)
+    if invalid:
+        message = f"{name or 'a part'}: {invalid} of {len(bodies)} solids are not valid topology"
+        issues.append(Issue("invalid-shape", message, _ids(name)))
+
+
+def _is_sound(shell: KernelObject) -> bool:
+    """Tell whether a shell is closed and turned one way; the kernel's check of every sub-shape costs thirty times."""
+    check = BRepCheck_Shell(shell)
+    found = check.Closed(False), check.Orientation(False)
+    return all(status == BRepCheck_Status.BRepCheck_NoError for status in found)
+
+
+def _sewn(name: str, shape: KernelObject, issues: list[Issue]) -> list[KernelObject]:
+    """Close a product made of faces or shells: as it is when its shells are closed, else sewn."""
+    before = _open_edges(shape)
+    shells = kernel.sub_shapes(shape, kernel.SHELL)
+    if not before and shells and not kernel.loose_shapes(shape, kernel.FACE, kernel.SHELL):
+        issues.append(_sewing_issue(name, f"{len(shells)} closed shells were made solids"))
+        return _closed_as_solids([kernel.compound(shells)])
+    tolerance, after, result = _best_sewing(shape)
+    if after >= before and shells:
+        issues.append(_sewing_issue(name, f"its surface is open ({before} open edges) and sewing does not close it"))
+        return shells
+    what = f"its faces were sewn with {tolerance:g} mm: {before} open edges before, {after} after"
+    issues.append(_sewing_issue(name, what))
+    return _closed_as_solids([result])
+
+
+def _best_sewing(shape: KernelObject) -> tuple[float, int, KernelObject]:
+    """Smallest tolerance that leaves nothing open, or else the fewest open edges."""
+    tried = []
+    for tolerance in SEWING_TOLERANCES_MM:
+        sewing = BRepBuilderAPI_Sewing(tolerance)
+        sewing.Add(shape)
+        sewing.Perform()
+        result = sewing.SewedShape()
+        after = _open_edges(result)
+        tried.append((after, tolerance, result))
+        if not after:
+            break
+    after, tolerance, result = min(tried, key=lambda item: item[:2])
+    return tolerance, after, result
+
+
+def _open_edges(shape: KernelObject) -> int:
+    """Edges that one face only uses, and once."""
+    count = 0
+    for edge, faces in kernel.ancestors(shape, kernel.EDGE, kernel.FACE):
+        if len(faces) == 1 and not BRep_Tool.Degenerated_s(edge) and not BRep_Tool.IsClosed_s(edge, faces[0]):
+            count += 1
+    return count
+
+
+def _closed_as_solids(shapes: list[KernelObject]) -> list[KernelObject]:
+    """Turn closed shells into solids with their material inside; open shells stay, loose faces become shells."""
+    bodies = []
+    for shape in shapes:
+        for shell in kernel.sub_shapes(shape, kernel.SHELL):
+            if not BRep_Tool.IsClosed_s(shell):
+                bodies.append(shell)
+                continue
+            solid = BRepBuilderAPI_MakeSolid(shell).Solid()
+            BRepLib.OrientClosedSolid_s(solid)
+            bodies.append(solid)
+        bodies.extend(kernel.shell_of(face) for face in kernel.loose_shapes(shape, kernel.FACE, kernel.SHELL))
+    return bodies
+
+
+def _mesh_issue(name: str, meshed: int, total: int) -> Issue:
+    what = "triangles only and no exact surface; nothing can be found on them"
+    return Issue("tessellated-faces", f"{name or 'a part'}: {meshed} of {total} faces have {what}", _ids(name))
+
+
+def _sewing_issue(name: str, what: str) -> Issue:
+    return Issue("unsewn-faces", f"{name or 'a part'} holds no solid; {what}", _ids(name))
+
+
+def _ids(name: str) -> tuple[str, ...]:
+    return (name,) if name else ()

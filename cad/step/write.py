@@ -1,0 +1,198 @@
+"""Write a part moved: by a change of its own text, or where a file defeats that, from the kernel's document.
+
+The written file is read again and compared with what was read; every difference is an `Issue`.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from numpy.typing import ArrayLike
+from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
+from OCP.Interface import Interface_Static
+from OCP.STEPCAFControl import STEPCAFControl_Writer
+from OCP.STEPControl import STEPControl_StepModelType
+from OCP.TCollection import TCollection_HAsciiString
+from OCP.TDataStd import TDataStd_Name
+from OCP.XCAFDoc import XCAFDoc_DocumentTool
+
+from cad.kernel import ocp as kernel
+from cad.step.append import append_placement, with_entities
+from cad.step.append_seams import SEAMS_NAME, SeamCurve, append_seams
+from cad.step.bake import bake_text
+from cad.step.compare import StepInventory, compare_inventories, compare_seams, take_inventory
+from cad.step.part21 import index_part21
+from cad.step.read import StepPart, read_document
+from cad.step.xcaf_tree import Color
+from wpcal.core.arrays import frozen
+from wpcal.core.errors import FormatError, KernelError
+from wpcal.core.issue import Issue
+from wpcal.core.records import write_file
+from wpcal.core.transform import RigidTransform
+
+DEFEATED = "moved-other-way"
+DEFEATS = frozenset({DEFEATED, "moved-faces-differ", "moved-vertices-differ", "moved-seams-differ"})
+"""Differences after which a way of writing is given up: the geometry is not where it should be."""
+
+NAMES = {"baked": "moving the geometry in the text", "appended": "appending to the text"}
+"""Ways of writing, for a message."""
+
+SCHEMA_AP214, SCHEMA_AP242 = 4, 5
+"""Values of the kernel's `write.step.schema`; with AP214 it drops all annotations and says nothing."""
+
+KERNEL_UNITS = {"um": "UM", "mm": "MM", "cm": "CM", "m": "M", "inch": "INCH", "ft": "FT"}
+"""Values of the kernel's `write.step.unit`."""
+
+
+def write_moved_step(
+    part: StepPart,
+    T_base_part: RigidTransform,
+    path: Path,
+    *,
+    bake: bool = False,
+    seams: Sequence[tuple[str, ArrayLike, Color]] = (),
+) -> tuple[Issue, ...]:
+    """Write a part moved by a rigid transform, then read the file again and compare.
+
+    Parameters
+    ----------
+    part : StepPart
+    T_base_part : RigidTransform
+    path : Path
+        Overwritten when it exists.
+    bake : bool
+        Move the geometry itself, in place of an assembly around it.
+    seams : sequence of (name, points, color_rgb)
+        Polylines, shape (m, 3), in `part`, mm, with a colour as a file writes it (sRGB); they become named edges in a
+        product ``wpcal seams``.
+
+    Returns
+    -------
+    tuple of Issue
+        Every way of writing that was tried in vain, and every difference found in the one that was kept.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be written, or a seam has fewer than two points.
+    KernelError
+        When the kernel fails.
+
+    Notes
+    -----
+    Appending costs a copy of the file; reading it again costs as much as reading it did.
+    """
+    curves = tuple(SeamCurve(name, frozen(points), color) for name, points, color in seams)
+    job = _Job(part, T_base_part, f"{Path(part.file_name).stem} calibrated", curves)
+    ways = (job.baked, job.appended, job.from_document) if bake else (job.appended, job.from_document)
+    issues: list[Issue] = []
+    with kernel.kernel_call(f"writing {path}"):
+        before = take_inventory(part.document)
+        for way in ways:
+            try:
+                text, added = way(before)
+                write_file(path, text, overwrite=True)
+                found = job.check(path, before, added)
+            except FormatError as error:
+                found = [Issue(DEFEATED, str(error))]
+            if way == ways[-1] or not any(issue.code in DEFEATS for issue in found):
+                return (*issues, *found)
+            issues.append(Issue(DEFEATED, f"{NAMES[way.__name__]} did not do: {found[0].message}"))
+    raise KernelError(f"writing {path}: no way of writing was tried")
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """What is to be written. Each way of writing returns the text and the names that it added."""
+
+    part: StepPart
+    T_base_part: RigidTransform
+    name: str
+    seams: tuple[SeamCurve, ...]
+
+    def appended(self, _before: StepInventory) -> tuple[bytes, Counter[str]]:
+        """An assembly around the roots, appended to the text."""
+        writer, assembly = append_placement(self.part.source, self.T_base_part, name=self.name)
+        if self.seams:
+            append_seams(writer, self.part.source, assembly, self.T_base_part, self.seams)
+        return with_entities(self.part.source, writer), Counter(assembly.names)
+
+    def baked(self, _before: StepInventory) -> tuple[bytes, Counter[str]]:
+        """The geometry moved in the text."""
+        return self._with_seams(bake_text(self.part.source, self.T_base_part), Counter())
+
+    def from_document(self, before: StepInventory) -> tuple[bytes, Counter[str]]:
+        """The kernel's document with its free shapes under one placed assembly."""
+        text, added = _text_from_document(
+            self.part, self.T_base_part, self.name, with_annotations=before.annotations.total() > 0
+        )
+        return self._with_seams(text, added)
+
+    def _with_seams(self, text: bytes, added: Counter[str]) -> tuple[bytes, Counter[str]]:
+        """Append the seams to a text whose part is already in base: both go into an assembly that moves nothing."""
+        if not self.seams:
+            return text, added
+        file = index_part21(text, name=self.part.file_name)
+        unmoved = RigidTransform.identity(target="base", source="part")
+        writer, assembly = append_placement(file, unmoved, name=self.name)
+        append_seams(writer, file, assembly, self.T_base_part, self.seams)
+        return with_entities(file, writer), added + Counter(assembly.names)
+
+    def check(self, path: Path, before: StepInventory, added: Counter[str]) -> list[Issue]:
+        """Read what was written and compare."""
+        document = read_document(path)
+        after = take_inventory(document, without=SEAMS_NAME if self.seams else "")
+        found = compare_inventories(before, after, self.T_base_part, added=added)
+        return found + compare_seams(document, self.T_base_part, self.seams)
+
+
+def _text_from_document(
+    part: StepPart, T_base_part: RigidTransform, name: str, *, with_annotations: bool
+) -> tuple[bytes, Counter[str]]:
+    """Write the free shapes under one placed assembly with the kernel's writer; return the names added as well."""
+    with tempfile.TemporaryDirectory() as folder:
+        original, written = Path(folder) / "part.step", Path(folder) / "moved.step"
+        original.write_bytes(part.text)
+        document = read_document(original)  # a copy: the part's own document is not changed
+        added = _wrap_free_shapes(document, T_base_part, name)
+        _write_document(document, written, part, with_annotations=with_annotations)
+        return written.read_bytes(), added
+
+
+def _wrap_free_shapes(document: kernel.KernelObject, T_base_part: RigidTransform, name: str) -> Counter[str]:
+    tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    free = kernel.filled(tool.GetFreeShapes)
+    top = tool.NewShape()
+    TDataStd_Name.Set_s(top, kernel.extended(name))
+    added = Counter([name])
+    for label in free:
+        component = tool.AddComponent(top, label, kernel.to_location(T_base_part))
+        text = kernel.label_name(label) or name
+        TDataStd_Name.Set_s(component, kernel.extended(text))
+        added[text] += 1
+    tool.UpdateAssemblies()
+    return added
+
+
+def _write_document(document: kernel.KernelObject, path: Path, part: StepPart, *, with_annotations: bool) -> None:
+    """Write an XCAF document in the part's unit and with the part's own time stamp.
+
+    The writer says RetError of files with annotations that read back well, so its status is not asked: the file is read
+    again and compared.
+    """
+    Interface_Static.SetIVal_s("write.stepcaf.subshapes.name", 1)
+    Interface_Static.SetIVal_s("write.step.schema", SCHEMA_AP242 if with_annotations else SCHEMA_AP214)
+    Interface_Static.SetCVal_s("write.step.unit", KERNEL_UNITS.get(part.unit, "MM"))
+    writer = STEPCAFControl_Writer()
+    for switch in (writer.SetNameMode, writer.SetColorMode, writer.SetLayerMode, writer.SetDimTolMode):
+        switch(True)
+    writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
+    header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
+    header.SetTimeStamp(TCollection_HAsciiString(part.source.time_stamp))
+    writer.Write(str(path))
+    if not path.exists():
+        raise KernelError(f"{part.file_name}: the CAD kernel wrote no file")

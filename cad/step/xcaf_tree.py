@@ -1,0 +1,134 @@
+"""The product tree of an XCAF document: every use of every leaf, where it is, what it is called and looks like."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from OCP.TopLoc import TopLoc_Location
+from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_LayerTool, XCAFDoc_ShapeTool
+
+from cad.kernel import ocp as kernel
+from cad.kernel.ocp import KernelObject
+
+Color = tuple[float, float, float]
+"""sRGB as the file writes it, in 0…1."""
+
+EMPTY_NAMES = frozenset({"", "NONE", "NULL"})
+"""What exporters write where there is no name (SolidWorks: 'NONE' on every face and edge)."""
+
+
+def speakable(name: str) -> str:
+    """One line without blanks at its ends; empty for the words that stand for no name."""
+    line = " ".join(name.split())
+    return "" if line.upper() in EMPTY_NAMES else line
+
+
+def merged(layers: tuple[str, ...], more: tuple[str, ...]) -> tuple[str, ...]:
+    """Layers of both, each once, in order."""
+    return tuple(dict.fromkeys((*layers, *more)))
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """How a product is used: what its instances above say of it.
+
+    Parameters
+    ----------
+    location : kernel location
+        Of the product in the frame `part`.
+    path : tuple of str
+        Names of the instances from the root down.
+    name : str
+        Name of the nearest product above that has one.
+    color : tuple of float or None
+        Colour of the highest instance above that has one: it wins over the product's own.
+    layers : tuple of str
+        Layers of the instances above.
+    """
+
+    location: Any
+    path: tuple[str, ...] = ()
+    name: str = ""
+    color: Color | None = None
+    layers: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Leaf:
+    """One use of a product without components.
+
+    Parameters
+    ----------
+    entry : str
+        Place of the product in the document; the same for all its uses.
+    label : kernel label
+        Of the product.
+    shape : kernel shape
+        In the product's own frame, mm.
+    use : Use
+        Where it is, with the product's own name, colour and layers merged in.
+    """
+
+    entry: str
+    label: Any
+    shape: Any
+    use: Use
+
+
+@dataclass(slots=True)
+class StepTree:
+    """Walks the labels of a document; knows which layers a label is on."""
+
+    document: Any
+    layers: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        tool = XCAFDoc_DocumentTool.LayerTool_s(self.document.Main())
+        for layer in kernel.filled(tool.GetLayerLabels):
+            for label in kernel.filled(XCAFDoc_LayerTool.GetShapesOfLayer_s, layer):
+                entry = kernel.label_entry(label)
+                self.layers[entry] = merged(self.layers.get(entry, ()), (kernel.label_name(layer),))
+
+    def layers_of(self, label: KernelObject) -> tuple[str, ...]:
+        """Layers of a label, in the order of the document."""
+        return self.layers.get(kernel.label_entry(label), ()) if self.layers else ()
+
+    def leaves(self) -> Iterator[Leaf]:
+        """All uses of all leaves, in the order of the file."""
+        tool = XCAFDoc_DocumentTool.ShapeTool_s(self.document.Main())
+        for root in kernel.filled(tool.GetFreeShapes):
+            yield from self._below(root, Use(TopLoc_Location()))
+
+    def _below(self, label: KernelObject, use: Use) -> Iterator[Leaf]:
+        """Leaves under a product."""
+        use = self._joined(use, label)
+        use = replace(use, path=use.path or ((use.name,) if use.name else ()))
+        if not XCAFDoc_ShapeTool.IsAssembly_s(label):
+            yield Leaf(kernel.label_entry(label), label, XCAFDoc_ShapeTool.GetShape_s(label), use)
+            return
+        for component in kernel.filled(XCAFDoc_ShapeTool.GetComponents_s, label):
+            product = kernel.new_label()
+            if XCAFDoc_ShapeTool.GetReferredShape_s(component, product):
+                yield from self._below(product, self._component(use, component, product))
+
+    def _component(self, use: Use, component: KernelObject, product: KernelObject) -> Use:
+        """Use of a component's product: placed by the component, and named by it in the path."""
+        step = speakable(kernel.label_name(component)) or speakable(kernel.label_name(product))
+        return replace(
+            use,
+            location=use.location.Multiplied(XCAFDoc_ShapeTool.GetLocation_s(component)),
+            path=(*use.path, step) if step else use.path,
+            color=use.color or kernel.label_color(component),
+            layers=merged(use.layers, self.layers_of(component)),
+        )
+
+    def _joined(self, use: Use, label: KernelObject) -> Use:
+        """Use with the product's own name, colour and layers."""
+        return replace(
+            use,
+            name=speakable(kernel.label_name(label)) or use.name,
+            color=use.color or kernel.label_color(label),
+            layers=merged(use.layers, self.layers_of(label)),
+        )

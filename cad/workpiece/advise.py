@@ -1,0 +1,127 @@
+"""Which features of a STEP file to teach: the part and its seams read, the choice made in `wpcal.advise`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cad.workpiece.workpiece import SeamChoice, Workpiece, find_seams, open_workpiece
+from wpcal.advise import Advice, advise
+from wpcal.calibrate import Criterion
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
+from wpcal.core.errors import InputError
+from wpcal.core.progress import Progress, no_progress
+from wpcal.features import POINT_KINDS, FeatureKind, Touchable, feature_named, judge_features
+from wpcal.seam import Seam, SeamOptions
+
+
+@dataclass(frozen=True, slots=True)
+class AdviseOptions:
+    """Which features may be advised, and for what.
+
+    Parameters
+    ----------
+    points : int
+        How many to teach.
+    seams : tuple of str
+        Names of the seams where the error counts; all accepted ones where empty.
+    sigma_mm : float
+        Teaching error: standard deviation per axis.
+    criterion : Criterion
+    have, exclude : tuple of str
+        Features taught anyway, and features not to be advised.
+    near : tuple of float, optional
+        Centre x, y, z and radius in `part`, mm: only features in this sphere.
+    kinds : tuple of FeatureKind
+        Kinds that may be advised.
+    """
+
+    points: int = 4
+    seams: tuple[str, ...] = ()
+    sigma_mm: float = USUAL_SIGMA_MM
+    criterion: Criterion = Criterion.MINIMAX
+    have: tuple[str, ...] = ()
+    exclude: tuple[str, ...] = ()
+    near: tuple[float, float, float, float] | None = None
+    kinds: tuple[FeatureKind, ...] = POINT_KINDS
+
+
+def advise_points(
+    step: Any,
+    *,
+    options: AdviseOptions,
+    seam_options: SeamOptions,
+    choice: SeamChoice | None = None,
+    progress: Progress = no_progress,
+) -> Advice:
+    """Choose the features of a part to teach.
+
+    Parameters
+    ----------
+    step : path, build123d shape, or iterable of build123d shapes
+    options : AdviseOptions
+    seam_options : SeamOptions
+    choice : SeamChoice, optional
+        What a person decided about the seams.
+    progress : callable, optional
+
+    Returns
+    -------
+    Advice
+
+    Raises
+    ------
+    InputError
+        When the part cannot be read, or it has no such feature or seam; `GeometryError` when it has no seam or too few
+        features that may be taught.
+    """
+    workpiece = open_workpiece(step, progress=progress)
+    return advise_workpiece(workpiece, options=options, seam_options=seam_options, choice=choice, progress=progress)
+
+
+def advise_workpiece(
+    workpiece: Workpiece,
+    *,
+    options: AdviseOptions,
+    seam_options: SeamOptions,
+    choice: SeamChoice | None = None,
+    progress: Progress = no_progress,
+) -> Advice:
+    """Choose the features to teach of a part that was read already; as `advise_points`."""
+    have = [feature_named(workpiece.features, name) for name in options.have]
+    excluded = {feature_named(workpiece.features, name).name for name in options.exclude}
+    progress("finding seams")
+    found, workpiece = find_seams(workpiece, seam_options, choice)
+    seams = _seams_named(found, options.seams)
+    progress("judging features")
+    allowed = [
+        item
+        for item in judge_features(workpiece.graph, workpiece.features)
+        if item.feature.name not in excluded and item.feature.kind in options.kinds and _is_near(item, options.near)
+    ]
+    return advise(
+        allowed,
+        seams,
+        points=options.points,
+        sigma_mm=options.sigma_mm,
+        criterion=options.criterion,
+        have=have,
+        progress=progress,
+    )
+
+
+def _seams_named(seams: Sequence[Seam], names: Sequence[str]) -> list[Seam]:
+    if not names:
+        return [seam for seam in seams if seam.accepted]
+    by_name = {seam.name.lower(): seam for seam in seams}
+    missing = [name for name in names if name.lower() not in by_name]
+    if missing:
+        raise InputError(f"the part has no seam {', '.join(missing)}; `wpcal seams` lists {len(seams)}")
+    return [by_name[name.lower()] for name in names]
+
+
+def _is_near(item: Touchable, near: tuple[float, float, float, float] | None) -> bool:
+    return near is None or float(np.linalg.norm(item.feature.p_mm - near[:3])) <= near[3]

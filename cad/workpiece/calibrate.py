@@ -1,0 +1,271 @@
+"""The main job as one function: STEP and taught points in, calibrated seams out.
+
+In steps: `cad.workpiece.workpiece` (`cad.step.read` → `cad.kernel.to_brep` → `wpcal.features`) → `wpcal.match` →
+`wpcal.seam` → `wpcal.calibrate` → `cad.step.write`; each takes and returns plain values.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
+from cad.workpiece.workpiece import Workpiece, find_seams, open_workpiece
+from wpcal.calibrate import CalibrationResult
+from wpcal.controllers.taught_program import names_as_features
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import blamed_on
+from wpcal.core.issue import Issue
+from wpcal.core.progress import Progress, no_progress
+from wpcal.core.records import new_directory, to_json
+from wpcal.core.transform import RigidTransform
+from wpcal.features import FeatureKind
+from wpcal.match import Match, match_points
+from wpcal.seam import Seam
+from wpcal.seam.record import seams_csv, seams_record
+from wpcal.taught.table import TaughtPoints, read_taught
+
+SEAM_RGB = (0.9, 0.2, 0.1)
+"""Colour of seams that are written as edges into the moved STEP file (sRGB)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WorkpieceCalibration:
+    """A calibrated workpiece.
+
+    Parameters
+    ----------
+    workpiece : Workpiece
+    result : CalibrationResult
+    seams : tuple of Seam
+        With frames in `part`.
+    u95_mm : tuple of ndarray
+        95 % error at every frame of each seam, mm.
+    taught : TaughtPoints
+        With the names of the features that were found for points without one.
+    found_names : bool
+        Whether there were such points.
+    """
+
+    workpiece: Workpiece
+    result: CalibrationResult
+    seams: tuple[Seam, ...]
+    u95_mm: tuple[FloatArray, ...]
+    taught: TaughtPoints
+    found_names: bool = False
+
+    @property
+    def T_base_part(self) -> RigidTransform:
+        """Where the real part stands in the robot's base."""
+        return self.result.T_base_part
+
+    def moved_shapes(self) -> list[Any]:
+        """Return the part's shapes as build123d shapes in `base`; shapes that were handed over keep their class."""
+        from build123d import Location
+
+        from cad.kernel.ocp import to_location
+
+        T = Location(to_location(self.T_base_part))
+        source = self.workpiece.source
+        return [shape.moved(T) for shape in (self.workpiece.shapes or source.build123d_shapes())]
+
+    def seams_record(self) -> dict[str, Any]:
+        """Return the record of ``seams.json``, frames in `base`."""
+        return seams_record(self.seams, self.T_base_part, self.u95_mm, space=self.result.pairs.space)
+
+    def to_record(self, issues: Sequence[Issue] = ()) -> dict[str, Any]:
+        """Return the record of ``calibration.json``; `issues` are those of writing."""
+        record = self.result.to_record()
+        source = self.workpiece.source
+        inputs = {"taught": {"file": Path(self.taught.path).name, "sha256": _digest(self.taught.path)}}
+        if source is not None:
+            inputs["part"] = {"file": source.file_name, "sha256": source.sha256, "unit": source.unit}
+        found = [issue.to_record() for issue in (*self.workpiece.issues, *issues)]
+        head: dict[str, Any] = {"schema": record.pop("schema"), "inputs": inputs}
+        if self.found_names:
+            head["features"] = {n: f for n, f in zip(self.taught.names, self.taught.features, strict=True) if f}
+        left_out = [n for n, use in zip(self.taught.names, self.taught.use, strict=True) if use == "no"]
+        if left_out:
+            head["left_out"] = left_out
+        return {**head, **record, "issues": [*record["issues"], *found]}
+
+
+def _digest(path: str) -> str | None:
+    file = Path(path)
+    return hashlib.sha256(file.read_bytes()).hexdigest() if path and file.is_file() else None
+
+
+def calibrate_workpiece(
+    step: Any,
+    taught: Path | str | TaughtPoints,
+    *,
+    T_nominal_part: RigidTransform | None = None,
+    options: CalibrateOptions | None = None,
+    progress: Progress = no_progress,
+) -> WorkpieceCalibration:
+    """Find where a real part stands, and its weld seams in the robot's base.
+
+    Parameters
+    ----------
+    step : path, build123d shape, or iterable of build123d shapes
+        The model of the part.
+    taught : path or TaughtPoints
+        Points touched with the robot, in `base`, mm. For points without a feature's name it is found
+        (`wpcal.match.name_points`).
+    T_nominal_part : RigidTransform, optional
+        Where the cell's model has the part; identity where not given.
+    options : CalibrateOptions, optional
+    progress : callable, optional
+        Gets a line for every step.
+
+    Returns
+    -------
+    WorkpieceCalibration
+
+    Raises
+    ------
+    InputError
+        When the part or the points cannot be used; `GeometryError` when points are collinear or too few, `UnitError`
+        when they are in another unit, `FormatError` when a file breaks its format or names no feature of the part.
+    KernelError
+        When the kernel fails.
+
+    Examples
+    --------
+    >>> from build123d import Box
+    >>> from wpcal.match import TaughtPoints
+    >>> box = Box(100, 60, 20)
+    >>> import numpy as np
+    >>> corners = np.array([[-50, -30, -10], [50, -30, -10], [50, 30, -10], [-50, 30, 10]], dtype=float)
+    >>> touched = TaughtPoints(("a", "b", "c", "d"), corners + [500, 0, 0], ("",) * 4, corners, ("yes",) * 4, "", ())
+    >>> found = calibrate_workpiece(box, touched)
+    >>> [round(v, 6) + 0.0 for v in found.T_base_part.t_mm.tolist()]
+    [500.0, 0.0, 0.0]
+    """
+    options = options or CalibrateOptions()
+    given = read_taught(Path(taught)) if isinstance(taught, str | Path) else taught
+    workpiece = open_workpiece(step, progress=progress)
+    named = name_taught(given, workpiece.features, options=options, T_nominal_part=T_nominal_part, progress=progress)
+    fit = prepare_fit(named.taught, workpiece, T_nominal_part=T_nominal_part, certify=options.certify)
+    progress("finding seams")
+    seams, workpiece = find_seams(workpiece, options.seams, options.choice)
+    progress("fitting")
+    with blamed_on(named.taught.path):
+        result, u95 = run_fit(fit, seams, options=options, T_nominal_part=T_nominal_part)
+    return WorkpieceCalibration(workpiece, result, seams, u95, named.taught, found_names=named.found_names)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WrittenCalibration:
+    """What a command shows of a calibration that was written.
+
+    Parameters
+    ----------
+    result : CalibrationResult
+    seams : tuple of Seam
+        With frames in `part`.
+    u95_mm : tuple of ndarray
+    record : dict
+        The record of ``calibration.json``.
+    files : tuple of str
+        Names of the files written.
+    """
+
+    result: CalibrationResult
+    seams: tuple[Seam, ...]
+    u95_mm: tuple[FloatArray, ...]
+    record: dict[str, Any]
+    files: tuple[str, ...]
+
+
+def calibrate_files(
+    step: Path,
+    taught: Path | TaughtPoints,
+    out: Path,
+    *,
+    overwrite: bool,
+    T_nominal_part: RigidTransform | None = None,
+    options: CalibrateOptions | None = None,
+    mark_seams: bool = False,
+    bake: bool = False,
+    progress: Progress = no_progress,
+) -> WrittenCalibration:
+    """Calibrate a STEP file and write the records, the moved STEP file, the part's triangles and the page.
+
+    The files are ``calibration.json``, ``seams.json``, ``seams.csv``, ``PART.calibrated.step``, ``part.glb`` and
+    ``report.html``.
+
+    Parameters
+    ----------
+    step : Path
+    taught : Path or TaughtPoints
+    out : Path
+        The folder to write into.
+    overwrite : bool
+        Whether it may exist and hold files.
+    T_nominal_part, options, progress :
+        As in `calibrate_workpiece`.
+    mark_seams : bool
+        Write the accepted seams as named edges into the moved STEP file.
+    bake : bool
+        Move the geometry itself in the STEP file, without a new assembly level.
+
+    Returns
+    -------
+    WrittenCalibration
+
+    Raises
+    ------
+    InputError
+        As in `calibrate_workpiece`, or when the folder cannot be written. Nothing is written then.
+    KernelError
+        When the kernel fails.
+    """
+    from cad.kernel.tessellate import mesh_part
+    from cad.step.write import write_moved_step
+    from wpcal.pages.report import build_report
+
+    found = calibrate_workpiece(step, taught, T_nominal_part=T_nominal_part, options=options, progress=progress)
+    source = found.workpiece.source
+    marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams if s.accepted] if mark_seams else []
+    seams = found.seams_record()
+    with new_directory(out, overwrite=overwrite) as folder:
+        progress("writing the moved part and reading it again")
+        moved = f"{Path(source.file_name).stem}.calibrated.step"
+        issues = write_moved_step(source, found.T_base_part, folder / moved, seams=marked, bake=bake)
+        progress("drawing the part")
+        part_glb, mesh_issues = mesh_part(source.solids, sha256=source.sha256)
+        record = found.to_record((*issues, *mesh_issues))
+        (folder / "calibration.json").write_text(to_json(record), encoding="utf-8")
+        (folder / "seams.json").write_text(to_json(seams), encoding="utf-8")
+        (folder / "seams.csv").write_text(seams_csv(seams), encoding="utf-8")
+        if part_glb is not None:
+            (folder / "part.glb").write_bytes(part_glb)
+        (folder / "report.html").write_text(build_report(record, seams, part_glb), encoding="utf-8")
+        files = ("calibration.json", *sorted(file.name for file in folder.iterdir() if file.name != "calibration.json"))
+    return WrittenCalibration(found.result, found.seams, found.u95_mm, record, files)
+
+
+def match_taught(
+    step: Path,
+    taught: TaughtPoints,
+    *,
+    sigma_mm: float | None,
+    T_nominal_part: RigidTransform | None,
+    kinds: Sequence[FeatureKind],
+    progress: Progress = no_progress,
+) -> Match:
+    """Find which feature of a STEP file each taught point is; parameters as in `wpcal.match.match_points`."""
+    workpiece = open_workpiece(step, progress=progress)
+    with blamed_on(taught.path):
+        return match_points(
+            names_as_features(taught, workpiece.features),
+            workpiece.features,
+            sigma_mm=sigma_mm,
+            T_nominal_part=T_nominal_part,
+            kinds=kinds,
+            progress=progress,
+        )

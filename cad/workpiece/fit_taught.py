@@ -1,0 +1,177 @@
+"""From taught rows to the fit of a part: which features they are, what they lie on, the pose, the error of every seam.
+
+The main job and the picker both take these steps, so that their numbers are the same. No kernel is needed here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from cad.workpiece.workpiece import SeamChoice, Workpiece
+from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, calibrate
+from wpcal.calibrate.touches.solve import calibrate_touches
+from wpcal.controllers.taught_program import names_as_features
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import blamed_on
+from wpcal.core.progress import Progress, no_progress
+from wpcal.core.transform import RigidTransform
+from wpcal.features import ReferenceFeature
+from wpcal.match import name_points
+from wpcal.seam import Seam, SeamOptions
+from wpcal.taught.resolve import named_axes, touches_of
+from wpcal.taught.table import TaughtPoints, pair_points
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrateOptions:
+    """How a workpiece is calibrated.
+
+    Parameters
+    ----------
+    criterion : Criterion
+    solver : Solver
+    seed : int
+    tolerance_mm : float
+    teaching : TeachingError
+    seams : SeamOptions
+    certify : bool
+    ball_mm : float
+        Radius of the ball in touches on faces that state none.
+    choice : SeamChoice
+        What a person decided about the seams.
+    """
+
+    criterion: Criterion = Criterion.MINIMAX
+    solver: Solver = Solver.ANNEALING
+    seed: int = 0
+    tolerance_mm: float = 0.5
+    teaching: TeachingError = field(default_factory=TeachingError)
+    seams: SeamOptions = field(default_factory=SeamOptions)
+    certify: bool = False
+    ball_mm: float = 0.0
+    choice: SeamChoice = field(default_factory=SeamChoice)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NamedPoints:
+    """Taught points that all have a feature or model coordinates.
+
+    Parameters
+    ----------
+    taught : TaughtPoints
+    found_names : bool
+        Whether features were found for points without one.
+    """
+
+    taught: TaughtPoints
+    found_names: bool
+
+
+def name_taught(
+    given: TaughtPoints,
+    features: Sequence[ReferenceFeature],
+    *,
+    options: CalibrateOptions,
+    T_nominal_part: RigidTransform | None = None,
+    progress: Progress = no_progress,
+) -> NamedPoints:
+    """Find the features of points without one; parameters and errors as in `wpcal.match.name_points`.
+
+    Touches on edges and faces are left as they are; those without a ball's radius get that of the options.
+    """
+    if given.has_touches:
+        return NamedPoints(given.with_ball(options.ball_mm), found_names=False)
+    asked = names_as_features(given, features)
+    with blamed_on(given.path):
+        points = name_points(
+            asked,
+            features,
+            sigma_mm=options.teaching.per_axis_mm,
+            T_nominal_part=T_nominal_part,
+            progress=progress,
+        )
+    return NamedPoints(points, points is not asked)
+
+
+def prepare_fit(
+    taught: TaughtPoints, workpiece: Workpiece, *, T_nominal_part: RigidTransform | None = None, certify: bool = False
+) -> Callable[..., CalibrationResult]:
+    """Find what every taught row lies on, and return the fit that waits for its options.
+
+    Parameters
+    ----------
+    taught : TaughtPoints
+        With their features (`name_taught`).
+    workpiece : Workpiece
+    T_nominal_part : RigidTransform, optional
+        Where the cell's model has the part: finds the face of touches that name none.
+    certify : bool
+        As in `wpcal.calibrate.calibrate`; there is no such proof for touches.
+
+    Returns
+    -------
+    callable
+        `wpcal.calibrate.calibrate` or `wpcal.calibrate.touches.calibrate_touches` without its first argument.
+
+    Raises
+    ------
+    FormatError
+        Naming the row whose feature or face the part does not have.
+    """
+    if not taught.has_touches:
+        pairs, check = pair_points(taught, workpiece.features)
+        return partial(calibrate, pairs, check=check, certify=certify)
+    features = workpiece.features
+    find = partial(touches_of, taught, workpiece.trimmed, features, T_nominal_part=T_nominal_part)
+    checked = find(use="check") if "check" in taught.use else None
+    return partial(calibrate_touches, find(use="yes"), check=checked, axes=named_axes(features))
+
+
+def run_fit(
+    fit: Callable[..., CalibrationResult],
+    seams: Sequence[Seam],
+    *,
+    options: CalibrateOptions,
+    T_nominal_part: RigidTransform | None = None,
+) -> tuple[CalibrationResult, tuple[FloatArray, ...]]:
+    """Run a prepared fit, and predict the error that each seam will see.
+
+    Parameters
+    ----------
+    fit : callable
+        Of `prepare_fit`.
+    seams : sequence of Seam
+        With frames in `part`; the accepted ones judge the criteria.
+    options : CalibrateOptions
+    T_nominal_part : RigidTransform, optional
+
+    Returns
+    -------
+    result : CalibrationResult
+    u95_mm : tuple of ndarray
+        95 % error at every frame of each seam, mm.
+
+    Raises
+    ------
+    GeometryError, UnitError
+        When the points cannot be fitted.
+    """
+    frames = [seam.frames.p for seam in seams if seam.accepted]
+    result = fit(
+        criterion=options.criterion,
+        solver=options.solver,
+        seed=options.seed,
+        tolerance_mm=options.tolerance_mm,
+        T_nominal_part=T_nominal_part,
+        teaching=options.teaching,
+        seam_points=np.concatenate(frames) if frames else None,
+    )
+    if not seams:
+        return result, ()
+    u95_mm = result.predict_error_mm(np.concatenate([seam.frames.p for seam in seams]))
+    ends = np.cumsum([len(seam.frames) for seam in seams])
+    return result, tuple(np.split(u95_mm, ends[:-1]))

@@ -1,0 +1,174 @@
+"""FANUC TP, read back by a parser that knows the language and nothing of the writer."""
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from wpcal.controllers.fanuc.write import write_fanuc
+from wpcal.controllers.program import ControllerSettings, MotionSettings
+from wpcal.controllers.taught_program import ProgramReading, read_taught_program
+from wpcal.core.errors import FormatError, InputError
+
+ATOL_MM = 0.9e-3
+"""Three decimals in three coordinates: √3/2 units."""
+ATOL_DEG = 0.9e-3
+"""Three decimals, the third angle carrying what the first leaves: √3/2 units."""
+NUMBER = r"([-+]?\d*\.\d+)"
+
+
+def part_frame(files, main="WPCAL.ls"):
+    """Number, position and axes of the user frame that the remarks ask for."""
+    remarks = " ".join(re.findall(r"^\s*\d+:  !(.*?) ;", files[main].replace("\r", ""), re.MULTILINE))
+    keys = "".join(rf"\s+{k} {NUMBER}" for k in "XYZWPR")
+    number, *frame = re.search(rf"UFRAME (\d+) to the part:{keys}", remarks).groups()
+    return number, *place(frame)
+
+
+def parse(files, main="WPCAL.ls"):
+    """Positions and axes in the base of all programs called, in their order, and the moves with their markers."""
+    number, p_base, R_base = part_frame(files, main)
+    positions, axes, moves = [], [], []
+    for name in re.findall(r"CALL (\w+)", files[main]):
+        text = files[f"{name}.ls"]
+        assert f"UFRAME_NUM={number} ;" in text
+        moves += re.findall(r"\d+:(?:([JL]) P\[(\d+)\] \S+ \S+|  !(ARC O\w+)) ;", text)
+        for body in re.findall(r"P\[\d+\]\{(.*?)\};", text, re.DOTALL):
+            assert re.search(rf"UF : {number},", body)
+            p, R = place([re.search(rf"\b{k} =\s*{NUMBER}\s+(?:mm|deg)", body)[1] for k in "XYZWPR"])
+            positions.append(R_base.apply(p) + p_base)
+            axes.append((R_base * R).as_matrix())
+    return positions, axes, moves
+
+
+def place(values):
+    v = [float(value) for value in values]
+    return np.array(v[:3]), Rotation.from_euler("xyz", v[3:], degrees=True)
+
+
+@given(seed=st.integers(0, 2**32))
+def test_what_is_written_is_read_back(make_program, assert_same_poses, seed):
+    program = make_program(seed, names=("W1", "Rib 7/ä"))
+    p, R, _ = parse(write_fanuc(program))
+    assert_same_poses(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
+
+
+@given(seed=st.integers(0, 2**32))
+def test_the_frame_is_the_part(make_program, assert_is_the_part, seed):
+    program = make_program(seed)
+    p, R = part_frame(write_fanuc(program))[1:]
+    assert_is_the_part(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
+
+
+def test_moves_come_in_order_with_the_arc_along_the_seam(make_program):
+    moves = parse(write_fanuc(make_program(n=5)))[2]
+    assert [number or mark for _, number, mark in moves] == ["1", "2", "ARC ON", "3", "4", "ARC OFF", "5"]
+
+
+def test_the_configuration_is_the_users_or_a_field_to_fill(make_program):
+    open_one = write_fanuc(make_program())
+    assert "CONFIG : '? ? ?, ?, ?, ?'" in open_one["W1.ls"]
+    assert "CONFIG is not known" in re.sub(r" ;\r\n +\d+:  !", "", open_one["WPCAL.ls"])
+    given_one = write_fanuc(make_program(controller=ControllerSettings(configuration="N U T, 0, 0, -1")))
+    assert given_one["W1.ls"].count("CONFIG : 'N U T, 0, 0, -1'") == 16
+    with pytest.raises(InputError, match="expected it as the pendant shows it"):
+        write_fanuc(make_program(controller=ControllerSettings(configuration="0,0,0")))
+
+
+def test_remarks_fit_the_pendant_and_cannot_end_an_instruction(make_program):
+    files = write_fanuc(make_program(names=("a ; JMP LBL[1] ;", "wpcal")))
+    for text in files.values():
+        remarks = re.findall(r"!(.*) ;\r\n", text)
+        assert max(map(len, remarks)) <= 32
+        assert not any(";" in remark for remark in remarks)
+    assert set(files) == {"WPCAL.ls", "A_JMP_LBL_1.ls", "WPCAL_2.ls"}
+
+
+@pytest.mark.parametrize(("speed", "written"), [(8.0, "8mm/sec"), (7.5, "45cm/min"), (0.5, "3cm/min")])
+def test_speeds_are_written_exactly(make_program, speed, written):
+    files = write_fanuc(make_program(motion=MotionSettings(speed_mm_s=speed)))
+    assert f"L P[3] {written} CNT100" in files["W1.ls"]
+
+
+def test_what_tp_cannot_hold_is_refused(make_program):
+    with pytest.raises(InputError, match=r"nearest is 7\.333 mm/s"):
+        write_fanuc(make_program(motion=MotionSettings(speed_mm_s=7.3)))
+    with pytest.raises(InputError, match="at most 9999"):
+        write_fanuc(make_program(n=10_000))
+
+
+TAUGHT = """/PROG  TEACH
+/ATTR
+/MN
+   1:L P[1] 100mm/sec FINE    ;
+/POS
+P[1:"corner"]{
+   GP1:
+\tUF : 3, UT : 2,\t\tCONFIG : 'N U T, 0, 0, 0',
+\tX =    10.000  mm,\tY =    20.000  mm,\tZ =   -.500  mm,
+\tW =  -179.710 deg,\tP =      .002 deg,\tR =     2.111 deg
+   GP2:
+\tUF : 1, UT : 2,
+\tJ1=     0.000 deg
+};
+P[2] {
+    GP1:
+        UF : 0, UT : 5,     CONFIG: 'N U T, 0, 0, 0',
+       X = 1.0 mm, Y = 2.0 mm, Z = 3.0 mm,
+       W = 0.0 deg, P = 0.0 deg, R = 90.0 deg
+ };
+/END
+"""
+
+
+def taught(tmp_path, text, **options):
+    path = tmp_path / "TEACH.LS"
+    path.write_bytes(text.encode("latin-1"))
+    return read_taught_program(path, ProgramReading(**options))
+
+
+def test_taught_points_are_read_with_their_frame(tmp_path):
+    points = taught(tmp_path, TAUGHT, uframes={"3": [100, 0, 0, 0, 0, 90]})
+    assert points.names == ("corner", "P2")
+    assert points.lines == (6, 15)
+    np.testing.assert_allclose(points.p_base, [[80, 10, -0.5], [1, 2, 3]], rtol=0, atol=1e-9)
+
+
+def test_the_order_of_angles_is_w_p_r(tmp_path):
+    """W turns about x, R about z: 90,0,90 sends y to z and x to y."""
+    points = taught(tmp_path, TAUGHT, uframes={"3": [0, 0, 0, 90, 0, 90]})
+    np.testing.assert_allclose(points.p_base[0], [-0.5, 10, 20], rtol=0, atol=1e-9)
+
+
+def test_a_comment_that_appears_twice_names_no_point(tmp_path):
+    text = TAUGHT.replace("P[2] {", 'P[2:"corner"]{')
+    assert taught(tmp_path, text, uframes={"3": "base"}).names == ("P1", "P2")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("UF : 3", "UF : 4", "stands in user frame 4, .*--uframe 4=X,Y,Z,W,P,R"),
+        ("UF : 3", "UF : F", "does not say its user frame"),
+        ("UT : 2,\t\tC", "UT : 0,\t\tC", "recorded without a tool"),
+        ("X =    10.000  mm,\t", "", "lacks X"),
+        ("10.000", "1O.000", "is no number"),
+        ("10.000", "********", "was never taught"),
+        ("X =    10.000  mm,\tY =    20.000  mm,\tZ", "RX =   10.000  mm,\tRY =   20.000  mm,\tRZ", "remote tool"),
+        ("\tX =    10.000", "\tJ1=    10.000", "joint angles"),
+    ],
+)
+def test_bad_positions_are_refused_with_the_line(tmp_path, old, new, message):
+    with pytest.raises(FormatError, match=rf"TEACH\.LS, line 6: .*{message}"):
+        taught(tmp_path, TAUGHT.replace(old, new, 1), uframes={"3": "base"})
+
+
+def test_our_own_program_is_read_as_taught_points(tmp_path, make_program):
+    program = make_program(3)
+    files = write_fanuc(program)
+    frame = re.findall(r"! ?([XYZWPR]) (\S+) ;", files["WPCAL.ls"])
+    points = taught(tmp_path, files["W1.ls"], uframes={"1": [float(v) for _, v in frame]})
+    np.testing.assert_allclose(points.p_base, program.paths[0].p_base, rtol=0, atol=ATOL_MM)

@@ -1,0 +1,158 @@
+"""INFORM, read back by a parser that knows the language and nothing of the writer."""
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from wpcal.controllers.program import ControllerSettings, MotionSettings
+from wpcal.controllers.taught_program import ProgramReading, read_taught_program
+from wpcal.controllers.yaskawa.write import write_inform
+from wpcal.core.errors import FormatError, InputError
+
+ATOL_MM = 0.9e-3
+"""Three decimals in three coordinates: √3/2 units."""
+ATOL_DEG = 0.9e-4
+"""Four decimals: √3/2 units."""
+
+
+def part_frame(files, main="WPCAL.jbi"):
+    """Number, position and axes of the user frame that the comments ask for."""
+    comments = " ".join(re.findall(r"^'(.*)", files[main].replace("\r", ""), re.MULTILINE))
+    keys = "".join(rf"\s+{k} (\S+)" for k in ("X", "Y", "Z", "Rx", "Ry", "Rz"))
+    number, *frame = re.search(rf"USER (\d+) to the part:{keys}", comments).groups()
+    return number, *place(frame)
+
+
+def parse(files, main="WPCAL.jbi"):
+    """Positions and axes in the base of all jobs called, in their order, and the moves with their markers."""
+    number, p_base, R_base = part_frame(files, main)
+    positions, axes, moves = [], [], []
+    for name in re.findall(r"CALL JOB:(\S+)", files[main]):
+        head, instructions = files[f"{name}.jbi"].replace("\r", "").split("//INST")
+        assert f"///USER {number}\n" in head
+        assert "///POSTYPE USER\n///RECTAN\n" in head
+        rows = re.findall(r"^C\d{5}=(.*)$", head, re.MULTILINE)
+        assert int(re.search(r"///NPOS (\d+),0,0,0,0,0", head)[1]) == len(rows)
+        for row in rows:
+            p, R = place(row.split(","))
+            positions.append(R_base.apply(p) + p_base)
+            axes.append((R_base * R).as_matrix())
+        moves += re.findall(r"^(?:MOV[JL] (C\d{5}) |'(ARC \w+))", instructions, re.MULTILINE)
+    return positions, axes, moves
+
+
+def place(values):
+    v = [float(value) for value in values]
+    return np.array(v[:3]), Rotation.from_euler("xyz", v[3:], degrees=True)
+
+
+@given(seed=st.integers(0, 2**32))
+def test_what_is_written_is_read_back(make_program, assert_same_poses, seed):
+    program = make_program(seed, names=("W1", "Rib 7/ä"))
+    p, R, _ = parse(write_inform(program))
+    assert_same_poses(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
+
+
+@given(seed=st.integers(0, 2**32))
+def test_the_frame_is_the_part(make_program, assert_is_the_part, seed):
+    program = make_program(seed)
+    p, R = part_frame(write_inform(program))[1:]
+    assert_is_the_part(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
+
+
+def test_moves_come_in_order_with_the_arc_along_the_seam(make_program):
+    moves = parse(write_inform(make_program(n=5)))[2]
+    expected = ["C00000", "C00001", "ARC ON", "C00002", "C00003", "ARC OFF", "C00004"]
+    assert [number or mark for number, mark in moves] == expected
+
+
+def test_the_configuration_is_the_users_or_a_field_to_fill(make_program):
+    assert "///RCONF ?\r\n" in write_inform(make_program())["W1.jbi"]
+    given_one = write_inform(make_program(controller=ControllerSettings(configuration="1,0,0,0,0,0,0,0")))
+    assert "///RCONF 1,0,0,0,0,0,0,0\r\n" in given_one["W1.jbi"]
+    with pytest.raises(InputError, match="as RCONF of a job has them"):
+        write_inform(make_program(controller=ControllerSettings(configuration="N U T")))
+
+
+def test_a_job_holds_at_most_9999_lines(make_program):
+    with pytest.raises(InputError, match="at most 9999"):
+        write_inform(make_program(n=10_000))
+
+
+def test_a_speed_finer_than_the_format_is_refused(make_program):
+    with pytest.raises(InputError, match=r"multiple of 0\.1 mm/s"):
+        write_inform(make_program(motion=MotionSettings(speed_mm_s=7.25)))
+
+
+def test_comments_fit_the_pendant(make_program):
+    files = write_inform(make_program(names=("y" * 60,)))
+    assert all(len(line) <= 33 for text in files.values() for line in text.split("\r\n") if line.startswith("'"))
+
+
+TAUGHT = """/JOB
+//NAME TEACH
+//POS
+///NPOS 3,0,0,0,0,0
+///TOOL 1
+///POSTYPE ROBOT
+///RECTAN
+///RCONF 1,0,0,0,0,0,0,0
+C00000=1.000,2.000,3.000,180.0000,0.0000,0.0000
+///USER 3
+///POSTYPE USER
+C00001=10.000,20.000,-0.500,0.0000,0.0000,0.0000
+C00002=0.000,0.000,0.000,0.0000,0.0000,0.0000
+//INST
+///DATE 2020/02/02 20:20
+NOP
+MOVL C00000 V=10.0
+P00001=not a position here
+END
+"""
+
+
+def taught(tmp_path, text, **options):
+    path = tmp_path / "teach.jbi"
+    path.write_bytes(text.encode("latin-1"))
+    return read_taught_program(path, ProgramReading(**options))
+
+
+def test_taught_points_are_read_with_their_frame(tmp_path):
+    points = taught(tmp_path, TAUGHT, uframes={"3": [100, 0, 0, 0, 0, 90]})
+    assert points.names == ("C00000", "C00001", "C00002")
+    assert points.lines == (9, 12, 13)
+    np.testing.assert_allclose(points.p_base, [[1, 2, 3], [80, 10, -0.5], [100, 0, 0]], rtol=0, atol=1e-9)
+
+
+def test_the_order_of_angles_is_rx_ry_rz(tmp_path):
+    """Rx first, then Rz: 90,0,90 sends y to z and x to y."""
+    points = taught(tmp_path, TAUGHT, uframes={"3": [0, 0, 0, 90, 0, 90]})
+    np.testing.assert_allclose(points.p_base[1], [-0.5, 10, 20], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("///USER 3", "///USER 4", "line 12: .*user frame 4, .*--uframe 4=X,Y,Z,Rx,Ry,Rz"),
+        ("POSTYPE ROBOT\n///RECTAN", "POSTYPE PULSE\n///PULSE", "line 9: .*is stored as pulses"),
+        ("POSTYPE ROBOT", "POSTYPE MTOOL", "line 9: .*POSTYPE MTOOL"),
+        ("NPOS 3,0,0,0,0,0\n///TOOL 1\n///POSTYPE ROBOT", "NPOS 3,3,0,0,0,0\n///POSTYPE BASE", "a base axis moves"),
+        ("1.000,2.000,3.000,180.0000,0.0000", "1.000,2.000,3.000,180.0000", "line 9: .*expected six numbers"),
+        ("//POS", "//NOPOS", "has no section //POS"),
+    ],
+)
+def test_bad_jobs_are_refused(tmp_path, old, new, message):
+    with pytest.raises(FormatError, match=message):
+        taught(tmp_path, TAUGHT.replace(old, new, 1), uframes={"3": "base"})
+
+
+def test_our_own_job_is_read_as_taught_points(tmp_path, make_program):
+    program = make_program(3)
+    files = write_inform(program)
+    frame = re.findall(r"' ([XYZ]|R[xyz]) (\S+)", files["WPCAL.jbi"])
+    points = taught(tmp_path, files["W1.jbi"], uframes={"1": [float(v) for _, v in frame]})
+    np.testing.assert_allclose(points.p_base, program.paths[0].p_base, rtol=0, atol=ATOL_MM)

@@ -1,0 +1,26 @@
+"""Which edges of a solid are concave: corners where the outside angle between two faces is below 180 degrees."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.core.arrays import BoolArray, IntArray
+
+LEAST_TURN_SIN = 0.139
+"""Sine of 8 degrees: below that the faces of an edge run into each other (a round's border, not a corner)."""
+
+
+def are_concave(graph: BrepGraph, edges: IntArray) -> BoolArray:
+    """Tell which edges are concave at their middle: seen from outside, the right face rises above the left one.
+
+    With the left face to the left of tangent x, its inside runs along n × x; the edge is concave where the right face's
+    normal leans towards it.
+    """
+    p, slope = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))
+    x = slope / np.linalg.norm(slope, axis=1, keepdims=True)
+    left, right = (project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1))
+    turn = np.einsum("ki,ki->k", np.cross(left, right), x)
+    return np.asarray(turn < -LEAST_TURN_SIN, dtype=bool)

@@ -1,0 +1,107 @@
+"""Rays through a part: which of many rays hit a face within a length."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+
+START_MM = 1.0
+"""Rays start this far outside the part, clear of a gap and of the faces they leave between."""
+TOOL_MM = 300.0
+"""A straight tool is this long: from the wire's tip to where the wrist has room to turn, with a usual neck."""
+CHUNK = 5000
+"""Rays that are followed together: some 50 MB at ten faces each."""
+STEPS = 12
+"""Samples of a ray inside the box of a face; between two on different sides it goes through."""
+SECANT_ROUNDS = 4
+THIN_MM = 0.1
+"""Boxes of plane faces are thickened by this, so that a ray across one has samples on both sides."""
+
+
+def is_blocked(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    origins: FloatArray,
+    rays: FloatArray,
+    *,
+    length_mm: FloatArray | float = TOOL_MM,
+) -> BoolArray:
+    """Tell which rays hit a face of the part.
+
+    Parameters
+    ----------
+    origins, rays : ndarray, shape (m, 3)
+        Starts and unit directions in `part`, mm.
+    length_mm : float or ndarray, shape (m,)
+        Where the rays end.
+    """
+    length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
+    blocked = np.zeros(len(origins), dtype=bool)
+    for first in range(0, len(origins), CHUNK):
+        own = slice(first, first + CHUNK)
+        blocked[own] = _is_blocked(graph, trimmed, origins[own], rays[own], length[own])
+    return blocked
+
+
+def _is_blocked(
+    graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
+) -> BoolArray:
+    ray, face, low, high = _through_boxes(trimmed, origins, rays, length)
+    blocked = np.zeros(len(origins), dtype=bool)
+    t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, STEPS)
+    side = _height(graph, np.repeat(face, STEPS), origins, rays, np.repeat(ray, STEPS), t.ravel()).reshape(t.shape)
+    row, column = np.nonzero((side[:, :-1] > 0) != (side[:, 1:] > 0))
+    a, b = t[row, column], t[row, column + 1]
+    ha, hb = side[row, column], side[row, column + 1]
+    for _ in range(SECANT_ROUNDS):
+        middle = a - ha * (b - a) / np.where(hb == ha, 1.0, hb - ha)
+        hm = _height(graph, face[row], origins, rays, ray[row], middle)
+        same = (hm > 0) == (ha > 0)
+        a, ha = np.where(same, middle, a), np.where(same, hm, ha)
+        b, hb = np.where(same, b, middle), np.where(same, hb, hm)
+    hit = origins[ray[row]] + ((a + b) / 2)[:, None] * rays[ray[row]]
+    foot = project_to_faces(graph, face[row], hit)
+    blocked[ray[row][trimmed.contains(face[row], foot.uv)]] = True
+    return blocked
+
+
+def _height(
+    graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray, ray: IntArray, t: FloatArray
+) -> FloatArray:
+    points = origins[ray] + t[:, None] * rays[ray]
+    foot = project_to_faces(graph, face, points)
+    return np.asarray(np.einsum("ki,ki->k", points - foot.p, foot.normal), dtype=np.float64)
+
+
+def _through_boxes(
+    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Return pairs of a ray and a face whose box it goes through, and where it enters and leaves."""
+    o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
+    low, high = trimmed.face_box
+    with np.errstate(divide="ignore", invalid="ignore"):
+
+        def meets(ray: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
+            enter, leave = _passage(np.take(o, ray, axis=1), np.take(d, ray, axis=1), length[ray], box_low, box_high)
+            return np.asarray(leave > enter, dtype=bool)
+
+        ray, face = trimmed.box_tree.search(len(origins), meets)
+        return ray, face, *_passage(o[:, ray], d[:, ray], length[ray], low[face].T, high[face].T)
+
+
+def _passage(
+    o: FloatArray, d: FloatArray, length: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return where rays from o along d enter boxes and where they leave them; they miss those they leave first.
+
+    Points, directions and corners have a row a coordinate, shape (3, m).
+    """
+    enter, leave = np.zeros(len(length)), length
+    for k in range(3):
+        a, b = (low[k] - THIN_MM - o[k]) / d[k], (high[k] + THIN_MM - o[k]) / d[k]
+        enter, leave = np.maximum(enter, np.fmin(a, b)), np.minimum(leave, np.fmax(a, b))
+    return enter, leave

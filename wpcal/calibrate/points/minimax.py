@@ -1,0 +1,281 @@
+r"""The rigid transform with the least largest distance, and the proof that no other is better.
+
+The problem is Yin 2003, eq. (4) and (5). For weights on the simplex :math:`\min_T (\sum_i w_i d_i^2)^{1/2}` is a lower
+bound over all rotations, with a closed form (`least_squares.weighted_rms_bound`). The multipliers of a local optimum
+are such weights; where their bound meets the largest distance the local optimum is the global one.
+
+Clouds of many points are solved on an active subset: at most seven multipliers of an optimum are needed, so a few
+points carry it, and the bound of a subset is a bound of the whole.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wpcal.calibrate.points.branch_and_bound import search_rotations
+from wpcal.calibrate.points.interior_point import InteriorPointState, solve_interior_point
+from wpcal.calibrate.points.least_squares import distances, kabsch, require_spread, weighted_rms
+from wpcal.calibrate.points.tie_break import break_ties
+from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.pairs import PointPairs
+from wpcal.core.rotations import rotation_from_quaternion
+from wpcal.core.transform import RigidTransform
+
+CERTIFIED_MM = 1e-6
+"""Gap at which an answer counts as proved: a thousandth of the finest reading of a controller."""
+
+SUBSET = 64
+"""Clouds up to this size are solved whole; larger ones start from this many points."""
+
+ADDED = 24
+"""Points that join the subset in a round: the most violated."""
+
+SUBSET_ROUNDS = 200
+"""A bound on the rounds. Each takes in violated points, so the value rises; 5 to 10 are usual."""
+
+ASCENT_STEPS = 300
+"""Steps of the ascent of the bound where local multipliers prove nothing."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MinimaxSolution:
+    """The best fit found and what is proved about it.
+
+    Parameters
+    ----------
+    T : RigidTransform
+        ``T_target_source``.
+    objective_mm : float
+        Its largest distance.
+    lower_bound_mm : float
+        No rigid transform has a smaller largest distance.
+    weights : ndarray, shape (n,)
+        The multipliers that prove the bound.
+    starts : int
+        Local solves from different rotations.
+    """
+
+    T: RigidTransform
+    objective_mm: float
+    lower_bound_mm: float
+    weights: FloatArray
+    starts: int
+
+    @property
+    def gap_mm(self) -> float:
+        """Objective minus bound, mm; not negative beyond round-off."""
+        return max(self.objective_mm - self.lower_bound_mm, 0.0)
+
+    @property
+    def certified(self) -> bool:
+        """Whether the bound proves the answer globally best."""
+        return self.gap_mm <= CERTIFIED_MM
+
+
+def solve_minimax(pairs: PointPairs, *, start: RigidTransform | None = None, certify: bool = False) -> MinimaxSolution:
+    """Find the rigid transform with the least largest distance, with a certificate.
+
+    Parameters
+    ----------
+    pairs : PointPairs
+        At least three pairs that are not collinear, mm.
+    start : RigidTransform, optional
+        Where to start; the least-squares fit where not given. Where the local optimum is not certified, the search
+        goes on from 24 rotations around it.
+
+    Returns
+    -------
+    MinimaxSolution
+
+    Raises
+    ------
+    GeometryError
+        When there are fewer than three pairs or they are collinear or coincident.
+
+    Notes
+    -----
+    Where several fits have the least largest distance, the one of least sum of squares is returned (`tie_break`).
+    One iteration on a subset of m points costs a 7×7 solve and O(m); one round on the cloud costs O(n).
+    """
+    require_spread(pairs)
+    cloud = _Cloud.of(pairs)
+    uniform = np.full(len(pairs), 1.0 / len(pairs))
+    R, t = kabsch(cloud.p, cloud.q, uniform) if start is None else cloud.inside(start)
+    found = cloud.solve(R, t)
+    if found.gap > CERTIFIED_MM:
+        found = cloud.solve_from_many(found)
+    if found.gap > CERTIFIED_MM and certify:
+        found = cloud.search_all(found)
+    found = cloud.without_ties(found)
+    return MinimaxSolution(
+        cloud.outside(found.R, found.t, pairs), found.value, found.bound, frozen(found.weights), found.starts
+    )
+
+
+def core_subset(p: FloatArray, q: FloatArray, size: int = SUBSET) -> IntArray:
+    """Indices of the points that a search for the least largest distance has to see first.
+
+    Half of them are far out (they hold the rotation), half have the largest residuals of the least-squares fit.
+    """
+    n = len(p)
+    if n <= size:
+        return np.arange(n)
+    R, t = kabsch(p, q, np.full(n, 1.0 / n))
+    d = distances(p, q, R, t)
+    offsets = p - p.mean(axis=0)
+    half = size // 2
+    far = np.argpartition(-np.einsum("ij,ij->i", offsets, offsets), half)[:half]
+    return np.unique(np.concatenate([far, np.argpartition(-d, half)[:half]]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    R: FloatArray
+    t: FloatArray
+    weights: FloatArray
+    value: float
+    bound: float
+    starts: int = 1
+
+    @property
+    def gap(self) -> float:
+        return self.value - self.bound
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cloud:
+    """Pairs about their centroids, so that round-off follows the size of the cloud."""
+
+    p: FloatArray
+    q: FloatArray
+    p_mean: FloatArray
+    q_mean: FloatArray
+
+    @classmethod
+    def of(cls, pairs: PointPairs) -> _Cloud:
+        p_mean, q_mean = pairs.p_source.mean(axis=0), pairs.p_target.mean(axis=0)
+        return cls(pairs.p_source - p_mean, pairs.p_target - q_mean, p_mean, q_mean)
+
+    def inside(self, T: RigidTransform) -> tuple[FloatArray, FloatArray]:
+        return T.R, np.asarray(T.apply(self.p_mean) - self.q_mean)
+
+    def outside(self, R: FloatArray, t: FloatArray, pairs: PointPairs) -> RigidTransform:
+        return RigidTransform(R, t + self.q_mean - R @ self.p_mean, pairs.target, pairs.source)
+
+    def solve(self, R: FloatArray, t: FloatArray) -> _Found:
+        """Local optimum from one start, on a growing subset."""
+        rows = core_subset(self.p, self.q)
+        for _ in range(SUBSET_ROUNDS):
+            p, q = self.p[rows], self.q[rows]
+            local = _solve_batch(p, q, R[None], t[None])
+            R, t, weights = local.R[0], local.t[0], local.weights[0]
+            d = distances(self.p, self.q, R, t)
+            inside = float(d[rows].max())
+            worst = np.argpartition(-d, min(ADDED, len(d) - 1))[:ADDED]
+            new = worst[d[worst] > inside * (1.0 + 1e-12)]
+            if not len(new) or len(rows) == len(d):
+                break
+            rows = np.union1d(rows, new)
+        whole = np.zeros(len(self.p))
+        whole[rows] = weights
+        return _Found(R, t, whole, float(d.max()), float(weighted_rms(p, q, weights)))
+
+    def without_ties(self, found: _Found) -> _Found:
+        """Take the fit of least sum of squares among those with the same largest distance."""
+        R, t = break_ties(self.p[None], self.q[None], found.R[None], found.t[None], found.weights[None])
+        return replace(found, R=R[0], t=t[0], value=float(distances(self.p, self.q, R[0], t[0]).max()))
+
+    def solve_from_many(self, first: _Found) -> _Found:
+        """Solve from 24 rotations about the first answer, and raise the bound by ascent."""
+        rows = np.union1d(core_subset(self.p, self.q), np.flatnonzero(first.weights > 0))
+        p, q = self.p[rows], self.q[rows]
+        turns = cube_rotations()
+        starts = np.broadcast_to(first.t, (len(turns), 3))
+        local = _solve_batch(p, q, turns @ first.R, starts)
+        best = first
+        for i in np.argsort(local.largest, kind="stable")[:3]:
+            found = self.solve(local.R[i], local.t[i])
+            best = found if found.value < best.value - CERTIFIED_MM else best
+        seeds = np.vstack([first.weights[rows], best.weights[rows], local.weights])
+        seeds /= seeds.sum(axis=1, keepdims=True)
+        weights, bound = raise_bound(p, q, seeds)
+        whole = np.zeros(len(self.p))
+        whole[rows] = weights
+        if bound < best.bound:
+            whole, bound = best.weights, best.bound
+        return replace(best, weights=whole, bound=bound, starts=1 + len(turns))
+
+    def search_all(self, best: _Found) -> _Found:
+        """Branch and bound on the points that carry the answer; every better answer it meets restarts it."""
+        while True:
+            d = distances(self.p, self.q, best.R, best.t)
+            rows = np.argsort(-d, kind="stable")[:SUBSET]
+            p, q = self.p[rows], self.q[rows]
+            local = _solve_batch(p, q, cube_rotations() @ best.R, np.broadcast_to(best.t, (24, 3)))
+            pool = np.vstack([self._on(rows, best.weights), local.weights, np.full(len(rows), 1.0 / len(rows))])
+            _, first = np.unique(pool.round(6), axis=0, return_index=True)
+            found = search_rotations(p, q, value=best.value, tolerance=CERTIFIED_MM / 2, pool=pool[np.sort(first)])
+            starts = found.rotations[:SUBSET]
+            better = [f for R in starts if (f := self.solve(R, np.zeros(3))).value < best.value - CERTIFIED_MM / 4]
+            bound, tried = max(best.bound, found.lower_bound), best.starts + len(starts)
+            if not better:
+                return replace(best, bound=bound, starts=tried)
+            best = replace(min(better, key=lambda f: f.value), bound=bound, starts=tried)
+
+    @staticmethod
+    def _on(rows: IntArray, weights: FloatArray) -> FloatArray:
+        chosen = weights[rows] + 1e-12  # all weight may lie on other points
+        return np.asarray(chosen / chosen.sum())
+
+
+def raise_bound(p: FloatArray, q: FloatArray, seeds: FloatArray) -> tuple[FloatArray, float]:
+    """Raise the weighted root mean square bound by exponentiated ascent on the simplex.
+
+    The bound's square is concave in the weights with the squared distances as its slope, so steps that shrink as
+    1/√k approach its greatest value, also where it has a kink.
+
+    Parameters
+    ----------
+    p, q : ndarray, shape (n, 3)
+        Points about their centroids, mm.
+    seeds : ndarray, shape (m, n)
+        Weights to start from, rows on the simplex.
+
+    Returns
+    -------
+    weights : ndarray, shape (n,)
+    bound : float
+        mm.
+    """
+    n = len(p)
+    bounds = weighted_rms(p, q, seeds)
+    best = int(np.argmax(bounds))
+    best_weights, best_bound = seeds[best], float(bounds[best])
+    w = 0.9 * best_weights + 0.1 / n  # a weight of zero could never grow
+    for k in range(1, ASCENT_STEPS + 1):
+        R, t = kabsch(p, q, w)
+        squares = distances(p, q, R, t) ** 2
+        bound = float(np.sqrt(w @ squares))
+        if bound > best_bound:
+            best_weights, best_bound = w, bound
+        w = w * np.exp(squares / squares.max() / np.sqrt(k))
+        w = w / w.sum()
+    return best_weights, best_bound
+
+
+def cube_rotations() -> FloatArray:
+    """Return the 24 rotations of a cube, shape (24, 3, 3): no rotation is further than 62.8° from one of them."""
+    half = np.sqrt(0.5)
+    quarter = [
+        [half * (k == i) + half * (k == j) * s for k in range(4)] for i in range(4) for j in range(i) for s in (1, -1)
+    ]
+    third = [[a, b, c, 0.5] for a in (-0.5, 0.5) for b in (-0.5, 0.5) for c in (-0.5, 0.5)]
+    return rotation_from_quaternion(np.array([*np.eye(4), *quarter, *third]))
+
+
+def _solve_batch(p: FloatArray, q: FloatArray, R: FloatArray, t: FloatArray) -> InteriorPointState:
+    """Solve one cloud from several starts."""
+    shape = (len(R), *p.shape)
+    return solve_interior_point(np.broadcast_to(p, shape), np.broadcast_to(q, shape), R, t)

@@ -1,0 +1,189 @@
+r"""Touches of the tip or of a ball on a part, and what each of them says about the part's place.
+
+A touch i was made at :math:`q_i` (base). In the part's coordinates that is :math:`x = T^{-1} q_i`; its target has the
+nearest point :math:`f(x)` and, on a face, the outward normal :math:`n`. The centre of a ball of radius r that touches
+the face stands off by r, so the residual is
+
+.. math:: d_i = x - f(x) - r_i n, \qquad \partial d_i = A_i \, \partial x,
+
+with :math:`A = n n^\top` on a face (one number), :math:`I - t t^\top` on an edge (two) and :math:`I` at a point
+(three).
+On a face :math:`d` is the signed distance along n, whose gradient is n exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.core.arrays import FloatArray, IntArray, as_points
+from wpcal.core.errors import InputError
+from wpcal.core.robot_space import RobotSpace
+from wpcal.core.tangent import point_jacobian
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Nearest:
+    """What targets have nearest to points.
+
+    Parameters
+    ----------
+    p : ndarray, shape (m, 3)
+        Nearest points, in `part`, mm.
+    normal : ndarray, shape (m, 3)
+        Outward unit normals in `part`; zero at points and on edges, where a ball is not allowed for.
+    seen : ndarray, shape (m, 3, 3)
+        Projectors A onto the directions in which the touch says something.
+    """
+
+    p: FloatArray
+    normal: FloatArray
+    seen: FloatArray
+
+
+class TouchTargets(Protocol):
+    """What the touches lie on; row i is the target of touch i.
+
+    `wpcal.calibrate.touches.targets.GraphTargets` serves the faces and edges of a `BrepGraph`. Another geometry has to
+    provide the five members of this protocol.
+    """
+
+    def nearest(self, rows: IntArray, points: FloatArray) -> Nearest:
+        """Find the nearest points of the targets `rows`, shape (m,), to points (m, 3) in `part`, mm, to round-off."""
+
+    def rough_distances(self, rows: IntArray, points: FloatArray, radius_mm: FloatArray) -> FloatArray:
+        """Estimate how far ball centres (m, 3) are from touching, mm, (m,); off the end of a target counts as well."""
+
+    def overhang(self, rows: IntArray, points: FloatArray) -> FloatArray:
+        """Return how far the nearest points lie beyond the border of their face or edge, mm, (m,); 0 within it."""
+
+    @property
+    def centre(self) -> FloatArray:
+        """A point in the middle of the targets, in `part`, mm, shape (3,)."""
+
+    @property
+    def reach_mm(self) -> float:
+        """Greatest distance of a target's points from the centre, mm."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Touches:
+    """n touches and what they lie on.
+
+    Parameters
+    ----------
+    names : tuple of str, length n
+    p_base : ndarray, shape (n, 3)
+        The controlled point (wire tip or centre of the ball) at each touch, in `base`, mm.
+    radius_mm : ndarray, shape (n,)
+        How far that point stands off the face along the outward normal: radius of the ball, or the wire's stick-out
+        beyond the point that the controller shows. Zero at points and edges.
+    targets : TouchTargets
+    words : tuple of str, length n
+        What each touch lies on, in words: ``plane F3``.
+    covariances : ndarray, shape (n, 3, 3), or None
+        Of the touched positions in `base`, mm².
+    space : RobotSpace
+    rows : ndarray of int, shape (n,)
+        The target of each touch.
+
+    Raises
+    ------
+    InputError
+        When the lengths differ, or a radius is negative or not finite.
+    """
+
+    names: tuple[str, ...]
+    p_base: FloatArray
+    radius_mm: FloatArray
+    targets: TouchTargets
+    words: tuple[str, ...]
+    covariances: FloatArray | None
+    space: RobotSpace
+    rows: IntArray
+
+    def __post_init__(self) -> None:
+        n = len(as_points(self.p_base, name="touches"))
+        if not (len(self.names) == len(self.radius_mm) == len(self.words) == len(self.rows) == n):
+            raise InputError(f"{len(self.names)} names, {n} touches and {len(self.radius_mm)} radii")
+        if not (np.isfinite(self.radius_mm) & (self.radius_mm >= 0)).all():
+            raise InputError("the radius of a ball is a length that is not negative")
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def select(self, indices: ArrayLike) -> Touches:
+        """Return the touches at `indices` (integers), in that order."""
+        at = np.asarray(indices, dtype=np.int64)
+        return replace(
+            self,
+            names=tuple(self.names[i] for i in at),
+            p_base=self.p_base[at],
+            radius_mm=self.radius_mm[at],
+            words=tuple(self.words[i] for i in at),
+            covariances=None if self.covariances is None else self.covariances[at],
+            rows=self.rows[at],
+        )
+
+    def linearised(self, R: FloatArray, t: FloatArray) -> Linearised:
+        """Residuals at a pose ``T_base_part``, and how they change with a small motion of the part.
+
+        Parameters
+        ----------
+        R, t : ndarray, shapes (3, 3), (3,)
+
+        Returns
+        -------
+        Linearised
+        """
+        x = (self.p_base - t) @ R
+        near = self.targets.nearest(self.rows, x)
+        contact = near.p + self.radius_mm[:, None] * near.normal
+        d = np.einsum("nij,nj->ni", near.seen, x - contact)
+        A = R @ near.seen @ R.T
+        return Linearised(contact, d @ R.T, A, contact @ R.T + t)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Linearised:
+    """The residuals of touches at one pose, in `base`, and their derivative.
+
+    Parameters
+    ----------
+    contact_part : ndarray, shape (n, 3)
+        Where the controlled point should have been, in `part`, mm.
+    d : ndarray, shape (n, 3)
+        Residual vectors: touched minus modelled, mm.
+    A : ndarray, shape (n, 3, 3)
+        Projectors onto the directions that each touch sees.
+    centre : ndarray, shape (n, 3)
+        `contact_part` in `base`, mm.
+    """
+
+    contact_part: FloatArray
+    d: FloatArray
+    A: FloatArray
+    centre: FloatArray
+
+    @property
+    def distances(self) -> FloatArray:
+        """Lengths of the residuals, mm, shape (n,)."""
+        return np.asarray(np.linalg.norm(self.d, axis=1))
+
+    @property
+    def rank(self) -> IntArray:
+        """How many numbers each touch gives: 1 on a face, 2 on an edge, 3 at a point; shape (n,)."""
+        return np.asarray(np.rint(np.trace(self.A, axis1=1, axis2=2)), dtype=np.int64)
+
+    def jacobian(self, pivot: FloatArray) -> FloatArray:
+        """Derivative of the residuals by the small motion (ω, v) about `pivot`: -A [-[c - pivot]×, I], (n, 3, 6)."""
+        return np.asarray(-self.A @ point_jacobian(self.centre - pivot))
+
+    def information(self, covariances: FloatArray | None) -> FloatArray:
+        """Weights Λ of the residuals, shape (n, 3, 3): A, or the inverse of A C A on what A sees."""
+        if covariances is None:
+            return self.A
+        return np.asarray(np.linalg.pinv(self.A @ covariances @ self.A, rcond=1e-9, hermitian=True))

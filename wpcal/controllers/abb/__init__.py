@@ -1,0 +1,1 @@
+"""ABB RAPID: written, read, and for two robots in step."""

@@ -1,0 +1,144 @@
+r"""ABB RAPID: one module with the work object of the calibrated part, the targets and a procedure a seam.
+
+Quaternions are written q1 to q4 = w, x, y, z; lengths in mm. Targets are relative to the work object, which is the part
+frame as calibrated. `confdata` is written as zeros and not used: ``ConfJ\Off`` and ``ConfL\Off`` let the controller
+choose the configuration nearest to where it stands.
+
+References
+----------
+ABB, Technical reference manual: RAPID Instructions, Functions and Data types (robtarget, wobjdata, confdata, ConfL).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_name, safe_names
+from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.registry import Exporter
+from wpcal.controllers.rounding import rounded
+from wpcal.core.arrays import FloatArray
+from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
+from wpcal.core.transform import RigidTransform
+
+KEYWORDS = (
+    "alias and backward case connect const default div do else elseif endfor endfunc endif endmodule endproc "
+    "endrecord endtest endtrap endwhile error exit false for from func goto if inout local mod module nostepin not "
+    "noview or pers proc raise readonly record retry return step sysmodule task test then to trap true trynext undo "
+    "var viewonly while with xor"
+)
+NAMES = NameRules("RAPID", 32, KEYWORDS)
+"""Identifiers have up to 32 characters."""
+MM_DECIMALS = 5
+"""A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One digit more than that loses nothing."""
+QUATERNION_DECIMALS = 9
+"""1e-9 turns a point at 2 m by 4e-6 mm; the controller normalises what it reads."""
+LONGEST_COMMENT = 72
+"""Old controllers cut source lines at 80 characters."""
+NO_EXTERNAL_AXES = "[9E+09,9E+09,9E+09,9E+09,9E+09,9E+09]"
+"""9E+09 is the value of an external axis that is not there."""
+PROCEDURE = "weld_"
+"""Before the name of a seam, the name of its procedure."""
+TURN_DEG_S = 500
+"""Turning is never what limits the speed along a seam: the value of the predefined speeds."""
+
+
+def write_rapid(program: WeldProgram) -> dict[str, str]:
+    """Write a RAPID module.
+
+    Parameters
+    ----------
+    program : WeldProgram
+
+    Returns
+    -------
+    dict of str to str
+        ``NAME.mod``, with lines ended by CR LF.
+
+    Raises
+    ------
+    InputError
+        When the tool's name is none that RAPID takes.
+    """
+    width = program.label_width
+    module = safe_name(program.controller.program_name, NAMES)
+    frame, T_base_frame = _frame_as_written(program.T_base_part)
+    names = safe_names([path.seam.name for path in program.paths], NAMES, room=max(width + 1, len(PROCEDURE)))
+    lines = [f"MODULE {module}", *_header(program, names), *_data(program, frame)]
+    for path in program.paths:
+        labels = path.labels(names[path.seam.name], width=width)
+        poses = _poses(*path.poses_in(T_base_frame))
+        lines += [
+            f"  LOCAL CONST robtarget {label}:=[{pose},[0,0,0,0],{NO_EXTERNAL_AXES}];"
+            for label, pose in zip(labels, poses, strict=True)
+        ]
+    tool = own_name(program.controller.tool_name, NAMES, what="tool")
+    for path in program.paths:
+        lines += _procedure(path, names[path.seam.name], tool, width)
+    calls = [f"    {PROCEDURE}{stem};" for stem in names.values()]
+    main = safe_name(f"run_{module}", NAMES)
+    lines += [f"  PROC {main}()", *calls, "  ENDPROC", "ENDMODULE", ""]
+    return {f"{module}.mod": "\r\n".join(lines)}
+
+
+def _header(program: WeldProgram, names: dict[str, str]) -> list[str]:
+    text = [
+        *describe(program),
+        "targets are relative to wpPart, the part as calibrated; mm; q1..q4 = w,x,y,z",
+        f"written with {MM_DECIMALS} and {QUATERNION_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
+        "confdata is not known: ConfJ, ConfL \\Off let the controller choose",
+        "the tool must be declared on the controller; the arc burns from ARC ON to ARC OFF",
+        "seam -> name here",
+        *(f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
+    ]
+    return comment_lines(text, mark="  ! ", longest=LONGEST_COMMENT)
+
+
+def _frame_as_written(T: RigidTransform) -> tuple[str, RigidTransform]:
+    """Return the frame's text and the frame of these digits, so that its rounding does not move targets in the base."""
+    q = rounded(quaternion_from_rotation(T.R), QUATERNION_DECIMALS)
+    written = RigidTransform(rotation_from_quaternion(q), rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
+    return _texts(T.t_mm[None], q[None])[0], written
+
+
+def _data(program: WeldProgram, frame: str) -> list[str]:
+    lines = [f'  PERS wobjdata wpPart:=[FALSE,TRUE,"",[{frame}],[[0,0,0],[1,0,0,0]]];']
+    for name, speed in (("vWeld", program.motion.speed_mm_s), ("vAir", program.motion.air_speed_mm_s)):
+        lines.append(f"  LOCAL CONST speeddata {name}:=[{speed:g},{TURN_DEG_S},{speed:g},{TURN_DEG_S}];")
+    return lines
+
+
+def _poses(p: FloatArray, R: FloatArray) -> list[str]:
+    return _texts(p, quaternion_from_rotation(R))
+
+
+def _texts(p: FloatArray, q_xyzw: FloatArray) -> list[str]:
+    places = rounded(p, MM_DECIMALS).tolist()
+    turns = rounded(np.roll(q_xyzw, 1, axis=1), QUATERNION_DECIMALS).tolist()
+    m, k = MM_DECIMALS, QUATERNION_DECIMALS
+    return [
+        f"[{x:.{m}f},{y:.{m}f},{z:.{m}f}],[{w:.{k}f},{a:.{k}f},{b:.{k}f},{c:.{k}f}]"
+        for (x, y, z), (w, a, b, c) in zip(places, turns, strict=True)
+    ]
+
+
+def _procedure(path: WeldPath, stem: str, tool: str, width: int) -> list[str]:
+    approach, first, *between, last, retract = path.labels(stem, width=width)
+    end = f"{tool}\\WObj:=wpPart;"
+    return [
+        "",
+        f"  PROC {PROCEDURE}{stem}()",
+        "    ConfJ\\Off;",
+        "    ConfL\\Off;",
+        f"    MoveJ {approach},vAir,fine,{end}",
+        f"    MoveL {first},vAir,fine,{end}",
+        "    ! ARC ON",
+        *(f"    MoveL {label},vWeld,z1,{end}" for label in between),
+        f"    MoveL {last},vWeld,fine,{end}",
+        "    ! ARC OFF",
+        f"    MoveL {retract},vAir,fine,{end}",
+        "  ENDPROC",
+    ]
+
+
+RAPID = Exporter("rapid", "ABB RAPID: NAME.mod with wobjdata and robtargets", write_rapid)

@@ -1,0 +1,52 @@
+"""A program for a robot whose real parameters are known: targets that make the controller go to the true poses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.core.transform import RigidTransform
+from wpcal.robot.compensation import NO_TOOL, compensate_targets
+from wpcal.robot.kinematics.arm import Arm
+
+
+def compensate_program(
+    program: WeldProgram, arm: Arm, *, near: ArrayLike, T_flange_tool: RigidTransform = NO_TOOL
+) -> WeldProgram:
+    """Return a program with every tool pose replaced by ``FK_nominal(IK_identified(T))``.
+
+    Parameters
+    ----------
+    program : WeldProgram
+        With poses in identified robot space.
+    arm : Arm
+        An identified arm.
+    near : array_like, shape (n,)
+        Shown joint angles near the seam, rad: they say which of the arm's configurations is meant.
+    T_flange_tool : RigidTransform
+        The tool as set in the controller.
+
+    Returns
+    -------
+    WeldProgram
+        With poses in nominal robot space: what the controller is to be sent.
+
+    Raises
+    ------
+    InputError
+        When the arm is not an identified one.
+    GeometryError
+        When a pose is out of reach or breaks a joint limit.
+    """
+    paths = [_compensated(path, arm, near, T_flange_tool) for path in program.paths]
+    return replace(program, paths=tuple(paths))
+
+
+def _compensated(path: WeldPath, arm: Arm, near: ArrayLike, T_flange_tool: RigidTransform) -> WeldPath:
+    T_base_tool = np.tile(np.eye(4), (len(path), 1, 1))
+    T_base_tool[:, :3, :3], T_base_tool[:, :3, 3] = path.R_base, path.p_base
+    targets, _ = compensate_targets(arm, T_base_tool, near=near, T_flange_tool=T_flange_tool)
+    return replace(path, p_base=targets[:, :3, 3], R_base=targets[:, :3, :3])

@@ -1,0 +1,1 @@
+"""FANUC TP as ASCII: written and read."""

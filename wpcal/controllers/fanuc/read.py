@@ -1,0 +1,85 @@
+"""Taught points from a FANUC TP program as ASCII (``.ls``): the Cartesian positions of the first motion group.
+
+A position names its user frame by number only; frame 0 is the world, which is the base. Tool 0 is the flange. A point
+is called by its comment (``P[1:"corner"]``) where no other has the same, and otherwise ``P1``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+
+import numpy as np
+
+from wpcal.core.errors import FormatError
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.taught.programs import (
+    BASE,
+    ProgramLanguage,
+    ProgramPoint,
+    ProgramPoints,
+    frame_from_xyz_angles,
+    joint_values,
+    unusable_point,
+)
+
+POSITION = re.compile(r"^P\[(?P<number>\d+)(?:\s*:\s*\"(?P<comment>[^\"]*)\")?\]\s*\{(?P<body>[^}]*)\}", re.MULTILINE)
+GROUP_1 = re.compile(r"GP1\s*:(?P<body>.*?)(?=GP\d+\s*:|\Z)", re.DOTALL)
+FRAME = re.compile(r"\bUF\s*:\s*(\w+)")
+TOOL = re.compile(r"\bUT\s*:\s*(\w+)")
+COORDINATE = re.compile(r"\b([XYZWPR])\s*=\s*(\S+?)\s*(?:mm|deg)\b")
+REMOTE = re.compile(r"\bR[XYZ]\s*=")
+"""Of a position with a remote tool: the robot holds the part, and the coordinates say where it held it."""
+JOINT = re.compile(r"\bJ([1-6])\s*=\s*([-+.\d*]+)")
+
+
+def read_fanuc(text: str, path: str) -> ProgramPoints:
+    """Read the section ``/POS``.
+
+    Raises
+    ------
+    FormatError
+        When a position lacks a coordinate or one is no number.
+    """
+    start = re.search(r"^/POS\b", text, re.MULTILINE)
+    if start is None:
+        raise FormatError("has no section /POS", path=path)
+    found = [match for match in POSITION.finditer(text) if match.start() > start.start()]
+    comments = Counter((match["comment"] or "").strip() for match in found)
+    points = []
+    for match in found:
+        comment = (match["comment"] or "").strip()
+        name = comment if comment and comments[comment] == 1 else f"P{match['number']}"
+        points.append(_point(name, match["body"], path, text.count("\n", 0, match.start()) + 1))
+    return ProgramPoints(tuple(points))
+
+
+def _point(name: str, body: str, path: str, line: int) -> ProgramPoint:
+    group = GROUP_1.search(body)
+    if group is None:
+        return unusable_point(name, line, "has no position of motion group 1")
+    angles = JOINT.findall(group["body"])
+    if angles:
+        what = "is stored as joint angles; show it as Cartesian on the pendant and save again"
+        return unusable_point(name, line, what, joint_values([dict(angles).get(key, "") for key in "123456"]))
+    values = dict(COORDINATE.findall(group["body"]))
+    if any("*" in value for value in values.values()):
+        return unusable_point(name, line, "was never taught")
+    if REMOTE.search(group["body"]):
+        return unusable_point(name, line, "was taught with a remote tool (RX, RY, RZ), where the robot holds the part")
+    missing = [key for key in "XYZWPR" if key not in values]
+    if missing:
+        raise FormatError(f"{name} lacks {', '.join(missing)}", path=path, line=line)
+    try:
+        x, y, z, *angles = (float(values[key]) for key in "XYZWPR")
+    except ValueError:
+        raise FormatError(f"{name} holds a coordinate that is no number", path=path, line=line) from None
+    alpha, beta, gamma = np.radians(angles)
+    frame, tool = FRAME.search(group["body"]), TOOL.search(group["body"])
+    number = frame[1] if frame and frame[1].isdigit() else None  # UF : F is the frame selected at run time
+    label = BASE if number == "0" else number
+    R = rotation_from_zyx(alpha, beta, gamma)
+    return ProgramPoint(name, line, np.array([x, y, z]), R, label, at_flange=tool is not None and tool[1] == "0")
+
+
+LANGUAGE = ProgramLanguage("FANUC TP", read_fanuc, frame_from_xyz_angles, "X,Y,Z,W,P,R")

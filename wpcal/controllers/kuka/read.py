@@ -1,0 +1,98 @@
+"""Taught points from a KUKA data list (``.dat``): E6POS, POS and FRAME with the base that FDAT names.
+
+A point ``XP1`` taught in line form has its base and tool in ``FP1`` (FDAT): ``BASE_NO``, ``TOOL_NO``, ``IPO_FRAME``.
+It is called ``P1``, as on the pendant. ``BASE_DATA[n]`` and FRAME variables of the same file give values of frames.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from wpcal.core.errors import FormatError
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.transform import RigidTransform
+from wpcal.taught.programs import (
+    BASE,
+    JointValues,
+    ProgramLanguage,
+    ProgramPoint,
+    ProgramPoints,
+    frame_from_xyz_angles,
+    joint_values,
+    unusable_point,
+)
+
+DECLARATION = re.compile(
+    r"^\s*(?:DECL\s+)?(?:GLOBAL\s+)?(?:CONST\s+)?(?:(?P<type>\w+)\s+)?(?P<name>\$?\w+(?:\[\d+\])?)\s*=\s*\{(?P<body>.*)\}",
+    re.IGNORECASE,
+)
+FIELD = re.compile(r"(?:^|,)\s*(\w+)\s+([-+]?[\d.]+(?:[eE][-+]?\d+)?|#\w+)")
+POSITION_TYPES = frozenset({"e6pos", "e3pos", "pos"})
+JOINT_TYPES = frozenset({"e6axis", "e3axis", "axis"})
+PLACE = ("x", "y", "z", "a", "b", "c")
+AXES = ("a1", "a2", "a3", "a4", "a5", "a6")
+
+
+def read_krl(text: str, path: str) -> ProgramPoints:
+    """Read a data list.
+
+    Raises
+    ------
+    FormatError
+        When a position lacks a coordinate.
+    """
+    positions: list[tuple[str, int, RigidTransform | JointValues | None]] = []
+    frames: dict[str, RigidTransform] = {}
+    used: dict[str, dict[str, str]] = {}
+    for number, line in enumerate(text.splitlines(), start=1):
+        match = DECLARATION.match(line)
+        if not match:
+            continue
+        kind, name = (match["type"] or "").lower(), match["name"]
+        fields = {key.lower(): value for key, value in FIELD.findall(match["body"].removeprefix("FRAME:"))}
+        base = re.fullmatch(r"BASE_DATA\[(\d+)\]", name, re.IGNORECASE)
+        if base or kind == "frame":
+            frames[base[1] if base else name] = _pose(fields, name, path, number)
+        elif kind in POSITION_TYPES:
+            positions.append((name, number, _pose(fields, name, path, number)))
+        elif kind in JOINT_TYPES:
+            positions.append((name, number, joint_values([fields.get(key, "") for key in AXES])))
+        elif kind == "fdat":
+            used[name.lower()] = fields
+    points = tuple(_point(name, line, pose, used.get(f"f{name[1:]}".lower())) for name, line, pose in positions)
+    return ProgramPoints(points, frames)
+
+
+def _pose(fields: dict[str, str], name: str, path: str, line: int) -> RigidTransform:
+    missing = [key.upper() for key in PLACE if key not in fields]
+    if missing:
+        raise FormatError(f"{name} lacks {', '.join(missing)}", path=path, line=line)
+    try:
+        x, y, z, a, b, c = (float(fields[key]) for key in PLACE)
+    except ValueError:
+        raise FormatError(f"{name} holds a coordinate that is no number", path=path, line=line) from None
+    alpha, beta, gamma = np.radians([c, b, a])
+    return RigidTransform(rotation_from_zyx(alpha, beta, gamma), np.array([x, y, z]), "base", "frame")
+
+
+def _point(
+    name: str, line: int, pose: RigidTransform | JointValues | None, used: dict[str, str] | None
+) -> ProgramPoint:
+    shown = name[1:] if used is not None and name[:1] in "Xx" else name
+    if not isinstance(pose, RigidTransform):
+        return unusable_point(shown, line, "is stored as joint angles; store it as E6POS on the controller", pose)
+    if used is not None and used.get("ipo_frame", "#base").lower() == "#tcp":
+        return unusable_point(shown, line, "was taught with a fixed tool (IPO_FRAME #TCP)")
+    base, tool = (used or {}).get("base_no", "-1"), (used or {}).get("tool_no", "-1")
+    frame = BASE if base == "0" else base if int(base) > 0 else None  # -1: not set
+    return ProgramPoint(shown, line, pose.t_mm, pose.R, frame, at_flange=tool == "0")
+
+
+def _pendant_frame(values: Sequence[float]) -> RigidTransform:
+    return frame_from_xyz_angles([*values[:3], *values[:2:-1]])  # A, B, C turn about z, y, x
+
+
+LANGUAGE = ProgramLanguage("KUKA KRL", read_krl, _pendant_frame, "X,Y,Z,A,B,C")

@@ -1,0 +1,129 @@
+"""KUKA KRL: a pair ``NAME.src`` and ``NAME.dat`` with the base of the calibrated part and the points along its seams.
+
+Angles are A, B, C in degrees with ``R = Rz(A) Ry(B) Rx(C)``; lengths in mm. Points are relative to the frame
+``WP_PART``, which the program makes ``$BASE``. Status and turn (S, T) are left out: for LIN the controller ignores
+them, and for PTP it keeps those of the place where it stands.
+
+References
+----------
+KUKA, System Software 8.x: Operating and Programming Instructions for System Integrators (E6POS, FRAME, $BASE, S and T).
+"""
+
+from __future__ import annotations
+
+from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
+from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.registry import Exporter
+from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
+from wpcal.core.arrays import FloatArray
+
+KEYWORDS = (
+    "anin anout axis b_and b_exor b_not b_or begin bool brake case cast_from cast_to ccirc channel char circ "
+    "circ_rel confirm const continue decl def default defdat deffct digin digout do e6axis e6pos else end enddat "
+    "endfct endfold endfor endif endinterrupt endloop endspline endstruc endswitch endwhile enum exit exor ext "
+    "extfct false fdat fold for frame function global goto halt if import int interrupt is ldat lin lin_rel loop "
+    "maxi minimum not on or path pdat pos prio ptp ptp_rel public pulse real repeat resume return scirc seq signal "
+    "slin spl spline step struc switch sync then to trigger true until wait when while with wp_part"
+)
+NAMES = NameRules("KRL", 24, KEYWORDS)
+"""Names have up to 24 characters; wp_part is the frame of the part."""
+MM_DECIMALS = 5
+"""A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One digit more than that loses nothing."""
+DEG_DECIMALS = 6
+"""1e-6 deg turns a point at 2 m by 4e-5 mm."""
+LONGEST_COMMENT = 76
+"""Keeps lines on the pendant's screen."""
+BLEND_MM = 1.0
+"""Where LIN moves may leave their corner: the least step that seams are cut into by default."""
+
+
+def write_krl(program: WeldProgram) -> dict[str, str]:
+    """Write a KRL program and its data list.
+
+    Parameters
+    ----------
+    program : WeldProgram
+
+    Returns
+    -------
+    dict of str to str
+        ``NAME.src`` and ``NAME.dat``, with lines ended by CR LF.
+    """
+    width = program.label_width
+    name = safe_name(program.controller.program_name, NAMES)
+    names = safe_names([path.seam.name for path in program.paths], NAMES, room=width + 1)
+    T_base_frame = rounded_frame(program.T_base_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)
+    points: list[str] = []
+    vertical = 0
+    for path in program.paths:
+        p, R = path.poses_in(T_base_frame)
+        angles = zyx_degrees(R, decimals=DEG_DECIMALS)
+        vertical += int((abs(angles[:, 1]) == 90.0).sum())
+        labels = path.labels(names[path.seam.name], width=width)
+        points += [f"DECL E6POS {label}={text}" for label, text in zip(labels, _aggregates(p, angles), strict=True)]
+    header = _header(program, names, vertical)
+    frame = _aggregates(T_base_frame.t_mm[None], zyx_degrees(T_base_frame.R, decimals=DEG_DECIMALS)[None])[0]
+    data = [*ATTRIBUTES, f"DEFDAT {name} PUBLIC", *header, f"DECL FRAME WP_PART={frame}", *points, "ENDDAT", ""]
+    source = [*ATTRIBUTES, f"DEF {name}()", *header, *_start(program)]
+    for path in program.paths:
+        source += _moves(path, names[path.seam.name], program, width)
+    return {f"{name}.src": "\r\n".join([*source, "END", ""]), f"{name}.dat": "\r\n".join(data)}
+
+
+ATTRIBUTES = ("&ACCESS RVP", "&REL 1")
+"""Visible to the programmer, first release."""
+
+
+def _header(program: WeldProgram, names: dict[str, str], vertical: int) -> list[str]:
+    text = [
+        *describe(program),
+        "points are relative to WP_PART, the part as calibrated; mm; R = Rz(A) Ry(B) Rx(C), deg",
+        f"written with {MM_DECIMALS} and {DEG_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
+        "S and T are not known and left out: LIN ignores them, PTP keeps the present ones",
+        "the arc burns from ARC ON to ARC OFF",
+    ]
+    if vertical:
+        text.append(f"{vertical} points have B = +-90, where A and C turn about one axis: C was fixed at 0")
+    text += ["seam -> name here"]
+    text += [f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths]
+    return comment_lines(text, mark="; ", longest=LONGEST_COMMENT)
+
+
+def _aggregates(p: FloatArray, angles: FloatArray) -> list[str]:
+    """Write poses as ``{X …,Y …,Z …,A …,B …,C …}``; `angles` are about x, y, z in degrees."""
+    m, k = MM_DECIMALS, DEG_DECIMALS
+    return [
+        f"{{X {x:.{m}f},Y {y:.{m}f},Z {z:.{m}f},A {a:.{k}f},B {b:.{k}f},C {c:.{k}f}}}"
+        for (x, y, z), (c, b, a) in zip(rounded(p, m).tolist(), angles.tolist(), strict=True)
+    ]
+
+
+def _start(program: WeldProgram) -> list[str]:
+    return [
+        "BAS(#INITMOV,0)",
+        f"$TOOL=TOOL_DATA[{program.controller.tool_number}]",
+        "$BASE=WP_PART",
+        "$IPO_MODE=#BASE",
+        f"$APO.CDIS={BLEND_MM:g}",
+    ]
+
+
+def _moves(path: WeldPath, stem: str, program: WeldProgram, width: int) -> list[str]:
+    approach, first, *between, last, retract = path.labels(stem, width=width)
+    weld, air = program.motion.speed_mm_s / 1000.0, program.motion.air_speed_mm_s / 1000.0  # $VEL.CP is in m/s
+    return [
+        f"; {stem}",
+        f"$VEL.CP={air:g}",
+        f"PTP {approach}",
+        f"LIN {first}",
+        "; ARC ON",
+        f"$VEL.CP={weld:g}",
+        *(f"LIN {label} C_DIS" for label in between),
+        f"LIN {last}",
+        "; ARC OFF",
+        f"$VEL.CP={air:g}",
+        f"LIN {retract}",
+    ]
+
+
+KRL = Exporter("krl", "KUKA KRL: NAME.src and NAME.dat with FRAME and E6POS", write_krl)

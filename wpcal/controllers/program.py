@@ -1,0 +1,215 @@
+"""A weld program before it is any language: tool poses along seams, with approach and retract, in the robot's base."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from wpcal import __version__
+from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.transform import RigidTransform
+from wpcal.results.folder import FinishedCalibration
+from wpcal.seam.seam import Seam
+
+
+@dataclass(frozen=True, slots=True)
+class MotionSettings:
+    """How the torch comes, welds and goes.
+
+    Parameters
+    ----------
+    approach_mm, retract_mm : float
+        Distance back along the wire at which a seam is approached and left. 50 mm clears a nozzle of common size.
+    speed_mm_s : float
+        Along the seam. 8 mm/s is a common speed of a MAG fillet of 4 to 5 mm throat.
+    air_speed_mm_s : float
+        Of approach and retract.
+
+    Raises
+    ------
+    InputError
+        When a number is not positive (distances: negative) or not finite.
+    """
+
+    approach_mm: float = 50.0
+    retract_mm: float = 50.0
+    speed_mm_s: float = 8.0
+    air_speed_mm_s: float = 100.0
+
+    def __post_init__(self) -> None:
+        for name in ("approach_mm", "retract_mm", "speed_mm_s", "air_speed_mm_s"):
+            value = getattr(self, name)
+            is_speed = name.endswith("_s")
+            if not 0.0 <= value < math.inf or (is_speed and value == 0.0):
+                raise InputError(f"{name}: expected {'a positive number' if is_speed else '0 or more'}, got {value:g}")
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerSettings:
+    """Names and numbers that only the controller knows.
+
+    Parameters
+    ----------
+    program_name : str
+    tool_name : str
+        For languages whose tools have names.
+    tool_number, frame_number : int
+        For languages whose tools and frames have numbers.
+    configuration : str or None
+        The arm's configuration as the pendant shows it, for languages that cannot leave it open. Never guessed.
+
+    Raises
+    ------
+    InputError
+        When a name is empty or a number is negative.
+    """
+
+    program_name: str = "WPCAL"
+    tool_name: str = "tTorch"
+    tool_number: int = 1
+    frame_number: int = 1
+    configuration: str | None = None
+
+    def __post_init__(self) -> None:
+        if not (self.program_name.strip() and self.tool_name.strip()):
+            raise InputError("the names of the program and of the tool must not be empty")
+        if self.tool_number < 0 or self.frame_number < 0:
+            raise InputError(f"tool {self.tool_number}, frame {self.frame_number}: expected numbers of 0 or more")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WeldPath:
+    """The tool along one seam: an approach, a pose a frame of the seam, a retract.
+
+    Parameters
+    ----------
+    seam : Seam
+        With n frames in `base`.
+    p_base : ndarray, shape (n + 2, 3)
+        Tool centre points, mm.
+    R_base : ndarray, shape (n + 2, 3, 3)
+        Columns are the axes of the tool.
+    u95_mm : ndarray, shape (n,), or None
+        The 95 % error at the frames of the seam.
+    """
+
+    seam: Seam
+    p_base: FloatArray
+    R_base: FloatArray
+    u95_mm: FloatArray | None
+
+    def __len__(self) -> int:
+        return len(self.p_base)
+
+    def poses_in(self, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:
+        """Return positions and axes of the tool in another frame than `base`."""
+        T = T_base_frame.inverse()
+        return T.apply(self.p_base), T.R @ self.R_base
+
+    def labels(self, stem: str, *, width: int) -> list[str]:
+        """Name the poses: ``stem_appr``, ``stem_0001`` …, ``stem_retr``."""
+        along = [f"{stem}_{number:0{width}d}" for number in range(1, len(self) - 1)]
+        return [f"{stem}_appr", *along, f"{stem}_retr"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WeldProgram:
+    """Everything a writer of a language is given.
+
+    Parameters
+    ----------
+    paths : tuple of WeldPath
+    T_base_part : RigidTransform
+    torch : TorchSettings
+    motion : MotionSettings
+    controller : ControllerSettings
+    calibration : dict
+        The record of ``calibration.json``.
+    part_glb : bytes or None
+        The part's triangles as `wpcal.brep.mesh_glb.read_part_glb` reads them, for formats that show the part.
+    """
+
+    paths: tuple[WeldPath, ...]
+    T_base_part: RigidTransform
+    torch: TorchSettings = field(default_factory=TorchSettings)
+    motion: MotionSettings = field(default_factory=MotionSettings)
+    controller: ControllerSettings = field(default_factory=ControllerSettings)
+    calibration: dict[str, Any] = field(default_factory=dict)
+    part_glb: bytes | None = None
+
+    @property
+    def label_width(self) -> int:
+        """Digits of the number in a label; at least 4, so that labels sort and have one length."""
+        return max(4, *(len(str(len(path))) for path in self.paths))
+
+
+def build_program(
+    finished: FinishedCalibration,
+    *,
+    torch: TorchSettings | None = None,
+    motion: MotionSettings | None = None,
+    controller: ControllerSettings | None = None,
+) -> WeldProgram:
+    """Put the torch on every frame of the selected seams.
+
+    Parameters
+    ----------
+    finished : FinishedCalibration
+        With the seams to export.
+    torch, motion, controller : optional
+        Defaults where not given.
+
+    Raises
+    ------
+    GeometryError
+        When a seam has fewer than two frames.
+    """
+    torch, motion = torch or TorchSettings(), motion or MotionSettings()
+    paths = [_path(seam, u95, torch, motion) for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True)]
+    return WeldProgram(
+        tuple(paths),
+        finished.T_base_part,
+        torch,
+        motion,
+        controller or ControllerSettings(),
+        finished.calibration,
+        finished.part_glb,
+    )
+
+
+def _path(seam: Seam, u95_mm: FloatArray | None, torch: TorchSettings, motion: MotionSettings) -> WeldPath:
+    if len(seam.frames) < 2:
+        raise GeometryError(f"seam {seam.name}: expected at least 2 frames to weld along, got {len(seam.frames)}")
+    R = tool_rotations(seam.frames.R, torch)
+    wire = wire_directions(R, torch.tool_axis)
+    p = seam.frames.p - torch.stick_out_mm * wire
+    appr, retr = p[:1] - motion.approach_mm * wire[:1], p[-1:] - motion.retract_mm * wire[-1:]
+    rows = np.concatenate([[0], np.arange(len(R)), [-1]])
+    return WeldPath(seam, frozen(np.concatenate([appr, p, retr])), frozen(R[rows]), u95_mm)
+
+
+def describe(program: WeldProgram) -> list[str]:
+    """Say in lines what every program file states: origin, verdict, torch, and the error of each seam."""
+    record, torch = program.calibration, program.torch
+    lines = [f"written by wpcal {__version__} from calibration.json and seams.json"]
+    if "verdict" in record:
+        lines.append(f"calibration {record['verdict']}, tolerance {record['tolerance_mm']:g} mm")
+    lines += [
+        f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
+        f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
+        f"stick-out {torch.stick_out_mm:g} mm, approach {program.motion.approach_mm:g} mm, "
+        f"retract {program.motion.retract_mm:g} mm",
+    ]
+    return lines
+
+
+def describe_path(path: WeldPath) -> str:
+    """Say in one line what a seam is and how well its place is known."""
+    seam = path.seam
+    text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {len(path) - 2} points"
+    return text if path.u95_mm is None else f"{text}, 95 % error up to {path.u95_mm.max():.3f} mm"

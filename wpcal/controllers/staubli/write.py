@@ -1,0 +1,189 @@
+"""Staubli VAL3: an application (``.pjx``, ``.dtx``, ``start.pgx``, ``stop.pgx``) with the part's frame and points.
+
+rx, ry, rz in degrees are turned one after the other about moving axes, ``R = Rx(rx) Ry(ry) Rz(rz)``; lengths in mm.
+Points are children of the frame ``fPart``. The configuration is written as *same*: the arm keeps the one it comes with.
+The tool is not declared: the application does not start until it gets the torch's.
+
+References
+----------
+Staubli, VAL3 Reference Manual (pointRx, frame, mdesc; configuration ssame, esame, wsame).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_name, safe_names
+from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.registry import Exporter
+from wpcal.controllers.rounding import rounded, zyx_degrees
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.transform import RigidTransform
+
+KEYWORDS = (
+    "and begin call case default do else elseif end endfor endif endswitch endwhile false for fpart global if link "
+    "local mair mweld not npoint or put return start stop step switch then to true until while xor"
+)
+NAMES = NameRules("VAL3", 15, KEYWORDS)
+"""Names of variables have up to 15 characters."""
+MOST_POINTS = 9999
+"""Elements of an array."""
+MM_DECIMALS = 5
+DEG_DECIMALS = 6
+"""As for the other controllers with 32-bit numbers: 1e-4 mm and 1e-5 deg are what they resolve."""
+BLEND_MM = 0.5
+"""Half of the least step that seams are cut into by default: blends of neighbours meet."""
+LONGEST_COMMENT = 100
+XML = '<?xml version="1.0" encoding="utf-8"?>'
+STAUBLI = "http://www.staubli.com/robotics/VAL3"
+XSI = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
+
+
+def write_val3(program: WeldProgram) -> dict[str, str]:
+    """Write a VAL3 application.
+
+    Parameters
+    ----------
+    program : WeldProgram
+
+    Returns
+    -------
+    dict of str to str
+        ``NAME.pjx``, ``NAME.dtx``, ``start.pgx``, ``stop.pgx``.
+
+    Raises
+    ------
+    InputError
+        When a seam has too many points or the tool's name is none that VAL3 takes.
+    """
+    for path in program.paths:
+        if len(path) > MOST_POINTS:
+            raise InputError(f"VAL3: seam {path.seam.name} has {len(path)} points, an array at most {MOST_POINTS}")
+    name = safe_name(program.controller.program_name, NAMES)
+    names = safe_names([path.seam.name for path in program.paths], NAMES)
+    return {
+        f"{name}.pjx": _project(name),
+        f"{name}.dtx": _database(program, names),
+        "start.pgx": _program("start", _start(program, names)),
+        "stop.pgx": _program("stop", ["  resetMotion()"]),
+    }
+
+
+def _project(name: str) -> str:
+    lines = [
+        XML,
+        f'<Project xmlns="{STAUBLI}/Project/3">',
+        '  <Parameters version="s7.3.1" stackSize="5000" millimeterUnit="true" />',
+        '  <Programs>\n    <Program file="start.pgx" />\n    <Program file="stop.pgx" />\n  </Programs>',
+        f'  <Database>\n    <Data file="{name}.dtx" />\n  </Database>',
+        "  <Libraries />",
+        "</Project>",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _database(program: WeldProgram, names: dict[str, str]) -> str:
+    T_base_frame = _frame_as_written(program.T_base_part)
+    frame = _coordinates(T_base_frame.t_mm[None], T_base_frame.R[None])[0]
+    lines = [
+        XML,
+        f'<Database {XSI} xmlns="{STAUBLI}/Data/2">',
+        "  <Datas>",
+        *_data("fPart", "frame", [f'{frame} fatherId="world[0]"']),
+        *_data("mAir", "mdesc", [_motion(program.motion.air_speed_mm_s, "off")]),
+        *_data("mWeld", "mdesc", [_motion(program.motion.speed_mm_s, "cartesian")]),
+        '    <Data name="nPoint" access="private" xsi:type="array" type="num" size="1" />',
+    ]
+    same = 'shoulder="ssame" elbow="esame" wrist="wsame" fatherId="fPart[0]"'
+    for path in program.paths:
+        points = [f"{text} {same}" for text in _coordinates(*path.poses_in(T_base_frame))]
+        lines += _data(names[path.seam.name], "pointRx", points)
+    return "\n".join([*lines, "  </Datas>", "</Database>", ""])
+
+
+def _data(name: str, kind: str, values: list[str]) -> list[str]:
+    return [
+        f'    <Data name="{name}" access="public" xsi:type="array" type="{kind}" size="{len(values)}">',
+        *(f'      <Value key="{key}" {value} />' for key, value in enumerate(values)),
+        "    </Data>",
+    ]
+
+
+def _motion(speed_mm_s: float, blend: str) -> str:
+    limits = f'accel="100" vel="100" decel="100" tmax="{speed_mm_s:g}" rmax="100"'
+    return f'{limits} blend="{blend}" leave="{BLEND_MM:g}" reach="{BLEND_MM:g}"'
+
+
+def _angles(R: FloatArray) -> FloatArray:
+    """Return rx, ry, rz: the transpose of Rx(a) Ry(b) Rz(c) is Rz(-c) Ry(-b) Rx(-a)."""
+    return rounded(-zyx_degrees(np.swapaxes(R, -1, -2), decimals=DEG_DECIMALS), DEG_DECIMALS)
+
+
+def _frame_as_written(T: RigidTransform) -> RigidTransform:
+    """Return the frame of the written digits, so that its own rounding does not move the points in the base."""
+    a, b, c = np.radians(_angles(T.R))
+    return RigidTransform(rotation_from_zyx(-a, -b, -c).T, rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
+
+
+def _coordinates(p: FloatArray, R: FloatArray) -> list[str]:
+    m, k = MM_DECIMALS, DEG_DECIMALS
+    rows = zip(rounded(p, m).tolist(), _angles(R).tolist(), strict=True)
+    return [
+        f'x="{x:.{m}f}" y="{y:.{m}f}" z="{z:.{m}f}" rx="{a:.{k}f}" ry="{b:.{k}f}" rz="{c:.{k}f}"'
+        for (x, y, z), (a, b, c) in rows
+    ]
+
+
+def _program(name: str, code: list[str]) -> str:
+    lines = [
+        XML,
+        f'<Programs {XSI} xmlns="{STAUBLI}/Program/2">',
+        f'  <Program name="{name}" access="public">',
+        "    <Code><![CDATA[begin",
+        *(line.replace("]]>", "]] >") for line in code),  # what would end the section
+        "end]]></Code>",
+        "  </Program>",
+        "</Programs>",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _start(program: WeldProgram, names: dict[str, str]) -> list[str]:
+    tool = own_name(program.controller.tool_name, NAMES, what="tool")
+    text = [
+        *describe(program),
+        "points are children of fPart, the part as calibrated; mm; R = Rx(rx) Ry(ry) Rz(rz), deg",
+        f"written with {MM_DECIMALS} and {DEG_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
+        "the configuration is not known: the arm keeps the one it comes with (same)",
+        f"declare the tool {tool} in this application; the arc burns from ARC ON to ARC OFF",
+        "seam -> name here",
+        *(f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
+    ]
+    lines = comment_lines(text, mark="  // ", longest=LONGEST_COMMENT)
+    for path in program.paths:
+        lines += _moves(path, names[path.seam.name], tool)
+    return lines
+
+
+def _moves(path: WeldPath, name: str, tool: str) -> list[str]:
+    last = len(path) - 1
+    return [
+        f"  movej({name}[0],{tool},mAir)",
+        f"  movel({name}[1],{tool},mAir)",
+        "  waitEndMove()",
+        "  // ARC ON",
+        f"  for nPoint=2 to {last - 1}",
+        f"    movel({name}[nPoint],{tool},mWeld)",
+        "  endFor",
+        "  waitEndMove()",
+        "  // ARC OFF",
+        f"  movel({name}[{last}],{tool},mAir)",
+        "  waitEndMove()",
+    ]
+
+
+VAL3 = Exporter("val3", "Staubli VAL3: NAME.pjx, NAME.dtx, start.pgx with the part's frame and points", write_val3)

@@ -1,0 +1,97 @@
+"""Universal Robots: one URScript program with the frame of the calibrated part and the poses along its seams.
+
+A pose is ``p[x, y, z, rx, ry, rz]`` in metres with a rotation vector in rad. Poses are relative to ``wp_part`` and
+turned into the base by `pose_trans`. `movej` to a pose lets the controller choose the solution nearest to where it
+stands.
+
+References
+----------
+Universal Robots, The URScript Programming Language (movej, movel, pose_trans).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.controllers.naming import NameRules, comment_lines, safe_name
+from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.registry import Exporter
+from wpcal.controllers.rounding import rounded
+from wpcal.core.arrays import FloatArray
+from wpcal.core.tangent import exp_rotation, log_rotation
+from wpcal.core.transform import RigidTransform
+
+NAMES = NameRules(
+    "URScript",
+    60,
+    "and break continue def elif else end false for global halt if local not or return thread true while",
+)
+"""A name of ours; the language sets no limit."""
+DECIMALS = 9
+"""1e-9 m is 1e-6 mm; 1e-9 rad turns a point at 2 m by 2e-6 mm."""
+MM = 1e-3
+BLEND_MM = 0.2
+"""Blends of neighbours must not overlap: well below half of the least step that seams are cut into (1 mm)."""
+ACCELERATION_M_S2 = 0.5
+"""Slow; a weld speed is reached within 0.1 mm."""
+LONGEST_COMMENT = 100
+
+
+def write_urscript(program: WeldProgram) -> dict[str, str]:
+    """Write a URScript program.
+
+    Parameters
+    ----------
+    program : WeldProgram
+
+    Returns
+    -------
+    dict of str to str
+        ``NAME.script``.
+    """
+    name = safe_name(program.controller.program_name, NAMES)
+    T_base_frame = _frame_as_written(program.T_base_part)
+    head = [
+        *describe(program),
+        "poses are relative to wp_part, the part as calibrated; m and rotation vectors in rad",
+        f"written with {DECIMALS} decimals: within 0.000001 mm and 0.000001 deg",
+        "set the tool centre point before this program; the arc burns from ARC ON to ARC OFF",
+    ]
+    frame = _poses(T_base_frame.t_mm[None], T_base_frame.R[None])[0]
+    lines = [f"def {name}():", *comment_lines(head, mark="  # ", longest=LONGEST_COMMENT), f"  wp_part = {frame}"]
+    for path in program.paths:
+        lines += _moves(path, T_base_frame, program)
+    return {f"{name}.script": "\n".join([*lines, "end", ""])}
+
+
+def _frame_as_written(T: RigidTransform) -> RigidTransform:
+    """Return the frame of the written digits, so that its own rounding does not move the poses in the base."""
+    turn = rounded(log_rotation(T.R), DECIMALS)
+    return RigidTransform(exp_rotation(turn), rounded(T.t_mm * MM, DECIMALS) / MM, T.target, T.source)
+
+
+def _poses(p: FloatArray, R: FloatArray) -> list[str]:
+    k = DECIMALS
+    table = rounded(np.concatenate([p * MM, log_rotation(R)], axis=1), k).tolist()
+    return [f"p[{x:.{k}f}, {y:.{k}f}, {z:.{k}f}, {a:.{k}f}, {b:.{k}f}, {c:.{k}f}]" for x, y, z, a, b, c in table]
+
+
+def _moves(path: WeldPath, T_base_frame: RigidTransform, program: WeldProgram) -> list[str]:
+    approach, first, *between, last, retract = (
+        f"pose_trans(wp_part, {pose})" for pose in _poses(*path.poses_in(T_base_frame))
+    )
+    a = f"a={ACCELERATION_M_S2:g}"
+    weld, air = (f"{a}, v={v * MM:g}" for v in (program.motion.speed_mm_s, program.motion.air_speed_mm_s))
+    return [
+        *comment_lines([f"{path.seam.name}: {describe_path(path)}"], mark="  # ", longest=LONGEST_COMMENT),
+        f"  movej({approach})",
+        f"  movel({first}, {air})",
+        "  # ARC ON",
+        *(f"  movel({pose}, {weld}, r={BLEND_MM * MM:g})" for pose in between),
+        f"  movel({last}, {weld})",
+        "  # ARC OFF",
+        f"  movel({retract}, {air})",
+    ]
+
+
+URSCRIPT = Exporter("urscript", "Universal Robots: NAME.script with the part's frame and poses", write_urscript)

@@ -1,0 +1,1 @@
+"""Yaskawa INFORM: written, read, and for two robots in step."""

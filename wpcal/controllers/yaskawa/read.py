@@ -1,0 +1,76 @@
+"""Taught points from a Yaskawa INFORM job (``.jbi``): Cartesian positions (``///RECTAN``) of its header.
+
+``///POSTYPE ROBOT`` and ``BASE`` are the base of a robot that stands still; ``USER`` names a user frame by number only.
+Positions as pulses hold no coordinates without the robot's own data.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from wpcal.core.errors import FormatError
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.taught.programs import (
+    BASE,
+    ProgramLanguage,
+    ProgramPoint,
+    ProgramPoints,
+    frame_from_xyz_angles,
+    joint_values,
+    unusable_point,
+)
+
+POSITION = re.compile(r"^(?P<name>[CP]\d{3,5})\s*=\s*(?P<values>\S.*)$")
+SETTING = re.compile(r"^///(?P<key>USER|POSTYPE|NPOS|RECTAN|PULSE)\b\s*(?P<value>.*)$")
+IN_PULSES = "is stored as pulses; convert the job to Cartesian positions (RECTAN) on the controller"
+
+
+def read_inform(text: str, path: str) -> ProgramPoints:
+    """Read the positions of a job.
+
+    Raises
+    ------
+    FormatError
+        When it has no section ``//POS`` or a position is not six numbers.
+    """
+    if not re.search(r"^//POS\b", text, re.MULTILINE):
+        raise FormatError("has no section //POS", path=path)
+    settings: dict[str, str] = {}
+    points = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.startswith("//INST"):
+            break
+        setting, position = SETTING.match(line), POSITION.match(line)
+        if setting:
+            settings[setting["key"]] = setting["value"].strip()
+        elif position:
+            points.append(_point(position["name"], position["values"], settings, path, number))
+    return ProgramPoints(tuple(points))
+
+
+def _point(name: str, values: str, settings: dict[str, str], path: str, line: int) -> ProgramPoint:
+    kind = settings.get("POSTYPE", "").upper()
+    if kind == "PULSE":
+        return unusable_point(name, line, IN_PULSES, joint_values(values.split(","), in_pulses=True))
+    if kind not in ("ROBOT", "BASE", "USER"):
+        return unusable_point(name, line, f"stands in POSTYPE {kind or 'none'}; expected ROBOT, BASE or USER")
+    if kind == "BASE" and _has_base_axes(settings.get("NPOS", "")):
+        return unusable_point(name, line, "stands in BASE of a robot that a base axis moves")
+    try:
+        x, y, z, *angles = (float(value) for value in values.split(","))
+        alpha, beta, gamma = np.radians(angles)
+    except ValueError:
+        raise FormatError(f"{name}: expected six numbers, got {values.strip()!r}", path=path, line=line) from None
+    frame = settings.get("USER") if kind == "USER" else BASE
+    return ProgramPoint(name, line, np.array([x, y, z]), rotation_from_zyx(alpha, beta, gamma), frame)
+
+
+def _has_base_axes(npos: str) -> bool:
+    """Tell from ``NPOS C,BC,EC,P,BP,EX`` whether the job holds positions of a base axis."""
+    counts = npos.split(",")
+    return any(count.strip() not in ("", "0") for count in (counts[1:2] + counts[4:5]))
+
+
+LANGUAGE = ProgramLanguage("Yaskawa INFORM", read_inform, frame_from_xyz_angles, "X,Y,Z,Rx,Ry,Rz")

@@ -1,0 +1,152 @@
+"""Yaskawa INFORM for two robots of one controller: a job for each, and one that starts both.
+
+Both jobs run at the same time (``PSTART``) and wait for each other at every mark (``TSYNC`` with ``SNUM=2``). Targets
+are joints: encoder pulses where the arm's file states the pulses per degree, otherwise degrees (``///POSTYPE ANGLE``,
+which newer controllers read). A joint move has no time in this language: ``VJ`` is the share of the largest joint speed
+at which the move takes its time, rounded to what the language knows.
+
+References
+----------
+Yaskawa, DX200 / YRC1000 Options: Instructions for Independent/Coordinated Control Function (PSTART, PWAIT, TSYNC) and
+for Data Transmission Function (job data format: NPOS, POSTYPE, PULSE).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.controllers.naming import comment_lines, safe_names
+from wpcal.controllers.rounding import rounded
+from wpcal.controllers.sync_program import ROBOTS, DualProgram
+from wpcal.controllers.yaskawa.write import DEG_DECIMALS, JOINT_PERCENT, LONGEST_COMMENT, NAMES, inform_job
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+
+PERCENT_DECIMALS = 2
+LEAST_PERCENT = 0.01
+"""VJ is written from 0.01 to 100.00."""
+ROUND_OFF = 1e-9
+"""A share this little above a written one is that one."""
+SYNC_NUMBERS = 8
+"""TSYNC has few numbers. Neither job can be more than one mark ahead, so that eight in turn cannot be taken for each
+other."""
+
+
+def write_dual_inform(program: DualProgram) -> dict[str, str]:
+    """Write an INFORM job for each robot, and one that starts both.
+
+    Parameters
+    ----------
+    program : DualProgram
+
+    Returns
+    -------
+    dict of str to str
+        ``NAME.jbi``, ``NAME_R1.jbi`` and ``NAME_R2.jbi``, with lines ended by CR LF.
+
+    Raises
+    ------
+    InputError
+        When an arm does not state the largest speeds of its joints, a time asks for more than them, or a job would be
+        too long.
+    """
+    name = program.controller.program_name
+    main = safe_names([name], NAMES, room=len("_R1"))[name].upper()
+    jobs = {robot: f"{main}_R{robot}" for robot in ROBOTS}
+    notes = [*program.notes, f"seam {program.seam}", _timing_note(program)]
+    start = [f"PSTART JOB:{job} SUB{robot}" for robot, job in jobs.items()]
+    wait = [f"PWAIT SUB{robot}" for robot in ROBOTS]
+    head = comment_lines(notes, mark="'", longest=LONGEST_COMMENT)
+    files = {f"{main}.jbi": inform_job(main, [], [*head, *start, *wait], group=None)}
+    for robot, job in jobs.items():
+        files[f"{job}.jbi"] = inform_job(job, _positions(program, robot), _moves(program, robot), group=f"RB{robot}")
+    return files
+
+
+def _positions(program: DualProgram, robot: int) -> list[str]:
+    arm, joints = program.arms[robot - 1], program.joints[robot - 1]
+    tool = program.controller.tool_number if robot == 1 else 0
+    if all(joint.pulses_per_deg is not None for joint in arm.joints):
+        kind, rows = "PULSE", [",".join(f"{v:.0f}" for v in row) for row in arm.pulses_from_angles(joints)]
+    else:
+        degrees = rounded(np.degrees(joints), DEG_DECIMALS).tolist()
+        kind, rows = "ANGLE", [",".join(f"{v:.{DEG_DECIMALS}f}" for v in row) for row in degrees]
+    return [
+        f"///TOOL {tool}",
+        f"///POSTYPE {kind}",
+        f"///{kind}",
+        *(f"C{number:05d}={row}" for number, row in enumerate(rows)),
+    ]
+
+
+def _moves(program: DualProgram, robot: int) -> list[str]:
+    text = [
+        f"robot {robot} of two",
+        f"seam {program.seam}",
+        "targets are joints; both jobs wait",
+        "for each other at each mark",
+    ]
+    lines = comment_lines(text, mark="'", longest=LONGEST_COMMENT)
+    percents = joint_percents(program)[robot - 1]
+    for row, mark in enumerate(program.marks):
+        percent = JOINT_PERCENT if row == 0 else percents[row - 1]
+        lines += [
+            f"MOVJ C{row:05d} VJ={percent:.{PERCENT_DECIMALS}f}",
+            f"'MARK {mark}",
+            f"TSYNC {row % SYNC_NUMBERS + 1} SNUM=2",
+        ]
+        lines += ["'ARC ON"] if row == program.arc_on else []
+        lines += ["'ARC OFF"] if row == program.arc_off else []
+    return lines
+
+
+def joint_percents(program: DualProgram) -> FloatArray:
+    r"""Return ``VJ`` of every move of both robots: shares of the largest joint speeds that give the planned times.
+
+    :math:`100 \max_j |\Delta q_j| / (\dot q_{j,max} \Delta t)`, rounded for the robot with the larger share, and up for
+    the other: it comes early and waits, so that its rounding does not slow the step.
+
+    Parameters
+    ----------
+    program : DualProgram
+
+    Returns
+    -------
+    ndarray, shape (2, N - 1)
+        Percent.
+
+    Raises
+    ------
+    InputError
+        When an arm does not state the speeds of its joints, or a share is more than 100 %.
+    """
+    share = _shares(program)
+    decides = share == share.max(axis=0)
+    unit = 10.0**-PERCENT_DECIMALS
+    percents = np.where(decides, rounded(share, PERCENT_DECIMALS), unit * np.ceil(share / unit - ROUND_OFF))
+    if percents.max() > 100.0:
+        robot, row = np.unravel_index(int(np.argmax(share)), share.shape)
+        raise InputError(
+            f"INFORM: robot {ROBOTS[robot]} would need {share[robot, row]:.0f} % of its joint speed to mark {row + 2}"
+        )
+    return np.asarray(np.maximum(percents, LEAST_PERCENT), dtype=np.float64)
+
+
+def _shares(program: DualProgram) -> FloatArray:
+    """Return 100 max |Δq| / (largest speed · Δt) of every move, shape (2, N - 1)."""
+    shares = []
+    for robot, arm, joints in zip(ROBOTS, program.arms, program.joints, strict=True):
+        missing = [joint.name for joint in arm.joints if joint.speed_rad_s is None]
+        if missing:
+            names = ", ".join(missing)
+            raise InputError(f"INFORM: {arm.name} (robot {robot}) does not state the speed of joint {names}")
+        most = np.array([joint.speed_rad_s for joint in arm.joints], dtype=np.float64)
+        shares.append(100.0 * (np.abs(np.diff(joints, axis=0)) / most).max(axis=1) / program.seconds)
+    return np.array(shares)
+
+
+def _timing_note(program: DualProgram) -> str:
+    """Say how far the rounding of VJ takes the time between marks of the weld from what was planned."""
+    taken = 100.0 * (_shares(program) / joint_percents(program)).max(axis=0)[program.arc_on : program.arc_off]
+    times = f"a step of the weld takes {taken.min():.1f} to {taken.max():.1f} % of its time"
+    return f"VJ has {PERCENT_DECIMALS} decimals: {times}"

@@ -1,0 +1,1 @@
+"""Open interchange formats: JSON, CSV, ROS 2, COMPAS, Tesseract."""

@@ -1,0 +1,67 @@
+"""COMPAS: frames as ``compas.json_load`` reads them.
+
+A `compas.geometry.Frame` has a point and two axes; its z is their product. Lengths are mm here (COMPAS has no unit of
+its own; the file says it), all digits are kept, and the frames are those of the tool in the robot's base.
+
+References
+----------
+COMPAS 2: compas.data (dtype and data), compas.geometry.Frame.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from wpcal.controllers.naming import NameRules, safe_name
+from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.registry import Exporter
+from wpcal.core.records import to_json
+
+NAMES = NameRules("COMPAS", 60)
+"""The name of the file; COMPAS itself sets no such limit."""
+SCHEMA = "wpcal/compas/1"
+
+
+def write_compas(program: WeldProgram) -> dict[str, str]:
+    """Write one JSON file with all seams.
+
+    Parameters
+    ----------
+    program : WeldProgram
+
+    Returns
+    -------
+    dict of str to str
+        ``NAME.compas.json``.
+    """
+    record = {
+        "schema": SCHEMA,
+        "about": describe(program),
+        "frame": "base",
+        "units": {"length": "mm"},
+        "wire_axis": f"+{program.torch.tool_axis.value}",
+        "z_sense": "inward",
+        "seams": [_seam(path) for path in program.paths],
+    }
+    return {f"{safe_name(program.controller.program_name, NAMES)}.compas.json": to_json(record)}
+
+
+def _seam(path: WeldPath) -> dict[str, Any]:
+    frames = [
+        {"dtype": "compas.geometry/Frame", "data": {"point": p, "xaxis": x, "yaxis": y}}
+        for p, x, y in zip(
+            path.p_base.tolist(), path.R_base[:, :, 0].tolist(), path.R_base[:, :, 1].tolist(), strict=True
+        )
+    ]
+    errors = None if path.u95_mm is None else path.u95_mm.tolist()
+    return {
+        "name": path.seam.name,
+        "what": describe_path(path),
+        "approach": frames[0],
+        "weld": frames[1:-1],
+        "retract": frames[-1],
+        "error_95_mm": errors,
+    }
+
+
+COMPAS = Exporter("compas", "COMPAS: NAME.compas.json with frames for compas.json_load", write_compas)

@@ -1,0 +1,144 @@
+"""Plain text for any other program: the tool's poses as JSON (with a JSON Schema) and as CSV.
+
+Both say frame, units and sense of the tool's axis in the file itself, keep all digits, and give each rotation as a
+matrix and as a quaternion x, y, z, w.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from wpcal.controllers.naming import NameRules, safe_name
+from wpcal.controllers.program import WeldPath, WeldProgram, describe
+from wpcal.controllers.registry import Exporter
+from wpcal.core.errors import InputError
+from wpcal.core.records import to_json
+from wpcal.core.rotations import quaternion_from_rotation
+
+NAMES = NameRules("plain text", 60)
+"""The name of the file."""
+PROGRAM_SCHEMA = "wpcal/program/1"
+SCHEMA_FILES = {
+    "wpcal/program/1": "program-1.schema.json",
+    "wpcal/seams/1": "seams-1.schema.json",
+    "wpcal/cell/1": "cell-1.schema.json",
+    "wpcal/pareto/1": "pareto-1.schema.json",
+}
+"""The JSON Schemas that are shipped, by the name that a file states."""
+CSV_COLUMNS = (
+    *("seam", "point", "role", "x_mm", "y_mm", "z_mm", "qx", "qy", "qz", "qw"),
+    *(f"r{row}{column}" for row in range(1, 4) for column in range(1, 4)),
+    *("u95_mm", "frame", "z_sense"),
+)
+ALL_DIGITS = "%.17g"
+"""Reads back to the same number."""
+
+
+def schema_text(name: str) -> str:
+    """Return the JSON Schema of a record, for example ``wpcal/seams/1``.
+
+    Raises
+    ------
+    InputError
+        When none of that name is shipped.
+    """
+    if name not in SCHEMA_FILES:
+        raise InputError(f"no schema {name!r}; known: {', '.join(SCHEMA_FILES)}")
+    return (files("wpcal.results") / "schemas" / SCHEMA_FILES[name]).read_text(encoding="utf-8")
+
+
+def write_program_json(program: WeldProgram) -> dict[str, str]:
+    """Write one JSON file with all seams.
+
+    Parameters
+    ----------
+    program : WeldProgram
+
+    Returns
+    -------
+    dict of str to str
+        ``NAME.program.json`` and its schema.
+    """
+    torch, motion = program.torch, program.motion
+    record = {
+        "schema": PROGRAM_SCHEMA,
+        "about": describe(program),
+        "frame": "base",
+        "units": {"length": "mm", "angle": "deg", "speed": "mm/s"},
+        "wire_axis": f"+{torch.tool_axis.value}",
+        "z_sense": "inward",
+        "T_base_part": program.T_base_part.matrix.tolist(),
+        "torch": {
+            "work_angle_deg": math.degrees(torch.work_rad),
+            "travel_angle_deg": math.degrees(torch.travel_rad),
+            "stick_out_mm": torch.stick_out_mm,
+        },
+        "motion": {"speed_mm_s": motion.speed_mm_s, "air_speed_mm_s": motion.air_speed_mm_s},
+        "seams": [_seam(path) for path in program.paths],
+    }
+    name = safe_name(program.controller.program_name, NAMES)
+    return {
+        f"{name}.program.json": to_json(record),
+        SCHEMA_FILES[PROGRAM_SCHEMA]: schema_text(PROGRAM_SCHEMA),
+    }
+
+
+def _seam(path: WeldPath) -> dict[str, Any]:
+    q = quaternion_from_rotation(path.R_base).tolist()
+    errors = _errors(path)
+    rows = zip(_roles(path), path.p_base.tolist(), path.R_base.tolist(), q, errors, strict=True)
+    poses = [{"role": role, "p_mm": p, "R": R, "q_xyzw": q_xyzw, "u95_mm": error} for role, p, R, q_xyzw, error in rows]
+    seam = path.seam
+    return {
+        "name": seam.name,
+        "joint": seam.joint.value,
+        "weld": seam.weld.value,
+        "closed": seam.closed,
+        "length_mm": seam.length_mm,
+        "poses": poses,
+    }
+
+
+def _roles(path: WeldPath) -> list[str]:
+    return ["approach", *["weld"] * (len(path) - 2), "retract"]
+
+
+def _errors(path: WeldPath) -> list[float | None]:
+    if path.u95_mm is None:
+        return [None] * len(path)
+    return [None, *path.u95_mm.tolist(), None]
+
+
+def write_program_csv(program: WeldProgram) -> dict[str, str]:
+    """Write one row a pose.
+
+    Parameters
+    ----------
+    program : WeldProgram
+
+    Returns
+    -------
+    dict of str to str
+        ``NAME.program.csv``; ``rij`` is row i, column j of the rotation, whose columns are the tool's axes in `frame`.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(CSV_COLUMNS)
+    for path in program.paths:
+        q = quaternion_from_rotation(path.R_base)
+        table = np.concatenate([path.p_base, q, path.R_base.reshape(-1, 9)], axis=1).tolist()
+        rows = zip(_roles(path), table, _errors(path), strict=True)
+        for point, (role, numbers, error) in enumerate(rows):
+            last = ("" if error is None else ALL_DIGITS % error, "base", "inward")
+            writer.writerow([path.seam.name, point, role, *(ALL_DIGITS % v for v in numbers), *last])
+    return {f"{safe_name(program.controller.program_name, NAMES)}.program.csv": text.getvalue()}
+
+
+JSON = Exporter("json", "Plain JSON: NAME.program.json and its JSON Schema", write_program_json)
+CSV = Exporter("csv", "Plain CSV: NAME.program.csv, one row a pose", write_program_csv)

@@ -1,0 +1,95 @@
+"""ROS 2: a ``geometry_msgs/PoseArray`` a seam as YAML, and a sidecar with names, roles and predicted errors.
+
+Metres and quaternions x, y, z, w as in REP 103; poses are those of the tool, in the robot's base, which REP 199 calls
+``base``. A message has no place for names: the sidecar has them, row by row.
+
+References
+----------
+REP 103 (units and conventions), REP 199 (frames of serial manipulators), geometry_msgs/msg/PoseArray.
+"""
+
+from __future__ import annotations
+
+import json
+
+from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
+from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.registry import Exporter
+from wpcal.controllers.rounding import rounded
+from wpcal.core.arrays import FloatArray
+from wpcal.core.rotations import quaternion_from_rotation
+
+NAMES = NameRules("ROS", 60)
+"""Names of files here; ROS itself sets no such limit."""
+DECIMALS = 9
+"""1e-9 m is 1e-6 mm; 1e-9 in a quaternion turns a point at 2 m by 4e-6 mm."""
+SIDECAR_SCHEMA = "wpcal/ros-sidecar/1"
+FRAME_ID = "base"
+MM = 1e-3
+LONGEST_COMMENT = 100
+
+
+def write_ros(program: WeldProgram) -> dict[str, str]:
+    """Write a PoseArray a seam and the sidecar.
+
+    Parameters
+    ----------
+    program : WeldProgram
+
+    Returns
+    -------
+    dict of str to str
+        ``SEAM.pose_array.yaml`` and ``NAME.sidecar.yaml``.
+    """
+    names = safe_names([path.seam.name for path in program.paths], NAMES)
+    files = {f"{names[path.seam.name]}.pose_array.yaml": _pose_array(path) for path in program.paths}
+    sidecar = [
+        *comment_lines(describe(program), mark="# ", longest=LONGEST_COMMENT),
+        f"schema: {SIDECAR_SCHEMA}",
+        "message: geometry_msgs/msg/PoseArray",
+        f"frame_id: {FRAME_ID}",
+        "units: {length: m, quaternion: xyzw}",
+        f"wire_axis: +{program.torch.tool_axis.value}",
+        "z_sense: inward",
+        f"weld_speed_m_s: {program.motion.speed_mm_s * MM:.{DECIMALS}g}",
+        "seams:",
+    ]
+    for path in program.paths:
+        sidecar += _entry(path, f"{names[path.seam.name]}.pose_array.yaml")
+    stem = safe_name(program.controller.program_name, NAMES)
+    return {**files, f"{stem}.sidecar.yaml": "\n".join([*sidecar, ""])}
+
+
+def _pose_array(path: WeldPath) -> str:
+    k = DECIMALS
+    places = rounded(path.p_base * MM, k).tolist()
+    turns = rounded(quaternion_from_rotation(path.R_base), k).tolist()
+    poses = [
+        f"- position: {{x: {x:.{k}f}, y: {y:.{k}f}, z: {z:.{k}f}}}\n"
+        f"  orientation: {{x: {qx:.{k}f}, y: {qy:.{k}f}, z: {qz:.{k}f}, w: {qw:.{k}f}}}"
+        for (x, y, z), (qx, qy, qz, qw) in zip(places, turns, strict=True)
+    ]
+    head = ["header:", "  stamp: {sec: 0, nanosec: 0}", f"  frame_id: {FRAME_ID}", "poses:"]
+    return "\n".join([*head, *poses, ""])
+
+
+def _entry(path: WeldPath, file: str) -> list[str]:
+    """Describe one seam; text is written as JSON strings, which YAML reads."""
+    roles = ["approach", *["weld"] * (len(path) - 2), "retract"]
+    return [
+        f"- name: {json.dumps(path.seam.name)}",
+        f"  file: {json.dumps(file)}",
+        f"  what: {json.dumps(describe_path(path))}",
+        f"  closed: {json.dumps(path.seam.closed)}",
+        f"  roles: [{', '.join(roles)}]",
+        f"  error_95_m: {_errors(path.u95_mm)}",
+    ]
+
+
+def _errors(u95_mm: FloatArray | None) -> str:
+    if u95_mm is None:
+        return "null"
+    return f"[null, {', '.join(f'{v * MM:.{DECIMALS}f}' for v in u95_mm.tolist())}, null]"
+
+
+ROS = Exporter("ros", "ROS 2: PoseArray YAML a seam and a sidecar with names and errors", write_ros)

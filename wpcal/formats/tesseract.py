@@ -1,0 +1,90 @@
+"""Tesseract command language: a Python module that builds a CompositeInstruction of the seams.
+
+Tesseract's own text form is a C++ archive that changes with its version, so that the stable way in is its Python
+interface. The module holds the poses as plain numbers (x, y, z in metres, then the quaternion w, x, y, z, as Eigen's
+constructor takes it) and a function `build`. Poses are those of the tool in the robot's base.
+
+References
+----------
+tesseract_robotics: CartesianWaypoint, MoveInstruction, CompositeInstruction.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.controllers.naming import NameRules, comment_lines, safe_name
+from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.registry import Exporter
+from wpcal.controllers.rounding import rounded
+from wpcal.core.rotations import quaternion_from_rotation
+
+NAMES = NameRules(
+    "Python",
+    60,
+    "and as assert async await break class continue def del elif else except finally for from global if import in is "
+    "lambda nonlocal not or pass raise return try while with yield",
+)
+DECIMALS = 9
+"""1e-9 m is 1e-6 mm; 1e-9 in a quaternion turns a point at 2 m by 4e-6 mm."""
+MM = 1e-3
+LONGEST_COMMENT = 100
+
+BUILD = '''
+
+def build(manipulator, working_frame="base", tcp_frame="tool0", profile="DEFAULT"):
+    """Return a CompositeInstruction: free motion to each approach, linear moves along the seam and away."""
+    from tesseract_robotics import tesseract_command_language as tcl
+    from tesseract_robotics import tesseract_common as common
+
+    program = tcl.CompositeInstruction(profile)
+    program.setManipulatorInfo(common.ManipulatorInfo(manipulator, working_frame, tcp_frame))
+    for poses in SEAMS.values():
+        for number, (x, y, z, qw, qx, qy, qz) in enumerate(poses):
+            turn = common.Quaterniond(qw, qx, qy, qz)
+            pose = common.Isometry3d.Identity() * common.Translation3d(x, y, z) * turn
+            waypoint = tcl.CartesianWaypointPoly_wrap_CartesianWaypoint(tcl.CartesianWaypoint(pose))
+            kind = tcl.MoveInstructionType_LINEAR if number else tcl.MoveInstructionType_FREESPACE
+            move = tcl.MoveInstruction(waypoint, kind, profile)
+            program.appendMoveInstruction(tcl.MoveInstructionPoly_wrap_MoveInstruction(move))
+    return program
+'''
+
+
+def write_tesseract(program: WeldProgram) -> dict[str, str]:
+    """Write one Python module with all seams.
+
+    Parameters
+    ----------
+    program : WeldProgram
+
+    Returns
+    -------
+    dict of str to str
+        ``NAME_tesseract.py``.
+    """
+    head = [
+        *describe(program),
+        "poses of the tool in the base: x y z in m, then the quaternion w x y z",
+        f"written with {DECIMALS} decimals: within 0.000001 mm and 0.000001 deg",
+        "first the approach, then the points of the seam, last the retract",
+    ]
+    lines = [*comment_lines(head, mark="# ", longest=LONGEST_COMMENT), "", "SEAMS = {"]
+    for path in program.paths:
+        lines += comment_lines([describe_path(path)], mark="    # ", longest=LONGEST_COMMENT)
+        lines += [f"    {path.seam.name!a}: [", *_rows(path), "    ],"]
+    stem = safe_name(program.controller.program_name, NAMES)
+    return {f"{stem}_tesseract.py": "\n".join([*lines, "}"]) + BUILD}
+
+
+def _rows(path: WeldPath) -> list[str]:
+    q_wxyz = np.roll(quaternion_from_rotation(path.R_base), 1, axis=1)
+    table = rounded(np.concatenate([path.p_base * MM, q_wxyz], axis=1), DECIMALS).tolist()
+    k = DECIMALS
+    return [
+        f"        ({x:.{k}f}, {y:.{k}f}, {z:.{k}f}, {w:.{k}f}, {a:.{k}f}, {b:.{k}f}, {c:.{k}f}),"
+        for x, y, z, w, a, b, c in table
+    ]
+
+
+TESSERACT = Exporter("tesseract", "Tesseract: NAME_tesseract.py that builds a CompositeInstruction", write_tesseract)

@@ -1,0 +1,183 @@
+"""`plan.html`: the plans of a seam as a page: the front, the curves of each plan, and the cell moving in 3-D.
+
+Every number of the page stands in ``plan.json`` or ``pareto.json`` too; here they are rounded to what a screen shows.
+No clock, path or host name is in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.pages.html import build_page, json_blob
+from wpcal.planning.cell.bodies import PART, TOOL, WORLD, Body, Owner, bodies_of, body_frames, body_pairs
+from wpcal.planning.cell.robot_cell import CellState, RobotCell, part_in_world, tool_in_world
+from wpcal.planning.plan.output import check_record, freedom_of
+from wpcal.planning.plan.run import CellRun
+
+BODY = """
+<main id="page"></main>
+<noscript>This page needs JavaScript to draw the plan; its numbers are in plan.json and plan.csv.</noscript>
+"""
+ANGLE_DIGITS, TIME_DIGITS, PLACE_DIGITS = 3, 4, 3
+"""Shown are 1 decimal of a degree, of a second and of a millimetre."""
+WIRE_MM = 26.0
+"""Wire drawn from the tip back into the nozzle: the usual stick-out and what is hidden in the nozzle."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MethodFront:
+    """What one method found by itself.
+
+    Parameters
+    ----------
+    name : str
+        ``ladder`` or ``nsga2``.
+    values : ndarray, shape (m, k)
+        Objectives of its plans, in the order of the page's names.
+    hypervolume : float
+        What they dominate.
+    """
+
+    name: str
+    values: FloatArray
+    hypervolume: float
+
+
+def build_plan_page(
+    runs: Sequence[CellRun],
+    cell: RobotCell,
+    names: Sequence[str],
+    *,
+    chosen: int,
+    fronts: Sequence[MethodFront] = (),
+    part_glb: bytes | None = None,
+) -> str:
+    """Return the page of a front.
+
+    Parameters
+    ----------
+    runs : sequence of CellRun
+        One a plan, all of one seam.
+    cell : RobotCell
+    names : sequence of str
+        Objectives, two or more; the chart shows the first and the last.
+    chosen : int
+        Row of the plan that is shown first.
+    fronts : sequence of MethodFront
+        What each method found by itself, drawn behind the plans.
+    part_glb : bytes, optional
+        The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them; without them its bodies are drawn.
+
+    Returns
+    -------
+    str
+        HTML that needs nothing else, the same for the same runs.
+
+    Raises
+    ------
+    InputError
+        When there is no run, a seam differs, or `chosen` is none of the rows.
+    """
+    if not 0 <= chosen < len(runs) or len({run.plan.seam for run in runs}) != 1:
+        raise InputError(f"a page shows the plans of one seam and one of them first, got {len(runs)} and row {chosen}")
+    pairs = body_pairs(cell)
+    data = {
+        "seam": runs[0].plan.seam,
+        "cell": cell.name,
+        "names": list(names),
+        "chosen": chosen,
+        "plans": [_plan_record(run) for run in runs],
+        "fronts": [
+            {"name": front.name, "hypervolume": front.hypervolume, "values": front.values.tolist()} for front in fronts
+        ],
+        "joints": [[joint.name for joint in arm.joints] for arm in (cell.arm1, cell.arm2)],
+        "pairs": [list(pairs.names(row)) for row in range(len(pairs))],
+        "bodies": [_body_record(body) for body in bodies_of(cell)],
+        "bases": [cell.T_world_base1.t_mm.tolist(), cell.T_world_base2.t_mm.tolist()],
+        "carriers": {"count": WORLD + 1, "tool": TOOL, "part": PART},
+        "wire_mm": WIRE_MM,
+    }
+    blobs = {} if part_glb is None else {"part": part_glb}
+    for row, run in enumerate(runs):
+        blobs[f"curves-{row}"] = json_blob(_curves(run, cell))
+        blobs[f"frames-{row}"] = _frames(cell, run.state).astype("<f4").tobytes()
+    return build_page(title=f"Plan of seam {runs[0].plan.seam}", entry="plan", body=BODY, data=data, blobs=blobs)
+
+
+def _plan_record(run: CellRun) -> dict[str, Any]:
+    return {
+        "objectives": dict(run.plan.objectives),
+        "found_by": run.plan.found_by,
+        "freedom": freedom_of(run).value,
+        "check": None if run.check is None else check_record(run.check),
+        "schedule": run.schedule.describe(),
+    }
+
+
+def _body_record(body: Body) -> dict[str, Any]:
+    shape = body.shape
+    groups = {TOOL: "torch", PART: "part", WORLD: "bench"}
+    record: dict[str, Any] = {
+        "name": body.name,
+        "group": groups.get(body.carrier, "robot1" if body.owner is Owner.ROBOT1 else "robot2"),
+        "carrier": body.carrier,
+        "capsules": [
+            {"p": p.tolist(), "q": q.tolist(), "radius": float(radius)}
+            for p, q, radius in zip(shape.p, shape.q, shape.radius_mm, strict=True)
+        ],
+        "hull": None,
+    }
+    if len(shape.hull):
+        hull = ConvexHull(shape.hull)
+        record["hull"] = {"positions": shape.hull.tolist(), "indices": hull.simplices.tolist()}
+    return record
+
+
+def _curves(run: CellRun, cell: RobotCell) -> dict[str, Any]:
+    """Return the curves of one run as columns; null outside the weld where a value belongs to it."""
+    plan, rows = run.plan, slice(run.first, run.last + 1)
+    T = np.linalg.inv(part_in_world(cell, run.state.joints2[rows])) @ tool_in_world(cell, run.state.joints1[rows])
+    return {
+        "t": np.round(run.t_s, TIME_DIGITS).tolist(),
+        "s": _column(run.along(plan.s_mm), PLACE_DIGITS),
+        "first": run.first,
+        "last": run.last,
+        "joints1": np.round(np.degrees(run.state.joints1), ANGLE_DIGITS).tolist(),
+        "joints2": np.round(np.degrees(run.state.joints2), ANGLE_DIGITS).tolist(),
+        **{
+            name: _column(np.degrees(run.along(getattr(plan, f"{name}_rad"))), ANGLE_DIGITS)
+            for name in ("slope", "rotation", "work", "travel")
+        },
+        "seam": np.round(T[:, :3, 3], PLACE_DIGITS).tolist(),
+        "checked": _checked(run),
+    }
+
+
+def _checked(run: CellRun) -> dict[str, Any] | None:
+    check = run.check
+    if check is None or not len(check.clearance.pairs):
+        return None
+    at = np.arange(len(check.s_mm)) / check.refine
+    return {
+        "t": np.round(np.interp(at, np.arange(len(run)), run.t_s), TIME_DIGITS).tolist(),
+        "margin": np.round(check.clearance.margin_mm, PLACE_DIGITS).tolist(),
+        "distance": np.round(check.clearance.distance_mm, PLACE_DIGITS).tolist(),
+        "pair": check.clearance.pair.tolist(),
+    }
+
+
+def _column(values: FloatArray, digits: int) -> list[float | None]:
+    return [None if np.isnan(value) else round(float(value), digits) for value in values]
+
+
+def _frames(cell: RobotCell, state: CellState) -> FloatArray:
+    """Return the upper three rows of every carrier's frame at every state, shape (N, carriers, 3, 4)."""
+    frames = [np.broadcast_to(frame.matrices(), (len(state), 4, 4)) for frame in body_frames(cell, state)]
+    return np.stack(frames, axis=1)[:, :, :3]

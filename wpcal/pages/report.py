@@ -1,0 +1,89 @@
+"""`report.html`: one calibration as a page, from its records and its mesh. No clock, path or host name is in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.core.errors import FormatError
+from wpcal.pages.html import build_page, json_blob
+
+BODY = """
+<main id="page"></main>
+<noscript>This page needs JavaScript to draw the calibration; its numbers are in calibration.json.</noscript>
+"""
+PLACE_DIGITS, ANGLE_DIGITS, TURN_DIGITS = 4, 4, 5
+"""The page shows 3 decimals of a millimetre and 1 of a degree; axes of 5 digits are drawn right to 0.01 pixel."""
+ERROR_DIGITS = 6
+"""Predicted errors are shown with 4 decimals: rounding twice must not show."""
+
+
+def build_report(
+    calibration: dict[str, Any], seams: dict[str, Any], part_glb: bytes | None = None, *, path: str = "seams.json"
+) -> str:
+    """Return the page of a calibration.
+
+    Parameters
+    ----------
+    calibration : dict
+        The record of ``calibration.json``.
+    seams : dict
+        The record of ``seams.json``, frames in `base`.
+    part_glb : bytes, optional
+        The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the view shows seams and
+        points only.
+    path : str
+        Of the seams, for messages.
+
+    Returns
+    -------
+    str
+        HTML that needs nothing else, the same for the same records.
+
+    Raises
+    ------
+    FormatError
+        When a record lacks a field, or the mesh is none.
+    """
+    try:
+        heads = [{key: value for key, value in seam.items() if key != "frames"} for seam in seams["seams"]]
+        columns = [seam_columns(seam["frames"]) for seam in seams["seams"]]
+        title = f"{calibration['verdict']} {calibration.get('inputs', {}).get('part', {}).get('file', 'calibration')}"
+    except (KeyError, TypeError, AttributeError) as error:
+        raise FormatError(f"is no complete seams file: {type(error).__name__} {error}", path=path) from None
+    data: dict[str, Any] = {"calibration": calibration, "seams": heads, "mesh": None}
+    blobs = {"frames": json_blob(columns)}
+    if part_glb is not None:
+        data["mesh"] = {"deflection_mm": read_part_glb(part_glb).deflection_mm}
+        blobs["part"] = part_glb
+    return build_page(title=title, entry="report", body=BODY, data=data, blobs=blobs)
+
+
+def seam_columns(frames: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the frames of a seam as columns, rounded to what a page can show."""
+    return {
+        "s": _rounded(frames, "s_mm", PLACE_DIGITS),
+        "p": _rounded(frames, "p_mm", PLACE_DIGITS),
+        "R": _rounded(frames, "R", TURN_DIGITS),
+        "u95": _rounded(frames, "u95_mm", ERROR_DIGITS),
+        "slope": _rounded(frames, "slope_deg", ANGLE_DIGITS),
+        "rotation": _optional(frames, "rotation_deg", lambda value: round(value, ANGLE_DIGITS)),
+        "position": _optional(frames, "position", str),
+    }
+
+
+def _rounded(frames: list[dict[str, Any]], key: str, digits: int) -> Any:
+    """Return a column of numbers, or None where the file has none."""
+    if not frames or key not in frames[0]:
+        return None
+    return np.round(np.array([frame[key] for frame in frames], dtype=np.float64), digits).tolist()
+
+
+def _optional(frames: list[dict[str, Any]], key: str, shown: Callable[[Any], Any]) -> Any:
+    """Return a column in which a value may be null."""
+    if not frames or key not in frames[0]:
+        return None
+    return [None if frame[key] is None else shown(frame[key]) for frame in frames]

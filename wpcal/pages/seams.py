@@ -1,0 +1,39 @@
+"""The page of `wpcal seams --html`: the seams found on a part, those that were not taken, and why."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from wpcal.pages.html import build_page, json_blob
+from wpcal.pages.report import seam_columns
+
+BODY = """
+<main id="page"></main>
+<noscript>This page needs JavaScript to draw the seams; wpcal seams --json lists them.</noscript>
+"""
+SHOWN = ("name", "accepted", "joint", "weld", "solids", "length_mm", "confidence", "against")
+
+
+def build_seams_page(seams: dict[str, Any], part_glb: bytes | None, *, file_name: str) -> str:
+    """Return the page that shows seams on their part, in the part's own frame.
+
+    Parameters
+    ----------
+    seams : dict
+        The record of `wpcal.seam.record.seams_record`, frames in `part`.
+    part_glb : bytes or None
+        The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them; without them the seams stand alone.
+    file_name : str
+        Of the part: the heading.
+
+    Returns
+    -------
+    str
+        One self-contained HTML file; it asks nothing of the network.
+    """
+    data = {"file": file_name, "seams": [{key: seam[key] for key in SHOWN} for seam in seams["seams"]]}
+    columns = [seam_columns(seam["frames"]) for seam in seams["seams"]]
+    blobs = {"frames": json_blob(columns)}
+    if part_glb is not None:
+        blobs["part"] = part_glb
+    return build_page(title=f"Seams of {file_name}", entry="seams", body=BODY, data=data, blobs=blobs)

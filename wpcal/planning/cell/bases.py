@@ -1,0 +1,112 @@
+"""Where robot 2 stands for robot 1, from points that both touched, and a cell file that says so.
+
+It is the same fit as that of a part: the points in the base of robot 2 take the place of the model.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wpcal.calibrate import CalibrationResult, Criterion, Solver, calibrate
+from wpcal.core.errors import FormatError
+from wpcal.core.pairs import PointPairs
+from wpcal.core.records import read_json
+from wpcal.core.tables import read_table
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.cell_file import CELL_SCHEMA, cell_from_record
+from wpcal.planning.cell.grasp import NO_GRASP, with_arms
+from wpcal.planning.cell.robot_cell import RobotCell
+
+BASE1_COLUMNS = ("base1_x_mm", "base1_y_mm", "base1_z_mm")
+BASE2_COLUMNS = ("base2_x_mm", "base2_y_mm", "base2_z_mm")
+FEWEST = 3
+"""Points that fix a pose in space."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredBases:
+    """A cell with the place of robot 2 as measured.
+
+    Parameters
+    ----------
+    result : CalibrationResult
+        Of the points; `T_base_part` of it is ``T_base1_base2``.
+    files : mapping of str to dict
+        ``cell.json`` with the new ``T_world_base`` of robot 2, and arms beside it.
+    moved_mm : float
+        How far the base of robot 2 is from where the cell had it.
+    """
+
+    result: CalibrationResult
+    files: Mapping[str, Any]
+    moved_mm: float
+
+
+def read_touched(path: Path) -> PointPairs:
+    """Read ``name,base1_x_mm,base1_y_mm,base1_z_mm,base2_x_mm,base2_y_mm,base2_z_mm``: one row a point.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened.
+    FormatError
+        When a column is missing, a cell is no number, a name appears twice, or there are fewer than three points.
+    """
+    table = read_table(path)
+    table.require(("name", *BASE1_COLUMNS, *BASE2_COLUMNS))
+    names = table.unique_names("name")
+    if len(names) < FEWEST:
+        raise FormatError(
+            f"two bases need at least {FEWEST} points that both robots touched, got {len(names)}", path=str(path)
+        )
+    return PointPairs(tuple(names), table.numbers(BASE2_COLUMNS), table.numbers(BASE1_COLUMNS))
+
+
+def measure_bases(cell_json: Path, touched: PointPairs, *, tolerance_mm: float) -> MeasuredBases:
+    r"""Fit where robot 2 stands and put it into a cell.
+
+    .. math:: T_{world,base2} = T_{world,base1} \, T_{base1,base2}
+
+    Parameters
+    ----------
+    cell_json : Path
+        Of schema ``wpcal/cell/1``; the grasp may be missing.
+    touched : PointPairs
+        From base 2 to base 1, mm.
+    tolerance_mm : float
+        Largest residual of the verdict.
+
+    Returns
+    -------
+    MeasuredBases
+
+    Raises
+    ------
+    GeometryError
+        When the points lie in a line.
+    FormatError
+        When the file breaks its format.
+    """
+    record = copy.deepcopy(read_json(cell_json, schema=CELL_SCHEMA))
+    cell = _read_without_grasp(record, cell_json)
+    result = calibrate(touched, criterion=Criterion.MINIMAX, solver=Solver.EXACT, tolerance_mm=tolerance_mm)
+    fitted = RigidTransform(result.T_base_part.R, result.T_base_part.t_mm, "base1", "base2")
+    T_world_base2 = cell.T_world_base1 @ fitted
+    record["holder_robot"]["T_world_base"] = T_world_base2.to_record()
+    moved = float(np.linalg.norm(T_world_base2.t_mm - cell.T_world_base2.t_mm))
+    return MeasuredBases(result, with_arms(record, cell_json), moved)
+
+
+def _read_without_grasp(record: Mapping[str, Any], path: Path) -> RobotCell:
+    """Check everything of a cell but its grasp, which may come later."""
+    filled = copy.deepcopy(dict(record))
+    holder = filled.get("holder_robot")
+    if isinstance(holder, dict) and holder.get("T_flange_part") is None:
+        holder["T_flange_part"] = NO_GRASP
+    return cell_from_record(filled, path=path)

@@ -1,0 +1,161 @@
+"""How far the bodies of a cell are from each other by the capsules around them: fast enough for the inside of a search.
+
+The answer is as true as the capsules that the cell states. `wpcal.planning.cell.hulls` measures the convex hulls
+instead, and only what it has checked is called free.
+
+References
+----------
+Hou, Wang, Yue, Jia 2018, eq. (6): a state is clear when the least distance is larger than d1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.planning.cell.bodies import BodyPairs, body_frames, body_pairs
+from wpcal.planning.cell.robot_cell import CellState, RobotCell
+from wpcal.planning.cell.segments import Segments, segment_distances
+from wpcal.robot.kinematics.forward import Frames
+
+STATES = 1024
+"""States handled at once: the axes of all capsules of a cell (some MB) then stay near the core."""
+BLOCK = 16_384
+"""Distances computed at once: each temporary array (128 kB) stays in the cache of a core."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Clearance:
+    """How free n states are.
+
+    Parameters
+    ----------
+    margin_mm : ndarray, shape (n,)
+        Least of distance minus the safety distance of the pair, over all pairs; infinite in a cell without pairs.
+    distance_mm : ndarray, shape (n,)
+        Distance of the pair with the least margin; negative where capsules overlap.
+    pair : ndarray of int, shape (n,)
+        That pair, a row of `pairs`; -1 in a cell without pairs.
+    pairs : BodyPairs
+    """
+
+    margin_mm: FloatArray
+    distance_mm: FloatArray
+    pair: IntArray
+    pairs: BodyPairs
+
+    @property
+    def is_clear(self) -> BoolArray:
+        """Whether every pair is farther apart than its safety distance (Hou 2018, eq. 6), shape (n,)."""
+        return np.asarray(self.margin_mm > 0.0)
+
+    def nearest(self, row: int) -> tuple[str, str]:
+        """Return the names of the bodies with the least margin at a state.
+
+        Raises
+        ------
+        IndexError
+            In a cell without pairs.
+        """
+        return self.pairs.names(int(self.pair[row]))
+
+
+def capsule_clearance(cell: RobotCell, state: CellState) -> Clearance:
+    """Measure n states by capsules.
+
+    Parameters
+    ----------
+    cell : RobotCell
+    state : CellState
+        n points.
+
+    Returns
+    -------
+    Clearance
+
+    Notes
+    -----
+    About 35 ns a pair of capsules: 6 µs a state of a cell with 160 pairs, and a third of that for the kinematics. Many
+    states in one call are far cheaper than one state in each of many calls.
+    """
+    pairs = body_pairs(cell)
+    table = _CapsuleTable.of_pairs(pairs)
+    margin, row = np.full(len(state), np.inf), np.full(len(state), -1, dtype=np.int64)
+    for start in range(0, len(state) if len(pairs) else 0, STATES):
+        some = slice(start, start + STATES)
+        frames = body_frames(cell, CellState(state.joints1[some], state.joints2[some]))
+        margin[some], row[some] = _least_margins(capsule_axes(pairs, frames), table)
+    return Clearance(margin, margin + np.append(pairs.safety_mm, 0.0)[row], row, pairs)
+
+
+def _least_margins(axes: Segments, table: _CapsuleTable) -> tuple[FloatArray, IntArray]:
+    """Return the least margin of every state and the row of its pair of bodies."""
+    n = axes.p.shape[2]
+    least, row = np.full(n, np.inf), np.full(n, -1, dtype=np.int64)
+    step = max(1, BLOCK // n)
+    for start in range(0, len(table.pair), step):
+        some = slice(start, start + step)
+        distance = segment_distances(_rows(axes, table.first[some]), _rows(axes, table.second[some]))
+        margin = distance - table.needed_mm[some, None]
+        best = np.argmin(margin, axis=0)
+        found = margin[best, np.arange(n)]
+        row = np.where(found < least, table.pair[some][best], row)
+        least = np.minimum(least, found)
+    return least, row
+
+
+def pair_margins(pairs: BodyPairs, frames: tuple[Frames, ...]) -> FloatArray:
+    """Return distance minus safety distance of every pair of bodies at every state, shape (m, n), mm."""
+    table = _CapsuleTable.of_pairs(pairs)
+    axes = capsule_axes(pairs, frames)
+    margins = np.empty((len(table.pair), axes.p.shape[2]))
+    step = max(1, BLOCK // margins.shape[1])
+    for start in range(0, len(margins), step):
+        some = slice(start, start + step)
+        distance = segment_distances(_rows(axes, table.first[some]), _rows(axes, table.second[some]))
+        margins[some] = distance - table.needed_mm[some, None]
+    starts = np.flatnonzero(np.diff(table.pair, prepend=-1))
+    return np.asarray(np.minimum.reduceat(margins, starts, axis=0), dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _CapsuleTable:
+    """Pairs of capsules: rows of both, the body pair of each, and radii plus safety distance."""
+
+    first: IntArray
+    second: IntArray
+    pair: IntArray
+    needed_mm: FloatArray
+
+    @classmethod
+    def of_pairs(cls, pairs: BodyPairs) -> _CapsuleTable:
+        counts = [len(body.shape.radius_mm) for body in pairs.bodies]
+        starts = np.concatenate([[0], np.cumsum(counts)])
+        rows = [
+            (a, b, row)
+            for row, (i, j) in enumerate(zip(pairs.first, pairs.second, strict=True))
+            for a in range(starts[i], starts[i + 1])
+            for b in range(starts[j], starts[j + 1])
+        ]
+        first, second, pair = np.array(rows, dtype=np.int64).reshape(-1, 3).T
+        radius = np.concatenate([np.zeros(0), *(body.shape.radius_mm for body in pairs.bodies)])
+        return cls(first, second, pair, radius[first] + radius[second] + pairs.safety_mm[pair])
+
+
+def capsule_axes(pairs: BodyPairs, frames: tuple[Frames, ...]) -> Segments:
+    """Return the axes of all capsules of all bodies, in order, in `world`: arrays of shape (3, k, n)."""
+    n = max(frame.p.shape[1] for frame in frames)
+    carrier = np.repeat([body.carrier for body in pairs.bodies], [len(body.shape.p) for body in pairs.bodies])
+    together = (
+        np.stack([np.broadcast_to(axis, (3, n)) for axis in axes], axis=1) for axes in zip(*frames, strict=True)
+    )
+    x, y, z, origin = (axes[:, carrier] for axes in together)
+    p, q = (np.concatenate([getattr(body.shape, end) for body in pairs.bodies]).T[:, :, None] for end in ("p", "q"))
+    u = q - p
+    return Segments(Frames(x, y, z, origin).point(p), np.asarray(u[0] * x + u[1] * y + u[2] * z, dtype=np.float64))
+
+
+def _rows(axes: Segments, rows: IntArray) -> Segments:
+    return Segments(axes.p[:, rows], axes.u[:, rows])

@@ -1,0 +1,157 @@
+"""Where the part sits in the gripper of robot 2, measured by robot 1 touching it, and a cell file that says so."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.records import read_json
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.cell_file import CELL_SCHEMA, cell_from_record
+from wpcal.planning.cell.robot_cell import JOINTS, RobotCell
+from wpcal.robot.kinematics.arm_file import ARM_SCHEMA, shipped_arms
+
+NO_GRASP = {"xyz_mm": [0.0, 0.0, 0.0], "rpy_deg": [0.0, 0.0, 0.0]}
+"""Stands in a record while the grasp is not known: the rest of the file is then checked like that of any cell."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Holding:
+    """A cell file and the joints at which robot 2 held the part while it was touched.
+
+    Parameters
+    ----------
+    path : Path
+        The cell file.
+    record : mapping
+        What it holds; the grasp may be missing.
+    cell : RobotCell
+        The same with any grasp.
+    joints2 : ndarray, shape (6,)
+        Shown angles of robot 2, rad.
+    """
+
+    path: Path
+    record: Mapping[str, Any]
+    cell: RobotCell
+    joints2: FloatArray
+
+
+def read_holding(path: Path, joints_deg: str) -> Holding:
+    """Read a cell file, whose grasp may be missing, and the joints of robot 2.
+
+    Parameters
+    ----------
+    path : Path
+        Of schema ``wpcal/cell/1``.
+    joints_deg : str
+        Six shown angles in degrees, with commas between them.
+
+    Raises
+    ------
+    InputError
+        When there are not six numbers or a joint is beyond its limits.
+    FormatError
+        When the file breaks its format.
+    """
+    record = copy.deepcopy(read_json(path, schema=CELL_SCHEMA))
+    if not isinstance(record.get("holder_robot"), dict):
+        raise FormatError("the field 'holder_robot' is missing", path=str(path))
+    if record["holder_robot"].get("T_flange_part") is None:
+        record["holder_robot"]["T_flange_part"] = NO_GRASP
+    cell = cell_from_record(record, path=path)
+    return Holding(path, record, cell, _joints(joints_deg, cell))
+
+
+def _joints(text: str, cell: RobotCell) -> FloatArray:
+    try:
+        q = np.radians([float(value) for value in text.split(",")])
+    except ValueError:
+        q = np.zeros(0)
+    if q.shape != (JOINTS,) or not np.isfinite(q).all():
+        raise InputError(f"joints of the holder: expected {JOINTS} angles in degrees with commas, got {text!r}")
+    low, high = np.degrees(cell.arm2.limits)
+    for joint, value, least, most in zip(cell.arm2.joints, np.degrees(q), low, high, strict=True):
+        if not least <= value <= most:
+            raise InputError(
+                f"joints of the holder: {joint.name} is {value:g} deg, its limits are {least:g} and {most:g}"
+            )
+    return frozen(q)
+
+
+def solve_grasp(holding: Holding, T_base1_part: RigidTransform) -> RigidTransform:
+    r"""Return ``T_flange2_part`` from where robot 1 found the part.
+
+    .. math:: T_{flange2,part} = (T_{base1,base2} \, T_{base2,flange2}(q_2))^{-1} \, T_{base1,part}
+
+    Parameters
+    ----------
+    holding : Holding
+    T_base1_part : RigidTransform
+        The result of a calibration with points that robot 1 touched; the names of its frames do not matter.
+
+    Returns
+    -------
+    RigidTransform
+
+    Notes
+    -----
+    An error of the bases or of the arms enters the grasp. It leaves again where robot 2 holds the part as it did while
+    it was touched, and grows with the turn away from there.
+    """
+    cell = holding.cell
+    flange = cell.arm2.forward(holding.joints2[None])[0]
+    T_base2_flange2 = RigidTransform.from_matrix(flange, target="base2", source="flange2")
+    touched = RigidTransform(T_base1_part.R, T_base1_part.t_mm, "base1", "part")
+    return (cell.T_base1_base2 @ T_base2_flange2).inverse() @ touched
+
+
+def cell_files(holding: Holding, T_flange2_part: RigidTransform) -> dict[str, Any]:
+    """Return the files of the cell with a grasp, by name: ``cell.json``, and arms that stand beside the cell file.
+
+    Parameters
+    ----------
+    holding : Holding
+    T_flange2_part : RigidTransform
+
+    Returns
+    -------
+    dict of str to dict
+        Records.
+    """
+    record = copy.deepcopy(dict(holding.record))
+    record["holder_robot"]["T_flange_part"] = T_flange2_part.to_record()
+    return with_arms(record, holding.path)
+
+
+def with_arms(record: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """Return the record of a cell as ``cell.json``, and those of arms that stand beside the file it came from.
+
+    Parameters
+    ----------
+    record : mapping
+        Of schema ``wpcal/cell/1``.
+    path : Path
+        Of the file that it came from.
+
+    Returns
+    -------
+    dict of str to dict
+        Records by the names of their files; the arms are named by file alone, so that all can lie in one folder.
+    """
+    cell = copy.deepcopy(dict(record))
+    files = {"cell.json": cell}
+    for robot in ("torch_robot", "holder_robot"):
+        name = str(cell[robot]["arm"])
+        if name not in shipped_arms():
+            beside = path.parent / name
+            cell[robot]["arm"] = beside.name
+            files[beside.name] = read_json(beside, schema=ARM_SCHEMA)
+    return files

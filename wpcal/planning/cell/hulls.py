@@ -1,0 +1,208 @@
+"""Distances between the convex hulls of bodies: slower than capsules, and what a path is judged by.
+
+A body with a hull is measured by it, one without by its capsules. For every state a capsule around each hull bounds the
+distances from below, all pairs at once; then the hulls are measured in that order until no bound is below the least
+margin found. The answer is the least margin over all pairs, and few pairs are measured.
+
+The hulls are measured by FCL (Pan, Chitta, Manocha: FCL, a general purpose library for collision and proximity queries,
+2012; BSD), the optional package `python-fcl`, which is imported when the first hull is met.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial import ConvexHull, QhullError
+
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.errors import GeometryError, InputError
+from wpcal.planning.cell.bodies import Body, BodyPairs, body_frames, body_pairs
+from wpcal.planning.cell.clearance import STATES, Clearance, pair_margins
+from wpcal.planning.cell.robot_cell import CellState, RobotCell, Shape
+from wpcal.robot.kinematics.forward import Frames
+
+FCL_MM = 1e-4
+"""Taken from every distance by FCL: ten times what its iteration was seen to be off for capsules (1e-5 mm at 1 m)."""
+
+
+def hull_clearance(cell: RobotCell, state: CellState) -> Clearance:
+    """Measure n states by the hulls of bodies (capsules where a body has no hull).
+
+    Parameters
+    ----------
+    cell : RobotCell
+    state : CellState
+        n points.
+
+    Returns
+    -------
+    Clearance
+        The distance is 0 where hulls overlap: how deep is not measured.
+
+    Raises
+    ------
+    GeometryError
+        When the corners of a hull lie in a plane.
+    InputError
+        When a body has a hull and `python-fcl` is not installed.
+    """
+    pairs = body_pairs(cell)
+    margin, row = np.full(len(state), np.inf), np.full(len(state), -1, dtype=np.int64)
+    if len(pairs):
+        measure = _HullMeasure.of_pairs(pairs)
+        for start in range(0, len(state), STATES):
+            some = slice(start, start + STATES)
+            frames = body_frames(cell, CellState(state.joints1[some], state.joints2[some]))
+            margin[some], row[some] = measure.least_margins(frames)
+    return Clearance(margin, margin + np.append(pairs.safety_mm, 0.0)[row], row, pairs)
+
+
+def capsule_around(points: ArrayLike) -> tuple[FloatArray, FloatArray, float]:
+    """Return a capsule that holds points, and so their convex hull: ends p and q of its axis, and its radius, mm.
+
+    The axis goes along one of the principal directions of the points, through the middle of their extent across it:
+    the one of the least volume is taken. It is not the smallest capsule.
+
+    Parameters
+    ----------
+    points : array_like, shape (n, 3)
+    """
+    x = np.asarray(points, dtype=np.float64)
+    directions = np.linalg.svd(x - x.mean(axis=0), full_matrices=True)[2]
+    return min((_capsule_along(x, np.roll(directions, -i, axis=0)) for i in range(3)), key=_volume)
+
+
+def _capsule_along(x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Return the capsule along the first of three axes (rows)."""
+    local = x @ axes.T
+    middle = (local.min(axis=0) + local.max(axis=0)) / 2
+    across = np.hypot(local[:, 1] - middle[1], local[:, 2] - middle[2])
+    radius = float(across.max())
+    cap = np.sqrt(np.maximum(radius**2 - across**2, 0.0))
+    low, high = (local[:, 0] + cap).min(), (local[:, 0] - cap).max()  # both ends as far in as every point allows
+    if low > high:
+        low = high = (low + high) / 2
+    ends = np.array([[low, middle[1], middle[2]], [high, middle[1], middle[2]]]) @ axes
+    return ends[0], ends[1], radius
+
+
+def _volume(capsule: tuple[FloatArray, FloatArray, float]) -> float:
+    p, q, radius = capsule
+    return float(np.pi * radius**2 * (np.linalg.norm(q - p) + 4.0 / 3.0 * radius))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _HullMeasure:
+    """The pairs of a cell, the same with a capsule around every hull, and FCL's objects where they are needed."""
+
+    pairs: BodyPairs
+    bounded: BodyPairs
+    has_hull: BoolArray
+    objects: dict[int, list[tuple[Any, FloatArray, FloatArray]]]
+
+    @classmethod
+    def of_pairs(cls, pairs: BodyPairs) -> _HullMeasure:
+        hulled = np.array([len(body.shape.hull) > 0 for body in pairs.bodies])
+        has_hull = np.asarray(hulled[pairs.first] | hulled[pairs.second])
+        met = np.unique(np.concatenate([pairs.first[has_hull], pairs.second[has_hull]]))
+        objects = {int(row): fcl_objects(pairs.bodies[row].shape) for row in met}
+        bounded = tuple(_bounded(body) if hull else body for body, hull in zip(pairs.bodies, hulled, strict=True))
+        return cls(pairs, replace(pairs, bodies=bounded), has_hull, objects)
+
+    def least_margins(self, frames: tuple[Frames, ...]) -> tuple[FloatArray, IntArray]:
+        """Return the least margin of every state and the row of its pair."""
+        bounds = pair_margins(self.bounded, frames)
+        exact = np.where(self.has_hull[:, None], np.inf, bounds)
+        row = np.argmin(exact, axis=0)
+        margin = exact[row, np.arange(exact.shape[1])]
+        places = [(frame.rotations(), frame.p.T) for frame in frames]
+        for i in np.flatnonzero((bounds < margin).any(axis=0)).tolist():
+            here = [(R[min(i, len(R) - 1)], p[min(i, len(p) - 1)]) for R, p in places]
+            for k in np.argsort(bounds[:, i], kind="stable").tolist():
+                if bounds[k, i] >= margin[i]:
+                    break
+                if self.has_hull[k]:
+                    found = self._distance(k, here) - self.pairs.safety_mm[k]
+                    margin[i], row[i] = min((margin[i], row[i]), (found, k))
+        return margin, row
+
+    def _distance(self, pair: int, places: list[tuple[FloatArray, FloatArray]]) -> float:
+        a, b = (self._placed(int(rows[pair]), places) for rows in (self.pairs.first, self.pairs.second))
+        return min(_fcl_distance(one, other) for one in a for other in b)
+
+    def _placed(self, body: int, places: list[tuple[FloatArray, FloatArray]]) -> list[Any]:
+        fcl = _import_fcl()
+        R, p = places[self.pairs.bodies[body].carrier]
+        for shape, R_local, p_local in self.objects[body]:
+            shape.setTransform(fcl.Transform(R @ R_local, R @ p_local + p))
+        return [shape for shape, _, _ in self.objects[body]]
+
+
+def _bounded(body: Body) -> Body:
+    p, q, radius = capsule_around(body.shape.hull)
+    return replace(body, shape=replace(body.shape, p=p, q=q, radius_mm=np.array([radius + FCL_MM])))
+
+
+def _fcl_distance(first: Any, second: Any) -> float:
+    fcl = _import_fcl()
+    return max(0.0, float(fcl.distance(first, second, fcl.DistanceRequest(), fcl.DistanceResult())) - FCL_MM)
+
+
+def fcl_objects(shape: Shape) -> list[tuple[Any, FloatArray, FloatArray]]:
+    """Return FCL's objects of a body, each with its rotation and origin in the body's frame.
+
+    Raises
+    ------
+    GeometryError
+        When the corners of the hull lie in a plane.
+    InputError
+        When `python-fcl` is not installed.
+    """
+    fcl = _import_fcl()
+    if len(shape.hull):
+        return [(fcl.CollisionObject(_fcl_hull(shape), fcl.Transform()), np.eye(3), np.zeros(3))]
+    objects = []
+    for p, q, radius in zip(shape.p, shape.q, shape.radius_mm, strict=True):
+        length = float(np.linalg.norm(q - p))
+        geometry = fcl.Capsule(radius, length) if length > 0 else fcl.Sphere(radius)
+        objects.append((fcl.CollisionObject(geometry, fcl.Transform()), _rotation_to(q - p), (p + q) / 2))
+    return objects
+
+
+def _fcl_hull(shape: Shape) -> Any:
+    """Build FCL's convex body: corners and triangles with outward normals."""
+    try:
+        hull = ConvexHull(shape.hull)
+    except QhullError:
+        raise GeometryError(f"shape {shape.name}: the corners of its hull lie in a plane or are too few") from None
+    number = np.zeros(len(shape.hull), dtype=np.int64)
+    number[hull.vertices] = np.arange(len(hull.vertices))
+    a, b, c = np.moveaxis(shape.hull[hull.simplices], 1, 0)
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
+    triangles = np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices)
+    faces = np.column_stack([np.full(len(triangles), 3), number[triangles]]).ravel()
+    return _import_fcl().Convex(np.ascontiguousarray(shape.hull[hull.vertices]), len(triangles), faces)
+
+
+def _rotation_to(direction: FloatArray) -> FloatArray:
+    """Return a rotation whose z is along a direction; the identity for none."""
+    length = float(np.linalg.norm(direction))
+    if length == 0.0:
+        return np.eye(3)
+    z = direction / length
+    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def _import_fcl() -> Any:
+    try:
+        import fcl  # noqa: PLC0415  # an optional package, needed only where a body has a hull
+    except ImportError:
+        raise InputError(
+            "distances of hulls need the package python-fcl: pip install 'wpcal[planning]' (or leave hulls out)"
+        ) from None
+    return fcl

@@ -1,0 +1,53 @@
+"""How far arms are from their singular poses, where a small motion of the tool needs a large one of a joint.
+
+An arm of the OPW family has three: the wrist straight (axes 4 and 6 in line), the elbow stretched, and the wrist's
+centre above axis 1. Each has a measure that is zero there and changes its sign from one branch of the inverse to
+another, so that a path which keeps off zero keeps its branch.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.kinematics.opw import OPWGeometry
+
+LEAST_REGULARITY = 0.1
+"""Measures stay above this: a wrist bent by six degrees. Joint rates are then at most ten times those of the pose."""
+
+
+def regularity(arm: Arm, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Measure the distance from the three singular poses.
+
+    Parameters
+    ----------
+    arm : Arm
+        Of an identified arm the nominal chain is looked at: the difference is some millimetres.
+    q : ndarray, shape (n, 6)
+        Shown angles, rad.
+
+    Returns
+    -------
+    values : ndarray, shape (n, 3)
+        Wrist: sine of its bend. Elbow: sine of the angle off the stretched arm. Shoulder: distance of the wrist's
+        centre from axis 1 in its plane, in parts of the reach. Absolute values.
+    slopes : ndarray, shape (n, 3, 6)
+        Derivatives with respect to the shown angles.
+    """
+    g = OPWGeometry.of_chain(arm.as_nominal().chain)
+    theta = arm.model_angles(q) * g.signs + g.offsets
+    t2, t3, t5 = theta[:, 1], theta[:, 2], theta[:, 4]
+    kappa, bend = np.hypot(g.a2, g.c3), np.arctan2(g.a2, g.c3)
+    upper, fore = g.c2 / (g.c2 + kappa), kappa / (g.c2 + kappa)
+    values = np.stack(
+        [np.sin(t5), np.sin(t3 + bend), g.a1 / (g.c2 + kappa) + upper * np.sin(t2) + fore * np.sin(t2 + t3 + bend)],
+        axis=1,
+    )
+    slopes = np.zeros((len(theta), 3, 6))
+    slopes[:, 0, 4] = np.cos(t5)
+    slopes[:, 1, 2] = np.cos(t3 + bend)
+    slopes[:, 2, 2] = fore * np.cos(t2 + t3 + bend)
+    slopes[:, 2, 1] = upper * np.cos(t2) + slopes[:, 2, 2]
+    signs = np.sign(values)
+    return np.abs(values), signs[:, :, None] * (slopes * g.signs) @ arm.coupling_matrix

@@ -1,0 +1,49 @@
+"""Where between the robots the weld may be: a zone in the frame `middle` of the cell."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.planning.cell.robot_cell import RobotCell
+from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.kinematics.opw import OPWGeometry
+
+ZONE_SIDE = 0.25
+"""The zone goes from the middle by this part of the distance of the bases to both, and to each side."""
+ZONE_HEIGHTS = (0.25, 0.85)
+"""Its bottom and top above the bases, in parts of the shorter reach: from a low table to above the shoulders."""
+GRID = (np.array([0.1, 0.5, 0.9]), np.array([0.1, 0.5, 0.9]), np.array([0.1, 0.4, 0.7, 0.95]))
+"""Candidate places, in parts of the zone."""
+
+
+def reach_mm(arm: Arm) -> float:
+    """Return the distance from the shoulder to the wrist's centre of the stretched arm."""
+    g = OPWGeometry.of_chain(arm.as_nominal().chain)
+    return float(g.c2 + np.hypot(g.a2, g.c3))
+
+
+def weld_zone(cell: RobotCell) -> tuple[FloatArray, FloatArray]:
+    """Return the least and largest place of the weld point, shape (3,) each, mm in `middle`."""
+    side = ZONE_SIDE * float(np.linalg.norm(cell.T_base1_base2.t_mm))
+    reach = min(reach_mm(cell.arm1), reach_mm(cell.arm2))
+    low, high = (reach * height for height in ZONE_HEIGHTS)
+    return np.array([-side, -side, low]), np.array([side, side, high])
+
+
+def candidate_places(cell: RobotCell) -> FloatArray:
+    """Return places in the zone from which a search can start, shape (k, 3), mm in `middle`."""
+    low, high = weld_zone(cell)
+    parts = np.stack([grid.ravel() for grid in np.meshgrid(*GRID, indexing="ij")], axis=1)
+    return np.asarray(low + parts * (high - low), dtype=np.float64)
+
+
+def reach_shortage(arm: Arm, T_base_flange: FloatArray) -> FloatArray:
+    """Return how far the wrist's centre of flange poses (N, 4, 4) is outside the shell an arm reaches; (N,), mm."""
+    g = OPWGeometry.of_chain(arm.as_nominal().chain)
+    local = np.linalg.inv(g.T_base_opw) @ T_base_flange @ np.linalg.inv(g.T_wrist_flange)
+    across = np.sqrt(np.maximum(local[:, 0, 3] ** 2 + local[:, 1, 3] ** 2 - g.b**2, 0.0))
+    kappa = float(np.hypot(g.a2, g.c3))
+    distance = np.hypot(across - g.a1, local[:, 2, 3] - g.c1)
+    short = np.maximum(np.maximum(distance - g.c2 - kappa, abs(g.c2 - kappa) - distance), 0.0)
+    return np.asarray(short, dtype=np.float64)

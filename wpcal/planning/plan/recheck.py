@@ -1,0 +1,194 @@
+"""Is a planned path free? Judged by hulls at states between the planned ones, as the controllers pass through them.
+
+The programs hold joint targets and both controllers interpolate joints, with the same fraction of a segment at the same
+time. The states between two planned ones are therefore those of a straight line in the twelve joints, not of the seam.
+How far the wire tip leaves the seam on them is measured too: it tells whether the planned points stand close enough.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.errors import InputError
+from wpcal.planning.cell.bodies import body_frames
+from wpcal.planning.cell.clearance import Clearance
+from wpcal.planning.cell.hulls import hull_clearance
+from wpcal.planning.cell.robot_cell import CellState, RobotCell, Shape, part_in_world, tool_in_world
+from wpcal.planning.plan.plan import Freedom, Plan
+from wpcal.robot.kinematics.forward import Frames
+
+REFINE = 10
+"""Parts into which each step of a plan is cut: joints then move by tenths of a degree between checked states."""
+HALVINGS = 3
+"""How often the parts are halved where bodies may move farther between two states than they are apart. Eight times
+finer still, a body on a path of 2 mm steps moves by some tenths of a millimetre."""
+TINY_MM2 = 1e-18
+"""Squared length of a chord of 1e-9 mm: points that do not move along the seam are compared as they are."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathCheck:
+    """What a check between the points of a path found.
+
+    Parameters
+    ----------
+    refine : int
+        Parts into which each step was cut in the end.
+    s_mm : ndarray, shape (m,)
+        Arc length along the seam of the checked states.
+    clearance : Clearance
+        Of the m states, by hulls.
+    motion_mm : float
+        Farthest that any body moves from one checked state to the next.
+    tip_error_mm : float
+        Farthest that the wire tip is from the line between neighbouring points, seen from the part.
+    """
+
+    refine: int
+    s_mm: FloatArray
+    clearance: Clearance
+    motion_mm: float
+    tip_error_mm: float
+
+    @property
+    def least_gap_mm(self) -> float:
+        """No two bodies are nearer than this at any checked state, mm."""
+        if not len(self.clearance.pairs):
+            return math.inf
+        return float(self.clearance.margin_mm.min() + self.clearance.pairs.safety_mm.min())
+
+    @property
+    def nothing_between(self) -> bool:
+        """Whether no bodies can touch between checked states: two of them come nearer by one motion at most."""
+        return self.least_gap_mm > self.motion_mm
+
+    @property
+    def freedom(self) -> Freedom:
+        """FREE when every checked state is clear (Hou 2018, eq. 6) and nothing can touch between them."""
+        is_free = bool(self.clearance.is_clear.all()) and self.nothing_between
+        return Freedom.FREE if is_free else Freedom.NOT_FREE
+
+    @property
+    def worst(self) -> int:
+        """Row of the state with the least margin."""
+        return int(np.argmin(self.clearance.margin_mm))
+
+    def describe(self) -> str:
+        """Say in one line what was found: the nearest bodies, their distance, and where."""
+        row = self.worst
+        if self.clearance.pair[row] < 0:
+            return f"{len(self.s_mm)} states checked; no bodies that could meet"
+        first, second = self.clearance.nearest(row)
+        distance = self.clearance.distance_mm[row]
+        asked = distance - self.clearance.margin_mm[row]
+        found = (
+            f"{len(self.s_mm)} states checked; least: {first} to {second}, {distance:.1f} mm "
+            f"({asked:g} mm asked) at s = {self.s_mm[row]:.1f} mm"
+        )
+        if self.nothing_between or not self.clearance.is_clear.all():
+            return found
+        return f"{found}; bodies move {self.motion_mm:.1f} mm between two states, too far to tell what is between"
+
+
+def recheck_clearance(plan: Plan, cell: RobotCell, *, refine: int = REFINE) -> PathCheck:
+    """Measure a plan by hulls at finer steps.
+
+    Parameters
+    ----------
+    plan : Plan
+        n points.
+    cell : RobotCell
+    refine : int
+        Parts into which each step is cut: (n - 1) refine + 1 states are measured, or more (see `check_path`).
+
+    Returns
+    -------
+    PathCheck
+
+    Raises
+    ------
+    InputError
+        When `refine` is less than 1, or hulls need a package that is not installed.
+    """
+    return check_path(plan.state, plan.s_mm, cell, refine=refine)
+
+
+def check_path(planned: CellState, s_mm: FloatArray, cell: RobotCell, *, refine: int = REFINE) -> PathCheck:
+    """Measure any path of n states by hulls at finer steps; `s_mm`, shape (n,), says where along the seam they are.
+
+    Where all states are clear but bodies move farther between two of them than they are apart, the steps are halved and
+    measured again, `HALVINGS` times at most.
+
+    Raises
+    ------
+    InputError
+        As in `recheck_clearance`.
+    """
+    found = _measure(planned, s_mm, cell, refine)
+    for _ in range(HALVINGS):
+        if found.nothing_between or not found.clearance.is_clear.all():
+            break
+        found = _measure(planned, s_mm, cell, 2 * found.refine)
+    return found
+
+
+def _measure(planned: CellState, s_mm: FloatArray, cell: RobotCell, refine: int) -> PathCheck:
+    state = finer_states(planned, refine=refine)
+    s_fine = np.interp(np.arange(len(state)) / refine, np.arange(len(planned)), s_mm)
+    clearance = hull_clearance(cell, state)
+    motion = _largest_motion(clearance, cell, state)
+    return PathCheck(refine, frozen(s_fine), clearance, motion, _tip_error(cell, state, refine))
+
+
+def finer_states(state: CellState, *, refine: int) -> CellState:
+    """Return a path with each step cut into `refine` equal parts in the joints.
+
+    Raises
+    ------
+    InputError
+        When `refine` is less than 1 or there are no states.
+    """
+    if refine < 1 or len(state) < 1:
+        raise InputError(f"expected at least one state and at least one part a step, got {len(state)} and {refine}")
+    at = np.arange((len(state) - 1) * refine + 1)
+    row, part = at // refine, (at % refine / refine)[:, None]
+    after = np.minimum(row + 1, len(state) - 1)
+    joints = (q[row] + part * (q[after] - q[row]) for q in (state.joints1, state.joints2))
+    return CellState(*joints)
+
+
+def _largest_motion(clearance: Clearance, cell: RobotCell, state: CellState) -> float:
+    """Return the farthest that a corner of the box around a body moves between neighbours.
+
+    How far the points of a rigid body move is largest at a corner of any box around it.
+    """
+    frames = body_frames(cell, state)
+    largest = 0.0
+    for body in clearance.pairs.bodies:
+        frame = Frames(*(axis[:, None] for axis in frames[body.carrier]))
+        steps = np.diff(frame.point(_box_corners(body.shape).T[:, :, None]), axis=2)
+        largest = max(largest, float(np.linalg.norm(steps, axis=0).max(initial=0.0)))
+    return largest
+
+
+def _box_corners(shape: Shape) -> FloatArray:
+    """Return the corners of a box around all of a body, in its own frame, shape (8, 3), mm."""
+    r = shape.radius_mm[:, None]
+    low, high = (np.minimum(shape.p, shape.q) - r).min(axis=0), (np.maximum(shape.p, shape.q) + r).max(axis=0)
+    if len(shape.hull):
+        low, high = np.minimum(low, shape.hull.min(axis=0)), np.maximum(high, shape.hull.max(axis=0))
+    return np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+
+
+def _tip_error(cell: RobotCell, state: CellState, refine: int) -> float:
+    """Return the largest distance of the tip from the chords between planned points, in the part, mm."""
+    T_part_world = np.linalg.inv(part_in_world(cell, state.joints2))
+    tip = (T_part_world @ tool_in_world(cell, state.joints1))[:, :3, 3]
+    row = np.minimum(np.arange(len(tip)) // refine, max(len(tip) // refine - 1, 0)) * refine
+    start, chord = tip[row], tip[np.minimum(row + refine, len(tip) - 1)] - tip[row]
+    along = np.einsum("ij,ij->i", tip - start, chord) / np.maximum(np.einsum("ij,ij->i", chord, chord), TINY_MM2)
+    return float(np.linalg.norm(tip - start - along[:, None] * chord, axis=1).max())

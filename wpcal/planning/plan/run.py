@@ -1,0 +1,171 @@
+"""One run of both robots: the torch comes to the seam, welds it and leaves, as states with times.
+
+Before and after the weld robot 2 stands still and robot 1 moves along the wire, in steps short enough that a straight
+line in the joints is nearly one in space. What cannot be reached, or comes too near to something, is left out: the run
+then begins nearer to the seam.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.errors import GeometryError, InputError
+from wpcal.planning.cell.hulls import hull_clearance
+from wpcal.planning.cell.robot_cell import CellState, RobotCell
+from wpcal.planning.plan.plan import Plan
+from wpcal.planning.plan.recheck import REFINE, PathCheck, check_path, finer_states
+from wpcal.planning.plan.schedule import Schedule, joint_speeds
+from wpcal.robot.kinematics.inverse import nearest_joints
+
+APPROACH_MM = 50.0
+"""Clears a nozzle of common size, as in the programs of `wpcal export`."""
+AIR_SPEED_MM_S = 50.0
+"""Beside a part: half of what `wpcal export` uses for free moves."""
+AIR_STEP_MM = 10.0
+"""On such a step the tip leaves its line by some hundredths of a millimetre."""
+LARGEST_AIR_MOVE_RAD = math.radians(20.0)
+"""10 mm turn no joint by more unless the arm passes its singular pose: the run then begins after it."""
+
+
+class Phase(Enum):
+    """What happens on the way to a state."""
+
+    APPROACH = "approach"
+    WELD = "weld"
+    RETRACT = "retract"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CellRun:
+    """States of both robots with times, from the approach to the retract.
+
+    Parameters
+    ----------
+    plan : Plan
+    schedule : Schedule
+    state : CellState
+        N states; rows `first` to `last` are those of the plan.
+    t_s : ndarray, shape (N,)
+        0 at the first state.
+    first, last : int
+        Rows of the first and the last point of the weld.
+    check : PathCheck or None
+        Of the whole run; None where it was not checked.
+    """
+
+    plan: Plan
+    schedule: Schedule
+    state: CellState
+    t_s: FloatArray
+    first: int
+    last: int
+    check: PathCheck | None = None
+
+    def __len__(self) -> int:
+        return len(self.t_s)
+
+    @property
+    def phases(self) -> tuple[Phase, ...]:
+        """What happens on the way to each state; the first state of the weld ends the approach."""
+        return tuple(
+            Phase.APPROACH if row <= self.first else Phase.WELD if row <= self.last else Phase.RETRACT
+            for row in range(len(self))
+        )
+
+    def along(self, values: FloatArray) -> FloatArray:
+        """Return values at the points of the plan, shape (n,), as (N,), NaN outside the weld."""
+        full = np.full(len(self), np.nan)
+        full[self.first : self.last + 1] = values
+        return full
+
+
+def build_run(
+    plan: Plan,
+    cell: RobotCell,
+    schedule: Schedule,
+    *,
+    approach_mm: float = APPROACH_MM,
+    air_speed_mm_s: float = AIR_SPEED_MM_S,
+    refine: int | None = REFINE,
+) -> CellRun:
+    """Put an approach before a plan and a retract behind it, and check the whole.
+
+    Parameters
+    ----------
+    plan : Plan
+    cell : RobotCell
+    schedule : Schedule
+        Times of the plan.
+    approach_mm : float
+        Distance back along the wire at which the run begins and ends.
+    air_speed_mm_s : float
+        Of the wire tip there; less where a joint cannot follow.
+    refine : int or None
+        Parts into which each step is cut for the check; None leaves the run unchecked.
+
+    Returns
+    -------
+    CellRun
+
+    Raises
+    ------
+    InputError
+        When a number is not positive (the distance: negative), or hulls need a package that is not installed.
+    """
+    if not (0.0 <= approach_mm < math.inf and 0.0 < air_speed_mm_s < math.inf):
+        raise InputError(f"approach {approach_mm:g} mm at {air_speed_mm_s:g} mm/s: expected positive numbers")
+    ends = (_away(cell, plan.state.joints1[row], plan.state.joints2[row], approach_mm, refine) for row in (0, -1))
+    before, after = next(ends)[::-1], next(ends)
+    joints1 = np.concatenate([before, plan.state.joints1, after])
+    rows = np.clip(np.arange(len(joints1)) - len(before), 0, len(plan) - 1)
+    state = CellState(joints1, plan.state.joints2[rows])
+    first, last = len(before), len(before) + len(plan) - 1
+    steps = _air_seconds(cell, state, air_speed_mm_s)
+    steps[first:last] = np.diff(schedule.t_s)
+    t_s = frozen(np.concatenate([[0.0], np.cumsum(steps)]))
+    check = None if refine is None else check_path(state, plan.s_mm[rows], cell, refine=refine)
+    return CellRun(plan, schedule, state, t_s, first, last, check)
+
+
+def _away(
+    cell: RobotCell, joints1: FloatArray, joints2: FloatArray, distance_mm: float, refine: int | None
+) -> FloatArray:
+    """Return joints of robot 1 at steps away from a pose, as far as they go and, where it is checked, are clear."""
+    away = _back_along_wire(cell, joints1, distance_mm)
+    if refine is None or not len(away):
+        return away
+    steps = np.concatenate([joints1[None], away])
+    fine = finer_states(CellState(steps, np.repeat(joints2[None], len(steps), axis=0)), refine=refine)
+    blocked = ~hull_clearance(cell, fine).is_clear[1:]  # of the pose itself the check of the weld tells
+    return away if not blocked.any() else away[: int(np.argmax(blocked)) // refine]
+
+
+def _back_along_wire(cell: RobotCell, joints1: FloatArray, distance_mm: float) -> FloatArray:
+    """Return joints of robot 1 at steps away from a pose, against the wire's direction, as far as they go."""
+    T = cell.arm1.forward(joints1[None])[0]
+    wire = T[:3, :3] @ cell.T_flange1_tool.R[:, 2]
+    found = [joints1]
+    for back in np.linspace(0.0, distance_mm, math.ceil(distance_mm / AIR_STEP_MM) + 1)[1:]:
+        pose = T.copy()
+        pose[:3, 3] -= back * wire
+        try:
+            q = nearest_joints(cell.arm1, pose[None], found[-1])[0]
+        except GeometryError:  # out of reach or beyond a limit: the run begins here
+            break
+        if np.abs(q - found[-1]).max() > LARGEST_AIR_MOVE_RAD:
+            break
+        found.append(q)
+    return np.array(found[1:]).reshape(-1, len(joints1))
+
+
+def _air_seconds(cell: RobotCell, state: CellState, speed_mm_s: float) -> FloatArray:
+    """Return the time of every step at the air speed of the flange, or what the slowest joint needs."""
+    flange = cell.arm1.forward(state.joints1)[:, :3, 3]
+    distance = np.linalg.norm(np.diff(flange, axis=0), axis=1)
+    slowest = (np.abs(np.diff(state.joints1, axis=0)) / joint_speeds(cell.arm1)).max(axis=1, initial=0.0)
+    return np.asarray(np.maximum(distance / speed_mm_s, slowest), dtype=np.float64)

@@ -1,0 +1,132 @@
+"""When a plan is where: the wire goes along the seam at one speed, and no joint is asked for more than it can do.
+
+A bead is as thick as the speed is slow. A seam is therefore welded at one speed: where a joint cannot follow the wished
+one, the whole seam is welded slower, and the report says which joint asks for it and where.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.errors import InputError
+from wpcal.planning.cell.robot_cell import JOINTS, RobotCell
+from wpcal.planning.plan.plan import Plan
+from wpcal.robot.kinematics.arm import Arm
+
+SPEED_MM_S = 6.0
+"""A usual speed of a MAG fillet of 5 mm throat in one layer."""
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedLimit:
+    """The joint that limits the speed along a seam.
+
+    Parameters
+    ----------
+    robot : int
+        1 or 2.
+    joint : str
+        As on the pendant.
+    s_mm : float
+        Start of the step where it is fastest.
+    fastest_mm_s : float
+        Speed along the seam at which this joint reaches its limit there.
+    """
+
+    robot: int
+    joint: str
+    s_mm: float
+    fastest_mm_s: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Schedule:
+    """Times along a plan.
+
+    Parameters
+    ----------
+    t_s : ndarray, shape (n,)
+        Time at the points, 0 at the first.
+    speed_mm_s : float
+        Of the wire along the seam, everywhere.
+    asked_mm_s : float
+        What was wished.
+    limit : SpeedLimit or None
+        The joint that comes to its limit first as the speed grows; None where no arm states a joint speed.
+    """
+
+    t_s: FloatArray
+    speed_mm_s: float
+    asked_mm_s: float
+    limit: SpeedLimit | None
+
+    @property
+    def is_slowed(self) -> bool:
+        """Whether a joint does not allow the wished speed."""
+        return self.speed_mm_s < self.asked_mm_s
+
+    def describe(self) -> str:
+        """Say in one line how fast the seam is welded, and what limits it."""
+        text = f"{self.speed_mm_s:g} mm/s along the seam, {self.t_s[-1]:.1f} s"
+        if self.limit is None:
+            return f"{text}; the arms state no joint speeds"
+        place = f"joint {self.limit.joint} of robot {self.limit.robot} at s = {self.limit.s_mm:.1f} mm"
+        if self.is_slowed:
+            return f"{text} ({self.asked_mm_s:g} asked): {place} allows no more"
+        return f"{text}; {place} allows {self.limit.fastest_mm_s:.1f} mm/s"
+
+
+def schedule_plan(plan: Plan, cell: RobotCell, *, speed_mm_s: float = SPEED_MM_S) -> Schedule:
+    r"""Give every point of a plan its time.
+
+    The speed is the wished one or the largest that every joint allows, whichever is less:
+    :math:`v = \min(v_{asked}, \min_{i,j} \dot q_{j,max} \, \Delta s_i / |\Delta q_{ij}|)` and
+    :math:`t = (s - s_0) / v`.
+
+    Parameters
+    ----------
+    plan : Plan
+    cell : RobotCell
+    speed_mm_s : float
+        Wished speed of the wire along the seam.
+
+    Returns
+    -------
+    Schedule
+
+    Raises
+    ------
+    InputError
+        When the speed is not positive, or two points of the plan have the same arc length.
+    """
+    if not 0.0 < speed_mm_s < math.inf:
+        raise InputError(f"the speed along the seam must be positive, got {speed_mm_s:g} mm/s")
+    step = np.diff(plan.s_mm)
+    if not (step > 0).all():
+        row = int(np.argmin(step > 0))
+        raise InputError(f"seam {plan.seam}: points {row + 1} and {row + 2} have arc lengths that do not grow")
+    limit = _first_limit(plan, cell, step)
+    speed = speed_mm_s if limit is None else min(speed_mm_s, limit.fastest_mm_s)
+    return Schedule(frozen((plan.s_mm - plan.s_mm[0]) / speed), speed, speed_mm_s, limit)
+
+
+def joint_speeds(arm: Arm) -> FloatArray:
+    """Return the largest speed of every joint, rad/s; infinite where the arm's file does not state it."""
+    return np.array([math.inf if joint.speed_rad_s is None else joint.speed_rad_s for joint in arm.joints])
+
+
+def _first_limit(plan: Plan, cell: RobotCell, step_mm: FloatArray) -> SpeedLimit | None:
+    """Return the joint and the step that allow the least speed along the seam."""
+    moves = np.abs(np.diff(plan.state.both, axis=0))
+    most = np.concatenate([joint_speeds(cell.arm1), joint_speeds(cell.arm2)])
+    allowed = np.divide(most * step_mm[:, None], moves, out=np.full(moves.shape, math.inf), where=moves > 0)
+    if not np.isfinite(allowed).any():
+        return None
+    row, column = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
+    robot, joint = divmod(int(column), JOINTS)
+    arm = (cell.arm1, cell.arm2)[robot]
+    return SpeedLimit(robot + 1, arm.joints[joint].name, float(plan.s_mm[row]), float(allowed[row, column]))

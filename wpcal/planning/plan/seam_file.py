@@ -1,0 +1,57 @@
+"""One seam of a ``seams.json`` as a path in the frame `part`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.records import read_json
+from wpcal.core.robot_space import RobotSpace, common_space
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.closed_chain import SeamPath
+from wpcal.planning.cell.robot_cell import RobotCell
+from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
+
+
+def read_seam_path(path: Path, name: str, cell: RobotCell) -> SeamPath:
+    """Read one seam and bring it into the frame `part`.
+
+    Parameters
+    ----------
+    path : Path
+        Of schema ``wpcal/seams/1``, with frames in `part`, or in `base` together with ``T_base_part``.
+    name : str
+        ``W1``, …
+    cell : RobotCell
+        Its robot 1 must be of the robot space that frames in `base` were calibrated in.
+
+    Returns
+    -------
+    SeamPath
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened or has no seam of that name.
+    FormatError
+        When it is of another schema version or incomplete.
+    FrameError
+        When the seams were calibrated with another model of the robot than the cell has.
+    """
+    record = read_json(path, schema=SEAMS_SCHEMA)
+    seams = {seam.name: seam for seam in seams_from_record(record, path=str(path))}
+    if name not in seams:
+        raise InputError(f"{path}: no seam {name!r}; the file has {', '.join(seams) or 'none'}")
+    frames = seams[name].frames
+    if frames.frame != "part":
+        if record.get("T_base_part") is None:
+            raise FormatError(f"frames stand in {frames.frame}, but T_base_part is missing", path=str(path))
+        common_space(
+            (
+                (str(path), RobotSpace.parse(str(record.get("robot_space", RobotSpace.NOMINAL.value)))),
+                (f"robot 1 of the cell ({cell.arm1.name})", cell.arm1.space),
+            )
+        )
+        T_base_part = RigidTransform.from_matrix(record["T_base_part"], target=frames.frame, source="part")
+        frames = frames.moved(T_base_part.inverse())
+    return SeamPath.of_frames(name, frames)

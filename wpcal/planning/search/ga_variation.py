@@ -1,0 +1,185 @@
+"""Paths as genes: a base path, on each coordinate a level, a drift and some waves, and the branches of both inverses.
+
+A coordinate at u = s / L is that of the base and ``c_0 + c_1 (u - 1/2) + sum_m c_{m+1} sin(m π u)``. The numbers stand
+for the knots of a smooth curve: a mix of two parents is then as smooth as they are, where a mix of their knots is
+jagged; and short waves, which are seldom of use, get a small range. Bases are the paths of a deterministic front, or
+none; a base between two of them is their mean with weights. Limits of place, slope, rotation and torch angles hold by
+cutting off; closed chain and inverses are exact whatever the genes are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, SPIN, YAW, all_joints, flange_poses
+from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.singularity import LEAST_REGULARITY
+from wpcal.planning.cell.workplace import reach_shortage
+from wpcal.planning.search.linear_model import Path
+from wpcal.planning.search.problem import PlanningProblem
+from wpcal.robot.kinematics.inverse import TURN
+from wpcal.robot.kinematics.opw import BRANCHES
+
+WAVES = 10
+"""Numbers of a coordinate: level, drift and eight waves."""
+DRIFT_MM, DRIFT_RAD = 600.0, 8.0
+"""Ranges of the drift of the place, and of yaw and spin: a turn all around with some to spare. The m-th wave has the
+(m + 1)-th part of it."""
+SEEDED_SPAN = 0.1
+"""Beside a base the ranges are this part: the search is for what improves a path, not for another one."""
+RANDOM_WAVE = 0.15
+"""Standard deviation of the waves of a random path, in parts of their ranges: most paths hardly move."""
+CONSTRAINTS = ("reach", "joint limits", "singular poses", "joint speeds", "clearance")
+"""Violations of decoded paths, each about one for a bad path: by 100 mm, 1 rad, the whole measure, twice the speed, and
+100 mm."""
+HUNDRED_MM = 100.0
+"""Unit of the violations that are lengths."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DecodedPaths:
+    """N paths that genes stand for.
+
+    Parameters
+    ----------
+    coordinates : ndarray, shape (N, n, 9)
+    branches : ndarray of int, shape (N, 2)
+    joints : ndarray, shape (N, n, 12)
+        Unwrapped, rad; zero where a branch does not reach.
+    violations : ndarray, shape (N, 5)
+        In the order of `CONSTRAINTS`; zero or less where a path is allowed.
+    """
+
+    coordinates: FloatArray
+    branches: IntArray
+    joints: FloatArray
+    violations: FloatArray
+
+    def path(self, row: int) -> Path:
+        """Return one of them."""
+        one, two = self.branches[row]
+        return Path(self.coordinates[row], (int(one), int(two)), self.joints[row])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathCode:
+    """What genes mean. A path has 9 `WAVES` + 3 of them: numbers coordinate by coordinate, base, and two branches.
+
+    Parameters
+    ----------
+    problem : PlanningProblem
+    bases : ndarray, shape (m, n, 9)
+        Paths between which the base is taken, neighbours alike; a single row of zeros for none.
+    branches : ndarray of int, shape (m, 2)
+        Of the bases.
+    least, largest : ndarray, shape (9 WAVES + 3,)
+        Ranges of the genes.
+    """
+
+    problem: PlanningProblem
+    bases: FloatArray
+    branches: IntArray
+    least: FloatArray
+    largest: FloatArray
+
+    @classmethod
+    def of_seeds(cls, problem: PlanningProblem, seeds: Sequence[Path]) -> PathCode:
+        """Return the code beside some paths, which may be none."""
+        n, span = len(problem.path), SEEDED_SPAN if seeds else 1.0
+        bases = np.stack([path.coordinates for path in seeds]) if seeds else np.zeros((1, n, COORDINATES))
+        branches = np.array([path.branches for path in seeds] or [(0, 0)], dtype=np.int64)
+        low, high = problem.box
+        low[[YAW, SPIN]], high[[YAW, SPIN]] = -TURN, TURN
+        drift = high - low
+        drift[PLACE], drift[[YAW, SPIN]] = DRIFT_MM, DRIFT_RAD
+        waves = span * drift[:, None] / np.arange(1, WAVES)
+        if seeds:
+            low, high = -span * (high - low), span * (high - low)
+        ends = (max(len(bases) - 1.0, 1.0), BRANCHES, BRANCHES)
+        return cls(
+            problem,
+            bases,
+            branches,
+            np.concatenate([np.column_stack([low, -waves]).ravel(), np.zeros(3)]),
+            np.concatenate([np.column_stack([high, waves]).ravel(), ends]),
+        )
+
+    def random(self, count: int, rng: np.random.Generator) -> FloatArray:
+        """Return genes of random smooth paths, shape (count, 9 WAVES + 3); near the bases, if there are any.
+
+        Without bases most of them hardly move along the seam.
+        """
+        genes = rng.uniform(self.least, self.largest, (count, len(self.least)))
+        waves = genes[:, :-3].reshape(count, COORDINATES, WAVES)
+        first = 1 if len(self.bases) == 1 else 0  # without bases any level is as good as another
+        spread = self.largest[:-3].reshape(-1, WAVES)[:, first:]
+        waves[:, :, first:] = RANDOM_WAVE * spread * rng.normal(size=waves[:, :, first:].shape)
+        if len(self.bases) > 1:
+            genes[:, -2:] = self.branches[np.rint(genes[:, -3]).astype(np.int64)] + 0.5
+        return np.asarray(np.clip(genes, self.least, self.largest), dtype=np.float64)
+
+    def of_bases(self) -> FloatArray:
+        """Return the genes of the bases themselves, shape (m, 9 WAVES + 3)."""
+        genes = np.zeros((len(self.bases), len(self.least)))
+        genes[:, -3], genes[:, -2:] = np.arange(len(self.bases)), self.branches + 0.5
+        return genes
+
+    def decode(self, genes: FloatArray) -> DecodedPaths:
+        """Compute the paths of N sets of genes, shape (N, 9 WAVES + 3), and what they violate."""
+        problem, count, n = self.problem, len(genes), len(self.problem.path)
+        coordinates = np.clip(self._coordinates(genes), *problem.box)
+        branches = np.clip(np.floor(genes[:, -2:]), 0, BRANCHES - 1).astype(np.int64)
+        rows, flat = problem.path.select(np.tile(np.arange(n), count)), coordinates.reshape(-1, COORDINATES)
+        one, two = all_joints(problem.cell, rows, flat)
+        point, chosen = np.arange(count * n), np.repeat(branches, n, axis=0)
+        both = np.concatenate([one[point, chosen[:, 0]], two[point, chosen[:, 1]]], axis=1)
+        missing = ~np.isfinite(both).all(axis=1)
+        short = np.zeros(count * n)
+        if missing.any():
+            flanges = flange_poses(problem.cell, rows.select(np.flatnonzero(missing)), flat[missing])
+            arms = (problem.cell.arm1, problem.cell.arm2)
+            short[missing] = 1.0 + sum(reach_shortage(arm, T) for arm, T in zip(arms, flanges, strict=True))
+        both[missing] = 0.0
+        joints = _turned_into_limits(problem, both.reshape(count, n, 2 * JOINTS))
+        violations = _violations(problem, joints, missing.reshape(count, n), short.reshape(count, n))
+        return DecodedPaths(coordinates, branches, joints, violations)
+
+    def _coordinates(self, genes: FloatArray) -> FloatArray:
+        s = self.problem.path.s_mm
+        u = (s - s[0]) / (s[-1] - s[0])
+        shapes = np.column_stack([np.ones(len(s)), u - 0.5, np.sin(np.pi * np.arange(1, WAVES - 1) * u[:, None])])
+        before = np.clip(np.floor(genes[:, -3]), 0, max(len(self.bases) - 2, 0)).astype(np.int64)
+        part = (genes[:, -3] - before)[:, None, None]
+        after = np.minimum(before + 1, len(self.bases) - 1)
+        base = (1.0 - part) * self.bases[before] + part * self.bases[after]
+        beside = genes[:, :-3].reshape(len(genes), COORDINATES, WAVES) @ shapes.T
+        return np.asarray(base + np.swapaxes(beside, 1, 2), dtype=np.float64)
+
+
+def _turned_into_limits(problem: PlanningProblem, joints: FloatArray) -> FloatArray:
+    """Unwrap joints (N, n, 12) along the paths, and turn each as a whole to the middle of its limits."""
+    unwrapped = np.unwrap(joints, axis=1)
+    low, high = problem.joint_limits
+    middle: FloatArray = (unwrapped.min(axis=1) + unwrapped.max(axis=1)) / 2
+    return np.asarray(unwrapped + TURN * np.rint(((low + high) / 2 - middle) / TURN)[:, None], dtype=np.float64)
+
+
+def _violations(problem: PlanningProblem, joints: FloatArray, missing: BoolArray, short: FloatArray) -> FloatArray:
+    low, high = problem.joint_limits
+    flat, there = joints.reshape(-1, 2 * JOINTS), ~missing
+    margin = np.where(there, problem.margins(flat).reshape(missing.shape), np.inf)
+    regular = np.where(there, problem.regularity(flat).min(axis=1).reshape(missing.shape), np.inf)
+    beyond = np.where(there, np.maximum(joints - high, low - joints).max(axis=2), -np.inf)
+    rates = np.abs(np.diff(joints, axis=1)) / np.diff(problem.path.s_mm)[:, None] * problem.speed_mm_s
+    columns = (
+        short.mean(axis=1) / HUNDRED_MM,
+        beyond.max(axis=1),
+        LEAST_REGULARITY - regular.min(axis=1),
+        (rates / problem.joint_speeds).max(axis=(1, 2)) - 1.0,
+        -margin.min(axis=1) / HUNDRED_MM,
+    )
+    return np.stack(columns, axis=1)

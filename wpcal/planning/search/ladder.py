@@ -1,0 +1,161 @@
+"""Dynamic programming over a ladder graph: at each rung the states of one place and pair of branches, on a grid.
+
+A rung is a point of the seam, and its states are attitudes (direction of travel, rotation of the joint, spin of the
+torch) with both arms' joints; an angle that may turn more than once stands there once for each turn within its limits,
+so that the shortest way through the ladder is a path that can be driven. Edges cost the weighted squared joint steps,
+states the squared deviation from the target weld position: the sum that `wpcal.planning.search.curves` then minimises.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, YAW, joints_along
+from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.search.linear_model import Path
+from wpcal.planning.search.objectives import deviations
+from wpcal.planning.search.problem import PlanningProblem
+from wpcal.planning.search.reachable_states import (
+    ROTATIONS_RAD,
+    Meeting,
+    allowed_rotations,
+    usable_branches,
+    wished_coordinates,
+)
+from wpcal.robot.kinematics.inverse import TURN
+
+RUNG_MM = 7.0
+"""Wished distance of rungs; a path between them is a straight line in the coordinates."""
+FEWEST_RUNGS, MOST_RUNGS = 8, 40
+"""A short seam still has a shape, and a long one need not cost more than a second."""
+YAWS, SPINS = 12, 8
+"""Directions of travel and spins of the torch: steps that the least squares afterwards leave far behind."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ladder:
+    """The allowed states of all rungs.
+
+    Parameters
+    ----------
+    meeting : Meeting
+    rungs : ndarray of int, shape (r,)
+        Points of the seam.
+    coordinates : ndarray, shape (a, 9)
+        Attitudes, the same at every rung.
+    attitude : tuple of ndarray of int, r times (m_i,)
+        Attitude of each state.
+    joints : tuple of ndarray, r times (m_i, 12)
+        rad.
+    """
+
+    meeting: Meeting
+    rungs: IntArray
+    coordinates: FloatArray
+    attitude: tuple[IntArray, ...]
+    joints: tuple[FloatArray, ...]
+
+
+def build_ladder(problem: PlanningProblem, meeting: Meeting) -> Ladder:
+    """Compute the states of a ladder; a rung may be left without any.
+
+    Parameters
+    ----------
+    problem : PlanningProblem
+    meeting : Meeting
+    """
+    count = int(np.clip(round(problem.path.s_mm[-1] / RUNG_MM) + 1, FEWEST_RUNGS, MOST_RUNGS))
+    rungs = np.unique(_nearest(problem.path.s_mm, np.linspace(0.0, problem.path.s_mm[-1], count)))
+    attitudes = _attitudes(problem, meeting)
+    coordinates, rows = np.tile(attitudes, (len(rungs), 1)), np.repeat(rungs, len(attitudes))
+    joints, usable = usable_branches(problem, coordinates, problem.path.select(rows))
+    one, two = meeting.branches
+    keep = np.flatnonzero(usable[0, :, one] & usable[1, :, two])
+    both = np.concatenate([joints[0, keep, one], joints[1, keep, two]], axis=1)
+    clear = problem.margins(both) > 0
+    keep, both = keep[clear], both[clear]
+    state, turned = _with_turns(problem, both)
+    rung, attitude = np.divmod(keep[state], len(attitudes))
+    split = [rung == i for i in range(len(rungs))]
+    return Ladder(
+        meeting, rungs, attitudes, tuple(attitude[rows] for rows in split), tuple(turned[rows] for rows in split)
+    )
+
+
+def _nearest(s_mm: FloatArray, wished: FloatArray) -> IntArray:
+    return np.asarray(np.abs(s_mm[:, None] - wished).argmin(axis=0), dtype=np.int64)
+
+
+def _attitudes(problem: PlanningProblem, meeting: Meeting) -> FloatArray:
+    """Return the attitudes of a rung, shape (a, 9)."""
+    wishes = problem.wishes
+    rotation = allowed_rotations(wishes, ROTATIONS_RAD)
+    yaw, spin = TURN * np.arange(YAWS) / YAWS, TURN * np.arange(SPINS) / SPINS
+    grid = [values.ravel() for values in np.meshgrid(yaw, spin, rotation, indexing="ij")]
+    coordinates = wished_coordinates(wishes, len(grid[0]))
+    coordinates[:, PLACE] = meeting.place
+    coordinates[:, YAW], coordinates[:, SPIN], coordinates[:, ROTATION] = grid
+    return coordinates
+
+
+def _with_turns(problem: PlanningProblem, joints: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return every state once for each choice of whole turns within the limits: which state, and its joints."""
+    low, high = problem.joint_limits
+    state, turned = np.arange(len(joints)), joints
+    for joint in range(2 * JOINTS):
+        choices = np.arange(np.ceil((low[joint] - np.pi) / TURN), np.floor((high[joint] + np.pi) / TURN) + 1)
+        angle = turned[:, joint, None] + TURN * choices
+        row, choice = np.nonzero((angle >= low[joint]) & (angle <= high[joint]))
+        state, turned = state[row], turned[row].copy()
+        turned[:, joint] = angle[row, choice]
+    return state, turned
+
+
+def shortest_path(problem: PlanningProblem, ladder: Ladder, weights: FloatArray) -> Path | None:
+    """Return the cheapest way along a ladder, filled in between the rungs; None where there is none.
+
+    Parameters
+    ----------
+    problem : PlanningProblem
+    ladder : Ladder
+    weights : ndarray, shape (3,)
+        Of the squared objectives, in the order of `OBJECTIVES`.
+    """
+    if min(len(joints) for joints in ladder.joints) == 0:
+        return None
+    s = problem.path.s_mm[ladder.rungs]
+    K = problem.weights
+    scale = np.sqrt(weights[2] * K / (K.sum() * (s[-1] - s[0])))
+    off = np.degrees(deviations(ladder.coordinates, problem.wishes))
+    toll = (off**2) @ weights[[0, 0, 1, 1]] / len(s)
+    cost, back = toll[ladder.attitude[0]], []
+    for i in range(1, len(s)):
+        before, after = (np.degrees(joints) * scale for joints in ladder.joints[i - 1 : i + 1])
+        total = _squared_distances(after, before) / (s[i] - s[i - 1]) + cost
+        back.append(np.argmin(total, axis=1))
+        cost = total[np.arange(len(total)), back[-1]] + toll[ladder.attitude[i]]
+    way = [int(np.argmin(cost))]
+    for best in reversed(back):
+        way.append(int(best[way[-1]]))
+    return _filled_in(problem, ladder, way[::-1])
+
+
+def _squared_distances(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return |a_i - b_j|², shape (len(a), len(b)): one matrix product; round-off is far below a grid step."""
+    squares = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2.0 * (a @ b.T)
+    return np.asarray(np.maximum(squares, 0.0), dtype=np.float64)
+
+
+def _filled_in(problem: PlanningProblem, ladder: Ladder, way: list[int]) -> Path | None:
+    """Draw straight lines in the coordinates between the rungs; None where they leave the reach."""
+    knots = np.stack([ladder.coordinates[a[i]] for a, i in zip(ladder.attitude, way, strict=True)])
+    for column in (YAW, SPIN):
+        knots[:, column] = np.unwrap(knots[:, column])
+    s = problem.path.s_mm
+    coordinates = np.stack([np.interp(s, s[ladder.rungs], column) for column in knots.T], axis=1)
+    start = ladder.joints[0][way[0]]
+    joints = joints_along(problem.cell, problem.path, coordinates, ladder.meeting.branches, start)
+    return Path(coordinates, ladder.meeting.branches, joints) if np.isfinite(joints).all() else None

@@ -1,0 +1,94 @@
+"""``pareto.json``: every plan worth choosing from, what each method found, and how much it dominates."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from wpcal.planning.cell.robot_cell import RobotCell
+from wpcal.planning.plan.plan import Plan, Preference
+from wpcal.planning.search.objectives import OBJECTIVES, Wishes
+from wpcal.planning.search.plan_seam import PlanningResult
+
+PARETO_SCHEMA = "wpcal/pareto/1"
+
+
+def pareto_record(result: PlanningResult, cell: RobotCell, preference: Preference) -> dict[str, Any]:
+    """Return the record of a search that found plans.
+
+    Parameters
+    ----------
+    result : PlanningResult
+    cell : RobotCell
+    preference : Preference
+        Which plan was chosen.
+
+    Returns
+    -------
+    dict
+        Angles in degrees. ``fronts`` holds the objectives of each method's own front, in the order of ``objectives``.
+    """
+    front = result.front
+    return {
+        **_head(cell, front.plans[0].seam, result.wishes, result.speed_mm_s),
+        "interrupted": result.interrupted,
+        "not_free": result.not_free,
+        "failed": None,
+        "preference": preference.value,
+        "chosen": front.chosen(preference) + 1,
+        "reference": result.reference,
+        "hypervolume": result.hypervolume_of(front),
+        "fronts": {
+            name: {"hypervolume": result.hypervolume_of(group), "values": group.values}
+            for name, group in (("ladder", result.ladder), ("nsga2", result.genetic))
+            if group is not None
+        },
+        "plans": [_plan(row, plan) for row, plan in enumerate(front.plans)],
+    }
+
+
+def failed_record(cell: RobotCell, seam: str, wishes: Wishes, speed_mm_s: float, why: str) -> dict[str, Any]:
+    """Return the record of a search that found no feasible plan; `why` names the constraint that failed most."""
+    return {**_head(cell, seam, wishes, speed_mm_s), "failed": why, "plans": []}
+
+
+def _head(cell: RobotCell, seam: str, wishes: Wishes, speed_mm_s: float) -> dict[str, Any]:
+    return {
+        "schema": PARETO_SCHEMA,
+        "cell": cell.name,
+        "seam": seam,
+        "units": {"length": "mm", "angle": "deg"},
+        "speed_mm_s": speed_mm_s,
+        "safety_distance_mm": cell.d1_mm,
+        "wishes": {
+            "slope_deg": math.degrees(wishes.slope_rad),
+            "rotation_deg": math.degrees(wishes.rotation_rad),
+            "work_deg": math.degrees(wishes.work_rad),
+            "travel_deg": math.degrees(wishes.travel_rad),
+            "slope_range_deg": math.degrees(wishes.slope_range_rad),
+            "rotation_range_deg": math.degrees(wishes.rotation_range_rad),
+            "torch_range_deg": math.degrees(wishes.torch_range_rad),
+        },
+        "objectives": list(OBJECTIVES),
+    }
+
+
+def _plan(row: int, plan: Plan) -> dict[str, Any]:
+    clearance = plan.clearance_mm
+    return {
+        "plan": row + 1,
+        "found_by": plan.found_by,
+        "freedom": plan.freedom.value,
+        "objectives": dict(plan.objectives),
+        "as_printed": dict(plan.printed),
+        "least_clearance_mm": None if clearance is None else float(clearance.min()),
+        "s_mm": plan.s_mm,
+        "robot1_deg": np.degrees(plan.state.joints1),
+        "robot2_deg": np.degrees(plan.state.joints2),
+        "slope_deg": np.degrees(plan.slope_rad),
+        "rotation_deg": np.degrees(plan.rotation_rad),
+        "work_deg": np.degrees(plan.work_rad),
+        "travel_deg": np.degrees(plan.travel_rad),
+    }

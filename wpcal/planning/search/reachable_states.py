@@ -1,0 +1,263 @@
+"""Where the robots may meet: places of the weld point and branches of the inverses from which a search can start.
+
+A coarse look at places between the bases, at all directions of travel, all spins of the torch and some points of the
+seam, with the wished weld position and torch angles; where that leads nowhere, with other rotations of the joint, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.errors import ConvergenceError, GeometryError
+from wpcal.planning.cell.clearance import Clearance, capsule_clearance
+from wpcal.planning.cell.closed_chain import (
+    COORDINATES,
+    PLACE,
+    ROTATION,
+    SLOPE,
+    SPIN,
+    TRAVEL,
+    WORK,
+    YAW,
+    SeamPath,
+    all_joints,
+    flange_poses,
+)
+from wpcal.planning.cell.robot_cell import CellState
+from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
+from wpcal.planning.cell.workplace import candidate_places, reach_shortage
+from wpcal.planning.search.objectives import Wishes
+from wpcal.planning.search.problem import PlanningProblem
+from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.kinematics.inverse import TURN
+from wpcal.robot.kinematics.opw import BRANCHES
+
+TURNS = 8
+"""Directions of travel and spins of the torch, each."""
+ROTATIONS_RAD = tuple(np.radians((0.0, -50.0, -25.0, 25.0, 50.0)))
+"""Rotations of the joint from the wished one, that first: a part that turns less must accept such."""
+SCANNED_POINTS = 6
+"""Points of the seam, from its first to its last."""
+CHECKED_PLACES, CHECKED = 6, 96
+"""Best places of each pair of branches, and best of all these, whose clearance is measured: some tenths of a second."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Meeting:
+    """A place of the weld point in `middle` (mm) and a pair of branches that can reach all scanned points there."""
+
+    place: FloatArray
+    branches: tuple[int, int]
+    allowed: int
+    """Allowed states at the scanned point that has fewest."""
+
+
+def wished_coordinates(wishes: Wishes, count: int) -> FloatArray:
+    """Return coordinates of `count` points with the wished weld position and torch angles; the others are zero."""
+    coordinates = np.zeros((count, COORDINATES))
+    coordinates[:, SLOPE], coordinates[:, ROTATION] = wishes.slope_rad, wishes.rotation_rad
+    coordinates[:, WORK], coordinates[:, TRAVEL] = wishes.work_rad, wishes.travel_rad
+    return coordinates
+
+
+def allowed_rotations(wishes: Wishes, offsets_rad: Sequence[float]) -> FloatArray:
+    """Return those rotations, so far from the wished one, that are within their range; rad."""
+    rotations = wishes.rotation_rad + np.array(offsets_rad)
+    return np.asarray(rotations[np.abs(rotations) <= wishes.rotation_range_rad], dtype=np.float64)
+
+
+def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: SeamPath) -> tuple[FloatArray, BoolArray]:
+    """Return all joints at N points, and which branches are within limits and off singular poses.
+
+    Parameters
+    ----------
+    problem : PlanningProblem
+    coordinates : ndarray, shape (N, 9)
+    path : SeamPath
+        N points.
+
+    Returns
+    -------
+    joints : ndarray, shape (2, N, 8, 6)
+        Robot 1 and robot 2, rad, in the turn around zero.
+    usable : ndarray of bool, shape (2, N, 8)
+    """
+    joints = np.stack(all_joints(problem.cell, path, coordinates))
+    usable = [
+        _within(arm, q) & _is_regular(arm, q)
+        for arm, q in zip((problem.cell.arm1, problem.cell.arm2), joints, strict=True)
+    ]
+    return joints, np.stack(usable)
+
+
+def _within(arm: Arm, q: FloatArray) -> BoolArray:
+    """Tell which joints (N, 8, 6) some whole turns bring within the limits."""
+    low, high = arm.limits
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.ceil((low - q) / TURN) <= np.floor((high - q) / TURN)).all(axis=2))
+
+
+def _is_regular(arm: Arm, q: FloatArray) -> BoolArray:
+    values, _ = regularity(arm, np.nan_to_num(q).reshape(-1, q.shape[2]))
+    return np.asarray((values.min(axis=1) >= LEAST_REGULARITY).reshape(q.shape[:2])) & np.isfinite(q).all(axis=2)
+
+
+def find_meetings(problem: PlanningProblem, count: int) -> list[Meeting]:
+    """Return the most promising places and branches, best first, no branches twice.
+
+    Parameters
+    ----------
+    problem : PlanningProblem
+    count : int
+        At most so many.
+
+    Returns
+    -------
+    list of Meeting
+        At least one.
+
+    Raises
+    ------
+    GeometryError
+        When a point of the seam is out of reach, or every state at its start is in collision.
+    ConvergenceError
+        When no place and branches have an allowed state at every scanned point; what fails most.
+    """
+    try:
+        return _find_meetings(problem, count, _Scan.of(problem, ROTATIONS_RAD[:1]))
+    except (ConvergenceError, GeometryError):  # the wished weld position may be what keeps the robots from meeting
+        return _find_meetings(problem, count, _Scan.of(problem, ROTATIONS_RAD))
+
+
+def _find_meetings(problem: PlanningProblem, count: int, scan: _Scan) -> list[Meeting]:
+    places = candidate_places(problem.cell)
+    joints, usable = scan.solve(problem, places)
+    _require_reach(problem, scan, places, joints)
+    # states (place, point, turns) of each pair of branches: products of the two tables of usable ones
+    one, two = usable.reshape(2, len(places), SCANNED_POINTS, -1, BRANCHES).astype(np.int64)
+    pairs = np.einsum("pkta,pktb->pabk", one, two)
+    fewest = pairs.min(axis=3)
+    ranked = np.argsort(np.argsort(-fewest, axis=0, kind="stable"), axis=0)  # rank of a place for its branches
+    fewest[ranked >= CHECKED_PLACES] = 0
+    order = np.argsort(-fewest, axis=None, kind="stable")[:CHECKED]
+    states = [
+        _states(joints, usable, len(places), *np.unravel_index(i, fewest.shape)) for i in order if fewest.flat[i] > 0
+    ]
+    if not states:
+        raise ConvergenceError(
+            "no feasible plan: joint limits and singular poses fail most; nowhere do both robots keep off them at "
+            "every point of the seam"
+        )
+    clear = capsule_clearance(problem.cell, CellState(*np.concatenate([s.joints for s in states], axis=1)))
+    _require_clear_start(states, clear)
+    meetings = _best(places, states, clear.is_clear, count)
+    if not meetings:
+        one, two = _most_in_the_way(clear)
+        raise ConvergenceError(
+            "no feasible plan: clearance fails most; nowhere is every point of the seam clear, most often "
+            f"{one} is too near to {two}"
+        )
+    return meetings
+
+
+def _most_in_the_way(clear: Clearance) -> tuple[str, str]:
+    """Return the names of the two bodies that most often are the nearest of a state that is not clear."""
+    rows = np.flatnonzero(~clear.is_clear)
+    _, first, counts = np.unique(clear.pair[rows], return_index=True, return_counts=True)
+    return clear.nearest(int(rows[first[np.argmax(counts)]]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Scan:
+    """Points, rotations and turns that are looked at in every place: K rows, point by point."""
+
+    path: SeamPath
+    coordinates: FloatArray
+    point: IntArray
+
+    @classmethod
+    def of(cls, problem: PlanningProblem, rotations_rad: Sequence[float]) -> _Scan:
+        turns = TURN * np.arange(TURNS) / TURNS
+        points = np.linspace(0, len(problem.path) - 1, SCANNED_POINTS).round().astype(np.int64)
+        grid = np.meshgrid(allowed_rotations(problem.wishes, rotations_rad), turns, turns, indexing="ij")
+        rotation, yaw, spin = (np.tile(values.ravel(), SCANNED_POINTS) for values in grid)
+        point = np.repeat(points, grid[0].size)
+        coordinates = wished_coordinates(problem.wishes, len(point))
+        coordinates[:, ROTATION], coordinates[:, YAW], coordinates[:, SPIN] = rotation, yaw, spin
+        return cls(problem.path.select(point), coordinates, point)
+
+    def solve(self, problem: PlanningProblem, places: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return joints (2, P·K, 8, 6) and usable (2, P·K, 8) at all places."""
+        coordinates = np.tile(self.coordinates, (len(places), 1))
+        coordinates[:, PLACE] = np.repeat(places, len(self.point), axis=0)
+        rows = np.tile(np.arange(len(self.point)), len(places))
+        return usable_branches(problem, coordinates, self.path.select(rows))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _States:
+    """The usable states of one place and pair of branches."""
+
+    place: int
+    branches: tuple[int, int]
+    joints: FloatArray
+    """(2, k, 6)"""
+    point: IntArray
+    """(k,), 0 … SCANNED_POINTS - 1"""
+
+
+def _states(joints: FloatArray, usable: BoolArray, places: int, place: np.intp, one: np.intp, two: np.intp) -> _States:
+    per_place = joints.shape[1] // places
+    rows = slice(int(place) * per_place, (int(place) + 1) * per_place)
+    both = np.flatnonzero(usable[0, rows, one] & usable[1, rows, two])
+    chosen = np.stack([joints[0, rows, one][both], joints[1, rows, two][both]])
+    return _States(int(place), (int(one), int(two)), chosen, both // (per_place // SCANNED_POINTS))
+
+
+def _require_reach(problem: PlanningProblem, scan: _Scan, places: FloatArray, joints: FloatArray) -> None:
+    """Refuse a seam with a point that no place lets both arms reach: which point, which arm, by how much."""
+    reached = np.any(np.isfinite(joints).all(axis=3), axis=2)  # (2, P·K)
+    per_point = (reached[0] & reached[1]).reshape(len(places), SCANNED_POINTS, -1).any(axis=(0, 2))
+    if per_point.all():
+        return
+    row = int(np.argmin(per_point))
+    point = int(np.unique(scan.point)[row])
+    coordinates = np.repeat(scan.coordinates[scan.point == point], len(places), axis=0)
+    coordinates[:, PLACE] = np.tile(places, (int((scan.point == point).sum()), 1))
+    flanges = flange_poses(problem.cell, problem.path.select(np.full(len(coordinates), point)), coordinates)
+    arms = (problem.cell.arm1, problem.cell.arm2)
+    short = np.stack([reach_shortage(arm, T) for arm, T in zip(arms, flanges, strict=True)])
+    best = short[:, np.argmin(short.max(axis=0))]
+    robot = int(np.argmax(best))
+    raise GeometryError(
+        f"seam {problem.path.name}, point {point + 1} (s = {problem.path.s_mm[point]:.1f} mm): out of reach of robot "
+        f"{robot + 1} ({arms[robot].name}) by {best[robot]:.0f} mm at the best place between the robots"
+    )
+
+
+def _require_clear_start(states: list[_States], clear: Clearance) -> None:
+    """Refuse a seam whose first point cannot be reached without a collision."""
+    start = np.flatnonzero(np.concatenate([s.point for s in states]) == 0)
+    if clear.is_clear[start].any():
+        return
+    best = int(start[np.argmax(clear.margin_mm[start])])
+    one, two = clear.nearest(best)
+    raise GeometryError(
+        f"every state at the start of the seam is in collision; at best {one} and {two} miss their safety distance by "
+        f"{-clear.margin_mm[best]:.0f} mm"
+    )
+
+
+def _best(places: FloatArray, states: list[_States], clear: BoolArray, count: int) -> list[Meeting]:
+    """Rank by the allowed states at the point that has fewest, and keep the best of each pair of branches."""
+    ends = np.cumsum([len(s.point) for s in states])
+    found: dict[tuple[int, int], Meeting] = {}
+    for s, end in zip(states, ends, strict=True):
+        allowed = np.bincount(s.point[clear[end - len(s.point) : end]], minlength=SCANNED_POINTS).min()
+        if allowed > 0 and (s.branches not in found or found[s.branches].allowed < allowed):
+            found[s.branches] = Meeting(places[s.place], s.branches, int(allowed))
+    return sorted(found.values(), key=lambda meeting: -meeting.allowed)[:count]

@@ -1,0 +1,102 @@
+"""Which parameters the measurements determine, and which of them cannot be told apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.robot.identify.observations import PoseObservations
+from wpcal.robot.identify.parameters import KinematicModel, Parameter
+
+DEPENDENT_PART = 1e-6
+"""A column of the Jacobian is taken as a sum of others when less than this part of it is left: exact dependence of a
+nominal model leaves 1e-13, the weakest parameter of a well-posed case more than 1e-3."""
+
+NAMED_PART = 0.1
+"""A parameter is named as one that an unseen parameter cannot be told from when it makes up at least this part."""
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """Standard deviation of one measured coordinate (mm) and of one component of a measured turn (rad)."""
+
+    sigma_mm: float
+    sigma_rad: float
+
+
+TRACKER = Noise(sigma_mm=0.05, sigma_rad=float(np.deg2rad(0.005)))
+"""A laser tracker with a probe at 2 to 3 m: weights until the residuals say what the noise really is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unseen:
+    """A parameter that the measurements cannot tell from others; it keeps its nominal value."""
+
+    name: str
+    like: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return (
+            f"{self.name} cannot be seen"
+            if not self.like
+            else f"{self.name} cannot be told from {', '.join(self.like)}"
+        )
+
+
+def whitened(J: FloatArray, observations: PoseObservations, noise: Noise) -> FloatArray:
+    """Scale a Jacobian (N, 6, m) to standard deviations and stack its rows; positions only where that was measured."""
+    sigmas = np.repeat([noise.sigma_rad, noise.sigma_mm], 3)[:, None]
+    rows = J / sigmas if observations.has_orientations else J[:, 3:] / sigmas[3:]
+    return np.asarray(rows.reshape(-1, J.shape[2]), dtype=np.float64)
+
+
+def split_determined(
+    model: KinematicModel,
+    parameters: Sequence[Parameter],
+    theta: FloatArray,
+    observations: PoseObservations,
+) -> tuple[tuple[Parameter, ...], tuple[Unseen, ...]]:
+    """Split parameters into those the measurements determine and the others.
+
+    Parameters
+    ----------
+    model : KinematicModel
+        The start: there, parallel axes are exactly parallel.
+    parameters : sequence of Parameter
+        Of some that cannot be told apart the earlier ones are kept.
+    theta : ndarray, shape (N, n)
+        Model angles, rad.
+    observations : PoseObservations
+
+    Returns
+    -------
+    kept : tuple of Parameter
+    unseen : tuple of Unseen
+    """
+    J = whitened(model.jacobian(parameters, theta, observations.reflector), observations, TRACKER)
+    norms = np.linalg.norm(J, axis=0)
+    lengths = np.array([parameter.is_length for parameter in parameters])
+    usual = np.where(lengths, *(norms[kind].max(initial=0.0) for kind in (lengths, ~lengths)))
+    basis = np.empty((len(J), 0))
+    kept: list[int] = []
+    unseen = []
+    for j, parameter in enumerate(parameters):
+        if norms[j] <= DEPENDENT_PART * usual[j]:
+            unseen.append(Unseen(parameter.name, ()))
+            continue
+        column = J[:, j] / norms[j]
+        left = column
+        for _ in range(2):  # Gram-Schmidt twice is as exact as Householder's
+            left = left - basis @ (basis.T @ left)
+        size = float(np.linalg.norm(left))
+        if size > DEPENDENT_PART and basis.shape[1] < len(J):
+            basis = np.column_stack([basis, left / size])
+            kept.append(j)
+        else:
+            parts = np.linalg.lstsq(J[:, kept] / norms[kept], column, rcond=None)[0] if kept else np.zeros(0)
+            like = tuple(parameters[kept[k]].name for k in np.flatnonzero(np.abs(parts) > NAMED_PART))
+            unseen.append(Unseen(parameter.name, like))
+    return tuple(parameters[j] for j in kept), tuple(unseen)

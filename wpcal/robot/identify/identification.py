@@ -1,0 +1,300 @@
+"""Identify an arm from measured poses, and judge the answer on poses that it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.errors import InputError
+from wpcal.core.issue import Issue
+from wpcal.robot.identify.error_summary import PoseErrorSummary, Verdict, judge, summarise
+from wpcal.robot.identify.genetic_tabu import EXPECTED_MM, EXPECTED_RAD, GeneticTabuFit, solve_genetic_tabu
+from wpcal.robot.identify.identifiability import Noise, split_determined
+from wpcal.robot.identify.least_squares import LeastSquaresFit, assess, solve_least_squares
+from wpcal.robot.identify.levenberg_marquardt import pose_errors
+from wpcal.robot.identify.observations import PoseObservations
+from wpcal.robot.identify.parameters import KinematicModel, Parameter, last_link_first, surrounding_parameters
+from wpcal.robot.identify.registration import register
+from wpcal.robot.kinematics.arm import Arm
+
+TEST_SHARE = 20 / 70
+"""Share of the poses kept back for the test: the paper's 20 of 70."""
+
+REACH_SLACK = 1.05
+"""A measured position may be this much further away than all lengths of the arm together: real lengths differ."""
+
+
+NOMINAL_NOISE = Noise(sigma_mm=1.0, sigma_rad=float(np.deg2rad(0.25)))
+"""What a nominal arm is off by in one coordinate, roughly: weights for placing it in its best base and tool, so that
+the errors before identification are not made larger than they need be."""
+
+
+class Solver(Enum):
+    """How the parameters are found."""
+
+    LEAST_SQUARES = "least-squares"
+    GENETIC_TABU = "ga-tabu"
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifyOptions:
+    """What is known and how to proceed.
+
+    Parameters
+    ----------
+    solver : Solver
+    free_base : bool
+        Whether the frame of the measurement is unknown to the robot (a tracker set up anywhere).
+    free_tool : bool
+        Whether what was measured (a probe, reflectors) hangs at an unknown place on the flange.
+    parameters : tuple of str, optional
+        Link parameters by name; all four of every link unless given.
+    noise : Noise, optional
+        Of the instrument; estimated from the residuals unless given.
+    folds : int, optional
+        Judge by so many folds of the poses; every pose is then tested once, and the arm is identified from all.
+    seed : int
+        For the choice of test poses, and for `GENETIC_TABU`.
+    expected_mm, expected_rad : float
+        Expected errors of a length and an angle, for the bounds of `GENETIC_TABU`.
+    """
+
+    solver: Solver = Solver.LEAST_SQUARES
+    free_base: bool = False
+    free_tool: bool = False
+    parameters: tuple[str, ...] | None = None
+    noise: Noise | None = None
+    folds: int | None = None
+    seed: int = 0
+    expected_mm: float = EXPECTED_MM
+    expected_rad: float = EXPECTED_RAD
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Identification:
+    """An identified arm and the proof.
+
+    Parameters
+    ----------
+    arm : Arm
+        The identified arm, with the base and flange frames of the nominal one.
+    fit : LeastSquaresFit
+        Rank, covariance and noise. After `GENETIC_TABU` it belongs to the point that the search found.
+    search : GeneticTabuFit or None
+    nominal : KinematicModel
+        Nominal links with the base and tool that suit them best.
+    train, test : ndarray of int
+        Rows that were fitted, and rows that were judged.
+    errors_before, errors_after : ndarray, shape (len(test), 3 or 6)
+        Errors of the test poses: turn (rad, where measured), then distance (mm).
+    verdict : Verdict
+    issues : tuple of Issue
+    """
+
+    arm: Arm
+    fit: LeastSquaresFit
+    search: GeneticTabuFit | None
+    nominal: KinematicModel
+    train: IntArray
+    test: IntArray
+    errors_before: FloatArray
+    errors_after: FloatArray
+    verdict: Verdict
+    options: IdentifyOptions
+    issues: tuple[Issue, ...] = field(default=())
+
+    @property
+    def before(self) -> PoseErrorSummary:
+        """Errors of the nominal arm on the test poses."""
+        return summarise(self.errors_before)
+
+    @property
+    def after(self) -> PoseErrorSummary:
+        """Errors of the identified arm on the test poses."""
+        return summarise(self.errors_after)
+
+
+def identify_arm(
+    arm: Arm,
+    observations: PoseObservations,
+    *,
+    options: IdentifyOptions | None = None,
+    test: BoolArray | None = None,
+) -> Identification:
+    """Identify the parameters of an arm and judge them on held-out poses.
+
+    Parameters
+    ----------
+    arm : Arm
+        Nominal, or identified before (its controller's model is then the nominal one to start from).
+    observations : PoseObservations
+    options : IdentifyOptions, optional
+    test : ndarray of bool, shape (N,), optional
+        Rows to keep back; two sevenths of the poses drawn with the seed unless given, or unless `folds` is set.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    GeometryError
+        When there are too few poses for the parameters that they determine.
+    InputError
+        When a position is out of the arm's reach, or options exclude each other.
+    """
+    o = options or IdentifyOptions()
+    nominal = arm.as_nominal()
+    task = _Task(nominal, nominal.model_angles(observations.joints), observations, o)
+    task.check_reach()
+    if o.folds is None:
+        train, kept_back = _split(observations, test, o.seed)
+        final = task.identify(train)
+        rounds = [(final, kept_back)]
+    else:
+        if test is not None:
+            raise InputError("give either a column `set` or a number of folds, not both")
+        train = np.arange(len(observations))
+        folds = list(_folds(observations, o.folds, o.seed))
+        rounds = [(task.identify(np.setdiff1d(train, rows)), rows) for rows in folds]
+        final = task.identify(train)
+    before = np.concatenate([task.errors(found.nominal, rows) for found, rows in rounds])
+    after = np.concatenate([task.errors(found.fit.model, rows) for found, rows in rounds])
+    return Identification(
+        arm=nominal.as_identified(nominal.chain.with_table(final.fit.model.chain.table)),
+        fit=final.fit,
+        search=final.search,
+        nominal=final.nominal,
+        train=train,
+        test=np.concatenate([rows for _, rows in rounds]),
+        errors_before=before,
+        errors_after=after,
+        verdict=judge(before, after),
+        options=o,
+        issues=_issues(final.fit),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """One fit, the search before it if any, and the nominal links in their best place."""
+
+    fit: LeastSquaresFit
+    search: GeneticTabuFit | None
+    nominal: KinematicModel
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Task:
+    """One identification problem; its methods take the rows to use."""
+
+    arm: Arm
+    theta: FloatArray
+    observations: PoseObservations
+    options: IdentifyOptions
+
+    def check_reach(self) -> None:
+        """Refuse positions that no pose of the arm can have."""
+        chain = self.arm.chain
+        reach = REACH_SLACK * float(np.abs(chain.a).sum() + np.abs(chain.d).sum())
+        if self.options.free_tool:
+            return  # a long tool may reach anywhere
+        p = self.observations.p_base
+        if self.options.free_base:
+            middle, what = p.mean(axis=0), "the middle of the measured positions"
+            reach *= 2.0
+        else:
+            middle, what = chain.T_base_dh0.t_mm, "the base"
+        distance = np.linalg.norm(p - middle, axis=1)
+        if distance.max() > reach:
+            row = int(np.argmax(distance))
+            raise InputError(
+                f"the position in row {self.observations.rows[row]} is {distance[row]:.0f} mm from {what}, out of "
+                f"reach of {self.arm.name} ({reach:.0f} mm): check the unit, and whether base and tool are known"
+            )
+
+    def identify(self, rows: IntArray) -> _Found:
+        """Fit the given rows."""
+        o, theta, seen = self.options, self.theta[rows], self.observations.select(rows)
+        nominal = register(self.arm.chain, theta, seen, free_base=o.free_base, free_tool=o.free_tool)
+        surroundings = surrounding_parameters(
+            free_base=o.free_base,
+            free_tool=o.free_tool,
+            reflectors=None if seen.has_orientations else seen.reflectors,
+        )
+        links = last_link_first(self.arm.chain, o.parameters)
+        if surroundings:
+            nominal = solve_least_squares(nominal, surroundings, theta, seen, noise=NOMINAL_NOISE).model
+        if o.solver is Solver.LEAST_SQUARES:
+            fit = solve_least_squares(nominal, (*surroundings, *links), theta, seen, noise=o.noise)
+            return _Found(fit, None, nominal)
+        if surroundings:
+            raise InputError("the ga-tabu solver needs a known base and tool; use least-squares to identify those too")
+        return self._search(nominal, links, theta, seen)
+
+    def _search(
+        self, nominal: KinematicModel, links: tuple[Parameter, ...], theta: FloatArray, seen: PoseObservations
+    ) -> _Found:
+        """Genetic algorithm and tabu search, and what least squares says of the place they found."""
+        o = self.options
+        kept, unseen = split_determined(nominal, links, theta, seen)
+        search = solve_genetic_tabu(
+            nominal,
+            kept,
+            theta,
+            seen,
+            rng=np.random.default_rng(o.seed),
+            expected_mm=o.expected_mm,
+            expected_rad=o.expected_rad,
+        )
+        return _Found(assess(nominal, search.model, kept, theta, seen, unseen=unseen, noise=o.noise), search, nominal)
+
+    def errors(self, model: KinematicModel, rows: IntArray) -> FloatArray:
+        """Errors of the given rows."""
+        return pose_errors(model, self.theta[rows], self.observations.select(rows))
+
+
+def _split(observations: PoseObservations, test: BoolArray | None, seed: int) -> tuple[IntArray, IntArray]:
+    """Rows to fit and rows to keep back; reflectors of one pose stay together."""
+    if test is not None:
+        return np.flatnonzero(~test), np.flatnonzero(test)
+    poses = _poses(observations)
+    count = poses.max() + 1
+    kept_back = max(1, round(TEST_SHARE * count))
+    chosen = np.random.default_rng(seed).permutation(count)[:kept_back]
+    away = np.isin(poses, chosen)
+    return np.flatnonzero(~away), np.flatnonzero(away)
+
+
+def _folds(observations: PoseObservations, folds: int, seed: int) -> Iterator[IntArray]:
+    """Rows of each fold; as many folds as poses leave one out at a time."""
+    poses = _poses(observations)
+    count = int(poses.max()) + 1
+    if not 2 <= folds <= count:
+        raise InputError(f"expected 2 to {count} folds for {count} poses, got {folds}")
+    order = np.random.default_rng(seed).permutation(count)
+    for fold in range(folds):
+        yield np.flatnonzero(np.isin(poses, order[fold::folds]))
+
+
+def _poses(observations: PoseObservations) -> IntArray:
+    """Number of the pose of each row: rows with equal joint angles are one pose seen by several reflectors."""
+    return np.asarray(np.unique(observations.joints, axis=0, return_inverse=True)[1], dtype=np.int64).ravel()
+
+
+def _issues(fit: LeastSquaresFit) -> tuple[Issue, ...]:
+    issues = [
+        Issue("unseen-parameter", f"{unseen}; it keeps its nominal value", (unseen.name, *unseen.like))
+        for unseen in fit.unseen
+    ]
+    issues += [
+        Issue("strong-correlation", f"{first} and {second} go together (correlation {value:+.3f})", (first, second))
+        for first, second, value in fit.strong_correlations()
+    ]
+    if not fit.converged:
+        issues.append(Issue("not-converged", f"the fit had not settled after {fit.iterations} steps"))
+    return tuple(issues)

@@ -1,0 +1,152 @@
+"""`identification.json`: everything an identification found, as plain values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.transform import RigidTransform
+from wpcal.robot.identify.error_summary import distances_mm, turns_deg
+from wpcal.robot.identify.identification import Identification
+from wpcal.robot.identify.observations import PoseObservations
+from wpcal.robot.identify.parameters import Group, Parameter
+from wpcal.robot.kinematics.chain import LINK_SYMBOLS
+
+IDENTIFICATION_SCHEMA = "wpcal/identification/1"
+
+
+def identification_record(result: Identification, observations: PoseObservations) -> dict[str, Any]:
+    """Return the record of an identification; lengths in mm, angles in degrees.
+
+    Parameters
+    ----------
+    result : Identification
+    observations : PoseObservations
+        The measurements it came from, for the rows of the file.
+    """
+    fit, options = result.fit, result.options
+    return {
+        "schema": IDENTIFICATION_SCHEMA,
+        "robot": result.arm.name,
+        "robot_space": result.arm.space.value,
+        "solver": options.solver.value,
+        "seed": options.seed,
+        "folds": options.folds,
+        "verdict": {
+            "improved": result.verdict.improved,
+            "chance": result.verdict.chance,
+            "reasons": list(result.verdict.reasons),
+        },
+        "test_poses": {"before": result.before.to_record(), "after": result.after.to_record()},
+        "rows": {"train": _rows(observations, result.train), "test": _rows(observations, result.test)},
+        "errors": _errors(result, observations),
+        "rank": fit.rank,
+        "asked": fit.rank + len(fit.unseen),
+        "condition": fit.condition,
+        "iterations": fit.iterations,
+        "converged": fit.converged,
+        "noise": {
+            "sigma_mm": fit.noise.sigma_mm,
+            "sigma_deg": float(np.rad2deg(fit.noise.sigma_rad)) if observations.has_orientations else None,
+            "estimated": options.noise is None,
+        },
+        "parameters": parameter_rows(result),
+        "unseen": [{"name": unseen.name, "like": list(unseen.like)} for unseen in fit.unseen],
+        "correlations": [
+            {"first": first, "second": second, "value": value} for first, second, value in fit.strong_correlations()
+        ],
+        "T_measurement_base": _transform(measurement_base(result)) if options.free_base else None,
+        "T_flange_tool": _transform(flange_tool(result))
+        if options.free_tool and observations.has_orientations
+        else None,
+        "reflectors_flange_mm": _reflectors(result, observations) if options.free_tool else None,
+        "search": _search(result),
+        "issues": [issue.to_record() for issue in result.issues],
+    }
+
+
+def parameter_rows(result: Identification) -> list[dict[str, Any]]:
+    """Return one row a link parameter: nominal and identified value, change and 95 % half width; mm or degrees."""
+    chain = result.arm.as_nominal().chain
+    rows = []
+    for parameter, step, half in zip(result.fit.parameters, result.fit.steps, result.fit.half_widths(), strict=True):
+        if parameter.group is not Group.LINK:
+            continue
+        factor = 1.0 if parameter.is_length else float(np.rad2deg(1.0))
+        nominal = float(chain.table[LINK_SYMBOLS.index(parameter.symbol), parameter.index])
+        rows.append(
+            {
+                "name": parameter.name,
+                "unit": _unit(parameter),
+                "nominal": factor * nominal,
+                "identified": factor * (nominal + float(step)),
+                "change": factor * float(step),
+                "half_width_95": factor * float(half),
+            }
+        )
+    return sorted(rows, key=lambda row: (_symbol_order(row["name"]), row["name"]))
+
+
+def _symbol_order(name: str) -> int:
+    return {"theta": 0, "d": 1, "beta": 1, "a": 2, "alpha": 3}[name.rstrip("0123456789")]
+
+
+def _unit(parameter: Parameter) -> str:
+    return "mm" if parameter.is_length else "deg"
+
+
+def measurement_base(result: Identification) -> RigidTransform:
+    """Return where the arm's base stands in the frame of the measurement (a tracker's)."""
+    found, own = result.fit.model.chain.T_base_dh0, result.arm.chain.T_base_dh0
+    T = found.matrix @ own.inverse().matrix
+    return RigidTransform.from_matrix(T, target="measurement", source="base")
+
+
+def flange_tool(result: Identification) -> RigidTransform:
+    """Return how the measured body hangs on the flange."""
+    found, own = result.fit.model.chain.T_dhn_flange, result.arm.chain.T_dhn_flange
+    return RigidTransform.from_matrix(own.inverse().matrix @ found.matrix, target="flange", source="tool")
+
+
+def _transform(T: RigidTransform) -> dict[str, Any]:
+    return {"target": T.target, "source": T.source, "xyz_mm": T.t_mm.tolist(), "R": T.R.tolist()}
+
+
+def _reflectors(result: Identification, observations: PoseObservations) -> dict[str, list[float]] | None:
+    if observations.has_orientations:
+        return None
+    points = result.fit.model.reflectors_flange
+    return {name or "reflector": point.tolist() for name, point in zip(observations.reflectors, points, strict=True)}
+
+
+def _rows(observations: PoseObservations, indices: FloatArray | np.ndarray[tuple[int, ...], Any]) -> list[int]:
+    return [observations.rows[int(i)] for i in indices]
+
+
+def _errors(result: Identification, observations: PoseObservations) -> list[dict[str, Any]]:
+    before_mm, after_mm = distances_mm(result.errors_before), distances_mm(result.errors_after)
+    before_deg, after_deg = turns_deg(result.errors_before), turns_deg(result.errors_after)
+    rows = []
+    for i, row in enumerate(_rows(observations, result.test)):
+        entry = {"row": row, "before_mm": float(before_mm[i]), "after_mm": float(after_mm[i])}
+        if before_deg is not None and after_deg is not None:
+            entry |= {"before_deg": float(before_deg[i]), "after_deg": float(after_deg[i])}
+        rows.append(entry)
+    return rows
+
+
+def _search(result: Identification) -> dict[str, Any] | None:
+    if result.search is None:
+        return None
+    genetic, tabu = result.search.genetic, result.search.tabu
+    return {
+        "genetic": {"cost_mm": genetic.cost, "evaluations": genetic.evaluations},
+        "tabu": {
+            "cost_mm": tabu.cost,
+            "evaluations": tabu.evaluations,
+            "forbidden": tabu.forbidden,
+            "aspired": tabu.aspired,
+        },
+    }

@@ -1,0 +1,233 @@
+"""Files of measured poses and of taught joint angles: one row a pose, joints in degrees as the pendant shows them."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.errors import FormatError, InputError, UnitError
+from wpcal.core.robot_space import RobotSpace
+from wpcal.core.rotations import rotation_from_quaternion, rotation_from_zyx
+from wpcal.core.tables import Table, read_table
+from wpcal.core.transform import RigidTransform
+from wpcal.robot.identify.observations import PoseObservations
+from wpcal.robot.kinematics.arm import Arm
+
+POSITION_COLUMNS = ("x_mm", "y_mm", "z_mm")
+QUATERNION_COLUMNS = ("qx", "qy", "qz", "qw")
+RPY_COLUMNS = ("rx_deg", "ry_deg", "rz_deg")
+SETS = ("train", "test")
+
+UNIT_LENGTH_ATOL = 1e-3
+"""A quaternion printed with four digits is this near to length one; further off it is something else."""
+
+RADIANS_BELOW = 2.0 * np.pi
+"""Angles that all stay below this number look like radians: no joint of a set of poses moves by six degrees only."""
+
+LEAST_TURN_DEG = 1e-3
+"""Rows with all joints closer than this are one pose: joint sensors resolve about as much."""
+
+LIMIT_SLACK_DEG = 1.0
+"""A joint shown this far beyond its limit is the data sheet's rounding; further off, sign or zero are wrong."""
+
+
+def read_poses(path: Path, arm: Arm) -> tuple[PoseObservations, BoolArray | None]:
+    """Read ``q1_deg…qn_deg,x_mm,y_mm,z_mm[,qx,qy,qz,qw | rx_deg,ry_deg,rz_deg][,reflector][,set]``.
+
+    Parameters
+    ----------
+    path : Path
+    arm : Arm
+        Tells how many joints there are, their limits and couplings.
+
+    Returns
+    -------
+    observations : PoseObservations
+    test : ndarray of bool, shape (N,), or None
+        Rows of the set ``test``; None where the file does not say.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened.
+    FormatError
+        When columns are missing, a cell is no finite number, a quaternion is not of length one, a joint is beyond its
+        limits, two rows are one pose, or both forms of an orientation are there.
+    UnitError
+        When the joint angles look like radians.
+    """
+    table = read_table(path)
+    joints = read_joints(table, arm)
+    positions = table.numbers(POSITION_COLUMNS)
+    reflectors, reflector = _reflectors(table)
+    _refuse_twice(table, joints, reflector)
+    test = np.array(table.choices("set", SETS, default=SETS[0])) == SETS[1] if table.has("set") else None
+    if test is not None and (test.all() or not test.any()):
+        raise FormatError(
+            "the column has one word only; expected some rows train and some test", path=table.path, column="set"
+        )
+    try:
+        poses = PoseObservations(joints, positions, _orientations(table), reflectors, reflector, table.lines)
+    except InputError as error:
+        raise FormatError(str(error), path=table.path) from None
+    return poses, test
+
+
+def read_joints(table: Table, arm: Arm) -> FloatArray:
+    """Return the joint angles of a table, shape (N, n), rad, after the checks named in `read_poses`."""
+    columns = [f"q{i + 1}_deg" for i in range(len(arm.joints))]
+    extra = f"q{len(arm.joints) + 1}_deg"
+    if table.has(extra):
+        raise FormatError(
+            f"{arm.name} has {len(arm.joints)} joints, the table has a column {extra}", path=table.path, line=1
+        )
+    degrees = table.numbers(columns)
+    if len(degrees) > 1 and np.abs(degrees).max() < RADIANS_BELOW:
+        raise UnitError(f"{table.path}: no joint angle is above {np.abs(degrees).max():.3g}: radians? Expected degrees")
+    low, high = np.rad2deg(arm.limits)
+    beyond = (degrees < low - LIMIT_SLACK_DEG) | (degrees > high + LIMIT_SLACK_DEG)
+    if beyond.any():
+        row, joint = np.argwhere(beyond)[0]
+        what = (
+            f"joint {arm.joints[joint].name} at {degrees[row, joint]:g} deg is beyond its limits "
+            f"{low[joint]:g} to {high[joint]:g}; check sign, zero and limits in the arm file"
+        )
+        raise FormatError(what, path=table.path, line=table.lines[row], column=columns[joint])
+    return np.deg2rad(degrees)
+
+
+def _orientations(table: Table) -> FloatArray | None:
+    quaternions, angles = table.has("qx") or table.has("qw"), table.has("rx_deg")
+    if quaternions and angles:
+        raise FormatError(
+            "orientations stand there twice, as qx … qw and as rx_deg …; keep one", path=table.path, line=1
+        )
+    if quaternions:
+        q = table.numbers(QUATERNION_COLUMNS)
+        lengths = np.linalg.norm(q, axis=1)
+        off = np.abs(lengths - 1.0) > UNIT_LENGTH_ATOL
+        if off.any():
+            row = int(np.argmax(off))
+            what = f"a unit quaternion has length 1, this one {lengths[row]:.4g}"
+            raise FormatError(what, path=table.path, line=table.lines[row], column="qx")
+        return rotation_from_quaternion(q)
+    if angles:
+        return rotation_from_zyx(*np.deg2rad(table.numbers(RPY_COLUMNS)).T)
+    return None
+
+
+def _reflectors(table: Table) -> tuple[tuple[str, ...], np.ndarray[tuple[int, ...], np.dtype[np.int64]]]:
+    if not table.has("reflector"):
+        return ("",), np.zeros(len(table), dtype=np.int64)
+    cells = table.columns["reflector"]
+    names = tuple(sorted(set(cells)))
+    if "" in names:
+        line = table.lines[cells.index("")]
+        raise FormatError("the name is empty", path=table.path, line=line, column="reflector")
+    return names, np.array([names.index(cell) for cell in cells], dtype=np.int64)
+
+
+def _refuse_twice(table: Table, joints: FloatArray, reflector: np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> None:
+    """Refuse two rows with the same joint angles and reflector: a repeat adds no pose, a slip of the pen misleads."""
+    keys = np.column_stack([np.rint(np.rad2deg(joints) / LEAST_TURN_DEG), reflector])
+    seen: dict[tuple[float, ...], int] = {}
+    for line, key in zip(table.lines, map(tuple, keys.tolist()), strict=True):
+        if key in seen:
+            what = f"the same joint angles as in line {seen[key]}; measure each pose once, or give the mean"
+            raise FormatError(what, path=table.path, line=line)
+        seen[key] = line
+
+
+def read_taught_joints(path: Path, arm: Arm) -> tuple[tuple[str, ...], FloatArray, list[dict[str, str]]]:
+    """Read ``name,q1_deg…qn_deg[, other columns]``: joint angles taught with the robot.
+
+    Parameters
+    ----------
+    path : Path
+    arm : Arm
+
+    Returns
+    -------
+    names : tuple of str
+    joints : ndarray, shape (N, n)
+        Shown angles, rad.
+    others : list of dict
+        The other cells of each row (``feature``, ``use``), to be passed on.
+
+    Raises
+    ------
+    InputError, FormatError, UnitError
+        As in `read_poses`; also when a name is missing or appears twice.
+    """
+    table = read_table(path)
+    names = table.unique_names("name")
+    joints = read_joints(table, arm)
+    taken = {"name", *(f"q{i + 1}_deg" for i in range(len(arm.joints)))}
+    clash = sorted({*POSITION_COLUMNS, "robot_space"} & set(table.columns))
+    if clash:
+        raise FormatError(
+            f"column {', '.join(clash)} is what `correct` writes; give joint angles only", path=table.path, line=1
+        )
+    rest = [column for column in table.columns if column not in taken]
+    others = [{column: table.columns[column][i] for column in rest} for i in range(len(table))]
+    return names, joints, others
+
+
+def corrected_table(
+    names: Sequence[str], points: FloatArray, others: Sequence[dict[str, str]], space: RobotSpace
+) -> str:
+    """Return the CSV of corrected points: ``name,x_mm,y_mm,z_mm,robot_space`` and the columns passed on.
+
+    Parameters
+    ----------
+    names : sequence of str, length N
+    points : ndarray, shape (N, 3)
+        In the base, mm; written to 1e-6 mm.
+    others : sequence of dict
+        Cells of the other columns.
+    space : RobotSpace
+    """
+    rest = list(others[0]) if others else []
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["name", *POSITION_COLUMNS, "robot_space", *rest])
+    for name, point, cells in zip(names, points, others, strict=True):
+        writer.writerow([name, *(f"{value:.6f}" for value in point), space.value, *(cells[key] for key in rest)])
+    return text.getvalue()
+
+
+def plan_table(arm: Arm, joints: FloatArray) -> str:
+    """Return the CSV of planned poses: joint angles, and where the nominal flange then is, to place the instrument."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(
+        [*(f"q{i + 1}_deg" for i in range(joints.shape[1])), "nominal_x_mm", "nominal_y_mm", "nominal_z_mm"]
+    )
+    for q, p in zip(np.rad2deg(joints), arm.forward(joints)[:, :3, 3], strict=True):
+        writer.writerow([*(f"{angle:.4f}" for angle in q), *(f"{value:.1f}" for value in p)])
+    return text.getvalue()
+
+
+def parse_tool(text: str | None) -> RigidTransform:
+    """Read a tool centre point ``x,y,z`` or ``x,y,z,rx,ry,rz`` (mm, degrees); no text is the flange itself.
+
+    Raises
+    ------
+    InputError
+        When it is not three or six finite numbers.
+    """
+    if text is None:
+        return RigidTransform.identity(target="flange", source="tool")
+    try:
+        values = np.array([float(cell) for cell in text.split(",")])
+    except ValueError:
+        values = np.array([np.nan])
+    if values.shape not in ((3,), (6,)) or not np.isfinite(values).all():
+        raise InputError(f"a tool is three or six numbers x,y,z[,rx,ry,rz] in mm and degrees, got {text!r}")
+    turn = np.deg2rad(values[3:]) if len(values) == 6 else np.zeros(3)
+    return RigidTransform(rotation_from_zyx(*turn), values[:3], "flange", "tool")

@@ -1,0 +1,1 @@
+"""Arms: Denavit-Hartenberg chains, forward and inverse kinematics, files of arms."""

@@ -1,0 +1,190 @@
+"""`Arm`: a chain together with how its controller counts the joints, their limits, and where the numbers come from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.errors import InputError
+from wpcal.core.robot_space import RobotSpace
+from wpcal.robot.kinematics.chain import MDHChain
+from wpcal.robot.kinematics.forward import forward_kinematics, geometric_jacobian
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """One joint as the controller shows it.
+
+    Parameters
+    ----------
+    name : str
+        As on the pendant: ``S``, ``J3``, ``A1``.
+    sign : int
+        +1 where the controller counts with the model, -1 where against it.
+    min_rad, max_rad : float
+        Limits of the angle the controller shows, rad.
+    speed_rad_s : float, optional
+        Largest speed.
+    pulses_per_deg : float, optional
+        Encoder pulses, for controllers whose programs hold pulses.
+    """
+
+    name: str
+    sign: int
+    min_rad: float
+    max_rad: float
+    speed_rad_s: float | None = None
+    pulses_per_deg: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.sign not in (1, -1):
+            raise InputError(f"joint {self.name}: sign is 1 or -1, got {self.sign}")
+        if not self.min_rad < self.max_rad:
+            raise InputError(f"joint {self.name}: the lower limit must be below the upper one")
+
+
+@dataclass(frozen=True, slots=True)
+class Coupling:
+    """A joint whose shown angle does not hold the motion of another one: ``true angle = shown + factor · other``.
+
+    FANUC shows J3 against the horizontal, so J3 takes up J2 with factor 1.
+    """
+
+    joint: str
+    adds: str
+    factor: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arm:
+    """An arm: shown joint angles q in, flange poses in the controller's base frame out.
+
+    The model's angles are ``θ = S q`` with ``S = diag(sign) (I + couplings)``; constant offsets stand in the chain.
+
+    Parameters
+    ----------
+    name : str
+    chain : MDHChain
+    joints : tuple of Joint
+        One a link.
+    couplings : tuple of Coupling
+    source, licence : str
+        Where the numbers come from.
+    notes : tuple of str
+    mount_mm : array_like, shape (3,)
+        Origin of the mounting face in the base frame: where a drawing or a mesh of the arm stands.
+    space : RobotSpace
+        Whether the chain is the controller's model or an identified one.
+    nominal : MDHChain, optional
+        Of an identified arm, the chain that its controller computes with.
+    """
+
+    name: str
+    chain: MDHChain
+    joints: tuple[Joint, ...]
+    couplings: tuple[Coupling, ...] = ()
+    source: str = ""
+    licence: str = ""
+    notes: tuple[str, ...] = ()
+    mount_mm: FloatArray = (0.0, 0.0, 0.0)  # type: ignore[assignment]  # frozen in __post_init__
+    space: RobotSpace = RobotSpace.NOMINAL
+    nominal: MDHChain | None = None
+
+    def __post_init__(self) -> None:
+        if len(self.joints) != len(self.chain):
+            raise InputError(f"{self.name}: {len(self.chain)} links, but {len(self.joints)} joints")
+        names = [joint.name for joint in self.joints]
+        if len(set(names)) < len(names):
+            raise InputError(f"{self.name}: joint names must be unique, got {', '.join(names)}")
+        for coupling in self.couplings:
+            for name in (coupling.joint, coupling.adds):
+                if name not in names:
+                    raise InputError(f"{self.name}: a coupling names joint {name!r}; there are {', '.join(names)}")
+        if (self.space is RobotSpace.IDENTIFIED) != (self.nominal is not None):
+            raise InputError(f"{self.name}: an identified arm, and only that, carries the nominal chain beside its own")
+        mount = frozen(self.mount_mm)
+        if mount.shape != (3,):
+            raise InputError(f"{self.name}: expected a mounting point of three numbers, got shape {mount.shape}")
+        object.__setattr__(self, "mount_mm", mount)
+
+    @property
+    def coupling_matrix(self) -> FloatArray:
+        """S of ``θ = S q``, shape (n, n)."""
+        names = [joint.name for joint in self.joints]
+        coupled = np.eye(len(names))
+        for coupling in self.couplings:
+            coupled[names.index(coupling.joint), names.index(coupling.adds)] += coupling.factor
+        return np.asarray(np.array([joint.sign for joint in self.joints])[:, None] * coupled, dtype=np.float64)
+
+    @property
+    def limits(self) -> FloatArray:
+        """Lower and upper limits of the shown angles, shape (2, n), rad."""
+        return np.array([[j.min_rad for j in self.joints], [j.max_rad for j in self.joints]])
+
+    def model_angles(self, q: ArrayLike) -> FloatArray:
+        """Return the angles of the model (without the chain's offsets) for shown angles, shape (..., n), rad."""
+        shown = np.asarray(q, dtype=np.float64)
+        if shown.shape[-1:] != (len(self.joints),):
+            raise InputError(f"{self.name} has {len(self.joints)} joints, got angles of shape {shown.shape}")
+        return np.asarray(shown @ self.coupling_matrix.T, dtype=np.float64)
+
+    def shown_angles(self, theta: ArrayLike) -> FloatArray:
+        """Return the angles that the controller shows for angles of the model, shape (..., n), rad."""
+        return np.asarray(np.asarray(theta) @ np.linalg.inv(self.coupling_matrix).T, dtype=np.float64)
+
+    def forward(self, q: ArrayLike) -> FloatArray:
+        """Return ``T_base_flange`` for shown joint angles of shape (N, n), rad; shape (N, 4, 4), mm."""
+        return forward_kinematics(self.chain, self.model_angles(q))
+
+    def jacobian(self, q: ArrayLike, *, point: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+        """Return the derivative with respect to the shown angles, shape (N, 6, n).
+
+        Rows as in `geometric_jacobian`: turning (rad), then velocity of `point` in the flange frame (mm).
+        """
+        J = geometric_jacobian(self.chain, self.model_angles(q), point=point)
+        return np.asarray(J @ self.coupling_matrix, dtype=np.float64)
+
+    def within_limits(self, q: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+        """Tell for shown angles of shape (..., n) whether every one is within its limits; shape (...)."""
+        low, high = self.limits
+        shown = np.asarray(q, dtype=np.float64)
+        return np.asarray(((shown >= low) & (shown <= high)).all(axis=-1))
+
+    def angles_from_pulses(self, pulses: ArrayLike) -> FloatArray:
+        """Return shown angles (rad) for encoder pulses, shape (..., n).
+
+        Raises
+        ------
+        InputError
+            When the arm's file does not state the pulses per degree of every joint.
+        """
+        return np.deg2rad(np.asarray(pulses, dtype=np.float64) / self._pulses_per_deg())
+
+    def pulses_from_angles(self, q: ArrayLike) -> FloatArray:
+        """Return encoder pulses, rounded to whole ones, for shown angles (rad), shape (..., n).
+
+        Raises
+        ------
+        InputError
+            When the arm's file does not state the pulses per degree of every joint.
+        """
+        return np.asarray(np.rint(np.rad2deg(q) * self._pulses_per_deg()), dtype=np.float64)
+
+    def _pulses_per_deg(self) -> FloatArray:
+        missing = [joint.name for joint in self.joints if joint.pulses_per_deg is None]
+        if missing:
+            raise InputError(f"{self.name}: pulses per degree are not stated for joint {', '.join(missing)}")
+        return np.array([joint.pulses_per_deg for joint in self.joints], dtype=np.float64)
+
+    def as_nominal(self) -> Arm:
+        """Return the arm as its controller models it (itself when it is nominal)."""
+        if self.nominal is None:
+            return self
+        return replace(self, chain=self.nominal, nominal=None, space=RobotSpace.NOMINAL)
+
+    def as_identified(self, chain: MDHChain) -> Arm:
+        """Return the arm with an identified chain; the controller's own chain is kept beside it."""
+        return replace(self, chain=chain, nominal=self.as_nominal().chain, space=RobotSpace.IDENTIFIED)

@@ -1,0 +1,167 @@
+"""Batched forward kinematics of an `MDHChain`, and its derivatives.
+
+All poses are computed at once. A frame is kept as its three axes and its origin, each of shape (3, ...): every step of
+a link is then a few sums over long contiguous rows, which NumPy does far faster than products of small matrices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.transform import RigidTransform
+from wpcal.robot.kinematics.chain import MDHChain
+
+
+class Frames(NamedTuple):
+    """Axes and origin of many frames in the base: x, y, z (unit) and p (mm), each of shape (3, ...)."""
+
+    x: FloatArray
+    y: FloatArray
+    z: FloatArray
+    p: FloatArray
+
+    def point(self, offset: ArrayLike) -> FloatArray:
+        """Return the points at `offset` in these frames: ``p + u x + v y + w z``; offset has shape (3,) or (3, ...)."""
+        u, v, w = np.asarray(offset, dtype=np.float64)
+        return np.asarray(self.p + u * self.x + v * self.y + w * self.z, dtype=np.float64)
+
+    def then(self, transform: RigidTransform) -> Frames:
+        """Return the frames `transform` further on: each times ``T``."""
+        x, y, z = ((self.x * c[0] + self.y * c[1] + self.z * c[2]) for c in transform.R.T)
+        return Frames(x, y, z, self.point(transform.t_mm))
+
+    def rotations(self) -> FloatArray:
+        """Return rotation matrices, shape (..., 3, 3)."""
+        columns = np.moveaxis(np.stack([self.x, self.y, self.z], axis=1), (0, 1), (-2, -1))
+        return np.asarray(columns, dtype=np.float64)
+
+    def matrices(self) -> FloatArray:
+        """Return homogeneous matrices, shape (..., 4, 4)."""
+        T = np.zeros((4, 4, *self.p.shape[1:]))
+        T[:3, 0], T[:3, 1], T[:3, 2], T[:3, 3], T[3, 3] = self.x, self.y, self.z, self.p, 1.0
+        return np.ascontiguousarray(np.moveaxis(T, (0, 1), (-2, -1)))
+
+
+class LinkMotion(NamedTuple):
+    """Where one link's parameters act: each turns about or moves along one of these axes at one of these origins.
+
+    θ and d: axis `z` at `p_before`. a: axis `x`. α: axis `x` at `frame.p`. β: axis `frame.y` at `frame.p`.
+    """
+
+    z: FloatArray
+    p_before: FloatArray
+    x: FloatArray
+    frame: Frames
+
+
+def start_frames(T_base_dh0: RigidTransform, ndim: int) -> Frames:
+    """Return the frame before the first link, shaped (3, 1, ..., 1) with `ndim` ones, ready to broadcast."""
+    columns = (*T_base_dh0.R.T, T_base_dh0.t_mm)
+    return Frames(*(np.reshape(column, (3, *(1,) * ndim)) for column in columns))
+
+
+def walk(start: Frames, table: FloatArray, theta: FloatArray) -> Iterator[LinkMotion]:
+    """Go along the links and yield what each of them does.
+
+    Parameters
+    ----------
+    start : Frames
+        The frame before the first link.
+    table : ndarray, shape (5, n, ...)
+        Link parameters in the order of `LINK_SYMBOLS`; axes after the second broadcast with those of `theta`.
+    theta : ndarray, shape (n, ...)
+        Joint angles without the offsets of the table, rad.
+    """
+    frame = start
+    for angle, (offset, d, a, alpha, beta) in zip(theta, np.moveaxis(table, 1, 0), strict=True):
+        z, p_before = frame.z, frame.p
+        x, y = _turn(frame.x, frame.y, angle + offset)  # Rz(θ)
+        p = p_before + d * z + a * x  # Tz(d) Tx(a)
+        y, z_end = _turn(y, z, alpha)  # Rx(α)
+        x_end = x
+        if np.any(beta):
+            z_end, x_end = _turn(z_end, x, beta)  # Ry(β)
+        frame = Frames(x_end, y, z_end, p)
+        yield LinkMotion(z, p_before, x, frame)
+
+
+def _turn(u: FloatArray, v: FloatArray, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Turn the axes u and v in their plane, u towards v."""
+    c, s = np.cos(angle), np.sin(angle)
+    return c * u + s * v, c * v - s * u
+
+
+def chain_frames(chain: MDHChain, theta: ArrayLike) -> Frames:
+    """Return the flange frames in the base for joint angles of shape (N, n), rad; arrays of shape (3, N)."""
+    angles = np.ascontiguousarray(np.asarray(theta, dtype=np.float64).T)
+    frame = start_frames(chain.T_base_dh0, 1)
+    for motion in walk(frame, chain.table, angles):
+        frame = motion.frame
+    return frame.then(chain.T_dhn_flange)
+
+
+def forward_kinematics(chain: MDHChain, theta: ArrayLike) -> FloatArray:
+    """Return the flange poses ``T_base_flange``.
+
+    Parameters
+    ----------
+    chain : MDHChain
+    theta : array_like, shape (N, n)
+        Joint angles of the model without its offsets, rad.
+
+    Returns
+    -------
+    ndarray, shape (N, 4, 4)
+        Homogeneous matrices, mm.
+
+    References
+    ----------
+    Xiong, Yang, Wang 2015, eq. (1) to (3).
+
+    Examples
+    --------
+    A planar arm of two links, stretched out and then bent by a quarter turn:
+
+    >>> arm = MDHChain([0, 0], [0, 0], [400, 300], [0, 0], [0, 0], (True, False))
+    >>> forward_kinematics(arm, [[0, 0], [0, np.pi / 2]])[:, :2, 3].round(9).tolist()
+    [[700.0, 0.0], [400.0, 300.0]]
+    """
+    return chain_frames(chain, theta).matrices()
+
+
+def geometric_jacobian(chain: MDHChain, theta: ArrayLike, *, point: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+    """Return the derivative of the flange with respect to the joint angles of the model.
+
+    Parameters
+    ----------
+    chain : MDHChain
+    theta : array_like, shape (N, n)
+        Joint angles, rad.
+    point : array_like, shape (3,) or (3, N), optional
+        The point in the flange frame whose velocity is wanted, mm.
+
+    Returns
+    -------
+    ndarray, shape (N, 6, n)
+        Rows: turning of the flange (rad), then velocity of the point (mm), both in the base, per rad.
+    """
+    angles = np.ascontiguousarray(np.asarray(theta, dtype=np.float64).T)
+    motions = list(walk(start_frames(chain.T_base_dh0, 1), chain.table, angles))
+    p = motions[-1].frame.then(chain.T_dhn_flange).point(point)
+    J = np.empty((6, len(chain), p.shape[1]))
+    for i, motion in enumerate(motions):
+        J[:3, i] = motion.z
+        cross(motion.z, p - motion.p_before, out=J[3:, i])
+    return np.ascontiguousarray(np.moveaxis(J, 2, 0))
+
+
+def cross(u: FloatArray, v: FloatArray, *, out: FloatArray) -> None:
+    """Write u × v to `out`, all of shape (3, ...); far faster than `numpy.cross` on long rows."""
+    out[0] = u[1] * v[2] - u[2] * v[1]
+    out[1] = u[2] * v[0] - u[0] * v[2]
+    out[2] = u[0] * v[1] - u[1] * v[0]

@@ -1,0 +1,1 @@
+"""Where members meet: contacts, concave edges, interpenetrations, marked edges, beads."""

@@ -1,0 +1,213 @@
+"""Modelled beads and rounds inside one solid: the seam is where the two faces beside the strip would meet.
+
+A strip is a concave face that runs smoothly into two others along its sides. The curve in which their surfaces meet is
+closed form for two planes (a line) and for a plane across a cylinder (a circle). Otherwise it is found point by point:
+in the plane across the strip's side, Newton's method on the distances from both surfaces,
+
+    n1 · (p − f1) = 0,   n2 · (p − f2) = 0,   x · (p − p0) = 0,
+
+with f the nearest points of the surfaces, n their normals there, and x the direction of the side at p0. A cubic spline
+goes through the points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.brep.concavity import LEAST_TURN_SIN
+from wpcal.brep.curves import edge_lengths, evaluate_edges
+from wpcal.brep.extend import FreeEdge, add_edges, interpolated, line
+from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.seam.find.concave import LEAST_LENGTH_MM, looks_machined
+from wpcal.seam.find.joint import JoinedPieces
+from wpcal.seam.options import ConcaveEdges, SeamOptions
+from wpcal.seam.seam import JointType, SeamPieces, WeldType
+
+WIDEST_MM = 30.0
+"""A bead's face is not wider: a fillet of 20 mm legs, laid in many runs, has 28 mm."""
+LEAST_CORNER_COS = 0.87
+"""Faces beside a strip that differ by less than 30 degrees are one bent sheet, not two members."""
+STRIPS = (SurfaceKind.CYLINDER, SurfaceKind.TORUS, SurfaceKind.CONE, SurfaceKind.NURBS)
+SAMPLES = 513
+"""Points through which the spline goes: on an ellipse round a pipe of 60 mm it is then within 1e-7 mm of the curve, and
+its slope at an end within 1e-6."""
+NEWTON_ROUNDS = 12
+"""The distance is squared each round; analytic surfaces settle in 5."""
+PARALLEL = 1e-6
+"""Sine below which an axis is along a plane's normal."""
+
+
+@dataclass(frozen=True, slots=True)
+class Strip:
+    """A strip between two faces.
+
+    Parameters
+    ----------
+    face : int
+    sides : tuple of int
+        The faces beside it.
+    edges : tuple of tuple of int
+        The edges along which it runs into each of them.
+    """
+
+    face: int
+    sides: tuple[int, int]
+    edges: tuple[tuple[int, ...], tuple[int, ...]]
+
+
+def find_strips(graph: BrepGraph, solids: BoolArray | None = None) -> list[Strip]:
+    """Find the concave strips that run smoothly into two other faces of their solid at an angle.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    solids : ndarray of bool, shape (S,), optional
+        Those that are asked; all where not given.
+
+    Returns
+    -------
+    list of Strip
+        By face.
+    """
+    edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
+    edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
+    if solids is not None:
+        edges = edges[solids[graph.edge_solid[edges]]]
+    edges = edges[np.isin(graph.face_kind[graph.edge_faces[edges]], STRIPS).any(axis=1)]
+    p = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))[0]
+    left, right = (project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1))
+    smooth = edges[np.linalg.norm(np.cross(left, right), axis=1) < LEAST_TURN_SIN]
+    lengths = edge_lengths(graph)
+    beside: dict[int, dict[int, list[int]]] = {}
+    for edge in smooth.tolist():
+        for face, other in (graph.edge_faces[edge].tolist(), graph.edge_faces[edge, ::-1].tolist()):
+            if graph.face_kind[face] in STRIPS:
+                beside.setdefault(face, {}).setdefault(other, []).append(edge)
+    found = []
+    for face, others in sorted(beside.items()):
+        long = sorted(others, key=lambda other: (-float(lengths[others[other]].sum()), other))[:2]
+        if len(long) == 2 and all(lengths[others[other]].sum() >= LEAST_LENGTH_MM for other in long):
+            strip = Strip(face, (long[0], long[1]), (tuple(others[long[0]]), tuple(others[long[1]])))
+            if _is_concave_corner(graph, strip):
+                found.append(strip)
+    return found
+
+
+def _is_concave_corner(graph: BrepGraph, strip: Strip) -> bool:
+    """Tell whether a strip is narrow, its sides stand at an angle, and its middle lies behind the chord across it."""
+    first, second = (edges[0] for edges in strip.edges)
+    p = evaluate_edges(graph, [first], [graph.edge_range[first].mean()])[0]
+    across = evaluate_edges(
+        graph, np.full(SAMPLES, second), np.linspace(graph.edge_range[second, 0], graph.edge_range[second, 1], SAMPLES)
+    )[0]
+    q = across[np.argmin(np.linalg.norm(across - p, axis=1))][None]
+    n1, n2 = (project_to_faces(graph, [side], at).normal[0] for side, at in zip(strip.sides, (p, q), strict=True))
+    middle = (p + q) / 2
+    foot = project_to_faces(graph, [strip.face], middle)
+    behind = float((foot.p[0] - middle[0]) @ foot.normal[0]) < 0
+    width = float(np.linalg.norm(q - p))
+    return behind and 0 < width <= WIDEST_MM and float(n1 @ n2) < LEAST_CORNER_COS
+
+
+def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> tuple[BrepGraph, JoinedPieces]:
+    """Add the curves in which the faces beside beads and rounds meet, as edges without faces of their own.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    trimmed : TrimmedFaces
+        Of the same graph.
+    options : SeamOptions
+        With `ConcaveEdges.AUTO` only solids are asked that stand apart from others and do not look machined.
+
+    Returns
+    -------
+    graph : BrepGraph
+    pieces : JoinedPieces
+        Wall and base are the faces beside the strips.
+    """
+    strips: list[Strip] = []
+    if options.concave is ConcaveEdges.ALWAYS:
+        strips = find_strips(graph)
+    elif options.concave is ConcaveEdges.AUTO:
+        strips = find_strips(graph, _stand_apart(graph, trimmed, options.gap_for(graph)))
+        faces = np.array([strip.face for strip in strips], dtype=np.int64)
+        machined = {solid: looks_machined(graph, solid, but=faces) for solid in set(graph.face_solid[faces].tolist())}
+        strips = [strip for strip in strips if not machined[int(graph.face_solid[strip.face])]]
+    found = [(strip, edge) for strip in strips for edge in _meeting_edges(graph, strip)]
+    wider, edges = add_edges(graph, [edge for _, edge in found])
+    n = len(found)
+    wall, base = (np.array([strip.sides[k] for strip, _ in found], dtype=np.int64) for k in (0, 1))
+    t0, t1 = wider.edge_range[edges].T
+    pieces = SeamPieces(edges, t0, t1, wall, base, np.zeros((n, 3)))
+    return wider, JoinedPieces(pieces, (JointType.UNKNOWN,) * n, (WeldType.FILLET,) * n)
+
+
+def _stand_apart(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolArray:
+    """Tell which solids' boxes come near no other solid's."""
+    count = len(graph.solid_names)
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, graph.face_solid, trimmed.face_box[0] - gap_mm)
+    np.maximum.at(high, graph.face_solid, trimmed.face_box[1])
+    meets = [((low[solid] <= high) & (low <= high[solid])).all(axis=1).sum() > 1 for solid in range(count)]
+    return ~np.array(meets, dtype=bool)
+
+
+def _meeting_edges(graph: BrepGraph, strip: Strip) -> Iterator[FreeEdge]:
+    """Yield, for each edge along the first side, the piece of the curve in which the two sides meet."""
+    for edge in strip.edges[0]:
+        t = np.linspace(graph.edge_range[edge, 0], graph.edge_range[edge, 1], SAMPLES)
+        p0, slope = evaluate_edges(graph, np.full(SAMPLES, edge), t)
+        p = _meet(graph, strip.sides, p0, slope)
+        if p is None:
+            continue
+        kinds = {int(graph.face_kind[side]) for side in strip.sides}
+        if kinds == {SurfaceKind.PLANE}:
+            yield line(p[0], p[-1])
+        elif kinds == {SurfaceKind.PLANE, SurfaceKind.CYLINDER} and _is_across(graph, strip.sides):
+            yield _circle(graph, strip.sides, p)
+        else:
+            yield interpolated(p)
+
+
+def _meet(graph: BrepGraph, sides: tuple[int, int], p0: FloatArray, slope: FloatArray) -> FloatArray | None:
+    """Return where two surfaces meet across the points p0 (n, 3) of an edge, or None where they do not."""
+    x = slope / np.linalg.norm(slope, axis=1, keepdims=True)
+    p = p0.copy()
+    for _ in range(NEWTON_ROUNDS):
+        feet = [project_to_faces(graph, np.full(len(p), side), p) for side in sides]
+        A = np.stack([feet[0].normal, feet[1].normal, x], axis=1)
+        if (np.abs(np.linalg.det(A)) < LEAST_TURN_SIN).any():
+            return None  # the surfaces run into each other: no corner there
+        off = [np.einsum("ki,ki->k", foot.p - p, foot.normal) for foot in feet]
+        back = np.einsum("ki,ki->k", p0 - p, x)
+        p = p + np.linalg.solve(A, np.stack([*off, back], axis=1)[..., None])[..., 0]
+    return p if np.linalg.norm(p - p0, axis=1).max() <= 2.0 * WIDEST_MM else None
+
+
+def _is_across(graph: BrepGraph, sides: tuple[int, int]) -> bool:
+    """Tell whether a cylinder's axis is along a plane's normal."""
+    z0, z1 = (graph.face_frame[side, 3] for side in sides)
+    return float(np.linalg.norm(np.cross(z0, z1))) <= PARALLEL
+
+
+def _circle(graph: BrepGraph, sides: tuple[int, int], p: FloatArray) -> FreeEdge:
+    """Return the arc in which a plane cuts a cylinder across, from the first of the points p to the last."""
+    plane, cylinder = sorted(sides, key=lambda side: int(graph.face_kind[side]))
+    o, z = graph.face_frame[cylinder, 0], graph.face_frame[cylinder, 3]
+    n = graph.face_frame[plane, 3]
+    centre = o + float((graph.face_frame[plane, 0] - o) @ n) / float(z @ n) * z
+    radius = float(graph.face_param[cylinder, 0])
+    x = (p[0] - centre) / np.linalg.norm(p[0] - centre)
+    y = np.cross(z, x)
+    arm = p - centre
+    turn = float(np.unwrap(np.arctan2(arm @ y, arm @ x))[-1])
+    if turn < 0:
+        z, y, turn = -z, -y, -turn
+    return FreeEdge(CurveKind.CIRCLE, np.stack([centre, x, y, z]), (radius, radius), (0.0, turn))

@@ -1,0 +1,103 @@
+"""Concave edges inside one solid: where a part modelled as one piece was welded together from several."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.brep.concavity import are_concave
+from wpcal.brep.curves import edge_lengths, evaluate_edges
+from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.rays import is_blocked
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.find.joint import JoinedPieces
+from wpcal.seam.seam import JointType, SeamPieces, WeldType
+
+LEAST_LENGTH_MM = 5.0
+"""A shorter concave edge is a step in a machined part, not a weld run: an 8 mm plate's end is the least in use."""
+
+
+def find_concave_edges(graph: BrepGraph) -> JoinedPieces:
+    """Find the concave edges between two faces of one solid, at least `LEAST_LENGTH_MM` long.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+
+    Returns
+    -------
+    JoinedPieces
+        The left face of an edge as wall, the right one as base, gap zero; joint unknown, weld fillet.
+    """
+    edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
+    edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
+    edges = edges[edge_lengths(graph)[edges] >= LEAST_LENGTH_MM]
+    edges = edges[are_concave(graph, edges)]
+    wall, base = graph.edge_faces[edges].T
+    t0, t1 = graph.edge_range[edges].T
+    pieces = SeamPieces(edges, t0, t1, wall, base, np.zeros((len(edges), 3)))
+    return JoinedPieces(pieces, (JointType.UNKNOWN,) * len(edges), (WeldType.FILLET,) * len(edges))
+
+
+CUT_OUT_STEP_MM = 0.5
+"""The material behind a face is felt this far from the edge: clear of the other face, inside a 1 mm sheet's corner."""
+
+
+def are_cut_outs(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolArray:
+    """Tell which concave edges are corners of an opening (a window in a plate) rather than joints of members.
+
+    Such an edge runs through the thickness of one member: the material behind both of its faces is deeper than the edge
+    is long, and no other concave edge meets it.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    edges : ndarray of int, shape (k,)
+        Concave edges.
+    """
+    length = edge_lengths(graph)[edges]
+    vertices, counts = np.unique(graph.edge_vertices[edges], return_counts=True)
+    shared = vertices[counts > 1]
+    alone = ~np.isin(graph.edge_vertices[edges], shared).any(axis=1)
+    deep = are_deeper(graph, trimmed, edges, length)
+    return np.asarray(alone & deep, dtype=bool)
+
+
+def are_deeper(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray, depth_mm: FloatArray) -> BoolArray:
+    """Tell behind which concave edges the material of both faces reaches deeper than given.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    edges : ndarray of int, shape (k,)
+    depth_mm : ndarray, shape (k,)
+    """
+    p = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))[0]
+    normals = [project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1)]
+    deeper = np.ones(len(edges), dtype=bool)
+    for mine, other in (normals, normals[::-1]):
+        along = other - np.einsum("ki,ki->k", other, mine)[:, None] * mine  # on the face, away from the edge
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        start = p + CUT_OUT_STEP_MM * (along - mine)
+        deeper &= ~is_blocked(graph, trimmed, start, -mine, length_mm=depth_mm)
+    return deeper
+
+
+def looks_machined(graph: BrepGraph, solid: int, *, but: IntArray | None = None) -> bool:
+    """Tell whether a solid was cut from one piece rather than welded together.
+
+    The rule: a weldment is made of plates, bars and tubes, so nearly all its faces are planes and cylinders, and its
+    concave edges lie between outer faces. Cones, spheres, tori and free-form faces (chamfers, rounds, countersinks) on
+    more than a tenth of the faces, or more than a third of the faces being walls of holes, say machined. The faces
+    `but` do not count: strips that may be beads.
+    """
+    faces = graph.face_solid == solid
+    if but is not None:
+        faces[but] = False
+    kinds = graph.face_kind[faces]
+    shaped = np.isin(kinds, (SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS, SurfaceKind.NURBS)).mean()
+    walls = ((kinds == SurfaceKind.CYLINDER) & (graph.face_outward[faces] < 0)).mean()
+    return bool(shaped > 0.1 or walls > 1 / 3)

@@ -1,0 +1,97 @@
+"""Solids that run into each other: an untrimmed branch pipe. No edge lies on a face there, but some pierce one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.find.contact import CHUNK, SAMPLES, candidate_pairs, clipped_range
+
+DEEP_MM = 0.5
+"""An edge must stand this far out on both sides of a face to pierce it: members in contact overlap by less."""
+SECANT_ROUNDS = 4
+"""From the sample before and after: on an edge of 1 m and a surface bent to 100 mm to a hundredth of `DEEP_MM`."""
+
+
+def interpenetrating_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
+    """Find pairs of solids of which an edge of one pierces a face of the other.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    trimmed : TrimmedFaces
+        Of the same graph.
+
+    Returns
+    -------
+    ndarray of int, shape (k, 2)
+        Numbers of solids, the smaller first, sorted.
+
+    Notes
+    -----
+    Edges that close a face onto itself take part: of two crossing pipes they alone pierce the other's wall.
+    """
+    edge, face = candidate_pairs(graph, trimmed, 0.0, seam_edges=True)
+    low, high = clipped_range(graph, trimmed, edge, face, 2.0 * DEEP_MM)
+    keep = high > low
+    keep[keep] = _may_pierce(graph, edge[keep], face[keep], low[keep], high[keep])
+    edge, face, low, high = edge[keep], face[keep], low[keep], high[keep]
+    found = [np.zeros((0, 2), dtype=np.int64)]
+    for first in range(0, len(edge), CHUNK // SAMPLES):
+        own = slice(first, first + CHUNK // SAMPLES)
+        pierced = _pierced(graph, trimmed, edge[own], face[own], low[own], high[own])
+        found.append(np.stack([graph.edge_solid[edge[own][pierced]], graph.face_solid[face[own][pierced]]], axis=1))
+    return np.unique(np.sort(np.concatenate(found), axis=1), axis=0)
+
+
+def _may_pierce(graph: BrepGraph, edge: IntArray, face: IntArray, low: FloatArray, high: FloatArray) -> BoolArray:
+    """Tell which edges may pierce their face: of a straight one and a plane the ends on both sides say it."""
+    may = np.ones(len(edge), dtype=bool)
+    flat = (graph.edge_kind[edge] == CurveKind.LINE) & (graph.face_kind[face] == SurfaceKind.PLANE)
+    e, frame = edge[flat], graph.face_frame[face[flat]]
+    a, b = (np.einsum("ki,ki->k", evaluate_edges(graph, e, t[flat])[0] - frame[:, 0], frame[:, 3]) for t in (low, high))
+    may[flat] = (np.minimum(a, b) < -DEEP_MM) & (np.maximum(a, b) > DEEP_MM)
+    return may
+
+
+def _pierced(
+    graph: BrepGraph, trimmed: TrimmedFaces, edge: IntArray, face: IntArray, low: FloatArray, high: FloatArray
+) -> IntArray:
+    """Return the rows of edges that pierce their face between the parameters low and high."""
+    t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
+    height = _height(graph, np.repeat(edge, SAMPLES), np.repeat(face, SAMPLES), t.ravel()).reshape(t.shape)
+    row, column = np.nonzero((height[:, :-1] > 0) != (height[:, 1:] > 0))
+    deep = (height.max(axis=1)[row] > DEEP_MM) & (height.min(axis=1)[row] < -DEEP_MM)
+    row, column = row[deep], column[deep]
+    edge, face = edge[row], face[row]
+    at = _crossing(graph, edge, face, t[row, column], t[row, column + 1])
+    points = evaluate_edges(graph, edge, at)[0]
+    hit = project_to_faces(graph, face, points)
+    # where the nearest point jumps from one part of a surface to another the height changes its sign, too
+    meets = np.linalg.norm(hit.p - points, axis=1) <= DEEP_MM
+    inside = meets & trimmed.contains(face, hit.uv)
+    clear = trimmed.boundary_distance(face, hit.p, within_mm=DEEP_MM) > DEEP_MM
+    return np.asarray(row[inside & clear], dtype=np.int64)
+
+
+def _crossing(graph: BrepGraph, edge: IntArray, face: IntArray, a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return where edges go through surfaces between their parameters a and b, by secants."""
+    ha, hb = _height(graph, edge, face, a), _height(graph, edge, face, b)
+    for _ in range(SECANT_ROUNDS):
+        middle = a - ha * (b - a) / np.where(hb == ha, 1.0, hb - ha)
+        hm = _height(graph, edge, face, middle)
+        same = (hm > 0) == (ha > 0)
+        a, ha = np.where(same, middle, a), np.where(same, hm, ha)
+        b, hb = np.where(same, b, middle), np.where(same, hb, hm)
+    return np.asarray(a - ha * (b - a) / np.where(hb == ha, 1.0, hb - ha), dtype=np.float64)
+
+
+def _height(graph: BrepGraph, edge: IntArray, face: IntArray, t: FloatArray) -> FloatArray:
+    """Return how far points of edges stand above surfaces, mm, shape like t."""
+    points = evaluate_edges(graph, edge, t)[0]
+    foot = project_to_faces(graph, face, points)
+    return np.asarray(np.einsum("ki,ki->k", points - foot.p, foot.normal), dtype=np.float64)

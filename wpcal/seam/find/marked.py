@@ -1,0 +1,117 @@
+"""Edges that a person marked (by name, colour or layer in the CAD file) or picked: these are the seams.
+
+A marked edge that runs along a contact of two solids stands for that contact, whose two faces give the frames. Another
+one has its own two faces. An edge with one face has that face's normal; one without any has z upwards in `part`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.brep.concavity import are_concave
+from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.trim import distance_to_segments
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.find.contact import SAMPLES
+from wpcal.seam.find.duplicates import NEAR_GAPS
+from wpcal.seam.find.joint import JoinedPieces
+from wpcal.seam.seam import JointType, SeamPieces, WeldType
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MarkedEdges:
+    """Edges of a graph that are to be welded.
+
+    Parameters
+    ----------
+    edge : ndarray of int, shape (k,)
+    label : tuple of str, length k
+        What each is marked by, for people.
+    """
+
+    edge: IntArray
+    label: tuple[str, ...]
+
+
+def take_marked(
+    graph: BrepGraph, joined: JoinedPieces, marked: MarkedEdges, *, gap_mm: float
+) -> tuple[JoinedPieces, tuple[str, ...], JoinedPieces]:
+    """Take what is marked out of the contacts.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    joined : JoinedPieces
+        The contacts.
+    marked : MarkedEdges
+    gap_mm : float
+        Gap within which the contacts were found, mm.
+
+    Returns
+    -------
+    pieces : JoinedPieces
+        Contacts along marked edges, and the marked edges along no contact with their own faces (-1 for none).
+    label : tuple of str
+        Of each of them.
+    rest : JoinedPieces
+        The other contacts.
+    """
+    label_of: dict[int, str] = {}
+    alone = []
+    curves = _samples(graph, joined.pieces)
+    for row, edge in enumerate(marked.edge.tolist()):
+        beside = np.flatnonzero(_run_along(graph, curves, edge, NEAR_GAPS * gap_mm) | (joined.pieces.edge == edge))
+        for piece in beside.tolist():
+            label_of.setdefault(piece, marked.label[row])
+        if len(beside) == 0:
+            alone.append(row)
+    taken = np.array(sorted(label_of), dtype=np.int64)
+    rest = np.setdiff1d(np.arange(len(joined.pieces)), taken)
+    own = _with_own_faces(graph, marked.edge[alone])
+    here = joined.select(taken)
+    both = JoinedPieces(
+        SeamPieces.joined([here.pieces, own.pieces]), (*here.joint, *own.joint), (*here.weld, *own.weld)
+    )
+    labels = (*(label_of[piece] for piece in taken.tolist()), *(marked.label[row] for row in alone))
+    return both, labels, joined.select(rest)
+
+
+def _samples(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
+    t = pieces.t0[:, None] + (pieces.t1 - pieces.t0)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
+    return evaluate_edges(graph, np.repeat(pieces.edge, SAMPLES), t.ravel())[0].reshape(len(pieces), SAMPLES, 3)
+
+
+def _run_along(graph: BrepGraph, curves: FloatArray, edge: int, near: float) -> BoolArray:
+    """Tell which curves, as points (k, n, 3), run along an edge, all of them nearer to it than `near`."""
+    first, last = graph.edge_range[edge]
+    path = evaluate_edges(graph, np.full(SAMPLES, edge), np.linspace(first, last, SAMPLES))[0]
+    along = ((curves >= path.min(axis=0) - near) & (curves <= path.max(axis=0) + near)).all(axis=(1, 2))
+    for row in np.flatnonzero(along).tolist():
+        p = np.repeat(curves[row], SAMPLES - 1, axis=0)
+        off = distance_to_segments(p, np.tile(path[:-1], (SAMPLES, 1)), np.tile(path[1:], (SAMPLES, 1)))
+        along[row] = off.reshape(SAMPLES, -1).min(axis=1).max() <= near
+    return np.asarray(along, dtype=bool)
+
+
+def _with_own_faces(graph: BrepGraph, edges: IntArray) -> JoinedPieces:
+    wall, base = graph.edge_faces[edges].T
+    t0, t1 = graph.edge_range[edges].T
+    weld = [WeldType.UNKNOWN] * len(edges)
+    two = np.flatnonzero((wall >= 0) & (base >= 0))
+    for row, concave in zip(two.tolist(), are_concave(graph, edges[two]).tolist(), strict=True):
+        weld[row] = WeldType.FILLET if concave else WeldType.GROOVE
+    pieces = SeamPieces(edges, t0, t1, wall, base, np.zeros((len(edges), 3)))
+    return JoinedPieces(pieces, (JointType.UNKNOWN,) * len(edges), tuple(weld))
+
+
+def in_words(graph: BrepGraph, pieces: SeamPieces, labels: tuple[str, ...]) -> tuple[str, ...]:
+    """Say by what the pieces of a seam are marked, and what faces they lack."""
+    words = tuple(dict.fromkeys(f"marked: {label}" for label in labels))
+    count = ((pieces.wall >= 0).astype(int) + (pieces.base >= 0)).min()
+    if count == 2:
+        return words
+    lacking = "only one face beside it: z is its normal" if count else "no face beside it: z is up in part coordinates"
+    return (*words, lacking)

@@ -1,0 +1,1 @@
+"""Whether a candidate is a weld: the evidence, fasteners, the reach of a torch."""

@@ -1,0 +1,205 @@
+"""How sure are we that a candidate is a weld: what speaks for it, what against, in words and as a number.
+
+Each finding multiplies the confidence by a factor. The factors are a ranking, not probabilities: one strong finding
+(no torch gets there; a bolt) brings any candidate below `LEAST_CONFIDENCE`, a weak one (short, wide gap) does not.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.rays import START_MM
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.seam.find.concave import are_cut_outs, are_deeper
+from wpcal.seam.judge.fasteners import Fastener, find_fasteners, is_named_fastener
+from wpcal.seam.judge.reach import LEAST_FREE, free_share
+from wpcal.seam.options import ConcaveEdges, SeamOptions
+from wpcal.seam.seam import Seam, SeamSource
+
+LEAST_CONFIDENCE = 0.5
+"""A candidate at or above is accepted."""
+PRIOR = {
+    SeamSource.CONTACT: 0.95,
+    SeamSource.SECTION: 0.9,
+    SeamSource.CONCAVE: 0.7,
+    SeamSource.BEAD: 0.7,
+    SeamSource.MARKED: 1.0,
+}
+"""Members in contact are meant to be joined; overlapping ones may be a slip; a concave edge or a round may be
+just a shape. What a person marked is a weld, whatever speaks against it."""
+NOT_REACHED, FASTENER, TOO_SHORT, CUT_OUT, MASSIVE, NOT_MARKED = 0.1, 0.05, 0.3, 0.2, 0.3, 0.4
+"""Each of these alone rejects."""
+NAMED, BOLTED, PIN_IN_HOLE = 0.7, 0.75, 0.8
+"""Each of these alone lowers a contact's confidence and does not reject it."""
+GAP_SHARE_LOST = 0.4
+"""Lost where the mean gap is as wide as allowed; a tee with a gap of 0.4 of 0.5 mm stays a weld."""
+LEAST_RUN_MM = 5.0
+"""A shorter run is a step or a sliver: an 8 mm plate's end is the least in use."""
+THICKEST_MM = 60.0
+"""Of concave edges: where both members are thicker, the part is a casting or a building; plate welded by robots is
+rarely above 40 mm."""
+FELT_GAP = 0.1
+"""A smaller share of the allowed gap is nothing to speak of."""
+BEAD_MM = 15.0
+"""A modelled bead's root is up to this deep below its face: 14 mm for a flat one of 20 mm legs. Rays start there."""
+AROUND = 0.1
+"""A seam that runs round an axis is nowhere along it: cosine of 84 degrees."""
+REACH_STATIONS = 5
+"""Places along a seam at which its reach is felt."""
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """One finding about a candidate.
+
+    Parameters
+    ----------
+    factor : float
+        By which its confidence is multiplied.
+    text : str
+        In words, for people.
+    """
+
+    factor: float
+    text: str
+
+
+def judge_seams(
+    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], options: SeamOptions
+) -> tuple[Seam, ...]:
+    """Give every candidate its confidence, and say why.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    seams : sequence of Seam
+        With frames in `part`.
+    options : SeamOptions
+
+    Returns
+    -------
+    tuple of Seam
+        With `reachable`, `confidence`, `accepted`, `reasons` and `against`.
+    """
+    if not seams:
+        return ()
+    shares = _free_shares(graph, trimmed, seams)
+    has_marks = any(seam.source is SeamSource.MARKED for seam in seams)
+    judge = _Judge.of(graph, trimmed, options.gap_for(graph), has_marks=has_marks)
+    concave = _concave_evidence(graph, trimmed, seams) if options.concave is ConcaveEdges.AUTO else {}
+    judged = []
+    for row, (seam, share) in enumerate(zip(seams, shares, strict=True)):
+        evidence = [*judge.evidence(seam, share), *concave.get(row, ())]
+        against = sorted(evidence, key=lambda item: item.factor)
+        confidence = PRIOR[seam.source] * float(np.prod([item.factor for item in evidence]))
+        judged.append(
+            replace(
+                seam,
+                reachable=share >= LEAST_FREE,
+                accepted=confidence >= LEAST_CONFIDENCE or seam.source is SeamSource.MARKED,
+                confidence=confidence,
+                reasons=(seam.source.value, *seam.reasons, f"{share:.0%} of the torch's directions are free"),
+                against=tuple(item.text for item in against),
+            )
+        )
+    return tuple(judged)
+
+
+def _free_shares(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[float]:
+    at = [np.unique(np.linspace(0, len(seam.frames) - 1, REACH_STATIONS + 2).astype(int)[1:-1]) for seam in seams]
+    p = np.concatenate([seam.frames.p[rows] for seam, rows in zip(seams, at, strict=True)])
+    R = np.concatenate([seam.frames.R[rows] for seam, rows in zip(seams, at, strict=True)])
+    counts = [len(rows) for rows in at]
+    start = np.repeat([BEAD_MM if seam.source is SeamSource.BEAD else START_MM for seam in seams], counts)
+    shares = np.split(free_share(graph, trimmed, p, R, start_mm=start), np.cumsum(counts)[:-1])
+    return [float(np.median(share)) for share in shares]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Judge:
+    graph: BrepGraph
+    number: dict[str, int]
+    holes: IntArray
+    fasteners: dict[int, Fastener]
+    gap_mm: float
+    has_marks: bool
+
+    @classmethod
+    def of(cls, graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float, *, has_marks: bool) -> _Judge:
+        number = {name: solid for solid, name in enumerate(graph.solid_names)}
+        holes = np.flatnonzero((graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0))
+        return cls(graph, number, holes, find_fasteners(graph, trimmed), gap_mm, has_marks)
+
+    def evidence(self, seam: Seam, share: float) -> Iterator[Evidence]:
+        """Yield what speaks against a candidate."""
+        solids = [self.number[name] for name in seam.solids]
+        held = [self.fasteners[solid] for solid in solids if solid in self.fasteners]
+        if share < LEAST_FREE:
+            yield Evidence(NOT_REACHED, f"no torch gets there: {share:.0%} of its directions are free")
+        for solid in solids:
+            name = self.graph.solid_names[solid]
+            if solid in self.fasteners:
+                yield Evidence(FASTENER, f"{name} is {self.fasteners[solid].what}")
+            elif is_named_fastener(name):
+                yield Evidence(NAMED, f"{name} is named like a fastener")
+        if seam.length_mm < LEAST_RUN_MM:
+            yield Evidence(TOO_SHORT, f"{seam.length_mm:.1f} mm is shorter than a run of {LEAST_RUN_MM:g} mm")
+        if self.has_marks and seam.source is not SeamSource.MARKED:
+            yield Evidence(NOT_MARKED, "other edges are marked, and not this one")
+        if seam.source is SeamSource.CONTACT and len(solids) == 2:
+            yield from self._contact_evidence(seam, set(solids), bool(held))
+
+    def _contact_evidence(self, seam: Seam, solids: set[int], is_fastener: bool) -> Iterator[Evidence]:
+        mean = seam.gap_mm[1]
+        if mean > FELT_GAP * self.gap_mm:
+            lost = GAP_SHARE_LOST * min(mean / self.gap_mm, 1.0)
+            yield Evidence(1.0 - lost, f"a gap of {mean:.2f} mm on average, up to {seam.gap_mm[2]:.2f} mm")
+        if is_fastener:
+            return
+        count = sum(solids <= fastener.through for fastener in self.fasteners.values())
+        if count:
+            yield Evidence(BOLTED, f"the members are also held by {count} fasteners")
+        if seam.closed and self._is_pin(seam):
+            yield Evidence(PIN_IN_HOLE, "a round member in a hole: it may be pressed in, or turn there")
+
+    def _is_pin(self, seam: Seam) -> bool:
+        """Tell whether the seam runs round a cylinder that sits in a hole of the other member."""
+        graph = self.graph
+        faces = np.concatenate([seam.pieces.wall, seam.pieces.base])
+        pins = faces[(graph.face_kind[faces] == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)]
+        if len(pins) == 0:
+            return False
+        o, z, radius = graph.face_frame[pins[0], 0], graph.face_frame[pins[0], 3], graph.face_param[pins[0], 0]
+        if np.abs(seam.frames.R[:, :, 0] @ z).max() > AROUND:
+            return False
+        other = [self.number[name] for name in seam.solids if self.number[name] != graph.face_solid[pins[0]]]
+        fits = np.abs(graph.face_param[self.holes, 0] - radius) <= self.gap_mm
+        holes = self.holes[fits & np.isin(graph.face_solid[self.holes], other)]
+        arm: FloatArray = graph.face_frame[holes, 0] - o
+        off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1)
+        return bool((off <= self.gap_mm).any())
+
+
+def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> dict[int, list[Evidence]]:
+    """Return, by row, what speaks against seams that are concave edges inside a solid."""
+    rows = [row for row, seam in enumerate(seams) if seam.source is SeamSource.CONCAVE]
+    found: dict[int, list[Evidence]] = defaultdict(list)
+    if not rows:
+        return found
+    owner = np.repeat(rows, [len(seams[row].pieces) for row in rows])
+    edges = np.concatenate([seams[row].pieces.edge for row in rows])
+    cut_out = are_cut_outs(graph, trimmed, edges)
+    massive = are_deeper(graph, trimmed, edges, np.full(len(edges), THICKEST_MM))
+    for row in rows:
+        if cut_out[owner == row].all():
+            found[row].append(Evidence(CUT_OUT, "the corner of an opening in one member, not a joint of two"))
+        if massive[owner == row].all():
+            found[row].append(Evidence(MASSIVE, f"both members are thicker than {THICKEST_MM:g} mm"))
+    return found

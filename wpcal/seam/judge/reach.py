@@ -1,0 +1,69 @@
+"""Can a torch reach a seam: straight lines out of the joint that leave the part."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.rays import START_MM, is_blocked
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import FloatArray
+from wpcal.core.rotations import rotation_from_zyx
+
+WORK_RAD, TRAVEL_RAD = np.radians(15.0), np.radians(25.0)
+"""Tilts of the torch across and along the seam, as far as a welder goes before he calls a joint unreachable."""
+NOZZLE_MM = 10.0
+"""Radius of a gas nozzle of usual size, with a little air."""
+STICKOUT_MM = 20.0
+"""The nozzle's mouth stands this far out of the joint; only the wire is nearer."""
+LEAST_FREE = 0.6
+"""Share of the torch's directions that must be free: one that slips out through a pipe's end does not make a way."""
+
+
+def cone_of_rays(R: FloatArray) -> FloatArray:
+    """Return the z axis of each frame and four directions around it.
+
+    Parameters
+    ----------
+    R : ndarray, shape (n, 3, 3)
+
+    Returns
+    -------
+    ndarray, shape (n, 5, 3)
+    """
+    tilt = [(0.0, 0.0), (WORK_RAD, 0.0), (-WORK_RAD, 0.0), (0.0, TRAVEL_RAD), (0.0, -TRAVEL_RAD)]
+    z = np.array([rotation_from_zyx(work, travel, 0.0)[:, 2] for work, travel in tilt])
+    return np.asarray(np.einsum("nij,kj->nki", R, z), dtype=np.float64)
+
+
+def free_share(
+    graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, R: FloatArray, *, start_mm: FloatArray | float = START_MM
+) -> FloatArray:
+    """Return the share of the directions of each frame in which a torch gets at the seam; shape (n,).
+
+    A direction is free where the wire's ray leaves the part, and so do four rays around it at the nozzle's radius.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n, 3)
+        Origins on the seam, in `part`, mm.
+    R : ndarray, shape (n, 3, 3)
+        Seam frames in `part`.
+    start_mm : float or ndarray, shape (n,)
+        How far out of the joint the wire's rays start.
+    """
+    rays = cone_of_rays(R)
+    n, k = rays.shape[:2]
+    ways = rays.reshape(-1, 3)
+    origins = np.repeat(p, k, axis=0)
+    start = np.repeat(np.broadcast_to(np.asarray(start_mm, dtype=np.float64), n), k)
+    free = ~is_blocked(graph, trimmed, origins + start[:, None] * ways, ways)
+    side = np.repeat(R[:, :, 1], k, axis=0)
+    across = np.cross(ways, side)
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    side = np.cross(across, ways)
+    for offset in (across, -across, side, -side):
+        rows = np.flatnonzero(free)
+        mouth = origins[rows] + STICKOUT_MM * ways[rows] + NOZZLE_MM * offset[rows]
+        free[rows[is_blocked(graph, trimmed, mouth, ways[rows])]] = False
+    return np.asarray(free.reshape(n, k).mean(axis=1), dtype=np.float64)

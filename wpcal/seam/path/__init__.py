@@ -1,0 +1,1 @@
+"""From pieces of edges to frames: chained, directed, cut into steps."""

@@ -1,0 +1,112 @@
+"""From pieces of edges to seams: chained, directed, measured, with frames."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.find.contact import LEAST_LENGTH_MM
+from wpcal.seam.find.joint import JoinedPieces
+from wpcal.seam.options import SeamOptions
+from wpcal.seam.path.chain import chain_pieces, groups
+from wpcal.seam.path.direction import Runs, directed_runs
+from wpcal.seam.path.discretise import discretise, run_lengths
+from wpcal.seam.path.turning import limit_turn
+from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, SeamSource
+
+FULL_TURN_SIN = 1e-6
+"""A loop whose end meets its start this nearly is closed."""
+
+
+def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, source: SeamSource) -> list[Seam]:
+    """Chain pieces between the same solids with the same weld into seams of at least `LEAST_LENGTH_MM`.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    joined : JoinedPieces
+    options : SeamOptions
+    source : SeamSource
+        Where the pieces come from.
+
+    Returns
+    -------
+    list of Seam
+        Without names, not judged yet. The joint is that of the longest share of the seam.
+    """
+    pieces = joined.pieces
+    if len(pieces) == 0:
+        return []
+    solids = solids_of(graph, pieces)
+    keys = [(*pair, weld) for pair, weld in zip(solids.tolist(), joined.weld, strict=True)]
+    chains = chain_pieces(graph, pieces, groups(keys), split_rad=options.split_rad)
+    runs = directed_runs(graph, pieces, chains)
+    frames, lengths, closed = measured(graph, runs, np.array([chain.closed for chain in chains], dtype=bool), options)
+    of_piece = run_lengths(graph, Runs(pieces, np.arange(len(pieces) + 1)))
+    seams = []
+    for number, chain in enumerate(chains):
+        row = int(chain.rows[0])
+        if lengths[number] < LEAST_LENGTH_MM:
+            continue
+        seams.append(
+            Seam(
+                name="",
+                joint=_longest_joint(joined, chain.rows, of_piece),
+                weld=joined.weld[row],
+                solids=tuple(graph.solid_names[i] for i in dict.fromkeys(solids[row].tolist()) if i >= 0),
+                pieces=runs.run(number),
+                closed=bool(closed[number]),
+                length_mm=float(lengths[number]),
+                reachable=True,
+                accepted=True,
+                reasons=(),
+                frames=frames[number],
+                source=source,
+            )
+        )
+    return seams
+
+
+def solids_of(graph: BrepGraph, pieces: SeamPieces) -> IntArray:
+    """Return the numbers of the two solids of each piece, the smaller first, -1 for a missing face; shape (k, 2)."""
+    solids = [np.where(face >= 0, graph.face_solid[face], -1) for face in (pieces.wall, pieces.base)]
+    return np.sort(np.stack(solids, axis=1), axis=1)
+
+
+def measured(
+    graph: BrepGraph, runs: Runs, closed: BoolArray, options: SeamOptions
+) -> tuple[list[SeamFrames], FloatArray, BoolArray]:
+    """Return the frames and the length of every run, and whether it is closed (as told, or its ends meet)."""
+    p0, p1 = runs.ends(graph)
+    closed = closed | (np.linalg.norm(p1 - p0, axis=1) <= FULL_TURN_SIN)
+    stations = discretise(graph, runs, options.steps)
+    stations, frames = limit_turn(graph, runs.pieces, stations, options.steps.turn_rad)
+    own = [frames.rows(*ends) for ends in pairwise(stations.start.tolist())]
+    looped = [_closed(rows) if loop else rows for rows, loop in zip(own, closed.tolist(), strict=True)]
+    return looped, run_lengths(graph, runs), closed
+
+
+def with_frames(graph: BrepGraph, seam: Seam, options: SeamOptions) -> Seam:
+    """Return a seam with the length and the frames of its pieces."""
+    runs = Runs(seam.pieces, np.array([0, len(seam.pieces)]))
+    (frames,), lengths, _ = measured(graph, runs, np.array([seam.closed]), options)
+    return replace(seam, length_mm=float(lengths[0]), frames=frames)
+
+
+def _longest_joint(joined: JoinedPieces, rows: IntArray, length_mm: FloatArray) -> JointType:
+    shares: dict[JointType, float] = defaultdict(float)
+    for row in rows.tolist():
+        shares[joined.joint[row]] += float(length_mm[row])
+    return max(shares, key=lambda joint: (shares[joint], joint.value))
+
+
+def _closed(frames: SeamFrames) -> SeamFrames:
+    """Let the last frame of a loop equal the first to the bit."""
+    p, R, angle = frames.p.copy(), frames.R.copy(), frames.angle_rad.copy()
+    p[-1], R[-1], angle[-1] = p[0], R[0], angle[0]
+    return SeamFrames(frames.s_mm, p, R, angle, frames.frame)

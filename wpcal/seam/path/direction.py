@@ -1,0 +1,190 @@
+"""The direction of travel of chains of pieces (DESIGN §3), for all chains at once.
+
+Runs stand one after the other in one `SeamPieces`; `start` (n + 1 numbers) says where each begins and the last ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.graph import BrepGraph
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.path.chain import ROUND_MM, Chain
+from wpcal.seam.seam import SeamPieces
+
+CHUNK = 1000
+"""Chains that are sampled together: some 50 MB at eight pieces each."""
+LOOP_SAMPLES = 65
+"""Points a piece at which the start of a loop is sought before it is refined: a piece is at most one turn."""
+AREA_SAMPLES = 32
+"""Points a piece by which a loop's area vector is felt; only the sign of its components counts."""
+UPRIGHT = 1e-6
+"""A component of a loop's area below this share of the largest is round-off of a loop that stands upright."""
+BISECTIONS = 60
+"""Halvings of a range of parameters: to the last bit."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Runs:
+    """Many runs of pieces, each in its direction of travel.
+
+    Parameters
+    ----------
+    pieces : SeamPieces
+        Those of the first run in order, then those of the second, …
+    start : ndarray of int, shape (n + 1,)
+        The pieces of run i are ``start[i]:start[i + 1]``.
+    """
+
+    pieces: SeamPieces
+    start: IntArray
+
+    def __len__(self) -> int:
+        return len(self.start) - 1
+
+    @property
+    def run_of_piece(self) -> IntArray:
+        """The run that each piece belongs to."""
+        return np.repeat(np.arange(len(self)), np.diff(self.start))
+
+    def run(self, number: int) -> SeamPieces:
+        """Return the pieces of one run."""
+        return self.pieces.select(np.arange(self.start[number], self.start[number + 1]))
+
+    def ends(self, graph: BrepGraph) -> tuple[FloatArray, FloatArray]:
+        """Return the first and the last point of every run, two arrays (n, 3), mm."""
+        first, last = self.start[:-1], self.start[1:] - 1
+        p0 = evaluate_edges(graph, self.pieces.edge[first], self.pieces.t0[first])[0]
+        return p0, evaluate_edges(graph, self.pieces.edge[last], self.pieces.t1[last])[0]
+
+
+def directed_runs(graph: BrepGraph, pieces: SeamPieces, chains: list[Chain]) -> Runs:
+    """Return the pieces of chains in the direction of travel of DESIGN §3.
+
+    An open seam starts at its end with the smaller (x, y, z); a closed one at its point with the smallest (x, y, z),
+    and runs so that its area vector has a positive z (then y, then x) component.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    pieces : SeamPieces
+    chains : list of Chain
+        Rows of `pieces` in order, one or more each.
+
+    Returns
+    -------
+    Runs
+        In the order of the chains.
+    """
+    parts = [_directed(graph, pieces, chains[first : first + CHUNK]) for first in range(0, len(chains), CHUNK)]
+    start = np.concatenate([[0], np.cumsum(np.concatenate([np.diff(part.start) for part in parts]))])
+    return Runs(SeamPieces.joined([part.pieces for part in parts]), start)
+
+
+def _directed(graph: BrepGraph, pieces: SeamPieces, chains: list[Chain]) -> Runs:
+    rows, flip = (np.concatenate([getattr(chain, name) for chain in chains]) for name in ("rows", "flip"))
+    start = np.concatenate([[0], np.cumsum([len(chain.rows) for chain in chains])])
+    runs = Runs(pieces.select(rows).reversed_where(flip), start)
+    closed = np.array([chain.closed for chain in chains], dtype=bool)
+    p0, p1 = runs.ends(graph)
+    runs = _backwards(runs, np.where(closed, _runs_clockwise(graph, runs), _precedes(p1, p0)))
+    return _from_smallest_points(graph, runs, closed)
+
+
+def _rounded(p: FloatArray) -> FloatArray:
+    return np.asarray(np.round(p / ROUND_MM) * ROUND_MM + 0.0, dtype=np.float64)
+
+
+def _precedes(p: FloatArray, q: FloatArray) -> BoolArray:
+    """Tell which rows of p come before those of q, compared by x, then y, then z after rounding."""
+    a, b = _rounded(p), _rounded(q)
+    before = a[:, 2] < b[:, 2]
+    for k in (1, 0):
+        before = (a[:, k] < b[:, k]) | ((a[:, k] == b[:, k]) & before)
+    return np.asarray(before, dtype=bool)
+
+
+def _backwards(runs: Runs, flip: BoolArray) -> Runs:
+    """Turn the runs marked in `flip` round."""
+    run = runs.run_of_piece
+    rows = np.arange(len(run))
+    rows = np.where(flip[run], runs.start[run] + runs.start[run + 1] - 1 - rows, rows)
+    return Runs(runs.pieces.select(rows).reversed_where(flip[run]), runs.start)
+
+
+def _samples(graph: BrepGraph, pieces: SeamPieces, share: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return parameters (k, n) and points (k, n, 3) at shares of every piece."""
+    t = pieces.t0[:, None] + (pieces.t1 - pieces.t0)[:, None] * share
+    return t, evaluate_edges(graph, np.repeat(pieces.edge, len(share)), t.ravel())[0].reshape(*t.shape, 3)
+
+
+def _runs_clockwise(graph: BrepGraph, runs: Runs) -> BoolArray:
+    """Tell which loops have an area vector that points down (z, then y, then x)."""
+    share = np.linspace(0.0, 1.0, AREA_SAMPLES, endpoint=False)
+    p = _samples(graph, runs.pieces, share)[1].reshape(-1, 3)
+    start = runs.start[:-1] * AREA_SAMPLES
+    count = np.diff(runs.start) * AREA_SAMPLES
+    p = p - np.repeat(np.add.reduceat(p, start) / count[:, None], count, axis=0)
+    after = np.arange(1, len(p) + 1)
+    after[start + count - 1] = start
+    area = np.add.reduceat(np.cross(p, p[after]), start)
+    size = np.abs(area).max(axis=1)
+    down = np.zeros(len(area), dtype=bool)
+    for k in (0, 1, 2):  # z has the last word
+        down = np.where(np.abs(area[:, k]) > UPRIGHT * size, area[:, k] < 0, down)
+    return down
+
+
+def _from_smallest_points(graph: BrepGraph, runs: Runs, closed: BoolArray) -> Runs:
+    """Let closed runs begin at their points with the smallest (x, y, z), where a piece is cut in two if need be."""
+    count = np.diff(runs.start)
+    shift, inner = np.zeros(len(runs), dtype=np.int64), np.zeros(len(runs), dtype=bool)
+    cut = np.zeros(len(runs))
+    loops = np.flatnonzero(closed)
+    row, cut[loops] = _smallest_points(graph, runs, loops)
+    at_end = cut[loops] == runs.pieces.t1[row]
+    inner[loops] = ~at_end & (cut[loops] != runs.pieces.t0[row])
+    shift[loops] = row - runs.start[loops] + at_end
+    start = np.concatenate([[0], np.cumsum(count + inner)])
+    run = np.repeat(np.arange(len(runs)), count + inner)
+    place = np.arange(start[-1]) - start[run]
+    turned = runs.pieces.select(runs.start[run] + (shift[run] + place) % count[run])
+    turned.t0[start[:-1][inner]] = cut[inner]
+    turned.t1[start[1:][inner] - 1] = cut[inner]
+    return Runs(turned, start)
+
+
+def _smallest_points(graph: BrepGraph, runs: Runs, loops: IntArray) -> tuple[IntArray, FloatArray]:
+    """Return the piece that holds the smallest point of each loop, and the parameter there."""
+    run = runs.run_of_piece
+    rows = np.flatnonzero(np.isin(run, loops))
+    t, p = _samples(graph, runs.pieces.select(rows), np.linspace(0.0, 1.0, LOOP_SAMPLES))
+    x, y, z = _rounded(p.reshape(-1, 3)).T
+    of_sample = np.repeat(run[rows], LOOP_SAMPLES)
+    order = np.lexsort((z, y, x, of_sample))
+    first = order[np.flatnonzero(np.diff(of_sample[order], prepend=-1))]
+    at, column = first // LOOP_SAMPLES, first % LOOP_SAMPLES
+    cut = t[at, column]
+    inner = np.flatnonzero((column > 0) & (column < LOOP_SAMPLES - 1))
+    around = t[at[inner, None], column[inner, None] + np.array([-1, 0, 1])]
+    cut[inner] = _lowest_x(graph, runs.pieces.edge[rows[at[inner]]], around)
+    return rows[at], cut
+
+
+def _lowest_x(graph: BrepGraph, edge: IntArray, t: FloatArray) -> FloatArray:
+    """Return where x is least between t[:, 0] and t[:, 2]: the zero of its slope, or t[:, 1] where it has none."""
+    way = np.sign(t[:, 2] - t[:, 0])
+
+    def slope(at: FloatArray) -> FloatArray:
+        return np.asarray(evaluate_edges(graph, edge, at)[1][:, 0] * way, dtype=np.float64)
+
+    low, high = t[:, 0], t[:, 2]
+    turns = (slope(low) < 0) & (slope(high) > 0)
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        falls = slope(middle) < 0
+        low, high = np.where(falls, middle, low), np.where(falls, high, middle)
+    return np.where(turns, (low + high) / 2, t[:, 1])

@@ -1,0 +1,265 @@
+"""Where along a seam the frames stand: bounded by the chord error, the largest and the least step.
+
+Hou 2018, §1.1: points are placed by the chord tolerance, so that a strong curvature gets more of them, and those nearer
+than the step are taken out. The largest step is ours: a straight seam has points to work with. The chord bound wins.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from wpcal.brep.curves import cumulative_length, evaluate_edges
+from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.brep.trim import distance_to_segments
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.errors import InputError
+from wpcal.seam.path.direction import Runs
+from wpcal.seam.seam import SeamPieces
+
+CHORD_SAMPLES = 7
+"""Points inside a step at which its distance from the chord is measured."""
+BASE_STEPS = 64
+"""Steps of a curved piece by which its curvature is felt before points are placed."""
+CHORD_MARGIN = 0.98
+"""Points are placed for a slightly smaller chord error, so that the measured one keeps the bound."""
+MOST_POINTS = 1_000_000
+"""More points on one seam are a slip in the options."""
+EXACT_STEPS = 1e-9
+"""A number of steps this little above a whole one is it: 100 mm in steps of 10 mm are ten."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepOptions:
+    """How a seam is cut into steps.
+
+    Parameters
+    ----------
+    chord_mm : float
+        Largest distance of the seam from the chord between neighbouring points, mm.
+    min_step_mm : float
+        Points nearer than this to their neighbour are taken out where the chord bound allows it, mm.
+    max_step_mm : float
+        Largest distance along the seam between neighbours, mm.
+    turn_rad : float
+        Largest turn of the frame between neighbours, rad; the least step gives way to it.
+
+    Raises
+    ------
+    InputError
+        When one is not positive, or the least step is larger than the largest.
+    """
+
+    chord_mm: float = 0.1
+    min_step_mm: float = 1.0
+    max_step_mm: float = 10.0
+    turn_rad: float = float(np.radians(45.0))
+
+    def __post_init__(self) -> None:
+        for name in ("chord_mm", "max_step_mm", "turn_rad"):
+            if not getattr(self, name) > 0:
+                raise InputError(f"{name} must be positive, got {getattr(self, name)}")
+        if not 0 <= self.min_step_mm <= self.max_step_mm:
+            raise InputError(f"min_step_mm must be between 0 and max_step_mm, got {self.min_step_mm}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stations:
+    """Points along runs of pieces, run after run.
+
+    Parameters
+    ----------
+    start : ndarray of int, shape (runs + 1,)
+        The points of run i are ``start[i]:start[i + 1]``.
+    piece : ndarray of int, shape (n,)
+        Row among the pieces of all runs.
+    t : ndarray, shape (n,)
+        Edge parameters.
+    s_mm : ndarray, shape (n,)
+        Arc length from the start of the run.
+    """
+
+    start: IntArray
+    piece: IntArray
+    t: FloatArray
+    s_mm: FloatArray
+
+
+def discretise(graph: BrepGraph, runs: Runs, options: StepOptions) -> Stations:
+    """Place points along runs.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    runs : Runs
+    options : StepOptions
+
+    Returns
+    -------
+    Stations
+        For each run from its start to its end, both included; a point where two pieces meet stands once, on the later
+        piece.
+
+    Raises
+    ------
+    InputError
+        When a piece would get more than `MOST_POINTS`.
+    """
+    pieces = runs.pieces
+    counts, t, s = _piece_stations(graph, pieces, options)
+    piece = np.repeat(np.arange(len(pieces)), counts)
+    last = np.cumsum(counts) - 1
+    before = [np.cumsum(np.append(0.0, s[last[a : b - 1]])) for a, b in pairwise(runs.start)]
+    s = s + np.repeat(np.concatenate(before), counts)
+    kept = np.ones(len(t), dtype=bool)
+    kept[last] = False
+    kept[last[runs.start[1:] - 1]] = True
+    run = np.repeat(runs.run_of_piece, counts)[kept]
+    start = np.searchsorted(run, np.arange(len(runs) + 1))
+    return _thinned(graph, pieces, Stations(start, piece[kept], t[kept], s[kept]), options)
+
+
+def run_lengths(graph: BrepGraph, runs: Runs) -> FloatArray:
+    """Return the length of every run, mm."""
+    return np.asarray(np.add.reduceat(_lengths(graph, runs.pieces), runs.start[:-1]), dtype=np.float64)
+
+
+def _lengths(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
+    """Return the length of every piece, mm: closed form where the parameter runs evenly."""
+    lengths = speeds(graph, pieces.edge) * np.abs(pieces.t1 - pieces.t0)
+    for row in np.flatnonzero(~is_even(graph, pieces.edge)):
+        span = np.array([pieces.t0[row], pieces.t1[row]])
+        lengths[row] = abs(cumulative_length(graph, int(pieces.edge[row]), span)[-1])
+    return np.asarray(lengths, dtype=np.float64)
+
+
+def is_even(graph: BrepGraph, edge: IntArray) -> BoolArray:
+    """Tell on which edges equal steps of the parameter are equal lengths: lines and circles."""
+    kind = graph.edge_kind[edge]
+    return np.asarray((kind == CurveKind.LINE) | (kind == CurveKind.CIRCLE), dtype=bool)
+
+
+def speeds(graph: BrepGraph, edge: IntArray) -> FloatArray:
+    """Return the length per unit of the parameter on lines and circles, mm."""
+    return np.where(graph.edge_kind[edge] == CurveKind.LINE, 1.0, graph.edge_param[edge, 0])
+
+
+def _piece_stations(
+    graph: BrepGraph, pieces: SeamPieces, options: StepOptions
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return how many points each piece gets, and their parameters and arc lengths, piece after piece."""
+    even = is_even(graph, pieces.edge)
+    counts = _even_counts(graph, pieces, options)
+    uneven = {
+        int(row): _uneven_stations(graph, int(pieces.edge[row]), pieces.t0[row], pieces.t1[row], options)
+        for row in np.flatnonzero(~even)
+    }
+    for at, (own_t, _) in uneven.items():
+        counts[at] = len(own_t) - 1
+    row = np.repeat(np.arange(len(pieces)), counts + 1)
+    first = np.cumsum(counts + 1) - counts - 1
+    share = (np.arange(len(row)) - first[row]) / counts[row]
+    t = pieces.t0[row] * (1.0 - share) + pieces.t1[row] * share
+    s = share * (speeds(graph, pieces.edge) * np.abs(pieces.t1 - pieces.t0))[row]
+    for at, (own_t, own_s) in uneven.items():
+        own = slice(first[at], first[at] + counts[at] + 1)
+        t[own], s[own] = own_t, own_s
+    return counts + 1, t, s
+
+
+def _even_counts(graph: BrepGraph, pieces: SeamPieces, options: StepOptions) -> IntArray:
+    """Return into how many steps each piece is cut by the step and by the sag of a circle, ``2 r sin²(turn / 4)``."""
+    turn = np.abs(pieces.t1 - pieces.t0)
+    length = speeds(graph, pieces.edge) * turn
+    sag = 2.0 * graph.edge_param[pieces.edge, 0] * np.sin(turn / BASE_STEPS / 4.0) ** 2
+    sag = np.where(graph.edge_kind[pieces.edge] == CurveKind.CIRCLE, sag, 0.0)
+    parts = BASE_STEPS * np.sqrt(sag / (CHORD_MARGIN * options.chord_mm))
+    counts = np.ceil(np.maximum(parts, length / options.max_step_mm) - EXACT_STEPS)
+    worst = int(np.argmax(np.where(is_even(graph, pieces.edge), counts, 0)))
+    _refuse_too_many(counts[worst], length[worst])
+    return np.asarray(np.clip(counts, 1, MOST_POINTS), dtype=np.int64)
+
+
+def _refuse_too_many(count: float, length: float) -> None:
+    if count > MOST_POINTS:
+        raise InputError(f"a seam of {length:.0f} mm would get {count:.0f} points; give a larger chord or step")
+
+
+def _uneven_stations(
+    graph: BrepGraph, edge: int, t0: float, t1: float, options: StepOptions
+) -> tuple[FloatArray, FloatArray]:
+    """Return parameters and arc lengths of points on one piece of an ellipse or a NURBS curve."""
+    t = np.linspace(t0, t1, BASE_STEPS + 1)
+    s = np.abs(cumulative_length(graph, edge, t))
+    # the chord error grows with the square of the step: so many parts of each base step keep the bound
+    error = chord_errors(graph, np.full(BASE_STEPS, edge), t[:-1], t[1:])
+    parts = np.sqrt(error / (CHORD_MARGIN * options.chord_mm))
+    load = np.concatenate([[0.0], np.cumsum(np.maximum(parts, np.diff(s) / options.max_step_mm))])
+    count = max(1, int(np.ceil(load[-1] - EXACT_STEPS)))
+    _refuse_too_many(count, float(s[-1]))
+    t = np.interp(np.linspace(0.0, load[-1], count + 1), load, t)
+    t = _split_until_bound(graph, edge, t, options.chord_mm)
+    return t, np.abs(cumulative_length(graph, edge, t))
+
+
+def _split_until_bound(graph: BrepGraph, edge: int, t: FloatArray, chord_mm: float) -> FloatArray:
+    while True:
+        wide = chord_errors(graph, np.full(len(t) - 1, edge), t[:-1], t[1:]) > chord_mm
+        if not wide.any():
+            return t
+        t = np.insert(t, np.flatnonzero(wide) + 1, ((t[:-1] + t[1:]) / 2)[wide])
+
+
+def chord_errors(graph: BrepGraph, edge: IntArray, t0: FloatArray, t1: FloatArray) -> FloatArray:
+    """Return the largest distance of each piece of an edge from the chord between its ends, mm, shape (m,)."""
+    if (graph.edge_kind[edge] == CurveKind.LINE).all():
+        return np.zeros(len(edge))
+    share = np.arange(1, CHORD_SAMPLES + 1) / (CHORD_SAMPLES + 1)
+    t = t0[:, None] + (t1 - t0)[:, None] * share
+    p = evaluate_edges(graph, np.repeat(edge, CHORD_SAMPLES), t.ravel())[0]
+    a, b = evaluate_edges(graph, edge, t0)[0], evaluate_edges(graph, edge, t1)[0]
+    off = distance_to_segments(p, np.repeat(a, CHORD_SAMPLES, axis=0), np.repeat(b, CHORD_SAMPLES, axis=0))
+    return np.asarray(off.reshape(-1, CHORD_SAMPLES).max(axis=1), dtype=np.float64)
+
+
+def _thinned(graph: BrepGraph, pieces: SeamPieces, stations: Stations, options: StepOptions) -> Stations:
+    """Take out points nearer than the least step to the one before, where the chord without them keeps the bound."""
+    near = np.flatnonzero(np.diff(stations.s_mm) < options.min_step_mm)
+    runs = np.searchsorted(stations.start, near, side="right") - 1
+    near_runs = np.unique(runs[near + 1 < stations.start[runs + 1]])  # not from one run's end to the next one's start
+    keep = np.ones(len(stations.t), dtype=bool)
+    for run in near_runs:
+        rows = np.arange(stations.start[run], stations.start[run + 1])
+        keep[rows] = _kept(graph, pieces, stations, rows, options)
+    start = np.concatenate([[0], np.cumsum(keep)])[stations.start]
+    return Stations(start, stations.piece[keep], stations.t[keep], stations.s_mm[keep])
+
+
+def _kept(graph: BrepGraph, pieces: SeamPieces, stations: Stations, rows: IntArray, options: StepOptions) -> BoolArray:
+    """Tell which stations of one run stay."""
+    piece, t, s = stations.piece[rows], stations.t[rows], stations.s_mm[rows]
+    p = evaluate_edges(graph, pieces.edge[piece], t)[0]
+    own = _own_errors(graph, pieces, piece, t)
+    keep = np.ones(len(p), dtype=bool)
+    before = 0
+    for row in range(1, len(p) - 1):
+        near = s[row] - s[before] < options.min_step_mm
+        if near and s[row + 1] - s[before] <= options.max_step_mm:
+            skipped = p[before + 1 : row + 1]
+            ends = np.broadcast_to(p[before], skipped.shape), np.broadcast_to(p[row + 1], skipped.shape)
+            # the curve is no farther from the new chord than the old chords are, and it from them
+            off = distance_to_segments(skipped, *ends).max() + own[before : row + 1].max()
+            if off <= options.chord_mm:
+                keep[row] = False
+                continue
+        before = row
+    return keep
+
+
+def _own_errors(graph: BrepGraph, pieces: SeamPieces, piece: IntArray, t: FloatArray) -> FloatArray:
+    """Return the chord error of each step between neighbouring stations of one run, mm, shape (n - 1,)."""
+    here = piece[:-1]
+    t1 = np.where(piece[1:] == here, t[1:], pieces.t1[here])  # a later piece's start is this one's end
+    return chord_errors(graph, pieces.edge[here], t[:-1], t1)

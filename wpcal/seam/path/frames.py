@@ -1,0 +1,83 @@
+"""The frame at every point of a seam (DESIGN §3): x along the travel, z out of the joint, y = z × x."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.seam.path.discretise import Stations
+from wpcal.seam.seam import SeamFrames, SeamPieces
+
+UPRIGHT_COS = 0.99
+"""A seam without a face that runs within 8 degrees of upright has no useful direction upwards."""
+OPPOSED_LENGTH = 1e-6
+"""Normals whose sum is shorter than this are opposed: they have no bisector."""
+
+
+def seam_frames(graph: BrepGraph, pieces: SeamPieces, stations: Stations) -> SeamFrames:
+    """Build the frames of runs at their stations, all in one.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    pieces : SeamPieces
+        Of all runs, in order and direction.
+    stations : Stations
+
+    Returns
+    -------
+    SeamFrames
+        In `part`. Tangent and normals are those of the exact curve and surfaces. Where the two normals are opposed
+        there is no bisector: z is then the wall's normal (`turning.face_free_space` turns it). A face -1 is none: the
+        other one's normal stands for it; where both are missing z is up in `part`, or along its x on an upright seam.
+    """
+    rows = stations.piece
+    p, slope = evaluate_edges(graph, pieces.edge[rows], stations.t)
+    way = np.sign(pieces.t1 - pieces.t0)[rows]
+    x = slope * (way / np.linalg.norm(slope, axis=1))[:, None]
+    n_wall, n_base = _normals(graph, pieces.wall[rows], pieces.base[rows], p, x)
+    R = frames_from_normals(x, n_wall, n_base)
+    cosine = np.clip(np.einsum("ki,ki->k", n_wall, n_base), -1.0, 1.0)
+    return SeamFrames(stations.s_mm, p, R, np.arccos(cosine))
+
+
+def _normals(
+    graph: BrepGraph, wall: IntArray, base: IntArray, p: FloatArray, x: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the outward normals of both faces at p; of a missing one that of the other, or a direction across x."""
+    n_wall, n_base = (project_to_faces(graph, np.maximum(face, 0), p).normal for face in (wall, base))
+    lone = np.flatnonzero((wall < 0) | (base < 0))
+    for row in lone.tolist():
+        upright = abs(float(x[row, 2])) > UPRIGHT_COS
+        none = np.array([1.0, 0.0, 0.0] if upright else [0.0, 0.0, 1.0])
+        n = n_wall[row] if wall[row] >= 0 else n_base[row] if base[row] >= 0 else none
+        n_wall[row], n_base[row] = n, n.copy()
+    return n_wall, n_base
+
+
+def frames_from_normals(x: FloatArray, n_wall: FloatArray, n_base: FloatArray) -> FloatArray:
+    """Return frames with x as given and z the bisector of two normals, made normal to x.
+
+    Parameters
+    ----------
+    x, n_wall, n_base : ndarray, shape (n, 3)
+        Unit vectors in one frame.
+
+    Returns
+    -------
+    ndarray, shape (n, 3, 3)
+        Columns x, y, z.
+    """
+    n1, n2 = (_across(n, x) for n in (n_wall, n_base))
+    z = n1 + n2
+    length = np.linalg.norm(z, axis=1, keepdims=True)
+    z = np.where(length > OPPOSED_LENGTH, z, n1)
+    z = z / np.linalg.norm(z, axis=1, keepdims=True)
+    return np.stack([x, np.cross(z, x), z], axis=2)
+
+
+def _across(n: FloatArray, x: FloatArray) -> FloatArray:
+    return np.asarray(n - np.einsum("ki,ki->k", n, x)[:, None] * x, dtype=np.float64)

@@ -1,0 +1,234 @@
+"""From rows of a taught file to touches: which face, edge or point of the part each row lies on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from wpcal.brep.curves import edge_polylines
+from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.nearest_on_edges import project_to_edges
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces, distance_to_segments
+from wpcal.calibrate.touches.freedoms import NamedAxis
+from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
+from wpcal.calibrate.touches.touches import Touches
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.transform import RigidTransform
+from wpcal.features.reference import FeatureKind, ReferenceFeature, feature_named
+from wpcal.taught.table import TaughtPoints, TouchKind
+
+ON_SURFACE_MM = 1e-3
+"""A feature lies on a surface when it is this near: the rounding by which features are named."""
+ALIKE = 1e-3
+"""Directions and diameters agree within this."""
+AS_NEAR_MM = 0.5
+"""A model point whose second nearest face is less than this further away could mean either."""
+
+SURFACES = {
+    TouchKind.PLANE: (SurfaceKind.PLANE,),
+    TouchKind.HOLE: (SurfaceKind.CYLINDER,),
+    TouchKind.CYLINDER: (SurfaceKind.CYLINDER,),
+    TouchKind.SPHERE: (SurfaceKind.SPHERE,),
+    TouchKind.SURFACE: tuple(kind for kind in SurfaceKind if kind is not SurfaceKind.NONE),
+}
+
+
+def touches_of(
+    taught: TaughtPoints,
+    trimmed: TrimmedFaces,
+    features: Sequence[ReferenceFeature],
+    *,
+    use: str,
+    T_nominal_part: RigidTransform | None = None,
+) -> Touches:
+    """Find what each row of a taught file lies on.
+
+    Parameters
+    ----------
+    taught : TaughtPoints
+    trimmed : TrimmedFaces
+        Of the part.
+    features : sequence of ReferenceFeature
+        Of the same part.
+    use : str
+        The rows to take: ``yes`` or ``check``.
+    T_nominal_part : RigidTransform, optional
+        Where the cell's model has the part: for rows that name neither a feature nor a model point.
+
+    Returns
+    -------
+    Touches
+
+    Raises
+    ------
+    FormatError
+        Naming file and line: when a feature is unknown or has no such face, a model point is as near to two faces, or a
+        row says nothing and no nominal place is given.
+    """
+    rows = [i for i, word in enumerate(taught.use) if word == use]
+    finder = _Finder(taught, trimmed, features, T_nominal_part)
+    found = [finder.target(row) for row in rows]
+    targets = GraphTargets(
+        trimmed,
+        np.array([kind for kind, _, _ in found], dtype=np.int64),
+        np.array([index for _, index, _ in found], dtype=np.int64),
+        np.array([point for _, _, point in found], dtype=np.float64).reshape(-1, 3),
+    )
+    return Touches(
+        tuple(taught.names[i] for i in rows),
+        taught.p_base[rows],
+        np.zeros(len(rows)) if taught.radius_mm is None else taught.radius_mm[rows],
+        targets,
+        tuple(finder.words(i, index) for i, (_, index, _) in zip(rows, found, strict=True)),
+        None if taught.covariances is None else taught.covariances[rows],
+        taught.space,
+        np.arange(len(rows)),
+    )
+
+
+def named_axes(features: Sequence[ReferenceFeature]) -> tuple[NamedAxis, ...]:
+    """Return the axes of holes and rims, by which a free turn is spoken of."""
+    kinds = (FeatureKind.HOLE, FeatureKind.CIRCLE)
+    ordered = sorted((f for f in features if f.kind in kinds), key=lambda f: kinds.index(f.kind))
+    return tuple(NamedAxis(f.name, f.p_mm, f.direction) for f in ordered if f.direction is not None)
+
+
+class _Finder:
+    """Looks for the face, edge or point of a row."""
+
+    def __init__(
+        self,
+        taught: TaughtPoints,
+        trimmed: TrimmedFaces,
+        features: Sequence[ReferenceFeature],
+        T_nominal_part: RigidTransform | None,
+    ) -> None:
+        self.taught, self.trimmed, self.features = taught, trimmed, features
+        self.to_part = None if T_nominal_part is None else T_nominal_part.inverse()
+
+    @property
+    def graph(self) -> BrepGraph:
+        return self.trimmed.graph
+
+    def target(self, row: int) -> tuple[TargetKind, int, FloatArray]:
+        """Return kind, index and point of a row's target."""
+        kind, nowhere = self.taught.kind_of(row), np.full(3, np.nan)
+        feature = self._feature(row)
+        if kind is TouchKind.POINT:
+            point = self._model_point(row) if feature is None else feature.p_mm
+            return TargetKind.POINT, -1, point
+        if kind is TouchKind.EDGE:
+            return TargetKind.EDGE, self._edge(row, feature), nowhere
+        return TargetKind.FACE, self._face(row, kind, feature), nowhere
+
+    def words(self, row: int, index: int) -> str:
+        """Say what a row lies on: by the feature's name, or the solid of its face."""
+        kind, name = self.taught.kind_of(row), self.taught.features[row]
+        if name or kind is TouchKind.POINT:
+            return f"{kind.value} {name}".strip()
+        solid = self.graph.edge_solid[index] if kind is TouchKind.EDGE else self.graph.face_solid[index]
+        return f"{kind.value} of {self.graph.solid_names[solid]}"
+
+    def _feature(self, row: int) -> ReferenceFeature | None:
+        name = self.taught.features[row]
+        if not name:
+            return None
+        try:
+            return feature_named(self.features, name)
+        except InputError as error:
+            raise self._fault(row, str(error), "feature") from None
+
+    def _model_point(self, row: int) -> FloatArray:
+        point = np.asarray(self.taught.p_part[row])
+        if not np.isnan(point).any():
+            return point
+        if self.taught.kind_of(row) is TouchKind.POINT:
+            raise self._fault(row, "a point among touches needs its feature or its model point", "feature")
+        if self.to_part is None:
+            raise self._fault(
+                row,
+                "names no feature and no model point (model_x_mm, model_y_mm, model_z_mm); with --nominal the face is "
+                "found",
+                "feature",
+            )
+        return np.asarray(self.to_part.apply(self.taught.p_base[row][None])[0])
+
+    def _face(self, row: int, kind: TouchKind, feature: ReferenceFeature | None) -> int:
+        faces = np.flatnonzero(np.isin(self.graph.face_kind, SURFACES[kind]))
+        if kind is TouchKind.HOLE:
+            faces = faces[self.graph.face_outward[faces] < 0]  # a hole's wall looks at its axis
+        if feature is not None:
+            faces = faces[self._carries(faces, feature)]
+            if len(faces) == 0:
+                raise self._fault(row, f"{feature.name} has no face to touch as {kind.value}", "kind")
+            return int(faces[0])
+        if len(faces) == 0:
+            raise self._fault(row, f"the part has no face to touch as {kind.value}", "kind")
+        point = self._model_point(row)
+        faces = faces[self._within_reach(faces, point)]
+        at = np.tile(point, (len(faces), 1))
+        foot = project_to_faces(self.graph, faces, at)
+        inside = self.trimmed.contains(faces, foot.uv)
+        distance = np.linalg.norm(foot.p - at, axis=1)
+        distance[~inside] = self.trimmed.boundary_distance(faces[~inside], at[~inside])
+        best = int(np.argmin(distance))
+        rivals = np.flatnonzero(distance < distance[best] + AS_NEAR_MM)
+        if not self._same_surface(faces[rivals], foot.p[best], foot.normal[best]).all():
+            raise self._fault(row, "the model point is as near to two faces: give one further from their edge", "kind")
+        return int(faces[best])
+
+    def _within_reach(self, faces: IntArray, point: FloatArray) -> BoolArray:
+        """Tell which faces can be the nearest, by the boxes around them."""
+        low, high = (corner[faces] for corner in self.trimmed.face_box)
+        least = np.linalg.norm(np.maximum(np.maximum(low - point, point - high), 0.0), axis=1)
+        most = np.linalg.norm(np.maximum(np.abs(point - low), np.abs(point - high)), axis=1)
+        return np.asarray(least <= most.min() + AS_NEAR_MM, dtype=bool)
+
+    def _same_surface(self, faces: IntArray, p: FloatArray, normal: FloatArray) -> BoolArray:
+        foot = project_to_faces(self.graph, faces, np.tile(p, (len(faces), 1)))
+        near = np.linalg.norm(foot.p - p, axis=1) <= ON_SURFACE_MM
+        return np.asarray(near & (foot.normal @ normal >= 1.0 - ALIKE), dtype=bool)
+
+    def _carries(self, faces: IntArray, feature: ReferenceFeature) -> BoolArray:
+        """Tell which faces are a feature's: a plane through it, a wall about its axis, a ball about its centre."""
+        graph, p = self.graph, feature.p_mm
+        kind, frame, size = graph.face_kind[faces], graph.face_frame[faces], graph.face_param[faces, 0]
+        arm, axis = p - frame[:, 0], frame[:, 3]
+        height = np.einsum("mi,mi->m", arm, axis)
+        off = np.linalg.norm(arm - height[:, None] * axis, axis=1)
+        along = np.ones(len(faces), dtype=bool)
+        if feature.direction is not None:
+            along = np.abs(axis @ feature.direction) >= 1.0 - ALIKE
+        radius = size if feature.diameter_mm is None else feature.diameter_mm / 2
+        sized = np.abs(size - radius) <= ALIKE
+        solid = np.array([graph.solid_names[s] == feature.solid for s in graph.face_solid[faces]])
+        plane = (kind == SurfaceKind.PLANE) & (np.abs(height) <= ON_SURFACE_MM) & along
+        wall = (kind == SurfaceKind.CYLINDER) & (off <= ON_SURFACE_MM) & along & sized
+        ball = (kind == SurfaceKind.SPHERE) & (np.linalg.norm(arm, axis=1) <= ON_SURFACE_MM) & sized
+        return np.asarray((plane | wall | ball) & solid, dtype=bool)
+
+    def _edge(self, row: int, feature: ReferenceFeature | None) -> int:
+        point = self._model_point(row) if feature is None else feature.p_mm
+        start, _, samples = edge_polylines(self.graph)
+        pieces = np.setdiff1d(np.arange(len(samples) - 1), start[1:-1] - 1)
+        edge = np.searchsorted(start, pieces, side="right") - 1
+        distance = distance_to_segments(np.tile(point, (len(pieces), 1)), samples[pieces], samples[pieces + 1])
+        best = int(np.argmin(distance))
+        rivals = np.unique(edge[distance < distance[best] + AS_NEAR_MM])
+        p, tangent = project_to_edges(self.graph, rivals, np.tile(point, (len(rivals), 1)))
+        mine = int(np.flatnonzero(rivals == edge[best])[0])
+        near = np.linalg.norm(p - p[mine], axis=1) <= ON_SURFACE_MM
+        if not (near & (np.abs(tangent @ tangent[mine]) >= 1.0 - ALIKE)).all():
+            raise self._fault(
+                row, "the model point is as near to two edges: give one further from their corner", "kind"
+            )
+        if self.graph.edge_kind[edge[best]] == CurveKind.DEGENERATE:
+            raise self._fault(row, "there is no edge to touch", "kind")
+        return int(edge[best])
+
+    def _fault(self, row: int, what: str, column: str) -> FormatError:
+        taught = self.taught
+        return FormatError(what, path=taught.path, line=taught.lines[row] if taught.path else None, column=column)
