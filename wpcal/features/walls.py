@@ -18,7 +18,7 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.features.found import AXIS_ROUND, NAMING_MM, first_rows, label_equal, positive_axes, sums
+from wpcal.features.columns import AXIS_ROUND, NAMING_MM, first_rows, label_equal, positive_axes, sums
 
 FULL_TURN_RAD = 2 * np.pi - 1e-3
 """Arcs that sum to this much of a turn make a circle."""
