@@ -6,7 +6,16 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.features.columns import AXIS_ROUND, NAMING_MM, FeatureColumns, first_rows, label_equal, members, positive_axes, sums
+from wpcal.features.columns import (
+    AXIS_ROUND,
+    NAMING_MM,
+    FeatureColumns,
+    first_rows,
+    label_equal,
+    members,
+    positive_axes,
+    sums,
+)
 from wpcal.features.reference import FeatureKind
 from wpcal.features.walls import FULL_TURN_RAD, Walls
 
