@@ -15,9 +15,9 @@ from wpcal.robot.identify.error_summary import PoseErrorSummary, Verdict, judge,
 from wpcal.robot.identify.genetic_tabu import EXPECTED_MM, EXPECTED_RAD, GeneticTabuFit, solve_genetic_tabu
 from wpcal.robot.identify.identifiability import Noise, split_determined
 from wpcal.robot.identify.least_squares import LeastSquaresFit, assess, solve_least_squares
-from wpcal.robot.identify.levenberg_marquardt import pose_errors
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, Parameter, last_link_first, surrounding_parameters
+from wpcal.robot.identify.pose_residuals import pose_errors
 from wpcal.robot.identify.registration import register
 from wpcal.robot.kinematics.arm import Arm
 

@@ -13,9 +13,9 @@ from wpcal.core.errors import GeometryError
 from wpcal.core.tangent import log_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.identify.identifiability import TRACKER, Noise, Unseen, split_determined
-from wpcal.robot.identify.levenberg_marquardt import Minimum, estimate_noise, evaluate, minimise
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import POSE_SYMBOLS, Group, KinematicModel, Parameter
+from wpcal.robot.identify.pose_residuals import Minimum, estimate_noise, evaluate, minimise
 from wpcal.robot.kinematics.chain import LINK_SYMBOLS
 
 STRONG_CORRELATION = 0.95
