@@ -240,7 +240,15 @@ def anneal(
 
 
 def first_temperature(costs: FloatArray, initial_acceptance: float) -> float:
-    """Temperature t0 at which the rise from the mean to the largest cost is accepted with p0: Yin 2003, eq. (9)."""
+    """Temperature t0 at which the rise from the mean to the largest cost is accepted with p0: Yin 2003, eq. (9).
+
+    Parameters
+    ----------
+    costs : ndarray, shape (n,)
+        Costs of states sampled in the box.
+    initial_acceptance : float
+        p0, between 0 and 1.
+    """
     return max(float((costs.mean() - costs.max()) / np.log(initial_acceptance)), LEAST_TEMPERATURE)
 
 

@@ -56,8 +56,8 @@ def read_poses(path: Path, arm: Arm) -> tuple[PoseObservations, BoolArray | None
     InputError
         When the file cannot be opened.
     FormatError
-        When columns are missing, a cell is not a finite number, a quaternion does not have length one, a joint is beyond its
-        limits, two rows are one pose, or both forms of an orientation are there.
+        When columns are missing, a cell is not a finite number, a quaternion does not have length
+        one, a joint is beyond its limits, two rows are one pose, or both forms of an orientation are there.
     UnitError
         When the joint angles look like radians.
     """
