@@ -25,8 +25,8 @@ from wpcal.features import FeatureKind
 from wpcal.match import Match, match_points
 from wpcal.seam import Seam
 from wpcal.seam.record import seams_csv, seams_record
+from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, read_taught
-from wpcal.taught.user_frames import names_as_features
 
 SEAM_RGB = (0.9, 0.2, 0.1)
 """Colour of seams that are written as edges into the moved STEP file (sRGB)."""

@@ -21,9 +21,9 @@ from wpcal.core.transform import RigidTransform
 from wpcal.features import ReferenceFeature
 from wpcal.match import name_points
 from wpcal.seam import Seam, SeamOptions
+from wpcal.taught.programs import names_as_features
 from wpcal.taught.resolve import named_axes, touches_of
 from wpcal.taught.table import TaughtPoints, pair_points
-from wpcal.taught.user_frames import names_as_features
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,9 +55,9 @@ def read_touched(path: Path, values: dict[str, Any]) -> TaughtPoints:
     InputError
         When the file cannot be used, or an option for programs is given with a table.
     """
+    from wpcal.controllers.taught_program import is_program, read_taught_program
     from wpcal.core.errors import InputError
     from wpcal.taught.table import read_taught
-    from wpcal.taught.user_frames import is_program, read_taught_program
 
     given = [f"--{name.replace('uframes', 'uframe')}" for name in PROGRAM_VALUES if values[name]]
     reading = to_program_reading(values)

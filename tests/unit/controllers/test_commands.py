@@ -89,7 +89,7 @@ def test_taught_points_become_a_table(tmp_path, capsys):
     [
         (["--uframe", "base", "--uframe", "base"], "is given twice"),
         (["--uframe", "3="], "expected [NAME=]VALUES"),
-        (["--uframe", "wobj7"], "the file carries no such frame; it carries none"),
+        (["--uframe", "wobj7"], "the file contains no such frame; it contains none"),
         (["--uframe", "1,2"], "expected X,Y,Z,A,B,C as on the pendant"),
         (["--uframe", "base", "--tool", "1,2"], "expected x, y, z in mm"),
         (["--uframe", "base", "--points", "P9"], "has no point P9; it has XP1"),
