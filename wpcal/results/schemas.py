@@ -1,7 +1,7 @@
 """The JSON Schema of every record that wpcal writes, found by the name that the record states.
 
-The file ``schemas/plan-1.schema.json`` (JSON Schema, draft 2020-12) describes the record ``wpcal/plan/1``. No list is kept
-beside the files, so none can be forgotten.
+The file ``schemas/plan-1.schema.json`` (JSON Schema, draft 2020-12) describes the record ``wpcal/plan/1``. There is no
+list beside the files, so no schema can be forgotten.
 """
 
 from __future__ import annotations
