@@ -13,7 +13,7 @@ from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.session import ERROR_DIGITS, PickSession
 from cad.workpiece.calibrate import calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
-from cad.workpiece.workpiece import SeamChoice
+from cad.workpiece.seams import SeamChoice
 from wpcal.advise import advise
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.core.errors import FormatError, GeometryError, InputError
@@ -103,7 +103,7 @@ def test_points_without_names_are_found(part: PickPart, tmp_path: Path) -> None:
 
 def test_a_program_in_a_frame_that_is_not_known_asks_for_it(part: PickPart, tmp_path: Path) -> None:
     session = PickSession(part, tmp_path / "saved.csv")
-    with pytest.raises(FormatError, match="--uframe"):
+    with pytest.raises(FormatError, match="user frame"):
         session.read(KRL.encode(), name="TEACH.dat")
     rows, left_out = session.read(KRL.encode(), name="TEACH.dat", uframe=",".join(map(str, (*FRAME, 0, 0, 0))))
     cells = [dict(zip(rows.columns, row, strict=True)) for row in rows.cells]

@@ -23,8 +23,9 @@ from wpcal.core import GeometryError, InputError, RigidTransform
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.features import FeatureKind, feature_named
+from wpcal.taught.kinds import TouchKind
 from wpcal.taught.resolve import named_axes, touches_of
-from wpcal.taught.table import TaughtPoints, TouchKind, read_taught
+from wpcal.taught.table import TaughtPoints, read_taught
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 RECOVERED_MM = 1e-6  # asked for touches without noise
