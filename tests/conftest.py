@@ -1,7 +1,11 @@
-"""What all tests share: hypothesis tries the same examples at every run in CI, and new ones elsewhere; one browser."""
+"""What all tests share: hypothesis profiles, one browser, and a limit on skipped tests.
+
+Hypothesis tries the same examples at every run in CI, and new ones elsewhere.
+"""
 
 import os
 import shutil
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -21,6 +25,42 @@ FLAGS = [
     "--disable-component-update",
     "--no-first-run",
 ]
+
+
+MOST_SKIPS = {
+    "published controller files are not beside the repository": 11,
+    "root writes into a folder that nobody may write to": 1,
+    "the study uses the shape of the points only": 1,
+}
+"""How many tests may be skipped for each reason where every tool is there: `--assert-skips` fails on any other."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--assert-skips", action="store_true", help="fail when more tests are skipped than MOST_SKIPS allows"
+    )
+
+
+def unexpected_skips(reasons: list[str]) -> list[str]:
+    """Return a line for each reason for which more tests were skipped than allowed."""
+    return [
+        f"{count} tests skipped, {MOST_SKIPS.get(reason, 0)} allowed: {reason}"
+        for reason, count in sorted(Counter(reasons).items())
+        if count > MOST_SKIPS.get(reason, 0)
+    ]
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if reporter is None or not session.config.getoption("--assert-skips"):
+        return
+    reasons = [report.longrepr[2].removeprefix("Skipped: ") for report in reporter.stats.get("skipped", [])]
+    rows = unexpected_skips(reasons)
+    if rows:
+        reporter.write_line("")
+        reporter.write_line("\n".join(rows), red=True)
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 @pytest.fixture(scope="session")
