@@ -1,20 +1,47 @@
-"""What all tests share: hypothesis profiles, one browser, and a limit on skipped tests.
+"""What all tests share: hypothesis profiles, checked records, one browser, and a limit on skipped tests.
 
-Hypothesis tries the same examples at every run in CI, and new ones elsewhere.
+Hypothesis tries the same examples at every run in CI, and new ones elsewhere. Every record that the code under test
+writes as JSON must follow the schema it names. There is one browser.
 """
 
+import json
 import os
 import shutil
-from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Any
 
+import jsonschema
 import pytest
 from hypothesis import settings
+
+from tests.lint.skips import unexpected_skips
+from wpcal.core import records
 
 settings.register_profile("ci", derandomize=True, deadline=None)
 settings.register_profile("dev", deadline=None)
 settings.load_profile("ci" if os.environ.get("CI") else "dev")
+
+_to_json = records.to_json
+
+
+@cache
+def _validator(name: str) -> jsonschema.Draft202012Validator:
+    from wpcal.results.schemas import schema_text
+
+    return jsonschema.Draft202012Validator(json.loads(schema_text(name)))
+
+
+def _checked_to_json(record: Mapping[str, Any]) -> str:
+    """Write a record as JSON, as the real function does, and validate the text against the record's schema."""
+    text = _to_json(record)
+    if record["schema"] != "wpcal/test/1":  # the name that tests of records themselves use
+        _validator(record["schema"]).validate(json.loads(text))
+    return text
+
+
+# Set while conftest is imported, before any module under test takes the function by name: so no record goes unchecked.
+records.to_json = _checked_to_json
 
 FLAGS = [
     "--headless=new",
@@ -27,27 +54,10 @@ FLAGS = [
 ]
 
 
-MOST_SKIPS = {
-    "published controller files are not beside the repository": 11,
-    "root writes into a folder that nobody may write to": 1,
-    "the study uses the shape of the points only": 1,
-}
-"""How many tests may be skipped for each reason where every tool is there: `--assert-skips` fails on any other."""
-
-
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--assert-skips", action="store_true", help="fail when more tests are skipped than MOST_SKIPS allows"
     )
-
-
-def unexpected_skips(reasons: list[str]) -> list[str]:
-    """Return a line for each reason for which more tests were skipped than allowed."""
-    return [
-        f"{count} tests skipped, {MOST_SKIPS.get(reason, 0)} allowed: {reason}"
-        for reason, count in sorted(Counter(reasons).items())
-        if count > MOST_SKIPS.get(reason, 0)
-    ]
 
 
 @pytest.hookimpl(trylast=True)

@@ -1,6 +1,6 @@
 """The limit on skipped tests notices a new reason and a larger number."""
 
-from tests.conftest import MOST_SKIPS, unexpected_skips
+from tests.lint.skips import MOST_SKIPS, unexpected_skips
 
 
 def test_allowed_skips_pass_and_others_are_listed():
