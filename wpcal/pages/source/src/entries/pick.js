@@ -1,12 +1,13 @@
 // What `wpcal pick` serves: features are clicked, coordinates typed, and the fit follows.
-import { readBlob, readData, readJsonBlob } from "../viewer.js";
+
 import { el, fixed, short } from "../dom.js";
-import { lookAtSeam } from "../report/scene.js";
 import { contentOf, latestOnly, post } from "../pick/link.js";
 import { Rows } from "../pick/rows.js";
 import { Scene } from "../pick/scene.js";
 import { gauges, seamTable, stateOf } from "../pick/summary.js";
 import { Table } from "../pick/table.js";
+import { lookAtSeam } from "../report/scene.js";
+import { readBlob, readData, readJsonBlob } from "../viewer.js";
 
 const PAUSE_MS = 120; // of the typing hand, before a fit is asked for
 const NOTHING = {};
@@ -27,7 +28,14 @@ class Picker {
     });
     this.build();
     const onPick = (feature) => this.table.pick(feature);
-    this.scene = new Scene(this.view, { features, frames, part, seams: data.seams, tolerance: data.tolerance_mm, onPick });
+    this.scene = new Scene(this.view, {
+      features,
+      frames,
+      part,
+      seams: data.seams,
+      tolerance: data.tolerance_mm,
+      onPick,
+    });
     this.listen();
     this.show();
     if (this.rows.rows.length) this.fitting.ask();
@@ -44,7 +52,9 @@ class Picker {
     this.saveState = el("p", { id: "save-state", role: "status" });
     this.file = el("input", { type: "file", id: "file", multiple: true, hidden: true });
     this.frame = el("form", { id: "frame", hidden: true });
-    this.seams = seamTable(data.seams, data.tolerance_mm, (row) => lookAtSeam(this.scene.viewer, this.scene.frames[row]));
+    this.seams = seamTable(data.seams, data.tolerance_mm, (row) =>
+      lookAtSeam(this.scene.viewer, this.scene.frames[row]),
+    );
     this.notes = el("ul", {});
     const button = (id, text, onclick) => el("button", { type: "button", id, onclick }, text);
     this.addButton = button("add", "Add point", () => this.table.addNameless());
@@ -62,7 +72,10 @@ class Picker {
     const head = el("header", {}, el("h1", {}, data.file), this.state, this.gauges);
     const points = el("section", { id: "points" }, this.table.element, buttons, this.frame, this.saveState);
     this.notesSection = el("section", { id: "notes" }, this.notes);
-    this.root.append(this.view, el("div", { id: "side" }, head, points, el("section", { id: "seams" }, this.seams.element), this.notesSection));
+    this.root.append(
+      this.view,
+      el("div", { id: "side" }, head, points, el("section", { id: "seams" }, this.seams.element), this.notesSection),
+    );
   }
 
   listen() {
@@ -78,7 +91,8 @@ class Picker {
       if (event.defaultPrevented || isTypedInto(event.target)) return;
       event.preventDefault(); // the caret comes into a cell, and the browser would paste there once more
       const text = event.clipboardData.getData("text");
-      if (text.trim() && !this.table.paste(text)) this.say("what was pasted is no table and holds no positions", "wrong");
+      if (text.trim() && !this.table.paste(text))
+        this.say("what was pasted is no table and holds no positions", "wrong");
     });
     addEventListener("keydown", (event) => {
       if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
@@ -171,7 +185,10 @@ class Picker {
     const { features, error_95_mm, seam, sigma_mm } = answer;
     const error = `${fixed(error_95_mm)} mm, on ${seam}, for a teaching error of ${short(sigma_mm)} mm per axis`;
     if (!features.length) return this.say(`No further point makes the largest 95 % error smaller: ${error}.`);
-    return this.table.addFeatures(features, `Touch ${features.join(", ")}. All points together promise at most ${error}.`);
+    return this.table.addFeatures(
+      features,
+      `Touch ${features.join(", ")}. All points together promise at most ${error}.`,
+    );
   }
 
   async copy() {
@@ -243,7 +260,10 @@ class Picker {
     const leftOut = answer.left_out ?? [];
     const more = leftOut.length > MOST_NAMED ? `; and ${leftOut.length - MOST_NAMED} more` : "";
     const without = leftOut.length ? ` Left out: ${leftOut.slice(0, MOST_NAMED).join("; ")}${more}.` : "";
-    return { text: `${file.name}: ${length} point${length === 1 ? "" : "s"}, ${what}.${without}`, isChange: parts.length > 0 };
+    return {
+      text: `${file.name}: ${length} point${length === 1 ? "" : "s"}, ${what}.${without}`,
+      isChange: parts.length > 0,
+    };
   }
 
   askForFrame(file) {
@@ -271,7 +291,11 @@ function isTypedInto(element) {
 
 async function main() {
   const data = readData();
-  const [features, frames, part] = await Promise.all([readJsonBlob("features"), readJsonBlob("frames"), readBlob("part")]);
+  const [features, frames, part] = await Promise.all([
+    readJsonBlob("features"),
+    readJsonBlob("frames"),
+    readBlob("part"),
+  ]);
   const picker = new Picker(document.getElementById("page"), { data, features, frames, part });
   const { viewer } = picker.scene;
   window.wpcal = {

@@ -12,7 +12,8 @@ export async function post(action, body) {
     if (response.ok) return await response.json();
     return { fault: { message: await response.text(), row: null } };
   } catch {
-    const message = "wpcal no longer answers. Copy the rows with the button Copy, start wpcal pick again, and paste them there.";
+    const message =
+      "wpcal no longer answers. Copy the rows with the button Copy, start wpcal pick again, and paste them there.";
     return { fault: { message, row: null }, isGone: true };
   }
 }

@@ -79,7 +79,8 @@ export class Rows {
   /** The row of a feature, if there is one. */
   of(feature) {
     const [name, place] = [feature.name.toLowerCase(), feature.p_mm];
-    const isThere = (row) => MODEL.every((key, axis) => row[key] !== "" && Math.abs(Number(row[key]) - place[axis]) < 1e-3);
+    const isThere = (row) =>
+      MODEL.every((key, axis) => row[key] !== "" && Math.abs(Number(row[key]) - place[axis]) < 1e-3);
     return this.rows.find((row) => ("feature" in row ? row.feature.toLowerCase() === name : isThere(row)));
   }
 
@@ -116,7 +117,9 @@ export class Rows {
     const free = open.filter((row) => !named.has(row));
     let row = null;
     for (const { name, xyz } of positions) {
-      const feature = spellings(name).map((word) => features.get(word)).find(Boolean);
+      const feature = spellings(name)
+        .map((word) => features.get(word))
+        .find(Boolean);
       const fits = free.length && (!feature || this.isNameless(free[0]));
       row = this.named(name);
       if (!row) row = this.take(fits ? free.shift() : this.addFeature(), feature, feature?.name ?? (name || undefined));
@@ -145,7 +148,8 @@ export class Rows {
       }
       const isSame = PLACE.every((name) => cells[name] === "" || isSameNumber(cells[name], row[name]));
       if (!isSame) count[this.isWaiting(row) ? "filled" : "replaced"] += 1;
-      for (const [name, cell] of Object.entries(cells)) if (row[name] === "" || (!isSame && PLACE.includes(name) && cell)) row[name] = cell;
+      for (const [name, cell] of Object.entries(cells))
+        if (row[name] === "" || (!isSame && PLACE.includes(name) && cell)) row[name] = cell;
     }
     return count;
   }

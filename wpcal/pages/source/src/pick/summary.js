@@ -10,10 +10,16 @@ export function stateOf(rows, { answer, fault }, seams) {
   const waiting = rows.rows.filter((row) => rows.isWaiting(row)).length;
   const ready = rows.rows.filter((row) => !rows.isWaiting(row) && row.use === "yes").length;
   if (!rows.rows.length)
-    return { kind: "hint", text: "Click a feature on the part, and type what the robot shows there. Or drop a table or a robot program here." };
+    return {
+      kind: "hint",
+      text: "Click a feature on the part, and type what the robot shows there. Or drop a table or a robot program here.",
+    };
   if (ready < LEAST_POINTS && !("kind" in rows.rows[0])) {
     const more = LEAST_POINTS - ready;
-    const what = waiting >= more ? `the coordinates of ${more} more point${more > 1 ? "s" : ""}` : `${more} more point${more > 1 ? "s" : ""}`;
+    const what =
+      waiting >= more
+        ? `the coordinates of ${more} more point${more > 1 ? "s" : ""}`
+        : `${more} more point${more > 1 ? "s" : ""}`;
     return { kind: "hint", text: `A fit needs ${what} that do not lie on a line.` };
   }
   if (fault) return { kind: "wrong", text: fault.message };
@@ -22,13 +28,19 @@ export function stateOf(rows, { answer, fault }, seams) {
   const word = answer.verdict === "PASS" ? "Every point is within" : "A point is off by more than";
   const count = worstOfSeams(answer, seams).filter(({ mm }) => mm > answer.tolerance_mm).length;
   const beyond = count ? ` The predicted error of ${count} seam${count > 1 ? "s" : ""} is larger.` : "";
-  return { kind: answer.verdict.toLowerCase(), text: `${word} the tolerance of ${short(answer.tolerance_mm)} mm.${beyond}${wait}` };
+  return {
+    kind: answer.verdict.toLowerCase(),
+    text: `${word} the tolerance of ${short(answer.tolerance_mm)} mm.${beyond}${wait}`,
+  };
 }
 
 /** Largest residual and largest predicted error of a seam. */
 export function gauges(answer, seams) {
   if (!answer) return [];
-  const point = answer.points.reduce((worst, one) => (one.distance_mm > (worst?.distance_mm ?? -1) ? one : worst), null);
+  const point = answer.points.reduce(
+    (worst, one) => (one.distance_mm > (worst?.distance_mm ?? -1) ? one : worst),
+    null,
+  );
   const worst = worstOfSeams(answer, seams).sort((a, b) => b.mm - a.mm)[0];
   return [
     point && gauge("largest residual", point.distance_mm, answer.tolerance_mm, `at ${point.name}`),
@@ -39,7 +51,8 @@ export function gauges(answer, seams) {
 /** The table of seams, made once: {element, show(answer)}. */
 export function seamTable(seams, tolerance, focus) {
   const cells = new Map(); // of what follows from an answer
-  const cellsOf = (row) => cells.get(row) ?? cells.set(row, { error: el("span", {}, "–"), share: el("span", {}) }).get(row);
+  const cellsOf = (row) =>
+    cells.get(row) ?? cells.set(row, { error: el("span", {}, "–"), share: el("span", {}) }).get(row);
   const rows = seams.map((seam, row) => ({ ...seam, row })).filter(({ accepted }) => accepted);
   const button = ({ name, row }) => el("button", { type: "button", class: "name", onclick: () => focus(row) }, name);
   const columns = [
@@ -63,7 +76,5 @@ export function seamTable(seams, tolerance, focus) {
 }
 
 function worstOfSeams({ u95_mm }, seams) {
-  return seams
-    .map((seam, row) => ({ seam, row, mm: Math.max(...u95_mm[row]) }))
-    .filter(({ seam }) => seam.accepted);
+  return seams.map((seam, row) => ({ seam, row, mm: Math.max(...u95_mm[row]) })).filter(({ seam }) => seam.accepted);
 }

@@ -5,7 +5,10 @@ import { isHalfANumber, pointed, positionsIn } from "./numbers.js";
 import { PLACE } from "./rows.js";
 
 const HEADINGS = { x_mm: "x mm", y_mm: "y mm", z_mm: "z mm" };
-const CHOICES = { use: ["yes", "check", "no"], kind: ["point", "plane", "edge", "hole", "cylinder", "sphere", "surface"] };
+const CHOICES = {
+  use: ["yes", "check", "no"],
+  kind: ["point", "plane", "edge", "hole", "cylinder", "sphere", "surface"],
+};
 const HEADER = /(^|[,;\t"])\s*x_mm\s*([,;\t"]|$)/im; // of a table of taught points
 const IN_USER_FRAME = /\bUF\s*:\s*[1-9]|\bBASE_NO\s+[1-9]/i; // of FANUC and KUKA
 const FEATURES_LISTED = 2000; // a longer list is slow to open; any name can be typed
@@ -56,7 +59,10 @@ export class Table {
     this.drawnColumns = columns.join();
     this.lines.clear();
     this.body = el("tbody", {});
-    this.element.replaceChildren(this.list, el("table", {}, el("thead", {}, el("tr", {}, columns.map(heading), end)), this.body));
+    this.element.replaceChildren(
+      this.list,
+      el("table", {}, el("thead", {}, el("tr", {}, columns.map(heading), end)), this.body),
+    );
   }
 
   /** Brings the cells of a row up to date. */
@@ -125,7 +131,9 @@ export class Table {
     input.addEventListener("blur", () => this.ended(row, name));
     input.addEventListener("change", () => this.settle(row, name));
     input.addEventListener("keydown", (event) => event.key === "Enter" && this.goOn(row, name));
-    input.addEventListener("paste", (event) => this.pasteInto(event, row, isPlace || name === "name" || name === "feature"));
+    input.addEventListener("paste", (event) =>
+      this.pasteInto(event, row, isPlace || name === "name" || name === "feature"),
+    );
     return input;
   }
 
@@ -221,7 +229,12 @@ export class Table {
     const pasted = positions.length === 1 ? "1 position" : `${positions.length} positions`;
     const what = `${pasted} pasted${more ? `, ${more} as new rows` : ""}.`;
     if (!IN_USER_FRAME.test(text)) this.callbacks.onUndoable(what, before);
-    else this.callbacks.onUndoable(`${what} They stand in a user frame: open the file instead, which asks for it.`, before, "wrong");
+    else
+      this.callbacks.onUndoable(
+        `${what} They stand in a user frame: open the file instead, which asks for it.`,
+        before,
+        "wrong",
+      );
     return true;
   }
 
@@ -248,7 +261,9 @@ export class Table {
   /** New rows for features that have none yet; the caret comes into the first that waits. */
   addFeatures(names, text) {
     const before = this.rows.toRecord();
-    const features = names.map((name) => this.byName.get(name.toLowerCase())).filter((feature) => !this.rows.of(feature));
+    const features = names
+      .map((name) => this.byName.get(name.toLowerCase()))
+      .filter((feature) => !this.rows.of(feature));
     features.forEach((feature) => this.rows.addFeature(feature));
     this.draw();
     this.focus(this.rows.rows.find((row) => this.rows.isWaiting(row)));

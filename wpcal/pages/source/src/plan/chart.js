@@ -24,7 +24,8 @@ export function linear([low, high], [start, end]) {
  */
 export function timeChart(title, series, { decimals = 1, limit = null, burns, says = null, onSeek }) {
   const known = series.flatMap(({ values }) => values.filter((v) => v !== null));
-  if (!known.length) return { element: el("section", {}, el("h2", {}, title), el("p", {}, "nothing is known")), cursor() {} };
+  if (!known.length)
+    return { element: el("section", {}, el("h2", {}, title), el("p", {}, "nothing is known")), cursor() {} };
   const all = limit ? [...known, limit.value] : known;
   const [low, high] = [Math.min(...all), Math.max(...all)];
   const air = (high - low || 1) * 0.06;
@@ -34,7 +35,13 @@ export function timeChart(title, series, { decimals = 1, limit = null, burns, sa
   const chart = svg(
     "svg",
     { class: "chart", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": title },
-    svg("rect", { class: "burns", x: x.at(burns[0]), width: x.at(burns[1]) - x.at(burns[0]), y: TOP, height: HEIGHT - BOTTOM - TOP }),
+    svg("rect", {
+      class: "burns",
+      x: x.at(burns[0]),
+      width: x.at(burns[1]) - x.at(burns[0]),
+      y: TOP,
+      height: HEIGHT - BOTTOM - TOP,
+    }),
     axes(x, y),
     limit && level(limit, y),
     series.map(({ t, values }, i) => curve(t, values, x, y, i)),
@@ -45,7 +52,14 @@ export function timeChart(title, series, { decimals = 1, limit = null, burns, sa
   const names = series.map(({ name }, i) => el("span", { class: "name", "data-series": i }, name, " ", numbers[i]));
   const said = el("p", { class: "said" });
   return {
-    element: el("section", { class: "curves" }, el("h2", {}, title), el("p", { class: "names" }, names), chart, says && said),
+    element: el(
+      "section",
+      { class: "curves" },
+      el("h2", {}, title),
+      el("p", { class: "names" }, names),
+      chart,
+      says && said,
+    ),
     cursor(t) {
       line.setAttribute("x1", x.at(t));
       line.setAttribute("x2", x.at(t));

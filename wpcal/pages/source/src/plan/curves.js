@@ -10,7 +10,12 @@ export function buildCurves(data, onSeek) {
     element,
     show(plan) {
       const common = { burns: [plan.t[plan.first], plan.t[plan.last]], onSeek };
-      charts = [joints(data, plan, 1, common), joints(data, plan, 2, common), attitude(plan, common), clearance(data, plan, common)];
+      charts = [
+        joints(data, plan, 1, common),
+        joints(data, plan, 2, common),
+        attitude(plan, common),
+        clearance(data, plan, common),
+      ];
       element.replaceChildren(...charts.map((chart) => chart.element));
     },
     cursor: (t) => charts.forEach((chart) => chart.cursor(t)),
@@ -18,7 +23,11 @@ export function buildCurves(data, onSeek) {
 }
 
 function joints(data, plan, robot, common) {
-  const series = data.joints[robot - 1].map((name, i) => ({ name, t: plan.t, values: plan[`joints${robot}`].map((q) => q[i]) }));
+  const series = data.joints[robot - 1].map((name, i) => ({
+    name,
+    t: plan.t,
+    values: plan[`joints${robot}`].map((q) => q[i]),
+  }));
   return timeChart(`Robot ${robot}: joints, deg`, series, common);
 }
 
@@ -30,7 +39,8 @@ function attitude(plan, common) {
 /** The least margin over all pairs of bodies; the line below says which pair it is. */
 function clearance(data, plan, common) {
   const { checked } = plan;
-  if (!checked) return timeChart("Clearance, mm", [{ name: "margin", t: plan.t, values: plan.t.map(() => null) }], common);
+  if (!checked)
+    return timeChart("Clearance, mm", [{ name: "margin", t: plan.t, values: plan.t.map(() => null) }], common);
   const says = (t) => {
     const row = rowAt(checked.t, t);
     const pair = data.pairs[checked.pair[row]];

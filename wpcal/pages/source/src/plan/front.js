@@ -1,6 +1,7 @@
 // The plans between which one chooses: a chart to click in, and a table of the same.
-import { colourOf, ramp } from "../viewer.js";
+
 import { el, fixed, short, svg, table } from "../dom.js";
+import { colourOf, ramp } from "../viewer.js";
 import { linear } from "./chart.js";
 
 const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [520, 330, 62, 18, 16, 46];
@@ -21,17 +22,37 @@ export function buildFront(data, onPick) {
   const x = linear(padded([...values(xName), ...behind.map((row) => row[0])]), [LEFT, WIDTH - RIGHT]);
   const y = linear(padded([...values(yName), ...behind.map((row) => row.at(-1))]), [HEIGHT - BOTTOM, TOP]);
   const shades = third ? shadesOf(values(third)) : plans.map(() => colourOf(0));
-  const marks = plans.map((plan, row) => mark(plan, row, x.at(plan.objectives[xName]), y.at(plan.objectives[yName]), shades[row], onPick));
-  const chart = svg("svg", { class: "chart front", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "group", "aria-label": "the front" }, axes(x, y, xName, yName), data.fronts.map((front, i) => crosses(front, i, x, y)), marks);
+  const marks = plans.map((plan, row) =>
+    mark(plan, row, x.at(plan.objectives[xName]), y.at(plan.objectives[yName]), shades[row], onPick),
+  );
+  const chart = svg(
+    "svg",
+    { class: "chart front", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "group", "aria-label": "the front" },
+    axes(x, y, xName, yName),
+    data.fronts.map((front, i) => crosses(front, i, x, y)),
+    marks,
+  );
   const rows = [];
-  const list = table(columns(names), plans.map((plan, row) => ({ plan, row })), { rowOf: ({ row }) => ({ "data-row": row, tabindex: 0, class: "link" }) });
+  const list = table(
+    columns(names),
+    plans.map((plan, row) => ({ plan, row })),
+    { rowOf: ({ row }) => ({ "data-row": row, tabindex: 0, class: "link" }) },
+  );
   for (const line of list.querySelectorAll("tbody tr")) {
     const row = Number(line.dataset.row);
     rows[row] = line;
     line.addEventListener("click", () => onPick(row));
     line.addEventListener("keydown", (event) => event.key === "Enter" && onPick(row));
   }
-  const element = el("section", { id: "front" }, el("h2", {}, "Plans"), chart, third && legend(third, values(third)), data.fronts.map(found), list);
+  const element = el(
+    "section",
+    { id: "front" },
+    el("h2", {}, "Plans"),
+    chart,
+    third && legend(third, values(third)),
+    data.fronts.map(found),
+    list,
+  );
   return {
     element,
     show(chosen) {
@@ -46,22 +67,39 @@ export function buildFront(data, onPick) {
 function crosses({ name, values }, i, x, y) {
   const cross = (row) => {
     const [px, py] = [x.at(row[0]), y.at(row.at(-1))];
-    const d = i === 0 ? `M ${px - 4} ${py} h 8 M ${px} ${py - 4} v 8` : `M ${px - 3} ${py - 3} l 6 6 M ${px + 3} ${py - 3} l -6 6`;
+    const d =
+      i === 0
+        ? `M ${px - 4} ${py} h 8 M ${px} ${py - 4} v 8`
+        : `M ${px - 3} ${py - 3} l 6 6 M ${px + 3} ${py - 3} l -6 6`;
     return svg("path", { d });
   };
-  return svg("g", { class: "found", "data-series": i, "data-front": name }, svg("title", {}, `found by ${name}`), values.map(cross));
+  return svg(
+    "g",
+    { class: "found", "data-series": i, "data-front": name },
+    svg("title", {}, `found by ${name}`),
+    values.map(cross),
+  );
 }
 
 function found({ name, values, hypervolume }, i) {
   const text = `${values.length} plans by itself, hypervolume ${fixed(hypervolume, 1)}`;
-  return el("p", { class: "names" }, el("span", { class: "name", "data-series": i }, i === 0 ? "+ " : "× ", name), text);
+  return el(
+    "p",
+    { class: "names" },
+    el("span", { class: "name", "data-series": i }, i === 0 ? "+ " : "× ", name),
+    text,
+  );
 }
 
 function columns(names) {
   return [
     { title: "plan", cell: ({ row }) => String(row + 1) },
     ...names.map((name) => ({ title: titleOf(name), number: true, cell: ({ plan }) => short(plan.objectives[name]) })),
-    { title: "margin, mm", number: true, cell: ({ plan }) => (plan.check?.between ? short(plan.check.least_margin_mm) : "–") },
+    {
+      title: "margin, mm",
+      number: true,
+      cell: ({ plan }) => (plan.check?.between ? short(plan.check.least_margin_mm) : "–"),
+    },
     { title: "path", cell: ({ plan }) => plan.freedom },
     { title: "found by", cell: ({ plan }) => plan.found_by },
   ];
@@ -84,10 +122,19 @@ function mark(plan, row, px, py, shade, onPick) {
   const drawn =
     plan.found_by === "ladder"
       ? svg("circle", { ...shape, cx: px, cy: py, r: RADIUS })
-      : svg("path", { ...shape, d: `M ${px} ${py - RADIUS - 2} l ${RADIUS + 1} ${RADIUS + 2} l ${-RADIUS - 1} ${RADIUS + 2} l ${-RADIUS - 1} ${-RADIUS - 2} z` });
+      : svg("path", {
+          ...shape,
+          d: `M ${px} ${py - RADIUS - 2} l ${RADIUS + 1} ${RADIUS + 2} l ${-RADIUS - 1} ${RADIUS + 2} l ${-RADIUS - 1} ${-RADIUS - 2} z`,
+        });
   const halo = svg("circle", { class: "halo", cx: px, cy: py, r: RADIUS + 5 });
   const text = `plan ${row + 1}, ${plan.freedom}`;
-  const node = svg("g", { class: "plan", tabindex: 0, role: "button", "aria-label": text, "data-plan": row }, halo, drawn, svg("title", {}, text));
+  const node = svg(
+    "g",
+    { class: "plan", tabindex: 0, role: "button", "aria-label": text, "data-plan": row },
+    halo,
+    drawn,
+    svg("title", {}, text),
+  );
   node.addEventListener("click", () => onPick(row));
   node.addEventListener("keydown", (event) => event.key === "Enter" && onPick(row));
   return node;
@@ -102,7 +149,11 @@ function axes(x, y, xName, yName) {
     ...x.ticks.map((v) => svg("text", { x: x.at(v), y: bottom + 18, "text-anchor": "middle" }, short(v))),
     svg("line", { class: "base", x1: LEFT, x2: right, y1: bottom, y2: bottom }),
     svg("text", { x: (LEFT + right) / 2, y: HEIGHT - 6, "text-anchor": "middle" }, titleOf(xName)),
-    svg("text", { transform: `translate(14 ${(TOP + bottom) / 2}) rotate(-90)`, "text-anchor": "middle" }, titleOf(yName)),
+    svg(
+      "text",
+      { transform: `translate(14 ${(TOP + bottom) / 2}) rotate(-90)`, "text-anchor": "middle" },
+      titleOf(yName),
+    ),
   ];
 }
 
@@ -110,5 +161,13 @@ function legend(name, values) {
   const bar = el("span", { class: "ramp" });
   bar.style.background = ramp();
   const [low, high] = [Math.min(...values), Math.max(...values)].map(short);
-  return el("p", { class: "colours" }, el("span", {}, titleOf(name)), el("span", {}, low), bar, el("span", {}, high), el("span", {}, "disc: ladder, diamond: other; hollow: not known to be free"));
+  return el(
+    "p",
+    { class: "colours" },
+    el("span", {}, titleOf(name)),
+    el("span", {}, low),
+    bar,
+    el("span", {}, high),
+    el("span", {}, "disc: ladder, diamond: other; hollow: not known to be free"),
+  );
 }

@@ -38,14 +38,27 @@ function chart({ title, xTitle, yTitle, x, y, marks }) {
     ...y.ticks.map((v) => svg("line", { class: "grid", x1: LEFT, x2: right, y1: y.at(v), y2: y.at(v) })),
     ...y.ticks.map((v) => svg("text", { class: "tick", x: LEFT - 8, y: y.at(v) + 4, "text-anchor": "end" }, short(v))),
     ...x.ticks.map((v) => svg("line", { class: "grid", x1: x.at(v), x2: x.at(v), y1: bottom, y2: bottom + 4 })),
-    ...x.ticks.map((v) => svg("text", { class: "tick", x: x.at(v), y: bottom + 18, "text-anchor": "middle" }, short(v))),
+    ...x.ticks.map((v) =>
+      svg("text", { class: "tick", x: x.at(v), y: bottom + 18, "text-anchor": "middle" }, short(v)),
+    ),
   ];
   const titles = [
     svg("text", { class: "axis", x: (LEFT + right) / 2, y: HEIGHT - 6, "text-anchor": "middle" }, xTitle),
-    svg("text", { class: "axis", transform: `translate(13 ${(TOP + bottom) / 2}) rotate(-90)`, "text-anchor": "middle" }, yTitle),
+    svg(
+      "text",
+      { class: "axis", transform: `translate(13 ${(TOP + bottom) / 2}) rotate(-90)`, "text-anchor": "middle" },
+      yTitle,
+    ),
   ];
   const box = { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": title, class: "chart" };
-  return svg("svg", box, grid, svg("line", { class: "base", x1: LEFT, x2: right, y1: bottom, y2: bottom }), titles, marks);
+  return svg(
+    "svg",
+    box,
+    grid,
+    svg("line", { class: "base", x1: LEFT, x2: right, y1: bottom, y2: bottom }),
+    titles,
+    marks,
+  );
 }
 
 function polyline(xs, ys, x, y, attributes) {
@@ -67,12 +80,21 @@ export function errorPlot(seams, frames, tolerance) {
   const highest = Math.max(...shown.flatMap(({ u95 }) => Math.max(...u95)), tolerance) * 1.12;
   const x = scale([0, Math.max(...shown.map(({ s }) => s.at(-1)))], [LEFT, WIDTH - RIGHT]);
   const y = scale([0, highest], [HEIGHT - BOTTOM, TOP]);
-  const lines = shown.map(({ seam, s, u95 }, i) =>
-    polyline(s, u95, x, y, { class: "series", "data-series": i % 6 }).appendChild(svg("title", {}, seam.name)).parentNode,
+  const lines = shown.map(
+    ({ seam, s, u95 }, i) =>
+      polyline(s, u95, x, y, { class: "series", "data-series": i % 6 }).appendChild(svg("title", {}, seam.name))
+        .parentNode,
   );
   const names = shown.length > 8 ? [] : endLabels(shown, x, y);
   const marks = [...level(tolerance, y, `tolerance ${short(tolerance)} mm`, "limit"), ...lines, ...names];
-  return chart({ title: "95 % error along the seams", xTitle: "arc length, mm", yTitle: "95 % error, mm", x, y, marks });
+  return chart({
+    title: "95 % error along the seams",
+    xTitle: "arc length, mm",
+    yTitle: "95 % error, mm",
+    x,
+    y,
+    marks,
+  });
 }
 
 /** The name of each seam over its end; names that would touch are pushed up. */
