@@ -6,6 +6,7 @@ import { buildFront } from "../plan/front.js";
 import { buildHeader } from "../plan/header.js";
 import { buildPlayer } from "../plan/player.js";
 import { buildScene } from "../plan/scene.js";
+import { stateAt } from "../plan/times.js";
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 
 /** What belongs to one plan: its curves, and the frames of all bodies as [state][carrier][3×4]. */
@@ -66,18 +67,6 @@ async function main() {
   }
   await select(data.chosen);
   scene?.whole();
-}
-
-/** The state before a time and how far it is from there to the next, 0…1. */
-function stateAt(times, t) {
-  let [low, high] = [0, times.length - 1];
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (times[middle] <= t) low = middle;
-    else high = middle;
-  }
-  const part = (t - times[low]) / (times[high] - times[low] || 1);
-  return { row: low, part: Math.min(Math.max(part, 0), 1) };
 }
 
 function placeText(plan, { row, part }) {

@@ -1,6 +1,7 @@
 // The curves of one plan: joints of both robots, how the seam lies and the torch stands, and how far bodies are apart.
 import { el, fixed } from "../dom.js";
-import { rowAt, timeChart } from "./chart.js";
+import { timeChart } from "./time_chart.js";
+import { rowAt } from "./times.js";
 
 /** Returns {element, show(plan), cursor(t)}; `onSeek(t)` is called for a click in a chart. */
 export function buildCurves(data, onSeek) {
