@@ -84,7 +84,7 @@ def identify(
     from wpcal.core.errors import InputError
     from wpcal.core.records import check_writable
     from wpcal.robot.identify.identifiability import Noise
-    from wpcal.robot.identify.identification import IdentifyOptions, Solver
+    from wpcal.robot.identify.identification import IdentificationSolver, IdentifyOptions
     from wpcal.robot.kinematics.arm_file import find_arm
 
     if (noise_mm is None) != (noise_deg is None):
@@ -93,7 +93,7 @@ def identify(
     arm = find_arm(robot)
     names = None if parameters is None else tuple(name.strip() for name in parameters.split(","))
     options = IdentifyOptions(
-        solver=Solver(solver),
+        solver=IdentificationSolver(solver),
         free_base=unknown_base,
         free_tool=unknown_tool,
         parameters=names,
