@@ -15,7 +15,6 @@ from typing import Any
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
 from cad.workpiece.workpiece import Workpiece, find_seams, open_workpiece
 from wpcal.calibrate import CalibrationResult
-from wpcal.controllers.taught_program import names_as_features
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import blamed_on
 from wpcal.core.issue import Issue
@@ -27,6 +26,7 @@ from wpcal.match import Match, match_points
 from wpcal.seam import Seam
 from wpcal.seam.record import seams_csv, seams_record
 from wpcal.taught.table import TaughtPoints, read_taught
+from wpcal.taught.user_frames import names_as_features
 
 SEAM_RGB = (0.9, 0.2, 0.1)
 """Colour of seams that are written as edges into the moved STEP file (sRGB)."""

@@ -79,11 +79,11 @@ class FitFlags:
 
     def to_options(self) -> IdentifyOptions:
         """Return the options as the identification takes them, in millimetres and radians."""
-        from wpcal.robot.identify.identification import IdentifyOptions, Solver
+        from wpcal.robot.identify.identification import IdentificationSolver, IdentifyOptions
 
         names = self.parameters
         return IdentifyOptions(
-            solver=Solver(self.solver),
+            solver=IdentificationSolver(self.solver),
             free_base=self.unknown_base,
             free_tool=self.unknown_tool,
             parameters=None if names is None else tuple(name.strip() for name in names.split(",")),

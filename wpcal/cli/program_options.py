@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from wpcal.cli.option_groups import option
 
 if TYPE_CHECKING:
-    from wpcal.controllers.taught_program import ProgramReading
     from wpcal.taught.table import TaughtPoints
+    from wpcal.taught.user_frames import ProgramReading
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,9 +47,9 @@ class ProgramFlags:
         InputError
             When the file cannot be used, or an option for programs is given with a table.
         """
-        from wpcal.controllers.taught_program import is_program, read_taught_program
         from wpcal.core.errors import InputError
         from wpcal.taught.table import read_taught
+        from wpcal.taught.user_frames import is_program, read_taught_program
 
         reading = self.to_reading()
         if is_program(path):
@@ -66,8 +66,8 @@ class ProgramFlags:
         InputError
             When one of them cannot be used.
         """
-        from wpcal.controllers.taught_program import ProgramReading, parse_uframes
         from wpcal.robot.kinematics.arm_file import find_arm
+        from wpcal.taught.user_frames import ProgramReading, parse_uframes
 
         return ProgramReading(
             uframes=parse_uframes(self.uframes),

@@ -18,7 +18,7 @@ AXIS_ROUND = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Found:
+class FeatureColumns:
     """Features of one kind before they have names; one row each, NaN or None where a column does not apply.
 
     Parameters

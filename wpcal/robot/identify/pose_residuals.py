@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt over the parameters of a `KinematicModel`, and the noise that its residuals show."""
+"""Residuals of measured poses, their least-squares minimum over model parameters, and the noise that they show."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import log_rotation
+from wpcal.optim.levenberg_marquardt import minimise_squares
 from wpcal.robot.identify.identifiability import Noise, whitened
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, Parameter
@@ -22,8 +23,8 @@ quadratically the next one would be round-off. Below 1e-7 the sum of squares no 
 ROUND_OFF_MM = 1e-11
 """... or by less than the round-off of positions metres away, where simulated noise is smaller than any real one."""
 
-FIRST_DAMPING, DAMPING_FACTOR, MOST_DAMPING = 1e-6, 10.0, 1e6
-"""Part of the scaled diagonal that is added at first, how it changes after a step, and where no step helps."""
+FIRST_DAMPING = 1e-6
+"""Nominal parameters are so near the true ones that nearly undamped steps converge."""
 
 LEAST_MM, LEAST_RAD = 1e-6, 1e-9
 """Noise is never taken as smaller: no instrument is better, and simulated poses without noise have none to estimate."""
@@ -62,16 +63,26 @@ def evaluate(
     observations: PoseObservations,
     noise: Noise,
 ) -> Minimum:
-    """Return residuals and Jacobian at a model; nothing is moved."""
-    r = (pose_errors(model, theta, observations) * _weights(observations, noise)).ravel()
-    J = whitened(model.jacobian(parameters, theta, observations.reflector), observations, noise)
-    return Minimum(model, parameters, noise, r, J, 0, converged=True)
+    """Return residuals and Jacobian at a model; nothing is moved.
 
+    Parameters
+    ----------
+    model : KinematicModel
+    parameters : tuple of Parameter
+        Columns of the Jacobian.
+    theta : ndarray, shape (N, n)
+        Model angles of the rows, rad.
+    observations : PoseObservations
+    noise : Noise
+        The residuals are divided by it.
 
-def _weights(observations: PoseObservations, noise: Noise) -> FloatArray:
-    """One over the noise of each column of `pose_errors`."""
-    sigmas = [noise.sigma_rad, noise.sigma_mm] if observations.has_orientations else [noise.sigma_mm]
-    return 1.0 / np.repeat(sigmas, 3)
+    Returns
+    -------
+    Minimum
+    """
+    problem = _PoseProblem(parameters, theta, observations, noise)
+    at = problem.at(model)
+    return Minimum(model, parameters, noise, at.r, problem.jacobian(at), 0, converged=True)
 
 
 def minimise(
@@ -81,31 +92,67 @@ def minimise(
     observations: PoseObservations,
     noise: Noise,
 ) -> Minimum:
-    """Levenberg-Marquardt with columns scaled to length one."""
-    weights = _weights(observations, noise)
-    still = max(STILL_SIGMAS, ROUND_OFF_MM / noise.sigma_mm) * np.sqrt(observations.equations)
-    r = (pose_errors(model, theta, observations) * weights).ravel()
-    damping, small, iteration = FIRST_DAMPING, False, 0
-    while True:
-        J = whitened(model.jacobian(parameters, theta, observations.reflector), observations, noise)
-        if small or iteration == MAX_STEPS:
-            return Minimum(model, parameters, noise, r, J, iteration, converged=small)
-        norms = np.linalg.norm(J, axis=0)
-        scaled = J / norms
-        normal, gradient = scaled.T @ scaled, scaled.T @ r
-        while True:
-            scaled_step = np.linalg.solve(normal + damping * np.eye(len(normal)), gradient)
-            small = bool(np.linalg.norm(scaled @ scaled_step) <= still) and damping <= FIRST_DAMPING
-            candidate = model.moved(parameters, scaled_step / norms)
-            trial = (pose_errors(candidate, theta, observations) * weights).ravel()
-            if small or trial @ trial <= r @ r:
-                break
-            damping *= DAMPING_FACTOR
-            if damping > MOST_DAMPING:
-                return Minimum(model, parameters, noise, r, J, iteration, converged=False)
-        model, r = candidate, trial
-        damping /= DAMPING_FACTOR
-        iteration += 1
+    """Find the parameters with the least sum of squared residuals, each divided by its noise.
+
+    Parameters
+    ----------
+    model : KinematicModel
+        The start.
+    parameters : tuple of Parameter
+        What may change.
+    theta : ndarray, shape (N, n)
+        Model angles of the rows, rad.
+    observations : PoseObservations
+    noise : Noise
+
+    Returns
+    -------
+    Minimum
+    """
+    problem = _PoseProblem(parameters, theta, observations, noise)
+    still = max(STILL_SIGMAS, ROUND_OFF_MM / noise.sigma_mm) * float(np.sqrt(observations.equations))
+    found = minimise_squares(problem, problem.at(model), still=still, most_steps=MAX_STEPS, first_damping=FIRST_DAMPING)
+    J = problem.jacobian(found.state)
+    return Minimum(found.state.model, parameters, noise, found.state.r, J, found.steps, found.converged)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _ModelAt:
+    """A model with its whitened residuals, shape (6 N,) or (3 N,)."""
+
+    model: KinematicModel
+    r: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _PoseProblem:
+    """The `wpcal.optim.levenberg_marquardt.SquaresProblem` of measured poses."""
+
+    parameters: tuple[Parameter, ...]
+    theta: FloatArray
+    observations: PoseObservations
+    noise: Noise
+
+    def at(self, model: KinematicModel) -> _ModelAt:
+        sigmas = [self.noise.sigma_mm]
+        if self.observations.has_orientations:
+            sigmas.insert(0, self.noise.sigma_rad)
+        return _ModelAt(model, (pose_errors(model, self.theta, self.observations) / np.repeat(sigmas, 3)).ravel())
+
+    def jacobian(self, at: _ModelAt) -> FloatArray:
+        """Derivatives of the modelled poses: minus those of the residuals."""
+        J = at.model.jacobian(self.parameters, self.theta, self.observations.reflector)
+        return whitened(J, self.observations, self.noise)
+
+    def cost(self, at: _ModelAt) -> float:
+        return float(at.r @ at.r)
+
+    def normal_equations(self, at: _ModelAt) -> tuple[FloatArray, FloatArray]:
+        J = self.jacobian(at)
+        return -J.T @ at.r, J.T @ J
+
+    def moved(self, at: _ModelAt, step: FloatArray) -> _ModelAt:
+        return self.at(at.model.moved(self.parameters, step))
 
 
 def estimate_noise(fit: Minimum, observations: PoseObservations) -> Noise:
