@@ -35,7 +35,7 @@ def features(
     from wpcal.features import FeatureKind, choose_features
 
     place = None if near is None else _place(near)
-    judged = run_on_part("cad.workpiece.workpiece:list_features", part_step, {}, what=f"reading {part_step}")
+    judged = run_on_part("cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}")
     kinds = [FeatureKind(letter) for letter in kind]
     chosen = choose_features(
         [item.feature for item in judged], kinds=kinds, solid=solid, min_diameter_mm=min_diameter_mm, near=place

@@ -14,7 +14,7 @@ from wpcal.cli.teaching_options import TeachingFlags
 
 if TYPE_CHECKING:
     from cad.workpiece.fit_taught import CalibrateOptions
-    from cad.workpiece.workpiece import SeamChoice
+    from cad.workpiece.seams import SeamChoice
     from wpcal.core.transform import RigidTransform
     from wpcal.seam import SeamOptions
 
@@ -90,7 +90,7 @@ class MarkedFlags:
 
     def to_choice(self, seams_file: Path | None) -> SeamChoice:
         """Return these edges with the edits of a seams.json, which is read."""
-        from cad.workpiece.workpiece import SeamChoice
+        from cad.workpiece.seams import SeamChoice
         from wpcal.seam.edit import read_edits
 
         edits = () if seams_file is None else read_edits(seams_file)

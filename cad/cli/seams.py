@@ -48,7 +48,7 @@ def seams(
     }
     _check_drawings(png, html, overwrite=force)
     found, picture, part_glb = run_on_part(
-        "cad.workpiece.workpiece:list_seams", part_step, arguments, what=f"finding the seams of {part_step}"
+        "cad.workpiece.seams:list_seams", part_step, arguments, what=f"finding the seams of {part_step}"
     )
     if png is not None:
         write_file(png, picture, overwrite=force)

@@ -11,7 +11,8 @@ from functools import partial
 
 import numpy as np
 
-from cad.workpiece.workpiece import SeamChoice, Workpiece
+from cad.workpiece.seams import SeamChoice
+from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, calibrate
 from wpcal.calibrate.touches.solve import calibrate_touches
 from wpcal.core.arrays import FloatArray

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from cad.kernel.to_brep import to_brep
-from cad.kernel.topology import explore
+from cad.kernel.topology import EDGE, SOLID, sub_shape_uses
 from cad.samples.parts import box, cut, cylinder
-from cad.workpiece.workpiece import Workpiece, find_seams
+from cad.workpiece.seams import find_seams
+from cad.workpiece.workpiece import Workpiece
 from wpcal.brep import CurveKind
 from wpcal.brep.curves import evaluate_edges
 from wpcal.core.arrays import FloatArray
@@ -30,19 +31,19 @@ def rounded(shape: Any, radius: float, on_edge: Any) -> Any:
     from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
 
     fillet = BRepFilletAPI_MakeFillet(shape)
-    for edge, _ in explore(shape, "edge"):
+    for edge, _ in sub_shape_uses(shape, EDGE):
         curve = BRepAdaptor_Curve(edge)
         p = curve.Value((curve.FirstParameter() + curve.LastParameter()) / 2)
         if on_edge(p.X(), p.Y(), p.Z()):
             fillet.Add(radius, edge)
-    ((solid, _),) = explore(fillet.Shape(), "solid")
+    ((solid, _),) = sub_shape_uses(fillet.Shape(), SOLID)
     return solid
 
 
 def fused(a: Any, b: Any) -> Any:
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
 
-    ((solid, _),) = explore(BRepAlgoAPI_Fuse(a, b).Shape(), "solid")
+    ((solid, _),) = sub_shape_uses(BRepAlgoAPI_Fuse(a, b).Shape(), SOLID)
     return solid
 
 

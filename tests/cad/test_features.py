@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from build123d import Align, Axis, Box, Cone, Cylinder, Pos, Rot, SlotOverall, extrude, fillet
 
-from cad.kernel.ocp import to_location
+from cad.kernel.geometry import to_location
 from cad.kernel.to_brep import to_brep
-from cad.workpiece.workpiece import list_features, open_workpiece
+from cad.workpiece.features import list_features
+from cad.workpiece.workpiece import open_workpiece
 from wpcal.brep import BrepGraph, SurfaceKind
 from wpcal.core.arrays import IntArray
 from wpcal.core.transform import RigidTransform

@@ -118,7 +118,8 @@ def test_the_saddle_of_60_degrees_has_both_loops() -> None:
 
 @pytest.mark.parametrize("tilt_deg", [0.0, 30.0])
 def test_an_untrimmed_branch_has_the_seams_of_the_trimmed_one(tilt_deg: float) -> None:
-    from cad.workpiece.workpiece import Workpiece, find_seams
+    from cad.workpiece.seams import find_seams
+    from cad.workpiece.workpiece import Workpiece
     from wpcal.seam import SeamOptions
 
     tilt = math.radians(tilt_deg)

@@ -12,7 +12,8 @@ import jsonschema
 import numpy as np
 import pytest
 
-from cad.workpiece.workpiece import SeamChoice, find_seams, open_workpiece
+from cad.workpiece.seams import SeamChoice, find_seams
+from cad.workpiece.workpiece import open_workpiece
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
 from wpcal.results.schemas import schema_text
