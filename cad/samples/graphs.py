@@ -172,11 +172,11 @@ def bead_pipe(tilt_deg: float) -> Any:
     """Return in one piece a pipe of 60 mm on a plate with a bead of 5 mm round it, leaning from square."""
     tilt = math.radians(tilt_deg)
     axis = (math.sin(tilt), 0.0, math.cos(tilt))
-    below, above = (tuple(-length * v for v in axis) for length in (60, 150))
-    pipe = cut(cylinder(30, 160, below, axis), box(400, 400, 100, (-200, -200, -100)))  # type: ignore[arg-type]
+    low, lower = ((-length * axis[0], 0.0, -length * axis[2]) for length in (60, 150))
+    pipe = cut(cylinder(30, 160, low, axis), box(400, 400, 100, (-200, -200, -100)))
     shape = fused(box(200, 200, 10, (-100, -100, -10)), pipe, unified=False)
     shape = rounded(shape, 5.0, lambda x, y, z: abs(z) < 1e-6 and math.hypot(x, y) < 60)
-    return cut(shape, cylinder(27, 300, above, axis))  # type: ignore[arg-type]
+    return cut(shape, cylinder(27, 300, lower, axis))
 
 
 def _tee_and_far_copy() -> Solids:
