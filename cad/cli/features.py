@@ -38,7 +38,7 @@ def features(
     place = None if near is None else _place(near)
     with shown_progress() as progress:
         judged = run_in_child(
-            "cad.workpiece.workpiece:list_features", {"step": part_step}, what=f"reading {part_step}", progress=progress
+            "cad.workpiece.features:list_features", {"step": part_step}, what=f"reading {part_step}", progress=progress
         )
     kinds = [FeatureKind(letter) for letter in kind]
     chosen = choose_features(

@@ -11,7 +11,7 @@ import click
 
 if TYPE_CHECKING:
     from cad.workpiece.fit_taught import CalibrateOptions
-    from cad.workpiece.workpiece import SeamChoice
+    from cad.workpiece.seams import SeamChoice
     from wpcal.core.transform import RigidTransform
     from wpcal.seam import SeamOptions
 
@@ -162,7 +162,7 @@ def to_seam_options(values: dict[str, Any]) -> SeamOptions:
 
 def to_seam_choice(values: dict[str, Any]) -> SeamChoice:
     """Take the values of `seam_choice_options` out of a command's arguments and read the edits."""
-    from cad.workpiece.workpiece import SeamChoice
+    from cad.workpiece.seams import SeamChoice
     from wpcal.seam.edit import read_edits
 
     path, marked, edges = (values.pop(name) for name in ("seams_file", "marked", "edges"))

@@ -36,7 +36,7 @@ def seams(*, part_step: Path, png: Path | None, html: Path | None, force: bool, 
     _check_drawings(png, html, overwrite=force)
     with shown_progress() as progress:
         found, picture, part_glb = run_in_child(
-            "cad.workpiece.workpiece:list_seams",
+            "cad.workpiece.seams:list_seams",
             {
                 "step": part_step,
                 "options": options,

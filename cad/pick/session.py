@@ -16,7 +16,14 @@ from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit,
 from wpcal.advise import advise_set
 from wpcal.calibrate import CalibrationResult, Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
-from wpcal.controllers.taught_program import (
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import FormatError, InputError, WpcalError
+from wpcal.core.records import write_file
+from wpcal.core.tables import parse_table
+from wpcal.core.transform import RigidTransform
+from wpcal.features import ReferenceFeature, feature_named
+from wpcal.taught.table import TaughtPoints, taught_from_table
+from wpcal.taught.user_frames import (
     ProgramReading,
     is_program,
     names_as_features,
@@ -26,13 +33,6 @@ from wpcal.controllers.taught_program import (
     taught_csv,
     usable_points,
 )
-from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import FormatError, InputError, WpcalError
-from wpcal.core.records import write_file
-from wpcal.core.tables import parse_table
-from wpcal.core.transform import RigidTransform
-from wpcal.features import ReferenceFeature, feature_named
-from wpcal.taught.table import TaughtPoints, taught_from_table
 
 NO_FILE = ""
 """Rows in the page are in no file: messages about them begin with the row."""
@@ -147,7 +147,7 @@ class PickSession:
         Raises
         ------
         InputError
-            As `wpcal.match.read_taught` or `wpcal.controllers.taught_program.read_taught_program`.
+            As `wpcal.match.read_taught` or `wpcal.taught.user_frames.read_taught_program`.
         """
         path = Path(name)
         if not is_program(path):

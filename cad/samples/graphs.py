@@ -12,10 +12,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from cad.samples.parts import SAMPLES, Member, box, cut, cylinder
+from cad.kernel.geometry import to_location
+from cad.kernel.modelling import disc, fused, rounded
+from cad.kernel.primitives import box, cut, cylinder
+from cad.kernel.to_brep import to_brep
+from cad.samples.parts import SAMPLES
+from cad.step.new_file import Member
 from wpcal.brep import BrepGraph
 from wpcal.brep.graph_file import graph_bytes
 from wpcal.core.records import write_file
+from wpcal.core.transform import RigidTransform
 
 UP = (0.0, 0.0, 1.0)
 FAR_MM = 1000.0
@@ -28,39 +34,6 @@ BLOCK_POSE = ((31.0, -7.0, 44.0), (20.0, -35.0, 70.0))
 
 Solids = list[tuple[str, Any]]
 """Names and kernel solids."""
-
-
-def fused(a: Any, b: Any, *, unified: bool = True) -> Any:
-    """Return two solids as one; `unified` merges faces that lie in one surface."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
-    from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
-
-    from cad.kernel.topology import explore
-
-    union = BRepAlgoAPI_Fuse(a, b).Shape()
-    if unified:
-        merged = ShapeUpgrade_UnifySameDomain(union, True, True, False)
-        merged.Build()
-        union = merged.Shape()
-    ((solid, _),) = explore(union, "solid")
-    return solid
-
-
-def rounded(shape: Any, radius: float, on_edge: Callable[[float, float, float], bool]) -> Any:
-    """Round the edges of a solid whose middle point `on_edge` accepts."""
-    from OCP.BRepAdaptor import BRepAdaptor_Curve
-    from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
-
-    from cad.kernel.topology import explore
-
-    fillet = BRepFilletAPI_MakeFillet(shape)
-    for edge, _ in explore(shape, "edge"):
-        curve = BRepAdaptor_Curve(edge)
-        p = curve.Value((curve.FirstParameter() + curve.LastParameter()) / 2)
-        if on_edge(p.X(), p.Y(), p.Z()):
-            fillet.Add(radius, edge)
-    ((solid, _),) = explore(fillet.Shape(), "solid")
-    return solid
 
 
 def numbered(*shapes: Any) -> Solids:
@@ -150,16 +123,7 @@ def _wall_on_a_step() -> Solids:
 
 def _disc_of_short_arcs() -> Solids:
     """Return a disc on a plate, its rim cut into `DISC_ARCS` arcs."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
-    from OCP.gp import gp_Ax2, gp_Circ, gp_Dir, gp_Pnt, gp_Vec
-
-    circle, wire = gp_Circ(gp_Ax2(gp_Pnt(0, 0, 10), gp_Dir(0, 0, 1)), 25.0), BRepBuilderAPI_MakeWire()
-    turn = 2 * math.pi / DISC_ARCS
-    for i in range(DISC_ARCS):
-        wire.Add(BRepBuilderAPI_MakeEdge(circle, i * turn, (i + 1) * turn).Edge())
-    prism = BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(wire.Wire()).Face(), gp_Vec(0, 0, 30)).Shape()
-    return [("plate", box(100, 100, 10, (-50, -50, 0))), ("disc", prism)]
+    return [("plate", box(100, 100, 10, (-50, -50, 0))), ("disc", disc(25, 30, (0, 0, 10), arcs=DISC_ARCS))]
 
 
 def bead_tee() -> Any:
@@ -180,9 +144,6 @@ def bead_pipe(tilt_deg: float) -> Any:
 
 
 def _tee_and_far_copy() -> Solids:
-    from cad.kernel.ocp import to_location
-    from wpcal.core.transform import RigidTransform
-
     far = to_location(RigidTransform.from_six_tuple([FAR_MM, 0, 0, 0, 0, 0], target="base", source="part"))
     return [*((f"{name} far", shape.Moved(far)) for name, shape in _of_sample("tee")), *_of_sample("tee")]
 
@@ -302,8 +263,6 @@ GRAPHS: dict[str, Callable[[], Solids]] = {
 
 def build_graph(name: str) -> BrepGraph:
     """Return the graph of one of `GRAPHS`, made by the kernel."""
-    from cad.kernel.to_brep import to_brep
-
     return to_brep(GRAPHS[name]())
 
 

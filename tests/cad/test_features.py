@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.workpiece.workpiece import list_features, open_workpiece
+from cad.workpiece.features import list_features
+from cad.workpiece.workpiece import open_workpiece
 from wpcal.features import Ease, FeatureKind, HoleForm, feature_named
 
 ROUND_OFF_MM = 1e-9

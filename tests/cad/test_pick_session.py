@@ -13,7 +13,7 @@ from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.session import ERROR_DIGITS, PickSession
 from cad.workpiece.calibrate import calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
-from cad.workpiece.workpiece import SeamChoice
+from cad.workpiece.seams import SeamChoice
 from wpcal.advise import advise
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.core.errors import FormatError, GeometryError, InputError

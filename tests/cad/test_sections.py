@@ -4,7 +4,8 @@ import pytest
 
 from cad.kernel.to_brep import to_brep
 from cad.samples.graphs import saddle
-from cad.workpiece.workpiece import Workpiece, find_seams
+from cad.workpiece.seams import find_seams
+from cad.workpiece.workpiece import Workpiece
 from tests.saved_graphs import saved_graph
 from wpcal.seam import SeamOptions, detect_seams
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from wpcal.controllers.taught_program import ProgramReading
     from wpcal.taught.table import TaughtPoints
+    from wpcal.taught.user_frames import ProgramReading
 
 PROGRAM_VALUES = ("uframes", "tool", "robot", "points")
 """Arguments that `program_options` adds."""
@@ -55,9 +55,9 @@ def read_touched(path: Path, values: dict[str, Any]) -> TaughtPoints:
     InputError
         When the file cannot be used, or an option for programs is given with a table.
     """
-    from wpcal.controllers.taught_program import is_program, read_taught_program
     from wpcal.core.errors import InputError
     from wpcal.taught.table import read_taught
+    from wpcal.taught.user_frames import is_program, read_taught_program
 
     given = [f"--{name.replace('uframes', 'uframe')}" for name in PROGRAM_VALUES if values[name]]
     reading = to_program_reading(values)
@@ -76,8 +76,8 @@ def to_program_reading(values: dict[str, Any]) -> ProgramReading:
     InputError
         When one of them cannot be used.
     """
-    from wpcal.controllers.taught_program import ProgramReading, parse_uframes
     from wpcal.robot.kinematics.arm_file import find_arm
+    from wpcal.taught.user_frames import ProgramReading, parse_uframes
 
     uframes, tool, robot, points = (values.pop(name) for name in PROGRAM_VALUES)
     return ProgramReading(

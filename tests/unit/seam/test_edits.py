@@ -14,11 +14,11 @@ from tests.saved_graphs import saved_graph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
+from wpcal.results.schemas import schema_text
 from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
 from wpcal.seam.edit import apply_edits, read_edits
 from wpcal.seam.record import seams_from_record, seams_record
 
-SCHEMA = Path(__file__).parents[3] / "wpcal" / "results" / "schemas" / "seams-1.schema.json"
 ROUND_OFF_MM = 1e-9
 
 Edit = Callable[[list[dict[str, Any]]], None]
@@ -32,7 +32,7 @@ def found(name: str = "tee") -> tuple[Seam, ...]:
 def edited_file(folder: Path, edit: Edit, name: str = "tee") -> Path:
     record = json.loads(to_json(seams_record(found(name))))
     edit(record["seams"])
-    jsonschema.validate(record, json.loads(SCHEMA.read_text()))
+    jsonschema.validate(record, json.loads(schema_text("wpcal/seams/1")))
     path = folder / "seams.json"
     path.write_text(json.dumps(record), encoding="utf-8")
     return path
