@@ -13,7 +13,7 @@ import numpy as np
 
 from cad.workpiece.workpiece import SeamChoice, Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, calibrate
-from wpcal.calibrate.touches.solve import calibrate_touches
+from wpcal.calibrate.touches.problem import calibrate_touches
 from wpcal.controllers.taught_program import names_as_features
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import blamed_on

@@ -15,10 +15,10 @@ from wpcal.brep import SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError
+from wpcal.calibrate.touches.covariance import predict_spread
 from wpcal.calibrate.touches.fit import Pose, fit_least_squares, fit_minimax
-from wpcal.calibrate.touches.solve import calibrate_touches
+from wpcal.calibrate.touches.problem import calibrate_touches
 from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.touches.uncertainty import predict_spread
 from wpcal.core import GeometryError, InputError, RigidTransform
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation

@@ -13,12 +13,12 @@ from wpcal import __version__
 from wpcal.calibrate.criteria import CriteriaComparison, Criterion
 from wpcal.calibrate.distrust import Distrusted, FitSummary
 from wpcal.calibrate.result import CalibrationResult, Solver, SolverReport
-from wpcal.calibrate.touches.distrust import Doubt, doubt_issues, find_distrusted
+from wpcal.calibrate.touches.contradiction import Doubt, doubt_issues, find_distrusted
+from wpcal.calibrate.touches.covariance import predict_spread
 from wpcal.calibrate.touches.fit import Pose, fit_least_squares, fit_minimax
-from wpcal.calibrate.touches.freedoms import NamedAxis, held_freedoms
+from wpcal.calibrate.touches.held_motions import NamedAxis, held_freedoms
 from wpcal.calibrate.touches.starts import Found, search_pose, two_places
 from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.touches.uncertainty import predict_spread
 from wpcal.calibrate.uncertainty import POSTURE_FACTOR, TeachingError, error_95
 from wpcal.calibrate.verdict import bias_advice, verdict_issues
 from wpcal.core.arrays import FloatArray, as_points, frozen
