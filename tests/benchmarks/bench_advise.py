@@ -10,7 +10,8 @@ from rich.table import Table
 from cad.workpiece.workpiece import find_seams, open_workpiece
 from wpcal.advise import advise
 from wpcal.calibrate import Criterion
-from wpcal.calibrate.uncertainty import COVERAGE, error_95, minimax_covariance
+from wpcal.calibrate.points.covariance import minimax_covariance
+from wpcal.calibrate.uncertainty import COVERAGE, error_95
 from wpcal.core.arrays import FloatArray
 from wpcal.features import FeatureKind, judge_features
 from wpcal.match import Places
