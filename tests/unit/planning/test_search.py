@@ -7,7 +7,6 @@ import pytest
 
 from wpcal.core.errors import ConvergenceError, InputError
 from wpcal.core.records import to_json
-from wpcal.formats.plain import schema_text
 from wpcal.planning.cell.closed_chain import f3, torch_on_seam
 from wpcal.planning.cell.robot_cell import CellState
 from wpcal.planning.plan.plan import Preference
@@ -18,6 +17,7 @@ from wpcal.planning.search.pareto_record import failed_record, pareto_record
 from wpcal.planning.search.plan_seam import best_paths, plan_seam
 from wpcal.planning.search.problem import PlanningProblem
 from wpcal.planning.search.sweep import SWEEP, sweep_paths
+from wpcal.results.schemas import schema_text
 
 THINNED = 4
 """Every fourth point of the saddle: a search then takes a second."""
