@@ -15,7 +15,7 @@ from wpcal.calibrate.criteria import BLUNDER
 from wpcal.calibrate.outlier_limits import CLEAR_FACTOR, FALSE_ALARM, FLOOR_MM
 from wpcal.calibrate.points.least_squares import centred, distances, kabsch
 from wpcal.calibrate.points.robust import fit_robust
-from wpcal.calibrate.points.weighted import gauss_newton_steps
+from wpcal.calibrate.points.weighted import refine_once
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import UnitError
 from wpcal.core.issue import Issue
@@ -173,7 +173,7 @@ def _poor_fit(pairs: PointPairs, total: float, sigma_mm: float | None) -> tuple[
     if pairs.covariances is not None:
         information = np.asarray(np.linalg.inv(pairs.covariances))
         R, t = kabsch(pairs.p_source, pairs.p_target, np.full(len(pairs), 1.0 / len(pairs)))
-        total = float(gauss_newton_steps(pairs.p_source, pairs.p_target, information, R, t)[1])
+        total = float(refine_once(pairs.p_source, pairs.p_target, information, R, t)[2])
         stated = "than the stated teaching errors of the points explain"
     elif sigma_mm:
         total /= sigma_mm**2
