@@ -81,7 +81,7 @@ def find_issues(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int =
 
 
 def is_coplanar(points: FloatArray) -> bool:
-    """Tell whether points lie in one plane, as far as a fit can see."""
+    """Tell whether points, shape (n, 3), mm, lie so near one plane that a mirrored set fits as well."""
     spread = np.sqrt(np.maximum(np.linalg.eigvalsh(centred(points).T @ centred(points)), 0.0))
     return bool(spread[0] <= COPLANAR_RATIO * spread[1])
 

@@ -2,6 +2,7 @@ r"""The fit weighted with a covariance per taught point: least :math:`\sum_i r_i
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,8 +22,8 @@ MAX_STEPS = 100
 FIRST_DAMPING = 1e-6
 """The least-squares fit is near the answer: the first step is almost that of Gauss and Newton."""
 
-STILL = 1e-12
-"""Share of the largest coordinate below which a step counts as round-off."""
+ROUND_OFF = 16 * float(np.finfo(np.float64).eps)
+"""Share of the largest coordinate by which a computed residual may be off."""
 
 
 def information_matrices(pairs: PointPairs) -> FloatArray:
@@ -67,8 +68,11 @@ def fit_weighted(pairs: PointPairs) -> RigidTransform:
         When the steps run out or none decreases the sum; carries the best fit.
     """
     problem = _WeightedSquares(pairs, information_matrices(pairs))
-    still = STILL * float(np.abs(pairs.p_target).max()) * np.sqrt(len(pairs))
     start = fit_least_squares(pairs)
+    off = ROUND_OFF * float(np.abs(pairs.p_target).max()) * math.sqrt(len(pairs))
+    still = math.sqrt(
+        off * (math.sqrt(problem.cost(start)) + off)
+    )  # a shorter step is lost in the round-off of the sum
     found = minimise_squares(problem, start, still=still, most_steps=MAX_STEPS, first_damping=FIRST_DAMPING)
     if not found.converged:
         raise ConvergenceError(f"the weighted fit did not converge in {MAX_STEPS} steps", best=found.state)

@@ -58,7 +58,7 @@ class Pose:
 
     @classmethod
     def of(cls, touches: Touches, R: FloatArray, t: FloatArray) -> Pose:
-        """Evaluate a pose."""
+        """Evaluate a pose: R of shape (3, 3), t of shape (3,), mm."""
         return cls(R, t, touches.linearised(R, t))
 
     @property
@@ -67,7 +67,7 @@ class Pose:
         return float(self.at.distances.max())
 
     def moved(self, touches: Touches, xi: FloatArray, scale: _Scale) -> Pose:
-        """Return the pose moved by scaled coordinates: L ω (mm) and v (mm), about the touches' centroid."""
+        """Return the pose moved by `xi`, shape (6,): L ω and v, mm, about the touches' centroid."""
         turn = exp_rotation(xi[:3] / scale.length_mm)
         return Pose.of(touches, turn @ self.R, turn @ (self.t - scale.pivot) + scale.pivot + xi[3:])
 
