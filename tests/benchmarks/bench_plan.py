@@ -13,13 +13,13 @@ from rich.table import Table
 from wpcal.core.arrays import FloatArray
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.closed_chain import f3, torch_on_seam
-from wpcal.planning.plan.pareto import hypervolume, is_nondominated
 from wpcal.planning.plan.plan import Freedom
 from wpcal.planning.plan.recheck import recheck_clearance
 from wpcal.planning.plan.seam_file import read_seam_path
-from wpcal.planning.search.genetic import GeneticOptions, evolve_paths
 from wpcal.planning.search.linear_model import Path as RobotPath
+from wpcal.planning.search.nsga2 import GeneticOptions, evolve_paths
 from wpcal.planning.search.objectives import Wishes
+from wpcal.planning.search.pareto import hypervolume, is_nondominated
 from wpcal.planning.search.plan_seam import PlanningResult, best_paths, make_plan, plan_seam
 from wpcal.planning.search.problem import PlanningProblem
 from wpcal.planning.search.sweep import sweep_paths

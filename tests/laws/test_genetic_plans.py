@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from wpcal.planning.cell.cell_file import read_cell
-from wpcal.planning.plan.pareto import hypervolume
 from wpcal.planning.plan.seam_file import read_seam_path
-from wpcal.planning.search.genetic import GeneticOptions, evolve_paths
+from wpcal.planning.search.nsga2 import GeneticOptions, evolve_paths
 from wpcal.planning.search.objectives import Wishes
+from wpcal.planning.search.pareto import hypervolume
 from wpcal.planning.search.plan_seam import best_paths
 from wpcal.planning.search.problem import PlanningProblem
 from wpcal.planning.search.sweep import sweep_paths

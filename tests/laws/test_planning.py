@@ -11,10 +11,10 @@ from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.closed_chain import SeamPath, f3
 from wpcal.planning.cell.robot_cell import part_in_world, tool_in_world
-from wpcal.planning.plan.pareto import is_nondominated
 from wpcal.planning.plan.plan import Freedom, Preference
 from wpcal.planning.plan.recheck import recheck_clearance
 from wpcal.planning.plan.seam_file import read_seam_path
+from wpcal.planning.search.pareto import is_nondominated
 from wpcal.planning.search.plan_seam import plan_seam
 from wpcal.seam.path.position import weld_rotation, weld_slope
 

@@ -72,7 +72,7 @@ def plan(
     from wpcal.planning.cell.cell_file import read_cell
     from wpcal.planning.plan.plan import Preference
     from wpcal.planning.plan.seam_file import read_seam_path
-    from wpcal.planning.search.genetic import GeneticOptions
+    from wpcal.planning.search.nsga2 import GeneticOptions
     from wpcal.planning.search.objectives import Wishes
     from wpcal.planning.search.plan_seam import plan_seam
 
@@ -161,9 +161,9 @@ def _write(
     from wpcal.controllers.two_robots import dual_program, possible_programs
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.pages.plan import MethodFront, build_plan_page
-    from wpcal.planning.plan.output import freedom_of, run_csv, run_record
     from wpcal.planning.plan.plan import Freedom
     from wpcal.planning.plan.run import build_run
+    from wpcal.planning.plan.run_record import freedom_of, run_csv, run_record
     from wpcal.planning.plan.schedule import schedule_plan
     from wpcal.planning.search.objectives import OBJECTIVES
     from wpcal.planning.search.pareto_record import pareto_record

@@ -5,9 +5,9 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from wpcal.planning.plan.output import freedom_of
 from wpcal.planning.plan.plan import Preference
 from wpcal.planning.plan.run import CellRun
+from wpcal.planning.plan.run_record import freedom_of
 from wpcal.planning.search.plan_seam import PlanningResult
 
 

@@ -13,9 +13,9 @@ from wpcal.controllers.sync_program import DualProgram
 from wpcal.controllers.yaskawa.sync import write_dual_inform
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.robot_cell import RobotCell
-from wpcal.planning.plan.output import freedom_of
 from wpcal.planning.plan.plan import Freedom
 from wpcal.planning.plan.run import CellRun
+from wpcal.planning.plan.run_record import freedom_of
 
 DUAL_WRITERS: Mapping[str, Callable[[DualProgram], dict[str, str]]] = {
     "inform": write_dual_inform,

@@ -18,8 +18,8 @@ from wpcal.core.errors import InputError
 from wpcal.pages.html import build_page, json_blob
 from wpcal.planning.cell.bodies import PART, TOOL, WORLD, Body, Owner, bodies_of, body_frames, body_pairs
 from wpcal.planning.cell.robot_cell import CellState, RobotCell, part_in_world, tool_in_world
-from wpcal.planning.plan.output import check_record, freedom_of
 from wpcal.planning.plan.run import CellRun
+from wpcal.planning.plan.run_record import check_record, freedom_of
 
 BODY = """
 <main id="page"></main>

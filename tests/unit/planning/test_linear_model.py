@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from wpcal.planning.cell.closed_chain import COORDINATES, SPIN, YAW, joints_along
-from wpcal.planning.search.curves import damped_step, refine_path
 from wpcal.planning.search.linear_model import Path, linearise
 from wpcal.planning.search.objectives import OBJECTIVES
+from wpcal.planning.search.refine import damped_step, refine_path
 
 WEIGHTS = np.array([1e-3, 1e-3, 1.0])
 SUM_ATOL = 1e-12

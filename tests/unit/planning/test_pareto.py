@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
-from wpcal.planning.plan.pareto import hypervolume, is_nondominated, spread_rows
+from wpcal.planning.search.pareto import hypervolume, is_nondominated, spread_rows
 
 ROUND_OFF = 1e-9
 """Sums of some tens of products near a thousand."""

@@ -12,7 +12,7 @@ from wpcal.planning.cell.closed_chain import f3, torch_on_seam
 from wpcal.planning.cell.robot_cell import CellState
 from wpcal.planning.plan.plan import Preference
 from wpcal.planning.search.ga_variation import PathCode
-from wpcal.planning.search.genetic import GeneticOptions, evolve_paths, first_population
+from wpcal.planning.search.nsga2 import GeneticOptions, evolve_paths, first_population
 from wpcal.planning.search.objectives import Wishes
 from wpcal.planning.search.pareto_record import failed_record, pareto_record
 from wpcal.planning.search.plan_seam import best_paths, plan_seam

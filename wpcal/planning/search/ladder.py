@@ -3,7 +3,7 @@
 A rung is a point of the seam, and its states are attitudes (direction of travel, rotation of the joint, spin of the
 torch) with both arms' joints; an angle that may turn more than once stands there once for each turn within its limits,
 so that the shortest way through the ladder is a path that can be driven. Edges cost the weighted squared joint steps,
-states the squared deviation from the target weld position: the sum that `wpcal.planning.search.curves` then minimises.
+states the squared deviation from the target weld position: the sum that `wpcal.planning.search.refine` then minimises.
 """
 
 from __future__ import annotations

@@ -17,13 +17,13 @@ from wpcal.core.errors import ConvergenceError, GeometryError
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import ROTATION, SLOPE, TRAVEL, WORK, SeamPath
 from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell
-from wpcal.planning.plan.pareto import hypervolume, is_nondominated
 from wpcal.planning.plan.plan import Freedom, ParetoSet, Plan
 from wpcal.planning.plan.recheck import recheck_clearance
 from wpcal.planning.plan.schedule import SPEED_MM_S
-from wpcal.planning.search.genetic import GeneticOptions, evolve_paths
 from wpcal.planning.search.linear_model import Path
+from wpcal.planning.search.nsga2 import GeneticOptions, evolve_paths
 from wpcal.planning.search.objectives import OBJECTIVES, Wishes, f1_1, f1_2, f2
+from wpcal.planning.search.pareto import hypervolume, is_nondominated
 from wpcal.planning.search.problem import ALLOWED_EXCESS, PlanningProblem
 from wpcal.planning.search.sweep import Progress, sweep_paths
 

@@ -8,11 +8,11 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ConvergenceError
-from wpcal.planning.search.curves import refine_path, refine_within_limits
 from wpcal.planning.search.ladder import build_ladder, shortest_path
 from wpcal.planning.search.linear_model import Path, linearise
 from wpcal.planning.search.problem import PlanningProblem
 from wpcal.planning.search.reachable_states import find_meetings
+from wpcal.planning.search.refine import refine_path, refine_within_limits
 
 LADDERS = 3
 """Ladders that are built, of different branches: a quarter of a second each."""

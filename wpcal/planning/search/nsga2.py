@@ -16,10 +16,10 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
-from wpcal.planning.plan.pareto import is_nondominated, spread_rows
 from wpcal.planning.search.ga_variation import CONSTRAINTS, PathCode
 from wpcal.planning.search.linear_model import Path
 from wpcal.planning.search.objectives import OBJECTIVES
+from wpcal.planning.search.pareto import is_nondominated, spread_rows
 from wpcal.planning.search.problem import PlanningProblem
 from wpcal.planning.search.sweep import Progress
 
