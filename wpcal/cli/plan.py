@@ -12,9 +12,9 @@ import click
 
 if TYPE_CHECKING:
     from wpcal.planning.cell.robot_cell import RobotCell
-    from wpcal.planning.plan.plan import Preference
-    from wpcal.planning.search.objectives import Wishes
-    from wpcal.planning.search.plan_seam import PlanningResult
+    from wpcal.planning.search.pareto import Preference
+    from wpcal.planning.search.planning_result import PlanningResult
+    from wpcal.planning.search.targets import WeldTargets
 
 ANGLE = click.FloatRange(-180.0, 180.0)
 
@@ -70,29 +70,29 @@ def plan(
     from wpcal.core.errors import ConvergenceError
     from wpcal.core.records import check_writable
     from wpcal.planning.cell.cell_file import read_cell
-    from wpcal.planning.plan.plan import Preference
     from wpcal.planning.plan.seam_file import read_seam_path
-    from wpcal.planning.search.nsga2 import GeneticOptions
-    from wpcal.planning.search.objectives import Wishes
+    from wpcal.planning.search.nsga2 import Nsga2Options
+    from wpcal.planning.search.pareto import Preference
     from wpcal.planning.search.plan_seam import plan_seam
+    from wpcal.planning.search.targets import WeldTargets
 
     check_writable(output, overwrite=force)
     _require_extra("fcl", *(("pymoo",) if generations else ()))
-    wishes = Wishes(
+    targets = WeldTargets(
         slope_rad=math.radians(slope_deg),
         rotation_rad=math.radians(rotation_deg),
         work_rad=math.radians(work_deg),
         travel_rad=math.radians(travel_deg),
         torch_range_rad=math.radians(torch_range_deg),
     )
-    genetic = GeneticOptions(population=population, generations=generations, seed=seed) if generations else None
+    genetic = Nsga2Options(population=population, generations=generations, seed=seed) if generations else None
     cell = read_cell(cell_json)
     path, mesh = read_seam_path(seams_json, seam, cell), _read_mesh(seams_json)
     try:
         with _shown_progress() as progress:
-            result = plan_seam(cell, path, wishes=wishes, speed_mm_s=speed_mm_s, genetic=genetic, progress=progress)
+            result = plan_seam(cell, path, targets=targets, speed_mm_s=speed_mm_s, genetic=genetic, progress=progress)
     except ConvergenceError as error:
-        return _write_failure(cell, seam, wishes, speed_mm_s, str(error), output, force=force)
+        return _write_failure(cell, seam, targets, speed_mm_s, str(error), output, force=force)
     return _write(result, cell, Preference(prefer), output, mesh, force=force, as_json=as_json)
 
 
@@ -161,9 +161,9 @@ def _write(
     from wpcal.controllers.two_robots import dual_program, possible_programs
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.pages.plan import MethodFront, build_plan_page
-    from wpcal.planning.plan.plan import Freedom
+    from wpcal.planning.plan.plan import CollisionVerdict
     from wpcal.planning.plan.run import build_run
-    from wpcal.planning.plan.run_record import freedom_of, run_csv, run_record
+    from wpcal.planning.plan.run_record import run_csv, run_record
     from wpcal.planning.plan.schedule import schedule_plan
     from wpcal.planning.search.objectives import OBJECTIVES
     from wpcal.planning.search.pareto_record import pareto_record
@@ -177,7 +177,7 @@ def _write(
     fronts = [MethodFront(name, one.values, result.hypervolume_of(one)) for name, one in groups if one is not None]
     files["plan.html"] = build_plan_page(runs, cell, OBJECTIVES, chosen=chosen, fronts=fronts, part_glb=mesh)
     refusals: list[str] = []
-    if freedom_of(run) is Freedom.FREE:
+    if run.verdict is CollisionVerdict.FREE:
         programs, refusals = possible_programs(dual_program(run, cell))
         files |= programs
     with new_directory(output, overwrite=force) as folder:
@@ -189,17 +189,17 @@ def _write(
         show_plans(result, preference, run, plain_console())
     for refusal in refusals:
         click.echo(f"wpcal: no program: {refusal}", err=True)
-    return 0 if freedom_of(run) is Freedom.FREE else 1
+    return 0 if run.verdict is CollisionVerdict.FREE else 1
 
 
 def _write_failure(
-    cell: RobotCell, seam: str, wishes: Wishes, speed_mm_s: float, why: str, output: Path, *, force: bool
+    cell: RobotCell, seam: str, targets: WeldTargets, speed_mm_s: float, why: str, output: Path, *, force: bool
 ) -> int:
     """Write that there is no plan, and say it in one line."""
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.planning.search.pareto_record import failed_record
 
-    record = failed_record(cell, seam, wishes, speed_mm_s, why)
+    record = failed_record(cell, seam, targets, speed_mm_s, why)
     with new_directory(output, overwrite=force) as folder:
         write_file(folder / "pareto.json", to_json(record), overwrite=True)
     click.echo(f"wpcal: {why}", err=True)

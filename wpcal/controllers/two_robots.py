@@ -13,9 +13,8 @@ from wpcal.controllers.sync_program import DualProgram
 from wpcal.controllers.yaskawa.sync import write_dual_inform
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.robot_cell import RobotCell
-from wpcal.planning.plan.plan import Freedom
+from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.run import CellRun
-from wpcal.planning.plan.run_record import freedom_of
 
 DUAL_WRITERS: Mapping[str, Callable[[DualProgram], dict[str, str]]] = {
     "inform": write_dual_inform,
@@ -39,8 +38,8 @@ def dual_program(run: CellRun, cell: RobotCell, *, controller: ControllerSetting
     InputError
         When the run was checked and is not free: a program that is known to collide is not written.
     """
-    freedom = freedom_of(run)
-    if freedom is Freedom.NOT_FREE and run.check is not None:
+    freedom = run.verdict
+    if freedom is CollisionVerdict.NOT_FREE and run.check is not None:
         raise InputError(
             f"seam {run.plan.seam}: no program is written for a path that is not free: {run.check.describe()}"
         )

@@ -19,7 +19,8 @@ from wpcal.pages.html import build_page, json_blob
 from wpcal.planning.cell.bodies import PART, TOOL, WORLD, Body, Owner, bodies_of, body_frames, body_pairs
 from wpcal.planning.cell.robot_cell import CellState, RobotCell, part_in_world, tool_in_world
 from wpcal.planning.plan.run import CellRun
-from wpcal.planning.plan.run_record import check_record, freedom_of
+from wpcal.planning.plan.run_record import check_record
+from wpcal.planning.search.objectives import Objective
 
 BODY = """
 <main id="page"></main>
@@ -53,7 +54,7 @@ class MethodFront:
 def build_plan_page(
     runs: Sequence[CellRun],
     cell: RobotCell,
-    names: Sequence[str],
+    objectives: Sequence[Objective],
     *,
     chosen: int,
     fronts: Sequence[MethodFront] = (),
@@ -66,8 +67,8 @@ def build_plan_page(
     runs : sequence of CellRun
         One a plan, all of one seam.
     cell : RobotCell
-    names : sequence of str
-        Objectives, two or more; the chart shows the first and the last.
+    objectives : sequence of Objective
+        Two or more; the chart shows the first and the last.
     chosen : int
         Row of the plan that is shown first.
     fronts : sequence of MethodFront
@@ -91,7 +92,7 @@ def build_plan_page(
     data = {
         "seam": runs[0].plan.seam,
         "cell": cell.name,
-        "names": list(names),
+        "objectives": [{"name": row.name, "label": row.label, "unit": row.unit} for row in objectives],
         "chosen": chosen,
         "plans": [_plan_record(run) for run in runs],
         "fronts": [
@@ -115,7 +116,7 @@ def _plan_record(run: CellRun) -> dict[str, Any]:
     return {
         "objectives": dict(run.plan.objectives),
         "found_by": run.plan.found_by,
-        "freedom": freedom_of(run).value,
+        "freedom": run.verdict.value,
         "check": None if run.check is None else check_record(run.check),
         "schedule": run.schedule.describe(),
     }

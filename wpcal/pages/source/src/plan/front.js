@@ -6,25 +6,25 @@ import { linear } from "./chart.js";
 const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [520, 330, 62, 18, 16, 46];
 const RADIUS = 7;
 
-/** "motion_deg_per_mm" as people write it. */
-function titleOf(name) {
-  return name.replace("_deg_per_mm", ", deg/mm").replace("_deg", ", deg").replace("_mm", ", mm").replaceAll("_", " ");
+/** An objective as people write it: "motion, deg/mm". */
+function titleOf({ label, unit }) {
+  return `${label}, ${unit}`;
 }
 
 /** Returns {element, show(row)}; `onPick(row)` is called for a click. */
 export function buildFront(data, onPick) {
-  const { plans, names } = data;
-  const [xName, yName] = [names[0], names.at(-1)];
-  const third = names.length > 2 ? names[1] : null;
-  const values = (name) => plans.map((plan) => plan.objectives[name]);
+  const { plans, objectives } = data;
+  const [xAxis, yAxis] = [objectives[0], objectives.at(-1)];
+  const third = objectives.length > 2 ? objectives[1] : null;
+  const values = ({ name }) => plans.map((plan) => plan.objectives[name]);
   const behind = data.fronts.flatMap((front) => front.values);
-  const x = linear(padded([...values(xName), ...behind.map((row) => row[0])]), [LEFT, WIDTH - RIGHT]);
-  const y = linear(padded([...values(yName), ...behind.map((row) => row.at(-1))]), [HEIGHT - BOTTOM, TOP]);
+  const x = linear(padded([...values(xAxis), ...behind.map((row) => row[0])]), [LEFT, WIDTH - RIGHT]);
+  const y = linear(padded([...values(yAxis), ...behind.map((row) => row.at(-1))]), [HEIGHT - BOTTOM, TOP]);
   const shades = third ? shadesOf(values(third)) : plans.map(() => colourOf(0));
-  const marks = plans.map((plan, row) => mark(plan, row, x.at(plan.objectives[xName]), y.at(plan.objectives[yName]), shades[row], onPick));
-  const chart = svg("svg", { class: "chart front", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "group", "aria-label": "the front" }, axes(x, y, xName, yName), data.fronts.map((front, i) => crosses(front, i, x, y)), marks);
+  const marks = plans.map((plan, row) => mark(plan, row, x.at(plan.objectives[xAxis.name]), y.at(plan.objectives[yAxis.name]), shades[row], onPick));
+  const chart = svg("svg", { class: "chart front", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "group", "aria-label": "the front" }, axes(x, y, xAxis, yAxis), data.fronts.map((front, i) => crosses(front, i, x, y)), marks);
   const rows = [];
-  const list = table(columns(names), plans.map((plan, row) => ({ plan, row })), { rowOf: ({ row }) => ({ "data-row": row, tabindex: 0, class: "link" }) });
+  const list = table(columns(objectives), plans.map((plan, row) => ({ plan, row })), { rowOf: ({ row }) => ({ "data-row": row, tabindex: 0, class: "link" }) });
   for (const line of list.querySelectorAll("tbody tr")) {
     const row = Number(line.dataset.row);
     rows[row] = line;
@@ -57,10 +57,10 @@ function found({ name, values, hypervolume }, i) {
   return el("p", { class: "names" }, el("span", { class: "name", "data-series": i }, i === 0 ? "+ " : "× ", name), text);
 }
 
-function columns(names) {
+function columns(objectives) {
   return [
     { title: "plan", cell: ({ row }) => String(row + 1) },
-    ...names.map((name) => ({ title: titleOf(name), number: true, cell: ({ plan }) => short(plan.objectives[name]) })),
+    ...objectives.map((one) => ({ title: titleOf(one), number: true, cell: ({ plan }) => short(plan.objectives[one.name]) })),
     { title: "margin, mm", number: true, cell: ({ plan }) => (plan.check?.between ? short(plan.check.least_margin_mm) : "–") },
     { title: "path", cell: ({ plan }) => plan.freedom },
     { title: "found by", cell: ({ plan }) => plan.found_by },
@@ -93,7 +93,7 @@ function mark(plan, row, px, py, shade, onPick) {
   return node;
 }
 
-function axes(x, y, xName, yName) {
+function axes(x, y, xAxis, yAxis) {
   const [right, bottom] = [WIDTH - RIGHT, HEIGHT - BOTTOM];
   return [
     ...y.ticks.map((v) => svg("line", { class: "grid", x1: LEFT, x2: right, y1: y.at(v), y2: y.at(v) })),
@@ -101,14 +101,14 @@ function axes(x, y, xName, yName) {
     ...x.ticks.map((v) => svg("line", { class: "grid", x1: x.at(v), x2: x.at(v), y1: TOP, y2: bottom })),
     ...x.ticks.map((v) => svg("text", { x: x.at(v), y: bottom + 18, "text-anchor": "middle" }, short(v))),
     svg("line", { class: "base", x1: LEFT, x2: right, y1: bottom, y2: bottom }),
-    svg("text", { x: (LEFT + right) / 2, y: HEIGHT - 6, "text-anchor": "middle" }, titleOf(xName)),
-    svg("text", { transform: `translate(14 ${(TOP + bottom) / 2}) rotate(-90)`, "text-anchor": "middle" }, titleOf(yName)),
+    svg("text", { x: (LEFT + right) / 2, y: HEIGHT - 6, "text-anchor": "middle" }, titleOf(xAxis)),
+    svg("text", { transform: `translate(14 ${(TOP + bottom) / 2}) rotate(-90)`, "text-anchor": "middle" }, titleOf(yAxis)),
   ];
 }
 
-function legend(name, values) {
+function legend(objective, values) {
   const bar = el("span", { class: "ramp" });
   bar.style.background = ramp();
   const [low, high] = [Math.min(...values), Math.max(...values)].map(short);
-  return el("p", { class: "colours" }, el("span", {}, titleOf(name)), el("span", {}, low), bar, el("span", {}, high), el("span", {}, "disc: ladder, diamond: other; hollow: not known to be free"));
+  return el("p", { class: "colours" }, el("span", {}, titleOf(objective)), el("span", {}, low), bar, el("span", {}, high), el("span", {}, "disc: ladder, diamond: other; hollow: not known to be free"));
 }
