@@ -18,7 +18,8 @@ import numpy as np
 
 from cad.kernel.to_brep import to_brep
 from cad.step.read import read_step
-from cad.workpiece.workpiece import Workpiece, find_seams, open_workpiece
+from cad.workpiece.seams import find_seams
+from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import calibrate
 from wpcal.core.errors import WpcalError
 from wpcal.core.pairs import PointPairs

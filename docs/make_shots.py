@@ -25,7 +25,7 @@ from cad.pick.server import PickServer
 from cad.pick.session import PickSession
 from cad.workpiece.calibrate import calibrate_files
 from cad.workpiece.fit_taught import CalibrateOptions
-from cad.workpiece.workpiece import SeamChoice
+from cad.workpiece.seams import SeamChoice
 from wpcal.core.records import read_json
 from wpcal.seam import SeamOptions
 

@@ -9,19 +9,19 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from OCP.GeomAbs import GeomAbs_CurveType
+from OCP.gp import gp_Cone, gp_Cylinder, gp_Pln, gp_Sphere
+from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
 
 from wpcal.brep import CurveKind, SurfaceKind
 from wpcal.core.arrays import FloatArray
 
-SAME_MM = 1e-3
+SAME_SHAPE_MM = 1e-3
 """A B-spline this near to a plane, cylinder, circle … is one: exporters approximate to 1e-4 mm, a weld sees 0.1 mm."""
 
 
 def recognise_surface(face: Any) -> tuple[int, Any] | None:
-    """Return the kind and the kernel's elementary surface, or None where the face is none within `SAME_MM`."""
-    from OCP.gp import gp_Cone, gp_Cylinder, gp_Pln, gp_Sphere
-    from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
-
+    """Return the kind and the kernel's elementary surface, or None where the face is none within `SAME_SHAPE_MM`."""
     analysis = ShapeAnalysis_CanonicalRecognition(face)
     for kind, surface, matches in (
         (SurfaceKind.PLANE, gp_Pln(), analysis.IsPlane),
@@ -29,7 +29,7 @@ def recognise_surface(face: Any) -> tuple[int, Any] | None:
         (SurfaceKind.CONE, gp_Cone(), analysis.IsCone),
         (SurfaceKind.SPHERE, gp_Sphere(), analysis.IsSphere),
     ):
-        if matches(SAME_MM, surface):
+        if matches(SAME_SHAPE_MM, surface):
             return int(kind), surface
     return None
 
@@ -55,34 +55,32 @@ class RecognisedCurve:
     span: tuple[float, float]
 
 
-SAMPLES = 9
+SAMPLES_PER_SPAN = 9
 """Points that a curve is judged by: a B-spline of one span that agrees with a circle at nine points is the circle."""
 
 
 def recognise_curve(adaptor: Any) -> RecognisedCurve | None:
-    """Return the line or circle that an edge's curve is within `SAME_MM`, or None."""
+    """Return the line or circle that an edge's curve is within `SAME_SHAPE_MM`, or None."""
     first, last = adaptor.FirstParameter(), adaptor.LastParameter()
-    samples = SAMPLES * max(1, _span_count(adaptor))
+    samples = SAMPLES_PER_SPAN * max(1, _span_count(adaptor))
     values = [adaptor.Value(t) for t in np.linspace(first, last, samples)]
     points = np.array([(p.X(), p.Y(), p.Z()) for p in values])
     return _as_line(points) or _as_circle(points)
 
 
 def _span_count(adaptor: Any) -> int:
-    from OCP.GeomAbs import GeomAbs_CurveType
-
     return adaptor.NbKnots() - 1 if adaptor.GetType() == GeomAbs_CurveType.GeomAbs_BSplineCurve else 1
 
 
 def _as_line(points: FloatArray) -> RecognisedCurve | None:
     run = points[-1] - points[0]
     length = float(np.linalg.norm(run))
-    if length <= SAME_MM:
+    if length <= SAME_SHAPE_MM:
         return None
     x = run / length
     along = (points - points[0]) @ x
     off = np.linalg.norm(points - points[0] - along[:, None] * x, axis=1)
-    if off.max() > SAME_MM or (np.diff(along) <= 0).any():
+    if off.max() > SAME_SHAPE_MM or (np.diff(along) <= 0).any():
         return None
     return RecognisedCurve(CurveKind.LINE, np.array([points[0], x, np.zeros(3), np.zeros(3)]), 0.0, (0.0, length))
 
@@ -91,14 +89,14 @@ def _as_circle(points: FloatArray) -> RecognisedCurve | None:
     centre0 = points.mean(axis=0)
     _, _, axes = np.linalg.svd(points - centre0)
     flat = (points - centre0) @ axes.T
-    if np.abs(flat[:, 2]).max() > SAME_MM:
+    if np.abs(flat[:, 2]).max() > SAME_SHAPE_MM:
         return None
     # |p - c|² = r² is linear in c and r² - |c|²
     solution = np.linalg.lstsq(np.column_stack([2 * flat[:, :2], np.ones(len(flat))]), (flat[:, :2] ** 2).sum(1))[0]
     centre = centre0 + solution[:2] @ axes[:2]
     arms = points - centre
     radius = float(np.linalg.norm(arms, axis=1).mean())
-    if np.abs(np.linalg.norm(arms, axis=1) - radius).max() > SAME_MM:
+    if np.abs(np.linalg.norm(arms, axis=1) - radius).max() > SAME_SHAPE_MM:
         return None
     x = arms[0] / np.linalg.norm(arms[0])
     z = np.cross(arms[0], arms[1])

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Section
+from OCP.TopoDS import TopoDS_Face
 
-from cad.kernel.ocp import kernel_call
+from cad.kernel.call import kernel_call
 from cad.kernel.to_brep import curve_row
-from cad.kernel.topology import FaceMap, explore
+from cad.kernel.topology import EDGE, NumberedShapes, numbered_faces, sub_shape_uses
 from wpcal.brep import BrepGraph
 from wpcal.brep.extend import FreeEdge, add_edges
 from wpcal.brep.nurbs import NurbsCurve
@@ -40,7 +42,7 @@ def add_sections(
     issues : tuple of Issue
         Pairs that the kernel could not section; the others are delivered.
     """
-    faces = FaceMap.of(shapes)
+    faces = numbered_faces(shapes)
     rows: list[tuple[Any, tuple[float, float], NurbsCurve | None, int, int]] = []
     issues = []
     for a, b in pairs:
@@ -52,16 +54,13 @@ def add_sections(
     return (*_with_edges(graph, rows), tuple(issues))
 
 
-def _section(first: Any, second: Any, faces: FaceMap) -> list[Any]:
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Section
-    from OCP.TopoDS import TopoDS_Face
-
+def _section(first: Any, second: Any, faces: NumberedShapes) -> list[Any]:
     rows = []
     with kernel_call("cutting two solids with each other"):
         section = BRepAlgoAPI_Section(first, second, False)
         section.Approximation(True)
         section.Build()
-        for edge, _ in explore(section.Shape(), "edge"):
+        for edge, _ in sub_shape_uses(section.Shape(), EDGE):
             on_first, on_second = TopoDS_Face(), TopoDS_Face()
             if section.HasAncestorFaceOn1(edge, on_first) and section.HasAncestorFaceOn2(edge, on_second):
                 rows.append((*curve_row(edge), faces.number(on_first), faces.number(on_second)))

@@ -14,8 +14,8 @@ from OCP.BRepLib import BRepLib_ToolTriangulatedShape
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.TopLoc import TopLoc_Location
 
-from cad.kernel import ocp as kernel
-from cad.kernel.ocp import KernelObject, kernel_call
+from cad.kernel.call import KernelObject, kernel_call
+from cad.kernel.topology import EDGE, FACE, is_reversed, sub_shapes
 from wpcal.brep.mesh import PartMesh, Rgb, SolidMesh
 from wpcal.brep.mesh_glb import write_part_glb
 from wpcal.core.arrays import FloatArray, IntArray, frozen
@@ -58,7 +58,7 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
     """
     given = list(solids)
     deflection = deflection_mm([shape for _, shape, _ in given])
-    faces = sum(len(kernel.sub_shapes(shape, kernel.FACE)) for _, shape, _ in given)
+    faces = sum(len(sub_shapes(shape, FACE)) for _, shape, _ in given)
     angle = ANGLE_RAD if faces < MANY_FACES else COARSE_RAD
     meshes = []
     for name, shape, color in given:
@@ -112,16 +112,16 @@ def _solid_mesh(name: str, shape: KernelObject, color: Rgb | None) -> SolidMesh 
     triangles: list[IntArray] = []
     edges: list[IntArray] = []
     count = 0
-    for face in kernel.sub_shapes(shape, kernel.FACE):
+    for face in sub_shapes(shape, FACE):
         location = TopLoc_Location()
         mesh = BRep_Tool.Triangulation_s(face, location)
         if mesh is None:
             continue
-        is_reversed = kernel.is_reversed(face)
+        turned = is_reversed(face)
         matrix = _matrix(location)
         points.append(_nodes(mesh) @ matrix[:, :3].T + matrix[:, 3])
-        normals.append(_normals(face, mesh, is_reversed=is_reversed) @ matrix[:, :3].T)
-        triangles.append(_triangles(mesh, is_reversed=is_reversed) + count)
+        normals.append(_normals(face, mesh, turned=turned) @ matrix[:, :3].T)
+        triangles.append(_triangles(mesh, turned=turned) + count)
         edges.extend(rows + count for rows in _edges(face, mesh, location))
         count += len(points[-1])
     if not points:
@@ -142,24 +142,24 @@ def _nodes(mesh: KernelObject) -> FloatArray:
     return np.array([(p.X(), p.Y(), p.Z()) for p in nodes], dtype=np.float64).reshape(-1, 3)
 
 
-def _normals(face: KernelObject, mesh: KernelObject, *, is_reversed: bool) -> FloatArray:
+def _normals(face: KernelObject, mesh: KernelObject, *, turned: bool) -> FloatArray:
     """Return the face's own normals at the nodes: a triangle's would show the facets of a cylinder."""
     BRepLib_ToolTriangulatedShape.ComputeNormals_s(face, mesh)
     directions = map(mesh.Normal, range(1, mesh.NbNodes() + 1))
     rows: FloatArray = np.array([(d.X(), d.Y(), d.Z()) for d in directions], dtype=np.float64).reshape(-1, 3)
-    return -rows if is_reversed else rows
+    return -rows if turned else rows
 
 
-def _triangles(mesh: KernelObject, *, is_reversed: bool) -> IntArray:
+def _triangles(mesh: KernelObject, *, turned: bool) -> IntArray:
     corners = [mesh.Triangle(i).Get() for i in range(1, mesh.NbTriangles() + 1)]
     rows: IntArray = np.array(corners, dtype=np.int64).reshape(-1, 3) - 1
-    return rows[:, ::-1] if is_reversed else rows
+    return rows[:, ::-1] if turned else rows
 
 
 def _edges(face: KernelObject, mesh: KernelObject, location: KernelObject) -> list[IntArray]:
     """Return the boundary of a face as segments; the edge along which a closed surface meets itself is left out."""
     found = []
-    for edge in kernel.sub_shapes(face, kernel.EDGE):
+    for edge in sub_shapes(face, EDGE):
         if BRep_Tool.Degenerated_s(edge) or BRep_Tool.IsClosed_s(edge, face):
             continue
         polygon = BRep_Tool.PolygonOnTriangulation_s(edge, mesh, location)

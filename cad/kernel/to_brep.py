@@ -7,11 +7,20 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
+from OCP.Geom import Geom_RectangularTrimmedSurface, Geom_TrimmedCurve
+from OCP.GeomAbs import GeomAbs_CurveType, GeomAbs_SurfaceType
+from OCP.GeomAdaptor import GeomAdaptor
+from OCP.GeomConvert import GeomConvert
+from OCP.gp import gp_Pnt, gp_Vec
 
 from cad.kernel.canonical import recognise_curve, recognise_surface
-from cad.kernel.topology import EdgeMap, VertexMap, explore
+from cad.kernel.geometry import has_triangles_only
+from cad.kernel.topology import EDGE, FACE, EdgeMap, VertexMap, sub_shape_uses
 from wpcal.brep import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
+from wpcal.brep.surfaces import surface_normals
 from wpcal.core.arrays import FloatArray
 
 Row = tuple[int, list[list[float]], tuple[float, float]]
@@ -54,7 +63,7 @@ def to_brep(solids: Iterable[tuple[str, Any]]) -> BrepGraph:
     edge_map, vertex_map = EdgeMap(), VertexMap()
     for index, (name, shape) in enumerate(solids):
         names.append(name)
-        for face, is_forward in explore(shape, "face"):
+        for face, is_forward in sub_shape_uses(shape, FACE):
             _add_face(rows, index, face, is_forward, edge_map)
     for edge in edge_map.shapes():
         _add_edge(rows, edge, vertex_map)
@@ -70,24 +79,21 @@ def _add_face(rows: _Rows, solid: int, face: Any, is_forward: bool, edge_map: Ed
     rows.face_nurbs.append(-1 if nurbs is None else len(rows.surfaces))
     if nurbs is not None:
         rows.surfaces.append(nurbs)
-    for edge, runs_forward in explore(face, "edge"):
+    for edge, runs_forward in sub_shape_uses(face, EDGE):
         rows.coedges.append((number, edge_map.add(edge), runs_forward))
 
 
 def _surface(face: Any) -> tuple[Row, float, NurbsSurface | None]:
     """Return a face's surface, +1 or -1 for the hand of its own normal du × dv, and the NURBS where it is one."""
-    from OCP.BRepAdaptor import BRepAdaptor_Surface
-    from OCP.GeomAbs import GeomAbs_SurfaceType as T
-
-    if not _has_surface(face):
+    if has_triangles_only(face):
         return (SurfaceKind.NONE, NO_FRAME, (0.0, 0.0)), 1.0, None
     adaptor = BRepAdaptor_Surface(face, True)
     elementary = {
-        T.GeomAbs_Plane: (SurfaceKind.PLANE, adaptor.Plane),
-        T.GeomAbs_Cylinder: (SurfaceKind.CYLINDER, adaptor.Cylinder),
-        T.GeomAbs_Cone: (SurfaceKind.CONE, adaptor.Cone),
-        T.GeomAbs_Sphere: (SurfaceKind.SPHERE, adaptor.Sphere),
-        T.GeomAbs_Torus: (SurfaceKind.TORUS, adaptor.Torus),
+        GeomAbs_SurfaceType.GeomAbs_Plane: (SurfaceKind.PLANE, adaptor.Plane),
+        GeomAbs_SurfaceType.GeomAbs_Cylinder: (SurfaceKind.CYLINDER, adaptor.Cylinder),
+        GeomAbs_SurfaceType.GeomAbs_Cone: (SurfaceKind.CONE, adaptor.Cone),
+        GeomAbs_SurfaceType.GeomAbs_Sphere: (SurfaceKind.SPHERE, adaptor.Sphere),
+        GeomAbs_SurfaceType.GeomAbs_Torus: (SurfaceKind.TORUS, adaptor.Torus),
     }.get(adaptor.GetType())
     if elementary is not None:
         return _elementary(elementary[0], elementary[1]())
@@ -96,12 +102,6 @@ def _surface(face: Any) -> tuple[Row, float, NurbsSurface | None]:
         row, _, _ = _elementary(SurfaceKind(found[0]), found[1])
         return row, _hand_of(row, adaptor), None
     return (SurfaceKind.NURBS, NO_FRAME, (0.0, 0.0)), 1.0, _nurbs_surface(face, adaptor)
-
-
-def _has_surface(face: Any) -> bool:
-    from OCP.BRep import BRep_Tool
-
-    return BRep_Tool.Surface_s(face) is not None
 
 
 def _frame(position: Any) -> list[list[float]]:
@@ -127,10 +127,6 @@ def _elementary(kind: SurfaceKind, surface: Any) -> tuple[Row, float, None]:
 
 def _hand_of(row: Row, adaptor: Any) -> float:
     """Compare a recognised surface's normal with du × dv of the B-spline it stands for, at the middle of the face."""
-    from OCP.gp import gp_Pnt, gp_Vec
-
-    from wpcal.brep.surfaces import surface_normals
-
     u = (adaptor.FirstUParameter() + adaptor.LastUParameter()) / 2
     v = (adaptor.FirstVParameter() + adaptor.LastVParameter()) / 2
     p, du, dv = gp_Pnt(), gp_Vec(), gp_Vec()
@@ -153,11 +149,6 @@ def _nurbs_surface(face: Any, adaptor: Any) -> NurbsSurface:
 
 def _as_bspline(face: Any, adaptor: Any) -> tuple[Any, tuple[float, float, float, float]]:
     """Return a face's surface as a B-spline, not periodic, and the bounds (u, u, v, v) of the part that is used."""
-    from OCP.BRep import BRep_Tool
-    from OCP.Geom import Geom_RectangularTrimmedSurface
-    from OCP.GeomAbs import GeomAbs_SurfaceType
-    from OCP.GeomConvert import GeomConvert
-
     u0, u1 = adaptor.FirstUParameter(), adaptor.LastUParameter()
     v0, v1 = adaptor.FirstVParameter(), adaptor.LastVParameter()
     if adaptor.GetType() == GeomAbs_SurfaceType.GeomAbs_BSplineSurface:
@@ -194,22 +185,18 @@ def _add_edge(rows: _Rows, edge: Any, vertex_map: VertexMap) -> None:
 
 def curve_row(edge: Any) -> tuple[Row, tuple[float, float], NurbsCurve | None]:
     """Return an edge's curve as a row of a `BrepGraph`, its first and last parameter, and the NURBS where it is one."""
-    from OCP.BRep import BRep_Tool
-    from OCP.BRepAdaptor import BRepAdaptor_Curve
-    from OCP.GeomAbs import GeomAbs_CurveType as T
-
     if BRep_Tool.Degenerated_s(edge):
         return (CurveKind.DEGENERATE, NO_FRAME, (0.0, 0.0)), (0.0, 0.0), None
     adaptor = BRepAdaptor_Curve(edge)
     kind, span = adaptor.GetType(), (adaptor.FirstParameter(), adaptor.LastParameter())
-    if kind == T.GeomAbs_Line:
+    if kind == GeomAbs_CurveType.GeomAbs_Line:
         line = adaptor.Line()
         frame = [_xyz(line.Location()), _xyz(line.Direction()), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)]
         return (CurveKind.LINE, [list(v) for v in frame], (0.0, 0.0)), span, None
-    if kind == T.GeomAbs_Circle:
+    if kind == GeomAbs_CurveType.GeomAbs_Circle:
         circle = adaptor.Circle()
         return (CurveKind.CIRCLE, _frame(circle.Position()), (circle.Radius(),) * 2), span, None
-    if kind == T.GeomAbs_Ellipse:
+    if kind == GeomAbs_CurveType.GeomAbs_Ellipse:
         ellipse = adaptor.Ellipse()
         param = (ellipse.MajorRadius(), ellipse.MinorRadius())
         return (CurveKind.ELLIPSE, _frame(ellipse.Position()), param), span, None
@@ -221,9 +208,6 @@ def curve_row(edge: Any) -> tuple[Row, tuple[float, float], NurbsCurve | None]:
 
 
 def _nurbs_curve(adaptor: Any, span: tuple[float, float]) -> NurbsCurve:
-    from OCP.Geom import Geom_TrimmedCurve
-    from OCP.GeomAdaptor import GeomAdaptor
-    from OCP.GeomConvert import GeomConvert
 
     curve = GeomConvert.CurveToBSplineCurve_s(Geom_TrimmedCurve(GeomAdaptor.MakeCurve_s(adaptor), *span))
     if curve.IsPeriodic():

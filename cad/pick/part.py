@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from cad.workpiece.workpiece import SeamChoice, Workpiece, find_seams, judge_workpiece, open_workpiece
+from cad.workpiece.features import judge_workpiece
+from cad.workpiece.seams import SeamChoice, find_seams
+from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features import Touchable
 from wpcal.seam import Seam, SeamOptions

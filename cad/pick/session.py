@@ -16,7 +16,14 @@ from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit,
 from wpcal.advise import advise_set
 from wpcal.calibrate import CalibrationResult, Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
-from wpcal.controllers.taught_program import (
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import FormatError, InputError, WpcalError
+from wpcal.core.records import write_file
+from wpcal.core.tables import parse_table
+from wpcal.core.transform import RigidTransform
+from wpcal.features import ReferenceFeature, feature_named
+from wpcal.taught.table import TaughtPoints, taught_from_table
+from wpcal.taught.user_frames import (
     ProgramReading,
     is_program,
     names_as_features,
@@ -26,13 +33,6 @@ from wpcal.controllers.taught_program import (
     taught_csv,
     usable_points,
 )
-from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import FormatError, InputError, WpcalError
-from wpcal.core.records import write_file
-from wpcal.core.tables import parse_table
-from wpcal.core.transform import RigidTransform
-from wpcal.features import ReferenceFeature, feature_named
-from wpcal.taught.table import TaughtPoints, taught_from_table
 
 NO_FILE = ""
 """Rows in the page are in no file: messages about them begin with the row."""
@@ -147,7 +147,7 @@ class PickSession:
         Raises
         ------
         InputError
-            As `wpcal.match.read_taught` or `wpcal.controllers.taught_program.read_taught_program`.
+            As `wpcal.match.read_taught` or `wpcal.taught.user_frames.read_taught_program`.
         """
         path = Path(name)
         if not is_program(path):
@@ -231,24 +231,31 @@ def _named_in(
 
 
 def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:
-    """Return what the page shows of an error: ``message``, and the ``row`` that it is about, or None.
+    """Return what the page needs to know of an error.
 
     Parameters
     ----------
     error : WpcalError
     rows : Rows, optional
-        That `PickSession.fit` or `PickSession.save` were given.
+        The rows that `PickSession.fit` or `PickSession.save` were given.
+
+    Returns
+    -------
+    dict
+        ``message`` for the reader; ``code``, the cause; ``row`` and ``column`` of the wrong cell, or None.
     """
+    record: dict[str, Any] = {"message": str(error), "code": str(error.code), "row": None, "column": None}
     if rows is None or not isinstance(error, FormatError) or error.path or not error.line:
-        return {"message": str(error), "row": None}
+        return record
     index = error.line - FIRST_LINE
     complete = rows.complete()
     if not 0 <= index < len(complete):
-        return {"message": error.what, "row": None}
+        return {**record, "message": error.what}
     row = complete[index]
     name = rows.cells[row][rows.columns.index("name")] or f"row {row + 1}"
-    column = f", {error.column}" if isinstance(error.column, str) else ""
-    return {"message": f"{name}{column}: {error.what}", "row": row}
+    column = error.column if isinstance(error.column, str) else None
+    place = f"{name}, {column}" if column else name
+    return {**record, "message": f"{place}: {error.what}", "row": row, "column": column}
 
 
 def _taught(rows: Rows) -> TaughtPoints:

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,25 +13,24 @@ from typing import Any
 
 import numpy as np
 
-from cad.step.append_colors import with_solid_colors
+from cad.kernel.call import kernel_call
+from cad.kernel.primitives import box, cut, cylinder, prism
+from cad.kernel.to_brep import to_brep
+from cad.step.new_file import Member, new_step_text
 from cad.workpiece.calibrate import WrittenCalibration, calibrate_files
 from wpcal.core.arrays import FloatArray
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.records import to_json, write_file
 from wpcal.core.transform import RigidTransform
+from wpcal.features import feature_named, find_features
 
 TRUTH_SCHEMA = "wpcal/truth/1"
 TEACHING_SIGMA_MM = 0.1
 """Standard deviation per axis of the sample's taught points: a careful touch with a straight wire."""
 TEACHING_SEED = 2003
-FIXED_TIME = "2026-01-01T00:00:00"
-"""Stands in the STEP header of every sample, so that the same sample is the same file."""
 
 T_BASE_PART = RigidTransform.from_six_tuple([812.5, -240.25, 155.75, 0.02, -0.035, 0.6], target="base", source="part")
 """Where every sample stands in the robot's base: turned and tilted as a fitter would leave it."""
-
-Member = tuple[str, Any, tuple[float, float, float]]
-"""Name, kernel solid and colour (linear RGB)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,34 +55,6 @@ class Sample:
 
 
 STEEL, DARK = (0.45, 0.5, 0.55), (0.2, 0.3, 0.45)
-
-
-def box(x: float, y: float, z: float, corner: tuple[float, float, float]) -> Any:
-    """Return a box along the axes from its least corner, mm."""
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
-    from OCP.gp import gp_Pnt
-
-    return BRepPrimAPI_MakeBox(gp_Pnt(*corner), x, y, z).Solid()
-
-
-def cylinder(radius: float, length: float, origin: tuple[float, float, float], axis: tuple[float, float, float]) -> Any:
-    """Return a cylinder from the centre of one end along an axis, mm."""
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-
-    return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(*origin), gp_Dir(*axis)), radius, length).Solid()
-
-
-def cut(shape: Any, *tools: Any) -> Any:
-    """Return the one solid that is left of `shape` without `tools`."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-
-    from cad.kernel.topology import explore
-
-    for tool in tools:
-        shape = BRepAlgoAPI_Cut(shape, tool).Shape()
-    ((solid, _),) = explore(shape, "solid")
-    return solid
 
 
 def tee() -> list[Member]:
@@ -123,16 +93,10 @@ def frame() -> list[Member]:
 
 def _mitred_tube(side: int) -> Any:
     """Return one rail: a trapezium drawn in the plane and extruded, with the bore cut out."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
-    from OCP.gp import gp_Pnt, gp_Vec
 
     def extruded(inset: float, reach: float, bottom: float, top: float) -> Any:
-        polygon = BRepBuilderAPI_MakePolygon()
-        for x, y in _rail_outline(side, inset, reach):
-            polygon.Add(gp_Pnt(float(x), float(y), bottom))
-        polygon.Close()
-        return BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(polygon.Wire()).Face(), gp_Vec(0, 0, top - bottom)).Shape()
+        corners = [(x, y, bottom) for x, y in _rail_outline(side, inset, reach).tolist()]
+        return prism(corners, (0, 0, top - bottom))
 
     return cut(extruded(0.0, TUBE_MM, 0.0, TUBE_MM), extruded(WALL_MM, TUBE_MM - WALL_MM, WALL_MM, TUBE_MM - WALL_MM))
 
@@ -172,20 +136,16 @@ def write_sample(sample: Sample, folder: Path, *, overwrite: bool = False) -> No
     InputError
         When a file exists and `overwrite` is false, or cannot be written.
     """
-    from cad.kernel.ocp import kernel_call
-    from cad.kernel.to_brep import to_brep
-    from wpcal.features import feature_named, find_features
-
     folder.mkdir(parents=True, exist_ok=True)
     with kernel_call(f"making {sample.name}"):
         members = sample.build()
-    write_file(folder / f"{sample.name}.step", step_text(members, sample.name), overwrite=overwrite)
+    write_file(folder / f"{sample.name}.step", new_step_text(members, sample.name), overwrite=overwrite)
     features = find_features(to_brep((name, shape) for name, shape, _ in members))
     p_part = np.array([feature_named(features, name).p_mm for name in sample.taught])
     exact = T_BASE_PART.apply(p_part)
     error = np.random.default_rng(TEACHING_SEED).normal(0.0, TEACHING_SIGMA_MM, exact.shape)
-    write_file(folder / "taught_exact.csv", taught_csv(sample.taught, exact, digits=9), overwrite=overwrite)
-    write_file(folder / "taught.csv", taught_csv(sample.taught, exact + error, digits=2), overwrite=overwrite)
+    write_file(folder / "taught_exact.csv", _taught_csv(sample.taught, exact, digits=9), overwrite=overwrite)
+    write_file(folder / "taught.csv", _taught_csv(sample.taught, exact + error, digits=2), overwrite=overwrite)
     truth = {
         "schema": TRUTH_SCHEMA,
         "about": sample.about,
@@ -197,62 +157,13 @@ def write_sample(sample: Sample, folder: Path, *, overwrite: bool = False) -> No
     write_file(folder / "truth.json", to_json(truth), overwrite=overwrite)
 
 
-def taught_csv(names: tuple[str, ...], p_base: FloatArray, *, digits: int) -> str:
+def _taught_csv(names: tuple[str, ...], p_base: FloatArray, *, digits: int) -> str:
     """Return a file of taught points; those after the fourth are check points."""
     rows = [
         f"{name},{','.join(f'{v:.{digits}f}' for v in p)},{'yes' if row < 4 else 'check'}"
         for row, (name, p) in enumerate(zip(names, p_base, strict=True))
     ]
     return "\n".join(["name,x_mm,y_mm,z_mm,use", *rows, ""])
-
-
-def step_text(members: list[Member], name: str, *, pcurves: bool = True) -> bytes:
-    """Return members as an assembly in a STEP file (AP214, mm) with names and colours: the same bytes in every run.
-
-    `pcurves` says whether edges are also written as curves in the parameters of their faces, as this kernel does unless
-    told otherwise; most CAD systems do not.
-    """
-    import tempfile
-
-    from OCP.Interface import Interface_Static
-    from OCP.STEPCAFControl import STEPCAFControl_Writer
-    from OCP.STEPControl import STEPControl_StepModelType
-
-    from cad.kernel import ocp as kernel
-
-    document = kernel.new_document()
-    with tempfile.TemporaryDirectory() as folder, kernel.kernel_call(f"writing {name}"):
-        _fill(document, members, name)
-        writer = STEPCAFControl_Writer()
-        writer.SetNameMode(True)
-        writer.SetColorMode(False)
-        Interface_Static.SetIVal_s("write.surfacecurve.mode", int(pcurves))
-        writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
-        Interface_Static.SetIVal_s("write.surfacecurve.mode", 1)
-        path = Path(folder) / "part.step"
-        writer.Write(str(path))
-        text = path.read_bytes()
-    header = rb"FILE_NAME('%s','%s',('wpcal'),('wpcal'),'','wpcal samples','');" % (name.encode(), FIXED_TIME.encode())
-    text = re.sub(rb"FILE_NAME\(.*?\);", header, text, count=1, flags=re.DOTALL)
-    return with_solid_colors(text, [kernel.srgb(rgb) for _, _, rgb in members], name=name)
-
-
-def _fill(document: Any, members: list[Member], name: str) -> None:
-    from OCP.TDataStd import TDataStd_Name
-    from OCP.TopLoc import TopLoc_Location
-    from OCP.XCAFDoc import XCAFDoc_DocumentTool
-
-    from cad.kernel import ocp as kernel
-
-    shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
-    top = shapes.NewShape()
-    TDataStd_Name.Set_s(top, kernel.extended(name))
-    for member, shape, _ in members:
-        label = shapes.AddShape(shape, False)
-        TDataStd_Name.Set_s(label, kernel.extended(member))
-        instance = shapes.AddComponent(top, label, TopLoc_Location())
-        TDataStd_Name.Set_s(instance, kernel.extended(member))
-    shapes.UpdateAssemblies()
 
 
 def calibrate_sample(*, out: Path, overwrite: bool, progress: Progress = no_progress) -> WrittenCalibration:

@@ -10,7 +10,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from cad.samples.parts import DARK, STEEL, Member, box, cut, cylinder
+from cad.kernel.primitives import Point, box, cut, cylinder, prism, square_tube
+from cad.samples.parts import DARK, STEEL
+from cad.step.new_file import Member
 
 BAYS_A_ROW = 20
 """Bays stand in rows side by side, so that the structure stays compact."""
@@ -22,10 +24,8 @@ LEG_MM, SNIPE_MM, GUSSET_THICK_MM = 80.0, 20.0, 8.0
 RAIL_HEIGHTS_MM = (200.0, 800.0)
 """Undersides of the rails above the base plates."""
 
-Point = tuple[float, float, float]
 
-
-def structure(bays: int) -> list[Member]:
+def steel_structure(bays: int) -> list[Member]:
     """Return a structure of so many bays.
 
     A bay has two posts of square tube on bored base plates, four rails along x, two along y, a round pipe and two
@@ -105,64 +105,12 @@ def _base_plate(corner: Point) -> Any:
 
 
 def _square_tube(side: float, length: float, corner: Point, axis: str) -> Any:
-    """Return a square tube with round corners from the corner of its start along x, y or z."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
-    from OCP.gp import gp_Vec
-    from OCP.TopoDS import TopoDS
-
-    way = "xyz".index(axis)
-    profile = BRepBuilderAPI_MakeFace(_round_square(side, 0.0, corner, way), True)
-    bore = _round_square(side, WALL_MM, corner, way)
-    profile.Add(TopoDS.Wire(bore.Reversed()))
-    along = gp_Vec(*(length if k == way else 0.0 for k in range(3)))
-    return _only_solid(BRepPrimAPI_MakePrism(profile.Face(), along).Shape())
-
-
-def _round_square(side: float, inset: float, corner: Point, way: int) -> Any:
-    """Return the wire of a square with round corners in the plane across an axis, `inset` inside the tube's outline."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
-    from OCP.GC import GC_MakeArcOfCircle
-    from OCP.gp import gp_Pnt
-
-    def at(u: float, v: float) -> Any:
-        p = list(corner)
-        p[(way + 1) % 3] += u
-        p[(way + 2) % 3] += v
-        return gp_Pnt(*p)
-
-    wire = BRepBuilderAPI_MakeWire()
-    centres = [(CORNER_MM, CORNER_MM), (side - CORNER_MM, CORNER_MM)]
-    centres += [(side - v, side - u) for u, v in [(CORNER_MM, CORNER_MM), (CORNER_MM, side - CORNER_MM)]]
-    radius, half = CORNER_MM - inset, math.sqrt(0.5)
-    directions = [(0, -1), (1, 0), (0, 1), (-1, 0)]
-    for k, (u, v) in enumerate(centres):
-        (au, av), (bu, bv) = directions[k - 1], directions[k]
-        start, end = at(u + radius * au, v + radius * av), at(u + radius * bu, v + radius * bv)
-        middle = at(u + radius * half * (au + bu), v + radius * half * (av + bv))
-        wire.Add(BRepBuilderAPI_MakeEdge(GC_MakeArcOfCircle(start, middle, end).Value()).Edge())
-        nu, nv = centres[(k + 1) % 4]
-        wire.Add(BRepBuilderAPI_MakeEdge(end, at(nu + radius * bu, nv + radius * bv)).Edge())
-    return wire.Wire()
+    """Return a square tube with rounded edges, from the corner of its start along x, y or z."""
+    return square_tube(side, length, corner, axis, wall=WALL_MM, corner_radius=CORNER_MM)
 
 
 def _gusset(corner: Point) -> Any:
-    """Return a snipped triangle in the plane x, z that stands on a rail and leans on a post, from their corner."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
-    from OCP.gp import gp_Pnt, gp_Vec
-
+    """Return a triangle with cut corners in the plane x, z, between a rail and a post, from their corner."""
     x, y, z = corner
-    polygon = BRepBuilderAPI_MakePolygon()
-    for dx, dz in ((SNIPE_MM, 0.0), (LEG_MM, 0.0), (0.0, LEG_MM), (0.0, SNIPE_MM)):
-        polygon.Add(gp_Pnt(x + dx, y, z + dz))
-    polygon.Close()
-    face = BRepBuilderAPI_MakeFace(polygon.Wire()).Face()
-    return _only_solid(BRepPrimAPI_MakePrism(face, gp_Vec(0, GUSSET_THICK_MM, 0)).Shape())
-
-
-def _only_solid(shape: Any) -> Any:
-    from cad.kernel.topology import explore
-
-    ((solid, _),) = explore(shape, "solid")
-    return solid
+    corners = [(x + dx, y, z + dz) for dx, dz in ((SNIPE_MM, 0.0), (LEG_MM, 0.0), (0.0, LEG_MM), (0.0, SNIPE_MM))]
+    return prism(corners, (0, GUSSET_THICK_MM, 0))

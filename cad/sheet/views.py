@@ -1,9 +1,4 @@
-"""The four views of a sheet: what of the part is seen in each, as line segments in the plane of the view.
-
-Hidden lines are taken away by the kernel's polygonal algorithm, on triangles. The exact one needs a minute for a screw
-thread and seconds for some views along an axis; the polygonal one needs hundredths of a second, and its chords are
-finer than a pen.
-"""
+"""The four views of a sheet: which lines of the part are visible in each, and which reference points."""
 
 from __future__ import annotations
 
@@ -13,27 +8,28 @@ from typing import Any
 
 import numpy as np
 
-from cad.kernel.ocp import EDGE, VERTEX, compound, kernel_call, sub_shapes, vertex_points
+from cad.kernel.visible_lines import meshed_compound, visible_lines
 from wpcal.brep import BrepGraph
 from wpcal.brep.rays import is_blocked
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, frozen
 
 CHORD_PART = 2e-4
-"""Chord error of the triangles as a part of the diagonal: a tenth of a pen's width on a view of 150 mm."""
+"""Chord error of the triangles, relative to the diagonal: a tenth of a pen's width on a view of 150 mm."""
 CHORD_RAD = 0.05
-"""Turn from one chord to the next. With longer chords the outline of a rod that goes through a face is broken there."""
+"""Turn from one chord to the next. With longer chords the outline of a rod has a gap where it passes through a face."""
 LOOK_PAST = 2e-3
-"""Rays to the viewer start so far (part of the diagonal) beside a point: a corner on a silhouette is seen past it."""
+"""Rays to the viewer start this far beside a point (relative to the diagonal), so that a corner on the outline of the
+part counts as visible."""
 CLEAR = 3.0
-"""And so many times that towards the viewer, clear of the faces that meet at the point."""
+"""Rays also start this many times `LOOK_PAST` towards the viewer, away from the faces that meet at the point."""
 EYES = 8
-"""Rays around each point; the point is seen when one of them is free."""
+"""Rays around each point. The point is visible when one of them is free."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewAxes:
-    """From where the part is looked at.
+    """The direction of a view.
 
     Parameters
     ----------
@@ -62,7 +58,7 @@ ORTHOGONAL = (FRONT, LEFT, TOP)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """What is seen.
+    """What is visible in one view.
 
     Parameters
     ----------
@@ -70,9 +66,9 @@ class View:
     segments : ndarray, shape (n, 2, 2)
         Visible sharp edges and outlines in the plane of the view, mm of the part.
     smooth : ndarray, shape (k, 2, 2)
-        Visible edges between faces that go over into each other.
+        Visible edges between faces that join smoothly, mm.
     p : ndarray, shape (m, 2)
-        The reference points.
+        The reference points in the plane of the view, mm.
     is_seen : ndarray of bool, shape (m,)
         False for points behind the part.
     """
@@ -85,19 +81,19 @@ class View:
 
     @property
     def box(self) -> tuple[FloatArray, FloatArray]:
-        """Lower left and upper right corner of all that is drawn."""
+        """Lower left and upper right corner of everything drawn, shape (2,) each, mm."""
         drawn = np.concatenate([self.segments.reshape(-1, 2), self.smooth.reshape(-1, 2), self.p])
         return drawn.min(axis=0), drawn.max(axis=0)
 
 
 def project_views(graph: BrepGraph, solids: Sequence[Any], points: FloatArray) -> tuple[View, ...]:
-    """Return the views front, left, top and iso of a part.
+    """Project a part to the views front, left, top and iso.
 
     Parameters
     ----------
     graph : BrepGraph
     solids : sequence of kernel shapes
-        Those of the graph.
+        The solids of the graph, in its order.
     points : ndarray, shape (m, 3)
         Reference points in `part`, mm.
 
@@ -106,54 +102,18 @@ def project_views(graph: BrepGraph, solids: Sequence[Any], points: FloatArray) -
     KernelError
         When the kernel cannot mesh or project the part.
     """
-    shape = _meshed(solids, graph.size_mm)
+    shape = meshed_compound(solids, chord_mm=CHORD_PART * graph.size_mm, chord_rad=CHORD_RAD)
     trimmed = TrimmedFaces.of(graph)
     views = []
     for axes in (*ORTHOGONAL, ISO):
-        segments, smooth = _visible_lines(shape, axes)
+        segments, smooth = visible_lines(shape, right=axes.right, toward=axes.toward, name=axes.name)
         seen = _seen(graph, trimmed, points, axes)
         views.append(View(axes, segments, smooth, frozen(points @ axes.plane.T), seen))
     return tuple(views)
 
 
-def _meshed(solids: Sequence[Any], size_mm: float) -> Any:
-    from OCP.BRepMesh import BRepMesh_IncrementalMesh
-
-    shape = compound(list(solids))
-    with kernel_call("meshing the part for the views"):
-        BRepMesh_IncrementalMesh(shape, CHORD_PART * size_mm, False, CHORD_RAD, False)
-    return shape
-
-
-def _visible_lines(shape: Any, axes: ViewAxes) -> tuple[FloatArray, FloatArray]:
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-    from OCP.HLRAlgo import HLRAlgo_Projector
-    from OCP.HLRBRep import HLRBRep_PolyAlgo, HLRBRep_PolyHLRToShape
-
-    with kernel_call(f"projecting the view {axes.name}"):
-        algorithm = HLRBRep_PolyAlgo()
-        algorithm.Load(shape)
-        place = gp_Ax2(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(*axes.toward.tolist()), gp_Dir(*axes.right.tolist()))
-        algorithm.Projector(HLRAlgo_Projector(place))
-        algorithm.Update()
-        lines = HLRBRep_PolyHLRToShape()
-        lines.Update(algorithm)
-        sharp = [_segments(found) for found in (lines.VCompound(), lines.OutLineVCompound())]
-        return np.concatenate(sharp), _segments(lines.Rg1LineVCompound())
-
-
-def _segments(shape: Any) -> FloatArray:
-    """Return the edges of a projected compound as segments, without repeats."""
-    if shape is None or shape.IsNull():
-        return np.zeros((0, 2, 2))
-    edges = [vertex_points(edge) for edge in sub_shapes(shape, EDGE) if len(sub_shapes(edge, VERTEX)) == 2]
-    if not edges:
-        return np.zeros((0, 2, 2))
-    return np.asarray(np.unique(np.array(edges)[:, :, :2], axis=0), dtype=np.float64)
-
-
 def _seen(graph: BrepGraph, trimmed: TrimmedFaces, points: FloatArray, axes: ViewAxes) -> BoolArray:
-    """Tell which points have a free way to the viewer, past the faces that they are on."""
+    """Tell from which points the viewer is visible, past the faces that the points are on; shape (m,)."""
     angle = np.linspace(0.0, 2.0 * np.pi, EYES, endpoint=False)
     beside = LOOK_PAST * graph.size_mm * (np.stack([np.cos(angle), np.sin(angle)], axis=1) @ axes.plane)
     starts = points[:, None] + beside + CLEAR * LOOK_PAST * graph.size_mm * axes.toward

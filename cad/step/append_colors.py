@@ -11,20 +11,18 @@ from collections.abc import Sequence
 from cad.step.append import EntityWriter, with_entities
 from cad.step.part21 import Part21File, index_part21
 from cad.step.part21_values import Instance, Ref, format_real
+from wpcal.brep.mesh import Rgb
 from wpcal.core.errors import FormatError
 
-Color = tuple[float, float, float]
-"""sRGB as a file writes it, in 0…1."""
 
-
-def with_solid_colors(text: bytes, colors: Sequence[Color], *, name: str) -> bytes:
+def with_solid_colors(text: bytes, colors: Sequence[Rgb], *, name: str) -> bytes:
     """Give every solid of a STEP file a colour.
 
     Parameters
     ----------
     text : bytes
         With one solid in every ``ADVANCED_BREP_SHAPE_REPRESENTATION``, and without colours.
-    colors : sequence of Color
+    colors : sequence of Rgb
         One a solid, in the order of the representations.
     name : str
         The file, for messages.
@@ -66,7 +64,7 @@ def _solid_and_context(file: Part21File, representation: Instance) -> tuple[int,
     return int(solids[0]), int(context)
 
 
-def _add_style(writer: EntityWriter, color: Color) -> str:
+def _add_style(writer: EntityWriter, color: Rgb) -> str:
     """Add a style that fills both sides of every face with a colour, and return its assignment (ISO 10303-46)."""
     colour = writer.add(f"COLOUR_RGB('',{','.join(format_real(v) for v in color)})")
     fill = writer.add(f"FILL_AREA_STYLE_COLOUR('',{colour})")

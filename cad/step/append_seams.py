@@ -15,6 +15,7 @@ import numpy as np
 from cad.step.append import Assembly, EntityWriter, add_component, add_product
 from cad.step.part21 import Part21File
 from cad.step.part21_values import encode_string, format_real
+from wpcal.brep.mesh import Rgb
 from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
@@ -49,7 +50,7 @@ class SeamCurve:
 
     name: str
     points_part: FloatArray
-    color_rgb: tuple[float, float, float]
+    color_rgb: Rgb
 
     def __post_init__(self) -> None:
         points = as_points(self.points_part, name=f"seam {self.name}")

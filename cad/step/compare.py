@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_LayerTool, XCAFDoc_ShapeTool
 
-from cad.kernel import ocp as kernel
-from cad.kernel.ocp import KernelObject
+from cad.kernel.call import KernelObject
+from cad.kernel.geometry import edge_length, has_triangles_only, mesh_points, surface_kind, vertex_points
+from cad.kernel.topology import EDGE, FACE, compound, sub_shapes
+from cad.kernel.xcaf import label_color, label_entry, label_name, labels_of, new_label
 from cad.step.append_seams import SEAMS_NAME, SeamCurve
-from cad.step.xcaf_tree import Leaf, StepTree, speakable
+from cad.step.xcaf_tree import Leaf, StepTree, usable_name
+from wpcal.brep.mesh import Rgb
 from wpcal.core.arrays import FloatArray
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
@@ -41,7 +44,7 @@ class StepInventory:
     surfaces: Counter[str]
     vertices: FloatArray
     names: Counter[str]
-    colors: Counter[tuple[float, float, float]]
+    colors: Counter[Rgb]
     layers: Counter[str]
     annotations: Counter[str]
 
@@ -61,37 +64,37 @@ def take_inventory(document: KernelObject, *, without: str = "") -> StepInventor
     """
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     left_out = _entries_of(tool, without) if without else frozenset()
-    whole = kernel.compound(_shapes(kernel.filled(tool.GetFreeShapes), left_out))
-    faces = kernel.sub_shapes(whole, kernel.FACE)
+    whole = compound(_shapes(labels_of(tool.GetFreeShapes), left_out))
+    faces = sub_shapes(whole, FACE)
     names: Counter[str] = Counter()
-    colors: Counter[tuple[float, float, float]] = Counter()
-    for label in kernel.filled(tool.GetShapes):
-        if kernel.label_entry(label) in left_out:
+    colors: Counter[Rgb] = Counter()
+    for label in labels_of(tool.GetShapes):
+        if label_entry(label) in left_out:
             continue
-        for item in (label, *(i for i in _below(label) if kernel.label_entry(_product(i)) not in left_out)):
-            names[kernel.label_name(item)] += 1
-            color = kernel.label_color(item)
+        for item in (label, *(i for i in _below(label) if label_entry(_product(i)) not in left_out)):
+            names[label_name(item)] += 1
+            color = label_color(item)
             if color is not None:
                 colors[color] += 1
-    points = [kernel.vertex_points(whole), *(kernel.mesh_points(face) for face in faces if kernel.is_mesh_face(face))]
-    surfaces = Counter(kernel.surface_kind(face) for face in faces)
+    points = [vertex_points(whole), *(mesh_points(face) for face in faces if has_triangles_only(face))]
+    surfaces = Counter(surface_kind(face) for face in faces)
     layers, annotations = _layers(document, without), _annotations(document)
     return StepInventory(surfaces, np.concatenate(points), names, colors, layers, annotations)
 
 
 def _product(label: KernelObject) -> KernelObject:
     """Product of a component; of any other label the label itself."""
-    product = kernel.new_label()
+    product = new_label()
     return product if XCAFDoc_ShapeTool.GetReferredShape_s(label, product) else label
 
 
 def _entries_of(tool: KernelObject, name: str) -> frozenset[str]:
     """Entries of the assemblies with a name and of their components' products."""
     found = set()
-    for label in kernel.filled(tool.GetShapes):
-        if kernel.label_name(label) == name:
-            found.add(kernel.label_entry(label))
-            found.update(kernel.label_entry(_product(component)) for component in _below(label))
+    for label in labels_of(tool.GetShapes):
+        if label_name(label) == name:
+            found.add(label_entry(label))
+            found.update(label_entry(_product(component)) for component in _below(label))
     return frozenset(found)
 
 
@@ -100,7 +103,7 @@ def _shapes(roots: list[KernelObject], left_out: frozenset[str]) -> list[KernelO
     shapes: list[KernelObject] = []
     for root in roots:
         components = _below(root) if left_out else []
-        kept = [item for item in components if kernel.label_entry(_product(item)) not in left_out]
+        kept = [item for item in components if label_entry(_product(item)) not in left_out]
         shapes.extend(XCAFDoc_ShapeTool.GetShape_s(item) for item in (kept if len(kept) < len(components) else [root]))
     return [shape for shape in shapes if not shape.IsNull()]
 
@@ -108,16 +111,16 @@ def _shapes(roots: list[KernelObject], left_out: frozenset[str]) -> list[KernelO
 def _below(label: KernelObject) -> list[KernelObject]:
     """Components of an assembly, or labelled sub-shapes of a part."""
     if XCAFDoc_ShapeTool.IsAssembly_s(label):
-        return kernel.filled(XCAFDoc_ShapeTool.GetComponents_s, label)
-    return kernel.filled(XCAFDoc_ShapeTool.GetSubShapes_s, label)
+        return labels_of(XCAFDoc_ShapeTool.GetComponents_s, label)
+    return labels_of(XCAFDoc_ShapeTool.GetSubShapes_s, label)
 
 
 def _layers(document: KernelObject, without: str) -> Counter[str]:
     tool = XCAFDoc_DocumentTool.LayerTool_s(document.Main())
-    named = ((kernel.label_name(layer), layer) for layer in kernel.filled(tool.GetLayerLabels))
+    named = ((label_name(layer), layer) for layer in labels_of(tool.GetLayerLabels))
     return Counter(
         {
-            name: len(kernel.filled(XCAFDoc_LayerTool.GetShapesOfLayer_s, layer))
+            name: len(labels_of(XCAFDoc_LayerTool.GetShapesOfLayer_s, layer))
             for name, layer in named
             if not without or name != without
         }
@@ -131,7 +134,7 @@ def _annotations(document: KernelObject) -> Counter[str]:
         "tolerances": tool.GetGeomToleranceLabels,
         "datums": tool.GetDatumLabels,
     }
-    return Counter({name: len(kernel.filled(fill)) for name, fill in fills.items()})
+    return Counter({name: len(labels_of(fill)) for name, fill in fills.items()})
 
 
 def compare_inventories(
@@ -196,7 +199,7 @@ def _nearest(expected: FloatArray, found: FloatArray) -> float:
     return float(max(np.max(there), np.max(back)))
 
 
-def compare_seams(document: KernelObject, T_base_part: RigidTransform, seams: Sequence[SeamCurve]) -> list[Issue]:
+def compare_seam_edges(document: KernelObject, T_base_part: RigidTransform, seams: Sequence[SeamCurve]) -> list[Issue]:
     """Differences between seams and the edges found for them in a document that was read again.
 
     Parameters
@@ -213,7 +216,7 @@ def compare_seams(document: KernelObject, T_base_part: RigidTransform, seams: Se
     found = {leaf.use.path[-1]: leaf for leaf in StepTree(document).leaves() if leaf.use.path[-2:-1] == (SEAMS_NAME,)}
     issues = []
     for seam in seams:
-        leaf = found.get(speakable(seam.name))
+        leaf = found.get(usable_name(seam.name))
         what = "is missing" if leaf is None else _seam_difference(leaf, T_base_part, seam)
         if what:
             issues.append(Issue("moved-seams-differ", f"the written seam {seam.name} {what}", (seam.name,)))
@@ -222,12 +225,12 @@ def compare_seams(document: KernelObject, T_base_part: RigidTransform, seams: Se
 
 def _seam_difference(leaf: Leaf, T_base_part: RigidTransform, seam: SeamCurve) -> str:
     """What is wrong with the edge of a seam; empty when nothing is."""
-    edges = kernel.sub_shapes(leaf.shape.Moved(leaf.use.location), kernel.EDGE)
+    edges = sub_shapes(leaf.shape.Moved(leaf.use.location), EDGE)
     if len(edges) != 1:
         return f"has {len(edges)} edges"
     points = T_base_part.apply(seam.points_part)
     length_mm = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-    off_mm = abs(kernel.edge_length(edges[0]) - length_mm)
+    off_mm = abs(edge_length(edges[0]) - length_mm)
     ends = points[:1] if seam.is_closed else points[[0, -1]]
-    off_mm = max(off_mm, _nearest(ends, kernel.vertex_points(edges[0])))
+    off_mm = max(off_mm, _nearest(ends, vertex_points(edges[0])))
     return f"is off by {off_mm:.3g} mm" if off_mm > VERTEX_ATOL_MM else ""

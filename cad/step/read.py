@@ -8,24 +8,29 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from OCP.IFSelect import IFSelect_ReturnStatus
-from OCP.Interface import Interface_Static
-from OCP.STEPCAFControl import STEPCAFControl_Controller, STEPCAFControl_Reader
+from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.XCAFDoc import XCAFDoc_ShapeTool
 
-from cad.kernel import ocp as kernel
-from cad.kernel.ocp import KernelObject
+from cad.kernel.call import KernelObject, kernel_call, step_settings
+from cad.kernel.topology import EDGE, FACE, SHAPE_KINDS, SOLID, WIRE, NumberedShapes, sub_shapes
+from cad.kernel.xcaf import label_color, label_name, labels_of, new_document
 from cad.step.open_text import read_step_text
 from cad.step.part21 import Part21File
 from cad.step.products import find_roots, unit_name
 from cad.step.solids import LeafShapes, leaf_shapes
-from cad.step.xcaf_tree import Color, Leaf, StepTree, merged, speakable
+from cad.step.xcaf_tree import Leaf, StepTree, merged_layers, usable_name
+from wpcal.brep.mesh import Rgb
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.issue import Issue
+
+READ_SETTINGS: dict[str, int | str] = {"xstep.cascade.unit": "MM", "read.stepcaf.subshapes.name": 1}
+"""Lengths in mm, and the names of faces and edges, which the kernel does not read by default."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +54,7 @@ class StepSolid:
     name: str
     path: tuple[str, ...]
     shape: Any
-    color_rgb: Color | None
+    color_rgb: Rgb | None
     layers: tuple[str, ...]
 
 
@@ -74,7 +79,7 @@ class StepMark:
 
     kind: str
     name: str
-    color_rgb: Color | None
+    color_rgb: Rgb | None
     layers: tuple[str, ...]
     path: tuple[str, ...]
     shape: Any
@@ -163,7 +168,7 @@ def read_step(path: Path | str) -> StepPart:
     """
     path = Path(path)
     file = read_step_text(path)
-    with kernel.kernel_call(f"reading {path}"):
+    with kernel_call(f"reading {path}"):
         document = read_document(path)
         tree = StepTree(document)
         leaves = list(tree.leaves())
@@ -188,19 +193,29 @@ def read_document(path: Path) -> KernelObject:
     FormatError
         When the kernel does not read the file.
     """
-    STEPCAFControl_Controller.Init_s()
-    XCAFDoc_ShapeTool.SetAutoNaming_s(False)  # or nameless shapes are called SOLID and =>[0:1:1:2]
-    Interface_Static.SetCVal_s("xstep.cascade.unit", "MM")
-    Interface_Static.SetIVal_s("read.stepcaf.subshapes.name", 1)  # off by default: names of faces and edges
-    document = kernel.new_document()
-    reader = STEPCAFControl_Reader()
-    for switch in (reader.SetNameMode, reader.SetColorMode, reader.SetLayerMode, reader.SetGDTMode, reader.SetSHUOMode):
-        switch(True)
-    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:  # going on would end the interpreter
-        raise FormatError("the CAD kernel cannot read its text", path=str(path))
-    if not reader.Transfer(document):
-        raise FormatError("the CAD kernel finds no shape it can build", path=str(path))
+    document = new_document()
+    with step_settings(READ_SETTINGS), _without_automatic_names():
+        reader = STEPCAFControl_Reader()
+        for switch in (
+            reader.SetNameMode, reader.SetColorMode, reader.SetLayerMode, reader.SetGDTMode, reader.SetSHUOMode,
+        ):  # fmt: skip
+            switch(True)
+        if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:  # a transfer would now crash
+            raise FormatError("the CAD kernel cannot read its text", path=str(path))
+        if not reader.Transfer(document):
+            raise FormatError("the CAD kernel finds no shape it can build", path=str(path))
     return document
+
+
+@contextmanager
+def _without_automatic_names() -> Iterator[None]:
+    """Keep the kernel from naming nameless shapes SOLID or =>[0:1:1:2]."""
+    before = XCAFDoc_ShapeTool.AutoNaming_s()
+    XCAFDoc_ShapeTool.SetAutoNaming_s(False)
+    try:
+        yield
+    finally:
+        XCAFDoc_ShapeTool.SetAutoNaming_s(before)
 
 
 def _refuse_without_faces(path: Path, leaves: list[Leaf], prepared: dict[str, LeafShapes]) -> None:
@@ -215,11 +230,11 @@ def _refuse_without_faces(path: Path, leaves: list[Leaf], prepared: dict[str, Le
 def _without_open_shells(prepared: dict[str, LeafShapes]) -> tuple[dict[str, LeafShapes], list[Issue]]:
     """Leave open shells out where the file has solids: they are datum planes and other supplemental geometry."""
     bodies = [body for found in prepared.values() for body in found.bodies]
-    shells = sum(body.ShapeType() != kernel.SOLID for body in bodies)
+    shells = sum(body.ShapeType() != SOLID for body in bodies)
     if shells in (0, len(bodies)):
         return prepared, []
     kept = {
-        entry: replace(found, bodies=tuple(body for body in found.bodies if body.ShapeType() == kernel.SOLID))
+        entry: replace(found, bodies=tuple(body for body in found.bodies if body.ShapeType() == SOLID))
         for entry, found in prepared.items()
     }
     return kept, [Issue("open-shells", f"{shells} open shells beside the solids are left out")]
@@ -234,7 +249,7 @@ def _placed_solids(leaves: list[Leaf], prepared: dict[str, LeafShapes], tree: St
             number += 1
             name = _unique_name(own.name or leaf.use.name or f"S{number}", taken)
             placed = shape.Moved(leaf.use.location)
-            layers = merged(leaf.use.layers, own.layers)
+            layers = merged_layers(leaf.use.layers, own.layers)
             yield StepSolid(name, leaf.use.path, placed, leaf.use.color or own.color, layers)
 
 
@@ -243,23 +258,23 @@ class _Attributes:
     """Name, colour and layers of one sub-shape."""
 
     name: str = ""
-    color: Color | None = None
+    color: Rgb | None = None
     layers: tuple[str, ...] = ()
 
 
 def _own_attributes(leaf: Leaf, bodies: tuple[Any, ...], tree: StepTree) -> list[_Attributes]:
     """What the bodies of a leaf are called and look like by themselves; a single body takes its faces' one colour."""
-    places = kernel.shape_map(bodies)
+    numbered = NumberedShapes(bodies)
     found = [_Attributes() for _ in bodies]
     face_colors = set()
-    for label in kernel.filled(XCAFDoc_ShapeTool.GetSubShapes_s, leaf.label):
-        shape, color = XCAFDoc_ShapeTool.GetShape_s(label), kernel.label_color(label)
+    for label in labels_of(XCAFDoc_ShapeTool.GetSubShapes_s, leaf.label):
+        shape, color = XCAFDoc_ShapeTool.GetShape_s(label), label_color(label)
         if shape.IsNull():
             continue
-        at = places.FindIndex(shape)
-        if at:
-            found[at - 1] = _Attributes(speakable(kernel.label_name(label)), color, tree.layers_of(label))
-        elif color is not None and shape.ShapeType() == kernel.FACE:
+        number = numbered.number(shape)
+        if number >= 0:
+            found[number] = _Attributes(usable_name(label_name(label)), color, tree.layers_of(label))
+        elif color is not None and shape.ShapeType() == FACE:
             face_colors.add(color)
     if len(found) == len(face_colors) == 1 and found[0].color is None:
         found[0] = replace(found[0], color=face_colors.pop())
@@ -281,22 +296,22 @@ def _placed_marks(leaves: list[Leaf], prepared: dict[str, LeafShapes], tree: Ste
         if not prepared[leaf.entry].has_faces and not leaf.shape.IsNull():
             yield from _wire_marks(leaf, tree)
             continue
-        for label in kernel.filled(XCAFDoc_ShapeTool.GetSubShapes_s, leaf.label):
+        for label in labels_of(XCAFDoc_ShapeTool.GetSubShapes_s, leaf.label):
             shape = XCAFDoc_ShapeTool.GetShape_s(label)
-            if shape.IsNull() or shape.ShapeType() not in (kernel.FACE, kernel.WIRE, kernel.EDGE):
+            if shape.IsNull() or shape.ShapeType() not in (FACE, WIRE, EDGE):
                 continue
-            name, color, layers = speakable(kernel.label_name(label)), kernel.label_color(label), tree.layers_of(label)
+            name, color, layers = usable_name(label_name(label)), label_color(label), tree.layers_of(label)
             if name or color or layers:
-                kind = kernel.SHAPE_KINDS[shape.ShapeType()]
+                kind = SHAPE_KINDS[shape.ShapeType()]
                 yield StepMark(kind, name, color, layers, use.path, shape.Moved(use.location))
 
 
 def _wire_marks(leaf: Leaf, tree: StepTree) -> Iterator[StepMark]:
     """Every edge of a product without faces; where it has no name, colour or layer of its own it has the product's."""
-    edges = kernel.sub_shapes(leaf.shape, kernel.EDGE)
+    edges = sub_shapes(leaf.shape, EDGE)
     use = leaf.use
     for edge, own in zip(edges, _own_attributes(leaf, tuple(edges), tree), strict=True):
-        placed, layers = edge.Moved(use.location), merged(use.layers, own.layers)
+        placed, layers = edge.Moved(use.location), merged_layers(use.layers, own.layers)
         yield StepMark("edge", own.name or use.name, own.color or use.color, layers, use.path, placed)
 
 

@@ -10,8 +10,9 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid, BRepBuilderAPI_Sewing
 from OCP.BRepCheck import BRepCheck_Shell, BRepCheck_Status
 from OCP.BRepLib import BRepLib
 
-from cad.kernel import ocp as kernel
-from cad.kernel.ocp import KernelObject
+from cad.kernel.call import KernelObject
+from cad.kernel.geometry import has_triangles_only
+from cad.kernel.topology import EDGE, FACE, SHELL, SOLID, ancestors, compound, loose_shapes, shell_of, sub_shapes
 from wpcal.core.issue import Issue
 
 SEWING_TOLERANCES_MM = (0.01, 0.03, 0.1)
@@ -52,18 +53,18 @@ def leaf_shapes(name: str, shape: KernelObject) -> LeafShapes:
     """
     if shape.IsNull():
         return LeafShapes((), (Issue("empty-part", f"{name or 'a part'} has no shape", _ids(name)),), has_faces=False)
-    faces = kernel.sub_shapes(shape, kernel.FACE)
+    faces = sub_shapes(shape, FACE)
     if not faces:
-        edges = len(kernel.sub_shapes(shape, kernel.EDGE))
+        edges = len(sub_shapes(shape, EDGE))
         what = f"no face but {edges} edges, which are given as marks" if edges else "no face: it may be in another file"
         issue = Issue("wires-only" if edges else "empty-part", f"{name or 'a part'} holds {what}", _ids(name))
         return LeafShapes((), (issue,), has_faces=False)
     issues: list[Issue] = []
-    meshed = sum(map(kernel.is_mesh_face, faces))
+    meshed = sum(map(has_triangles_only, faces))
     if meshed:
         issues.append(_mesh_issue(name, meshed, len(faces)))
     bodies = [] if meshed == len(faces) else _bodies(name, shape, issues)
-    loose_edges = len(kernel.loose_shapes(shape, kernel.EDGE, kernel.FACE))
+    loose_edges = len(loose_shapes(shape, EDGE, FACE))
     if loose_edges:
         message = f"{name or 'a part'}: {loose_edges} edges belong to no face (supplemental geometry or wires)"
         issues.append(Issue("free-edges", message, _ids(name)))
@@ -71,10 +72,10 @@ def leaf_shapes(name: str, shape: KernelObject) -> LeafShapes:
 
 
 def _bodies(name: str, shape: KernelObject, issues: list[Issue]) -> list[KernelObject]:
-    solids = kernel.sub_shapes(shape, kernel.SOLID)
+    solids = sub_shapes(shape, SOLID)
     if not solids:
         return _sewn(name, shape, issues)
-    loose = len(kernel.loose_shapes(shape, kernel.FACE, kernel.SOLID))
+    loose = len(loose_shapes(shape, FACE, SOLID))
     if loose:
         message = f"{name or 'a part'}: {loose} faces belong to no solid and are left out"
         issues.append(Issue("loose-faces", message, _ids(name)))
@@ -84,7 +85,7 @@ def _bodies(name: str, shape: KernelObject, issues: list[Issue]) -> list[KernelO
 
 def _check(name: str, bodies: list[KernelObject], issues: list[Issue]) -> None:
     """Report bodies whose surface is not closed or whose faces do not all look the same way."""
-    invalid = sum(not all(map(_is_sound, kernel.sub_shapes(body, kernel.SHELL))) for body in bodies)
+    invalid = sum(not all(map(_is_sound, sub_shapes(body, SHELL))) for body in bodies)
     if invalid:
         message = f"{name or 'a part'}: {invalid} of {len(bodies)} solids are not valid topology"
         issues.append(Issue("invalid-shape", message, _ids(name)))
@@ -100,10 +101,10 @@ def _is_sound(shell: KernelObject) -> bool:
 def _sewn(name: str, shape: KernelObject, issues: list[Issue]) -> list[KernelObject]:
     """Close a product made of faces or shells: as it is when its shells are closed, else sewn."""
     before = _open_edges(shape)
-    shells = kernel.sub_shapes(shape, kernel.SHELL)
-    if not before and shells and not kernel.loose_shapes(shape, kernel.FACE, kernel.SHELL):
+    shells = sub_shapes(shape, SHELL)
+    if not before and shells and not loose_shapes(shape, FACE, SHELL):
         issues.append(_sewing_issue(name, f"{len(shells)} closed shells were made solids"))
-        return _closed_as_solids([kernel.compound(shells)])
+        return _closed_as_solids([compound(shells)])
     tolerance, after, result = _best_sewing(shape)
     if after >= before and shells:
         issues.append(_sewing_issue(name, f"its surface is open ({before} open edges) and sewing does not close it"))
@@ -132,7 +133,7 @@ def _best_sewing(shape: KernelObject) -> tuple[float, int, KernelObject]:
 def _open_edges(shape: KernelObject) -> int:
     """Edges that one face only uses, and once."""
     count = 0
-    for edge, faces in kernel.ancestors(shape, kernel.EDGE, kernel.FACE):
+    for edge, faces in ancestors(shape, EDGE, FACE):
         if len(faces) == 1 and not BRep_Tool.Degenerated_s(edge) and not BRep_Tool.IsClosed_s(edge, faces[0]):
             count += 1
     return count
@@ -142,14 +143,14 @@ def _closed_as_solids(shapes: list[KernelObject]) -> list[KernelObject]:
     """Turn closed shells into solids with their material inside; open shells stay, loose faces become shells."""
     bodies = []
     for shape in shapes:
-        for shell in kernel.sub_shapes(shape, kernel.SHELL):
+        for shell in sub_shapes(shape, SHELL):
             if not BRep_Tool.IsClosed_s(shell):
                 bodies.append(shell)
                 continue
             solid = BRepBuilderAPI_MakeSolid(shell).Solid()
             BRepLib.OrientClosedSolid_s(solid)
             bodies.append(solid)
-        bodies.extend(kernel.shell_of(face) for face in kernel.loose_shapes(shape, kernel.FACE, kernel.SHELL))
+        bodies.extend(shell_of(face) for face in loose_shapes(shape, FACE, SHELL))
     return bodies
 
 

@@ -13,21 +13,22 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
-from OCP.Interface import Interface_Static
 from OCP.STEPCAFControl import STEPCAFControl_Writer
 from OCP.STEPControl import STEPControl_StepModelType
 from OCP.TCollection import TCollection_HAsciiString
 from OCP.TDataStd import TDataStd_Name
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
-from cad.kernel import ocp as kernel
+from cad.kernel.call import KernelObject, kernel_call, step_settings
+from cad.kernel.geometry import to_location
+from cad.kernel.xcaf import label_name, labels_of, to_extended_string
 from cad.step.append import append_placement, with_entities
 from cad.step.append_seams import SEAMS_NAME, SeamCurve, append_seams
 from cad.step.bake import bake_text
-from cad.step.compare import StepInventory, compare_inventories, compare_seams, take_inventory
+from cad.step.compare import StepInventory, compare_inventories, compare_seam_edges, take_inventory
 from cad.step.part21 import index_part21
 from cad.step.read import StepPart, read_document
-from cad.step.xcaf_tree import Color
+from wpcal.brep.mesh import Rgb
 from wpcal.core.arrays import frozen
 from wpcal.core.errors import FormatError, KernelError
 from wpcal.core.issue import Issue
@@ -38,7 +39,7 @@ DEFEATED = "moved-other-way"
 DEFEATS = frozenset({DEFEATED, "moved-faces-differ", "moved-vertices-differ", "moved-seams-differ"})
 """Differences after which a way of writing is given up: the geometry is not where it should be."""
 
-NAMES = {"baked": "moving the geometry in the text", "appended": "appending to the text"}
+WAY_NAMES = {"baked": "moving the geometry in the text", "appended": "appending to the text"}
 """Ways of writing, for a message."""
 
 SCHEMA_AP214, SCHEMA_AP242 = 4, 5
@@ -54,7 +55,7 @@ def write_moved_step(
     path: Path,
     *,
     bake: bool = False,
-    seams: Sequence[tuple[str, ArrayLike, Color]] = (),
+    seams: Sequence[tuple[str, ArrayLike, Rgb]] = (),
 ) -> tuple[Issue, ...]:
     """Write a part moved by a rigid transform, then read the file again and compare.
 
@@ -90,7 +91,7 @@ def write_moved_step(
     job = _Job(part, T_base_part, f"{Path(part.file_name).stem} calibrated", curves)
     ways = (job.baked, job.appended, job.from_document) if bake else (job.appended, job.from_document)
     issues: list[Issue] = []
-    with kernel.kernel_call(f"writing {path}"):
+    with kernel_call(f"writing {path}"):
         before = take_inventory(part.document)
         for way in ways:
             try:
@@ -101,7 +102,7 @@ def write_moved_step(
                 found = [Issue(DEFEATED, str(error))]
             if way == ways[-1] or not any(issue.code in DEFEATS for issue in found):
                 return (*issues, *found)
-            issues.append(Issue(DEFEATED, f"{NAMES[way.__name__]} did not do: {found[0].message}"))
+            issues.append(Issue(DEFEATED, f"{WAY_NAMES[way.__name__]} did not do: {found[0].message}"))
     raise KernelError(f"writing {path}: no way of writing was tried")
 
 
@@ -147,7 +148,7 @@ class _Job:
         document = read_document(path)
         after = take_inventory(document, without=SEAMS_NAME if self.seams else "")
         found = compare_inventories(before, after, self.T_base_part, added=added)
-        return found + compare_seams(document, self.T_base_part, self.seams)
+        return found + compare_seam_edges(document, self.T_base_part, self.seams)
 
 
 def _text_from_document(
@@ -163,36 +164,39 @@ def _text_from_document(
         return written.read_bytes(), added
 
 
-def _wrap_free_shapes(document: kernel.KernelObject, T_base_part: RigidTransform, name: str) -> Counter[str]:
+def _wrap_free_shapes(document: KernelObject, T_base_part: RigidTransform, name: str) -> Counter[str]:
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
-    free = kernel.filled(tool.GetFreeShapes)
+    free = labels_of(tool.GetFreeShapes)
     top = tool.NewShape()
-    TDataStd_Name.Set_s(top, kernel.extended(name))
+    TDataStd_Name.Set_s(top, to_extended_string(name))
     added = Counter([name])
     for label in free:
-        component = tool.AddComponent(top, label, kernel.to_location(T_base_part))
-        text = kernel.label_name(label) or name
-        TDataStd_Name.Set_s(component, kernel.extended(text))
+        component = tool.AddComponent(top, label, to_location(T_base_part))
+        text = label_name(label) or name
+        TDataStd_Name.Set_s(component, to_extended_string(text))
         added[text] += 1
     tool.UpdateAssemblies()
     return added
 
 
-def _write_document(document: kernel.KernelObject, path: Path, part: StepPart, *, with_annotations: bool) -> None:
+def _write_document(document: KernelObject, path: Path, part: StepPart, *, with_annotations: bool) -> None:
     """Write an XCAF document in the part's unit and with the part's own time stamp.
 
     The writer says RetError of files with annotations that read back well, so its status is not asked: the file is read
     again and compared.
     """
-    Interface_Static.SetIVal_s("write.stepcaf.subshapes.name", 1)
-    Interface_Static.SetIVal_s("write.step.schema", SCHEMA_AP242 if with_annotations else SCHEMA_AP214)
-    Interface_Static.SetCVal_s("write.step.unit", KERNEL_UNITS.get(part.unit, "MM"))
-    writer = STEPCAFControl_Writer()
-    for switch in (writer.SetNameMode, writer.SetColorMode, writer.SetLayerMode, writer.SetDimTolMode):
-        switch(True)
-    writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
-    header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
-    header.SetTimeStamp(TCollection_HAsciiString(part.source.time_stamp))
-    writer.Write(str(path))
+    settings: dict[str, int | str] = {
+        "write.stepcaf.subshapes.name": 1,
+        "write.step.schema": SCHEMA_AP242 if with_annotations else SCHEMA_AP214,
+        "write.step.unit": KERNEL_UNITS.get(part.unit, "MM"),
+    }
+    with step_settings(settings):
+        writer = STEPCAFControl_Writer()
+        for switch in (writer.SetNameMode, writer.SetColorMode, writer.SetLayerMode, writer.SetDimTolMode):
+            switch(True)
+        writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
+        header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
+        header.SetTimeStamp(TCollection_HAsciiString(part.source.time_stamp))
+        writer.Write(str(path))
     if not path.exists():
         raise KernelError(f"{part.file_name}: the CAD kernel wrote no file")

@@ -9,23 +9,21 @@ from typing import Any
 from OCP.TopLoc import TopLoc_Location
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_LayerTool, XCAFDoc_ShapeTool
 
-from cad.kernel import ocp as kernel
-from cad.kernel.ocp import KernelObject
-
-Color = tuple[float, float, float]
-"""sRGB as the file writes it, in 0…1."""
+from cad.kernel.call import KernelObject
+from cad.kernel.xcaf import label_color, label_entry, label_name, labels_of, new_label
+from wpcal.brep.mesh import Rgb
 
 EMPTY_NAMES = frozenset({"", "NONE", "NULL"})
 """What exporters write where there is no name (SolidWorks: 'NONE' on every face and edge)."""
 
 
-def speakable(name: str) -> str:
+def usable_name(name: str) -> str:
     """One line without blanks at its ends; empty for the words that stand for no name."""
     line = " ".join(name.split())
     return "" if line.upper() in EMPTY_NAMES else line
 
 
-def merged(layers: tuple[str, ...], more: tuple[str, ...]) -> tuple[str, ...]:
+def merged_layers(layers: tuple[str, ...], more: tuple[str, ...]) -> tuple[str, ...]:
     """Layers of both, each once, in order."""
     return tuple(dict.fromkeys((*layers, *more)))
 
@@ -51,7 +49,7 @@ class Use:
     location: Any
     path: tuple[str, ...] = ()
     name: str = ""
-    color: Color | None = None
+    color: Rgb | None = None
     layers: tuple[str, ...] = ()
 
 
@@ -86,19 +84,19 @@ class StepTree:
 
     def __post_init__(self) -> None:
         tool = XCAFDoc_DocumentTool.LayerTool_s(self.document.Main())
-        for layer in kernel.filled(tool.GetLayerLabels):
-            for label in kernel.filled(XCAFDoc_LayerTool.GetShapesOfLayer_s, layer):
-                entry = kernel.label_entry(label)
-                self.layers[entry] = merged(self.layers.get(entry, ()), (kernel.label_name(layer),))
+        for layer in labels_of(tool.GetLayerLabels):
+            for label in labels_of(XCAFDoc_LayerTool.GetShapesOfLayer_s, layer):
+                entry = label_entry(label)
+                self.layers[entry] = merged_layers(self.layers.get(entry, ()), (label_name(layer),))
 
     def layers_of(self, label: KernelObject) -> tuple[str, ...]:
         """Layers of a label, in the order of the document."""
-        return self.layers.get(kernel.label_entry(label), ()) if self.layers else ()
+        return self.layers.get(label_entry(label), ()) if self.layers else ()
 
     def leaves(self) -> Iterator[Leaf]:
         """All uses of all leaves, in the order of the file."""
         tool = XCAFDoc_DocumentTool.ShapeTool_s(self.document.Main())
-        for root in kernel.filled(tool.GetFreeShapes):
+        for root in labels_of(tool.GetFreeShapes):
             yield from self._below(root, Use(TopLoc_Location()))
 
     def _below(self, label: KernelObject, use: Use) -> Iterator[Leaf]:
@@ -106,29 +104,29 @@ class StepTree:
         use = self._joined(use, label)
         use = replace(use, path=use.path or ((use.name,) if use.name else ()))
         if not XCAFDoc_ShapeTool.IsAssembly_s(label):
-            yield Leaf(kernel.label_entry(label), label, XCAFDoc_ShapeTool.GetShape_s(label), use)
+            yield Leaf(label_entry(label), label, XCAFDoc_ShapeTool.GetShape_s(label), use)
             return
-        for component in kernel.filled(XCAFDoc_ShapeTool.GetComponents_s, label):
-            product = kernel.new_label()
+        for component in labels_of(XCAFDoc_ShapeTool.GetComponents_s, label):
+            product = new_label()
             if XCAFDoc_ShapeTool.GetReferredShape_s(component, product):
                 yield from self._below(product, self._component(use, component, product))
 
     def _component(self, use: Use, component: KernelObject, product: KernelObject) -> Use:
         """Use of a component's product: placed by the component, and named by it in the path."""
-        step = speakable(kernel.label_name(component)) or speakable(kernel.label_name(product))
+        step = usable_name(label_name(component)) or usable_name(label_name(product))
         return replace(
             use,
             location=use.location.Multiplied(XCAFDoc_ShapeTool.GetLocation_s(component)),
             path=(*use.path, step) if step else use.path,
-            color=use.color or kernel.label_color(component),
-            layers=merged(use.layers, self.layers_of(component)),
+            color=use.color or label_color(component),
+            layers=merged_layers(use.layers, self.layers_of(component)),
         )
 
     def _joined(self, use: Use, label: KernelObject) -> Use:
         """Use with the product's own name, colour and layers."""
         return replace(
             use,
-            name=speakable(kernel.label_name(label)) or use.name,
-            color=use.color or kernel.label_color(label),
-            layers=merged(use.layers, self.layers_of(label)),
+            name=usable_name(label_name(label)) or use.name,
+            color=use.color or label_color(label),
+            layers=merged_layers(use.layers, self.layers_of(label)),
         )

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from cad.workpiece.workpiece import SeamChoice, Workpiece, find_seams, open_workpiece
+from cad.workpiece.seams import SeamChoice, find_seams
+from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.advise import Advice, advise
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
-from cad.workpiece.workpiece import Workpiece, find_seams, open_workpiece
+from cad.workpiece.seams import find_seams
+from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
-from wpcal.controllers.taught_program import names_as_features
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import blamed_on
 from wpcal.core.issue import Issue
@@ -27,6 +27,7 @@ from wpcal.match import Match, match_points
 from wpcal.seam import Seam
 from wpcal.seam.record import seams_csv, seams_record
 from wpcal.taught.table import TaughtPoints, read_taught
+from wpcal.taught.user_frames import names_as_features
 
 SEAM_RGB = (0.9, 0.2, 0.1)
 """Colour of seams that are written as edges into the moved STEP file (sRGB)."""
@@ -66,7 +67,7 @@ class WorkpieceCalibration:
         """Return the part's shapes as build123d shapes in `base`; shapes that were handed over keep their class."""
         from build123d import Location
 
-        from cad.kernel.ocp import to_location
+        from cad.kernel.geometry import to_location
 
         T = Location(to_location(self.T_base_part))
         source = self.workpiece.source
@@ -136,7 +137,7 @@ def calibrate_workpiece(
     Examples
     --------
     >>> from build123d import Box
-    >>> from wpcal.match import TaughtPoints
+    >>> from wpcal.taught.table import TaughtPoints
     >>> box = Box(100, 60, 20)
     >>> import numpy as np
     >>> corners = np.array([[-50, -30, -10], [50, -30, -10], [50, 30, -10], [-50, 30, 10]], dtype=float)

@@ -11,10 +11,10 @@ from functools import partial
 
 import numpy as np
 
-from cad.workpiece.workpiece import SeamChoice, Workpiece
+from cad.workpiece.seams import SeamChoice
+from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, calibrate
 from wpcal.calibrate.touches.solve import calibrate_touches
-from wpcal.controllers.taught_program import names_as_features
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import blamed_on
 from wpcal.core.progress import Progress, no_progress
@@ -24,6 +24,7 @@ from wpcal.match import name_points
 from wpcal.seam import Seam, SeamOptions
 from wpcal.taught.resolve import named_axes, touches_of
 from wpcal.taught.table import TaughtPoints, pair_points
+from wpcal.taught.user_frames import names_as_features
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from cad.kernel.to_brep import curve_row
-from cad.kernel.topology import explore
+from cad.kernel.topology import EDGE, sub_shape_uses
 from cad.step.read import StepMark
 from wpcal.brep import BrepGraph, CurveKind
 from wpcal.brep.curves import edge_polylines, evaluate_edges
@@ -92,7 +92,7 @@ def _hint(marks: Sequence[StepMark]) -> str:
 
 
 def _edges(shape: Any) -> Iterator[FreeEdge]:
-    for edge, _ in explore(shape, "edge"):
+    for edge, _ in sub_shape_uses(shape, EDGE):
         (kind, frame, param), span, nurbs = curve_row(edge)
         if kind != CurveKind.DEGENERATE:
             yield FreeEdge(kind, np.array(frame), param, span, nurbs)

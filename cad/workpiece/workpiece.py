@@ -1,44 +1,23 @@
-"""A part as read: what can be taught and what can be welded on it."""
+"""A part as read: its faces and edges as arrays, its reference features, and what is odd in its file.
+
+Importing this module does not load the CAD kernel: a process without it can hold and fit a `Workpiece`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from cad.kernel.system_libraries import libgl_explained
-from cad.kernel.to_brep import to_brep
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
-from wpcal.features import ReferenceFeature, Touchable, find_features, judge_features
-from wpcal.seam import Seam, SeamOptions, detect_seams
-from wpcal.seam.edit import PlacedEdit, apply_edits
-from wpcal.seam.find.bead import add_beads
-from wpcal.seam.find.interpenetration import interpenetrating_solids
-
-
-@dataclass(frozen=True, slots=True)
-class SeamChoice:
-    """What a person decided about the seams of a part.
-
-    Parameters
-    ----------
-    edits : tuple of PlacedEdit
-        About candidates (`wpcal.seam.edit.read_edits`).
-    marked : tuple of str
-        Names, layers or colours of edges in the STEP file that are the seams (`marked_edges.find_marked`).
-    edges : tuple of str
-        Places of edges that are seams.
-    """
-
-    edits: tuple[PlacedEdit, ...] = ()
-    marked: tuple[str, ...] = ()
-    edges: tuple[str, ...] = ()
+from wpcal.features import ReferenceFeature, find_features
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +72,7 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
     """
     if isinstance(step, str | Path):
         with libgl_explained():
+            from cad.kernel.to_brep import to_brep
             from cad.step.read import read_step
 
         progress(f"reading {Path(step).name}")
@@ -103,6 +83,8 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
         solids = tuple(solid.shape for solid in part.solids)
         graph = to_brep((solid.name, solid.shape) for solid in part.solids)
         return Workpiece(graph, find_features(graph), part.issues, part, solids=solids)
+    from cad.kernel.to_brep import to_brep
+
     shapes = tuple(step) if isinstance(step, Iterable) and not hasattr(step, "wrapped") else (step,)
     named = _named_solids(shapes)
     if not named:
@@ -112,12 +94,12 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
 
 
 def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:
-    from cad.kernel.topology import explore
+    from cad.kernel.topology import SOLID, sub_shape_uses
 
     named: list[tuple[str, Any]] = []
     taken: set[str] = set()
     for shape in shapes:
-        for solid, _ in explore(shape.wrapped, "solid"):
+        for solid, _ in sub_shape_uses(shape.wrapped, SOLID):
             base = getattr(shape, "label", "") or f"S{len(named) + 1}"
             name, count = base, 1
             while name in taken:
@@ -126,83 +108,3 @@ def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:
             taken.add(name)
             named.append((name, solid))
     return named
-
-
-def find_seams(
-    workpiece: Workpiece, options: SeamOptions, choice: SeamChoice | None = None
-) -> tuple[tuple[Seam, ...], Workpiece]:
-    """Find the seams of a workpiece; solids that run into each other are cut by the kernel first.
-
-    Parameters
-    ----------
-    workpiece : Workpiece
-    options : SeamOptions
-    choice : SeamChoice, optional
-        What a person decided.
-
-    Returns
-    -------
-    seams : tuple of Seam
-        With frames in `part`.
-    workpiece : Workpiece
-        With the section curves in its graph, and what went wrong with them among its issues.
-    """
-    trimmed = workpiece.trimmed
-    pairs = interpenetrating_solids(workpiece.graph, trimmed)
-    sections = None
-    if len(pairs):
-        from cad.kernel.section import add_sections
-
-        graph, sections, issues = add_sections(workpiece.graph, workpiece.solids, pairs)
-        workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *issues))
-        trimmed = replace(trimmed, graph=graph)
-    choice = choice or SeamChoice()
-    graph, beads = add_beads(workpiece.graph, trimmed, options)
-    marked = None
-    if choice.marked or choice.edges:
-        from cad.workpiece.marked_edges import find_marked
-
-        marks = () if workpiece.source is None else workpiece.source.marks
-        graph, marked = find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
-    workpiece, trimmed = replace(workpiece, graph=graph), replace(trimmed, graph=graph)
-    seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, marked=marked)
-    return apply_edits(graph, trimmed, seams, choice.edits, options), workpiece
-
-
-def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:
-    """Return the reference features of a STEP file, those that are easiest to touch first."""
-    return judge_workpiece(open_workpiece(step, progress=progress), progress=progress)
-
-
-def judge_workpiece(workpiece: Workpiece, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:
-    """Return the reference features of a workpiece, those that are easiest to touch first."""
-    progress("judging features")
-    judged = judge_features(workpiece.graph, workpiece.features, trimmed=workpiece.trimmed)
-    return tuple(sorted(judged, key=lambda item: item.ease))
-
-
-def list_seams(
-    step: Path,
-    *,
-    options: SeamOptions,
-    choice: SeamChoice | None = None,
-    picture: bool = False,
-    mesh: bool = False,
-    progress: Progress = no_progress,
-) -> tuple[tuple[Seam, ...], bytes | None, bytes | None]:
-    """Return the seams of a STEP file, frames in `part`, and where asked a picture of them (PNG) and ``part.glb``."""
-    workpiece = open_workpiece(step, progress=progress)
-    progress("finding seams")
-    seams, workpiece = find_seams(workpiece, options, choice)
-    png, part_glb = None, None
-    if picture:
-        from cad.draw.picture import seams_png
-
-        progress("drawing")
-        png = seams_png(workpiece.graph, seams, Path(step).name)
-    if mesh:
-        from cad.kernel.tessellate import mesh_part
-
-        progress("drawing the part")
-        part_glb, _ = mesh_part(workpiece.source.solids, sha256=workpiece.source.sha256)
-    return seams, png, part_glb

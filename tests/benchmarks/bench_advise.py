@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from cad.workpiece.workpiece import find_seams, open_workpiece
+from cad.workpiece.seams import find_seams
+from cad.workpiece.workpiece import open_workpiece
 from wpcal.advise import advise
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.uncertainty import COVERAGE, error_95, minimax_covariance

@@ -14,7 +14,8 @@ import numpy as np
 from rich.table import Table
 
 from cad.workpiece.calibrate import calibrate_files
-from cad.workpiece.workpiece import find_seams, open_workpiece
+from cad.workpiece.seams import find_seams
+from cad.workpiece.workpiece import open_workpiece
 from wpcal.core.transform import RigidTransform
 from wpcal.seam import SeamOptions
 

@@ -49,12 +49,12 @@ def main() -> Table:
 
 def measured(bays: int) -> dict[str, float]:
     """Write a structure and measure its reading in a fresh process."""
-    from cad.samples.parts import step_text
-    from cad.samples.steel_structure import structure
+    from cad.samples.steel_structure import steel_structure
+    from cad.step.new_file import new_step_text
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "structure.step"
-        path.write_bytes(step_text(structure(bays), "structure", pcurves=False))
+        path.write_bytes(new_step_text(steel_structure(bays), "structure", pcurves=False))
         command = [sys.executable, "-m", "tests.benchmarks.bench_extraction", str(path), str(bays)]
         run: dict[str, float] = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
     return run
@@ -81,7 +81,8 @@ def extraction(path: Path) -> tuple[dict[str, float], int, Any]:
     """Return the seconds of every step, the number of faces, and the seams."""
     from cad.kernel.to_brep import to_brep
     from cad.step.read import read_step
-    from cad.workpiece.workpiece import Workpiece, find_seams
+    from cad.workpiece.seams import find_seams
+    from cad.workpiece.workpiece import Workpiece
     from wpcal.features import find_features
     from wpcal.seam import SeamOptions
 

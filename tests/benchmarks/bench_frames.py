@@ -15,7 +15,7 @@ import numpy as np
 from rich.table import Table
 
 from cad.kernel.to_brep import to_brep
-from cad.kernel.topology import explore
+from cad.kernel.topology import EDGE, FACE, sub_shape_uses
 from cad.samples.parts import box, cut, cylinder
 from wpcal.brep import BrepGraph, CurveKind, SurfaceKind
 from wpcal.seam.path.discretise import Stations
@@ -104,9 +104,9 @@ def kernel_frames(shape: Any, graph: BrepGraph, edge: int, faces: tuple[int, int
 
     from cad.kernel.topology import EdgeMap
 
-    edges, kernel_faces = EdgeMap(), [face for face, _ in explore(shape, "face")]
+    edges, kernel_faces = EdgeMap(), [face for face, _ in sub_shape_uses(shape, FACE)]
     for face in kernel_faces:
-        for kernel_edge, _ in explore(face, "edge"):
+        for kernel_edge, _ in sub_shape_uses(face, EDGE):
             edges.add(kernel_edge)
     curve = BRepAdaptor_Curve(list(edges.shapes())[edge])
     surfaces = [BRep_Tool.Surface_s(kernel_faces[face]) for face in faces]

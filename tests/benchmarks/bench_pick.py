@@ -23,9 +23,9 @@ from cad.pick.part import PickPart, read_pick_part
 from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.server import PickServer
 from cad.pick.session import PickSession
-from cad.samples.parts import step_text
-from cad.samples.steel_structure import structure
-from cad.workpiece.workpiece import SeamChoice
+from cad.samples.steel_structure import steel_structure
+from cad.step.new_file import new_step_text
+from cad.workpiece.seams import SeamChoice
 from tests.benchmarks.timing import least_seconds
 from wpcal.calibrate import calibrate
 from wpcal.core.pairs import PointPairs
@@ -72,7 +72,7 @@ def asking(server: PickServer, rows: Rows) -> Callable[[], object]:
 def row(bays: int, folder: Path) -> list[str]:
     """Measure one part."""
     path = folder / f"structure{bays}.step"
-    path.write_bytes(step_text(structure(bays), "structure", pcurves=False))
+    path.write_bytes(new_step_text(steel_structure(bays), "structure", pcurves=False))
     part = read_pick_part(path, options=SeamOptions(), choice=SeamChoice())
     session = PickSession(part, folder / "taught.csv")
     pairs, rows = touched(part)

@@ -17,8 +17,9 @@ from typing import Any
 from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 from rich.table import Table
 
-from cad.kernel import ocp as kernel
+from cad.kernel.geometry import to_location
 from cad.kernel.tessellate import tessellate
+from cad.kernel.topology import FACE, compound, sub_shapes
 from cad.samples.parts import box, cut, cylinder
 from cad.step.read import read_step
 from tests.benchmarks.timing import least_seconds
@@ -54,7 +55,7 @@ def plates(count: int) -> list[Any]:
             cylinder(5.0, 10.0, (x + 15.0 + 20.0 * (k % 7), y + 40.0 + 60.0 * (k // 7), 0.0), (0.0, 0.0, 1.0))
             for k in range(HOLES)
         ]
-        drilled.append(cut(box(SIDE_MM, SIDE_MM, 10.0, (x, y, 0.0)), kernel.compound(tools)))
+        drilled.append(cut(box(SIDE_MM, SIDE_MM, 10.0, (x, y, 0.0)), compound(tools)))
     return drilled
 
 
@@ -77,7 +78,7 @@ def read_seconds(shapes: list[Any]) -> float:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "plates.step"
         writer = STEPControl_Writer()
-        writer.Transfer(kernel.compound(shapes), STEPControl_StepModelType.STEPControl_AsIs)
+        writer.Transfer(compound(shapes), STEPControl_StepModelType.STEPControl_AsIs)
         writer.Write(str(path))
         start = time.perf_counter()
         read_step(path)
@@ -91,14 +92,14 @@ def real_mix() -> list[tuple[str, Any, Any]]:
     parts = {name: read_step(SHARED_STEP / name) for name in set(names)}
     for i, name in enumerate(names):
         place = [(i % 6) * 1500.0, (i // 6) * 1500.0, 0.0, 0.1 * i, 0.2, 0.3 * i]
-        location = kernel.to_location(RigidTransform.from_six_tuple(place, target="base", source="part"))
+        location = to_location(RigidTransform.from_six_tuple(place, target="base", source="part"))
         solids += [(f"{s.name} {i}", s.shape.Moved(location), s.color_rgb) for s in parts[name].solids]
     return solids
 
 
 def row(solids: list[tuple[str, Any, Any]], seams_count: int) -> list[str]:
     """Faces, triangles and times of one part."""
-    faces = sum(len(kernel.sub_shapes(shape, kernel.FACE)) for _, shape, _ in solids)
+    faces = sum(len(sub_shapes(shape, FACE)) for _, shape, _ in solids)
     start = time.perf_counter()
     mesh = tessellate(solids)
     meshing = time.perf_counter() - start

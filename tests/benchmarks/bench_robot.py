@@ -19,9 +19,9 @@ from wpcal.robot.identify.genetic_tabu import solve_genetic_tabu
 from wpcal.robot.identify.identifiability import Noise
 from wpcal.robot.identify.identification import IdentifyOptions, identify_arm
 from wpcal.robot.identify.least_squares import solve_least_squares
-from wpcal.robot.identify.levenberg_marquardt import pose_errors
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
+from wpcal.robot.identify.pose_residuals import pose_errors
 from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.arm_file import find_arm

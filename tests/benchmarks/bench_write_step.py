@@ -14,7 +14,7 @@ from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
 from OCP.gp import gp_Pnt
 from OCP.STEPControl import STEPControl_Reader, STEPControl_StepModelType, STEPControl_Writer
 
-from cad.kernel import ocp as kernel
+from cad.kernel.topology import compound
 from cad.step.append import append_placement, with_entities
 from cad.step.bake import bake_text
 from cad.step.open_text import read_step_text
@@ -68,7 +68,7 @@ def write_large(path: Path) -> None:
         BRepPrimAPI_MakeBox(gp_Pnt(i % 100 * 20.0, i // 100 * 20.0, 0.0), 10.0, 8.0, 6.0).Shape() for i in range(BOXES)
     ]
     writer = STEPControl_Writer()
-    writer.Transfer(kernel.compound(boxes), STEPControl_StepModelType.STEPControl_AsIs)
+    writer.Transfer(compound(boxes), STEPControl_StepModelType.STEPControl_AsIs)
     writer.Write(str(path))
 
 

@@ -13,7 +13,7 @@ from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.core.arrays import FloatArray
 from wpcal.pages.report import build_report
-from wpcal.results.report_files import read_report_files
+from wpcal.results.folder import read_result_folder
 
 SADDLE = Path(__file__).parents[2] / "fixtures" / "saddle"
 HOSTILE = "</script><img src=x onerror=window.hacked=1>"
@@ -211,7 +211,7 @@ def test_the_factor_of_the_residuals_is_shown(folder: Path, open_page: Any) -> N
 
 
 def test_hostile_names_show_as_text(folder: Path, tmp_path: Path, open_page: Any) -> None:
-    files = read_report_files(folder)
+    files = read_result_folder(folder)
     assert files.part_glb is not None
     mesh = read_part_glb(files.part_glb)
     renamed = [SolidMesh(HOSTILE, s.points, s.triangles, s.edges, s.color_rgb) for s in mesh.solids]
@@ -240,7 +240,7 @@ def test_hostile_names_show_as_text(folder: Path, tmp_path: Path, open_page: Any
 
 
 def test_a_calibration_without_mesh_seams_and_predictions(folder: Path, tmp_path: Path, open_page: Any) -> None:
-    files = read_report_files(folder)
+    files = read_result_folder(folder)
     calibration, records = files.calibration, files.seams
     calibration |= {"verdict": "FAIL", "criteria": None}
     calibration["solver"].pop("trace")

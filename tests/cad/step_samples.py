@@ -15,7 +15,9 @@ from OCP.TDocStd import TDocStd_Document
 from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
-from cad.kernel import ocp as kernel
+from cad.kernel.geometry import to_location
+from cad.kernel.topology import FACE, compound, sub_shapes
+from cad.kernel.xcaf import to_extended_string
 from wpcal.core.transform import RigidTransform
 
 SECOND_USE = RigidTransform.from_six_tuple([100.0, 20.0, 5.0, 0.1, 0.2, 0.3], target="part", source="product")
@@ -32,26 +34,26 @@ def cylinder():
 
 def unsewn_box():
     """Six faces that share no edge and look inwards."""
-    faces = [BRepBuilderAPI_Copy(face).Shape().Reversed() for face in kernel.sub_shapes(box(), kernel.FACE)]
-    return kernel.compound(faces)
+    faces = [BRepBuilderAPI_Copy(face).Shape().Reversed() for face in sub_shapes(box(), FACE)]
+    return compound(faces)
 
 
 def open_box():
     """Five sides of a box as one shell-less set of shared faces."""
-    return kernel.compound(kernel.sub_shapes(box(), kernel.FACE)[:5])
+    return compound(sub_shapes(box(), FACE)[:5])
 
 
 def new_document():
     STEPCAFControl_Controller.Init_s()
     XCAFDoc_ShapeTool.SetAutoNaming_s(False)
-    document = TDocStd_Document(kernel.extended("XmlXCAF"))
+    document = TDocStd_Document(to_extended_string("XmlXCAF"))
     XCAFApp_Application.GetApplication_s().InitDocument(document)
     return document
 
 
 def add_part(document, shape, name, color=None):
     label = XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).AddShape(shape, False)
-    TDataStd_Name.Set_s(label, kernel.extended(name))
+    TDataStd_Name.Set_s(label, to_extended_string(name))
     if color is not None:
         tool = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
         rgb = Quantity_Color(*color, Quantity_TypeOfColor.Quantity_TOC_sRGB)
@@ -84,10 +86,10 @@ def write_assembly(path: Path, unit="MM") -> Path:
     beam = add_part(document, box(), "Träger 'A'", (1.0, 0.5, 0.25))
     pin = add_part(document, cylinder(), "")
     top = tool.NewShape()
-    TDataStd_Name.Set_s(top, kernel.extended("frame"))
+    TDataStd_Name.Set_s(top, to_extended_string("frame"))
     identity = RigidTransform.identity(target="part", source="product")
     for label, name, place in ((beam, "left", identity), (beam, "right", SECOND_USE), (pin, "pin", identity)):
-        component = tool.AddComponent(top, label, kernel.to_location(place))
-        TDataStd_Name.Set_s(component, kernel.extended(name))
+        component = tool.AddComponent(top, label, to_location(place))
+        TDataStd_Name.Set_s(component, to_extended_string(name))
     tool.UpdateAssemblies()
     return write_document(document, path, unit)

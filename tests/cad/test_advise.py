@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from cad.workpiece.advise import AdviseOptions, advise_points
-from cad.workpiece.workpiece import Workpiece, find_seams, open_workpiece
+from cad.workpiece.seams import find_seams
+from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.advise import advise
 from wpcal.calibrate import Criterion, TeachingError, calibrate
 from wpcal.core.errors import GeometryError, InputError

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 from seam_score import expected_seams, is_along, score
 
-from cad.workpiece.workpiece import find_seams, open_workpiece
+from cad.workpiece.seams import find_seams
+from cad.workpiece.workpiece import open_workpiece
 from wpcal.seam import Seam, SeamOptions
 
 PARTS = {"as1-oc-214": ".stp", "box_sides": ".STEP", "tail_section_asm": ".stp"}

@@ -11,7 +11,8 @@ import pytest
 from cad.kernel.to_brep import to_brep
 from cad.samples.parts import box
 from cad.workpiece.calibrate import calibrate_files
-from cad.workpiece.workpiece import SeamChoice, Workpiece, find_seams, open_workpiece
+from cad.workpiece.seams import SeamChoice, find_seams
+from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.core.errors import InputError
 from wpcal.seam import Seam, SeamOptions, SeamSource
 

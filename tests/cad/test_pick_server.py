@@ -18,7 +18,7 @@ from cad.pick.part import read_pick_part
 from cad.pick.rows import NEW_COLUMNS
 from cad.pick.server import LARGEST_BYTES, PickServer
 from cad.pick.session import PickSession
-from cad.workpiece.workpiece import SeamChoice
+from cad.workpiece.seams import SeamChoice
 from wpcal.core.errors import InputError
 from wpcal.seam import SeamOptions
 

@@ -86,10 +86,10 @@ def test_left_of_a_boundary_is_inside_and_right_is_outside(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_kernel_has_the_same_points_on_its_faces(name: str) -> None:
-    from cad.kernel.topology import explore
+    from cad.kernel.topology import FACE, sub_shape_uses
 
     shape = shapes()[name]
-    graph, kernel_faces = to_brep([("S", shape)]), [face for face, _ in explore(shape, "face")]
+    graph, kernel_faces = to_brep([("S", shape)]), [face for face, _ in sub_shape_uses(shape, FACE)]
     trimmed, rng = TrimmedFaces.of(graph), np.random.default_rng(0)
     low, high = trimmed.face_box
     both = set()

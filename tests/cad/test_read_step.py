@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad.kernel import ocp as kernel
+from cad.kernel.geometry import vertex_points
+from cad.kernel.topology import EDGE, FACE, SHELL, SOLID, compound, sub_shapes
 from cad.step.read import read_step
 from wpcal.core.errors import FormatError, InputError
 
@@ -39,7 +40,7 @@ def test_uses_of_a_part_are_placed_and_numbered(tmp_path: Path) -> None:
     part = read_step(write_assembly(tmp_path / "frame.step"))
     assert [solid.name for solid in part.solids[:2]] == ["Träger 'A'", "Träger 'A'#2"]
     assert [solid.path for solid in part.solids] == [("frame", "left"), ("frame", "right"), ("frame", "pin")]
-    first, second = (sorted_rows(kernel.vertex_points(solid.shape)) for solid in part.solids[:2])
+    first, second = (sorted_rows(vertex_points(solid.shape)) for solid in part.solids[:2])
     np.testing.assert_allclose(first, sorted_rows(np.array(BOX, dtype=float)), rtol=0, atol=WRITER_ATOL_MM)
     np.testing.assert_allclose(
         second, sorted_rows(SECOND_USE.apply(np.array(BOX, dtype=float))), rtol=0, atol=WRITER_ATOL_MM
@@ -54,7 +55,7 @@ def test_another_unit_is_an_issue_and_the_geometry_is_in_mm(tmp_path: Path, unit
     assert part.unit == name
     assert [issue.code for issue in part.issues] == ["unit-not-mm"]
     np.testing.assert_allclose(
-        sorted_rows(kernel.vertex_points(part.solids[0].shape)),
+        sorted_rows(vertex_points(part.solids[0].shape)),
         sorted_rows(np.array(BOX, dtype=float)),
         rtol=0,
         atol=WRITER_ATOL_MM,
@@ -68,7 +69,7 @@ def test_unsewn_faces_become_a_solid_with_its_material_inside(tmp_path: Path) ->
 
     part = read_step(write_part(tmp_path / "part.step", unsewn_box()))
     (solid,) = part.solids
-    assert solid.shape.ShapeType() == kernel.SOLID
+    assert solid.shape.ShapeType() == SOLID
     assert [issue.code for issue in part.issues] == ["unsewn-faces"]
     assert "0.01 mm: 24 open edges before, 0 after" in part.issues[0].message
     properties = GProp_GProps()
@@ -80,15 +81,15 @@ def test_an_open_surface_is_given_as_a_shell(tmp_path: Path) -> None:
     from step_samples import open_box, write_part
 
     part = read_step(write_part(tmp_path / "part.step", open_box()))
-    assert [solid.shape.ShapeType() for solid in part.solids] == [kernel.SHELL]
+    assert [solid.shape.ShapeType() for solid in part.solids] == [SHELL]
     assert [issue.code for issue in part.issues] == ["unsewn-faces"]
 
 
 def test_faces_beside_a_solid_are_an_issue(tmp_path: Path) -> None:
     from step_samples import box, write_part
 
-    extra = kernel.sub_shapes(box((100.0, 0.0, 0.0)), kernel.FACE)[0]
-    part = read_step(write_part(tmp_path / "part.step", kernel.compound([box(), extra])))
+    extra = sub_shapes(box((100.0, 0.0, 0.0)), FACE)[0]
+    part = read_step(write_part(tmp_path / "part.step", compound([box(), extra])))
     assert len(part.solids) == 1
     assert [issue.code for issue in part.issues] == ["loose-faces"]
 
@@ -96,7 +97,7 @@ def test_faces_beside_a_solid_are_an_issue(tmp_path: Path) -> None:
 def test_wires_alone_are_refused(tmp_path: Path) -> None:
     from step_samples import box, write_part
 
-    path = write_part(tmp_path / "wires.step", kernel.compound(kernel.sub_shapes(box(), kernel.EDGE)))
+    path = write_part(tmp_path / "wires.step", compound(sub_shapes(box(), EDGE)))
     with pytest.raises(InputError, match="holds no face"):
         read_step(path)
 
@@ -108,7 +109,7 @@ def test_two_runs_give_the_same(tmp_path: Path) -> None:
     first, second = read_step(path), read_step(path)
     for a, b in zip(first.solids, second.solids, strict=True):
         assert (a.name, a.path, a.color_rgb, a.layers) == (b.name, b.path, b.color_rgb, b.layers)
-        np.testing.assert_array_equal(kernel.vertex_points(a.shape), kernel.vertex_points(b.shape))
+        np.testing.assert_array_equal(vertex_points(a.shape), vertex_points(b.shape))
 
 
 def test_build123d_gets_named_coloured_shapes(tmp_path: Path) -> None:

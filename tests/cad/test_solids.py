@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from cad.kernel import ocp as kernel
+from cad.kernel.topology import compound
 from cad.samples.parts import box
 from cad.step.solids import leaf_shapes
 
@@ -23,9 +23,9 @@ def solid_of(faces: list[Any]) -> Any:
 
 
 def faces() -> list[Any]:
-    from cad.kernel.topology import explore
+    from cad.kernel.topology import FACE, sub_shape_uses
 
-    return [face for face, _ in explore(box(30, 20, 10, (0, 0, 0)), "face")]
+    return [face for face, _ in sub_shape_uses(box(30, 20, 10, (0, 0, 0)), FACE)]
 
 
 @pytest.mark.parametrize(
@@ -38,5 +38,5 @@ def faces() -> list[Any]:
     ids=["box", "open", "one face turned"],
 )
 def test_what_is_wrong_with_a_solid(solid: Any, codes: list[str]) -> None:
-    found = leaf_shapes("plate", kernel.compound([solid]))
+    found = leaf_shapes("plate", compound([solid]))
     assert [issue.code for issue in found.issues] == codes

@@ -3,7 +3,7 @@
 import pytest
 
 from cad.kernel.to_brep import to_brep
-from cad.samples.steel_structure import seam_counts, structure
+from cad.samples.steel_structure import seam_counts, steel_structure
 from wpcal.seam import detect_seams
 
 BAYS = 2
@@ -14,7 +14,7 @@ LENGTH_MM = 1e-6
 
 
 def test_every_seam_of_the_structure_is_found() -> None:
-    graph = to_brep((name, shape) for name, shape, _ in structure(BAYS))
+    graph = to_brep((name, shape) for name, shape, _ in steel_structure(BAYS))
     assert graph.face_count == FACES
     reached = [seam for seam in detect_seams(graph) if seam.accepted]
     count, length = seam_counts(BAYS)

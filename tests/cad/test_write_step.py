@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad.kernel import ocp as kernel
+from cad.kernel.geometry import edge_length, vertex_points
 from cad.step import write as write_step
 from cad.step.append_seams import SEAMS_NAME
 from cad.step.compare import compare_inventories, take_inventory
@@ -47,7 +47,7 @@ def assert_moved(part: StepPart, path: Path) -> None:
     for a, b in zip(part.solids, moved.solids, strict=True):
         assert (a.name, a.color_rgb, a.layers) == (b.name, b.color_rgb, b.layers)
         np.testing.assert_allclose(
-            kernel.vertex_points(b.shape), T_BASE_PART.apply(kernel.vertex_points(a.shape)), rtol=0, atol=MOVED_ATOL_MM
+            vertex_points(b.shape), T_BASE_PART.apply(vertex_points(a.shape)), rtol=0, atol=MOVED_ATOL_MM
         )
 
 
@@ -106,9 +106,9 @@ def test_seams_are_named_coloured_edges_in_a_group(tmp_path: Path, bake: bool) -
         ("edge", "S2", (0.0, 0.5, 1.0), (SEAMS_NAME,)),
     ]
     ends = T_BASE_PART.apply([[0, 0, 0], [10, 5, 0]])
-    np.testing.assert_allclose(kernel.vertex_points(marks[0].shape), ends, rtol=0, atol=MOVED_ATOL_MM)
-    assert len(kernel.vertex_points(marks[1].shape)) == 1  # closed: it ends in the vertex it starts from
-    assert kernel.edge_length(marks[0].shape) == pytest.approx(15.0, rel=0, abs=MOVED_ATOL_MM)
+    np.testing.assert_allclose(vertex_points(marks[0].shape), ends, rtol=0, atol=MOVED_ATOL_MM)
+    assert len(vertex_points(marks[1].shape)) == 1  # closed: it ends in the vertex it starts from
+    assert edge_length(marks[0].shape) == pytest.approx(15.0, rel=0, abs=MOVED_ATOL_MM)
 
 
 def test_a_seam_of_one_point_is_refused(frame: StepPart, tmp_path: Path) -> None:

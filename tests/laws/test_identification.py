@@ -11,11 +11,11 @@ from wpcal.core.rotations import rotation_from_quaternion
 from wpcal.core.tangent import exp_rotation
 from wpcal.robot.identify.error_summary import distances_mm, judge
 from wpcal.robot.identify.identifiability import Noise
-from wpcal.robot.identify.identification import IdentifyOptions, Solver, identify_arm
+from wpcal.robot.identify.identification import IdentificationSolver, IdentifyOptions, identify_arm
 from wpcal.robot.identify.least_squares import solve_least_squares
-from wpcal.robot.identify.levenberg_marquardt import pose_errors
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
+from wpcal.robot.identify.pose_residuals import pose_errors
 from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.robot.kinematics.chain import MDHChain
@@ -158,7 +158,9 @@ def test_too_few_poses_and_far_positions_are_refused():
     with pytest.raises(InputError, match="2 to 70 folds"):
         identify_arm(MH6, observations, options=IdentifyOptions(folds=71))
     with pytest.raises(InputError, match="known base and tool"):
-        identify_arm(MH6, observations, options=IdentifyOptions(solver=Solver.GENETIC_TABU, free_base=True))
+        identify_arm(
+            MH6, observations, options=IdentifyOptions(solver=IdentificationSolver.GENETIC_TABU, free_base=True)
+        )
 
 
 def random_errors(rng):
@@ -177,7 +179,9 @@ def test_genetic_tabu_reaches_what_the_paper_did(preset):
         rng = np.random.default_rng(seed)
         errors = XIONG_2015_ERRORS if preset else random_errors(rng)
         observations = simulate_poses(MH6, errors, random_joints(MH6, 70, rng=rng), rng=rng)
-        result = identify_arm(MH6, observations, options=IdentifyOptions(solver=Solver.GENETIC_TABU, seed=seed))
+        result = identify_arm(
+            MH6, observations, options=IdentifyOptions(solver=IdentificationSolver.GENETIC_TABU, seed=seed)
+        )
         tested.append(result.after.distance_mm.mean)
         steps = dict(zip((p.name for p in result.fit.parameters), result.fit.steps, strict=True))
         found = np.array([steps[p.name] for p in PARAMETERS])
@@ -188,7 +192,7 @@ def test_genetic_tabu_reaches_what_the_paper_did(preset):
 
 def test_genetic_tabu_never_beats_least_squares_by_its_own_measure():
     observations = measured(9, noise=NOISE)
-    search = identify_arm(MH6, observations, options=IdentifyOptions(solver=Solver.GENETIC_TABU))
+    search = identify_arm(MH6, observations, options=IdentifyOptions(solver=IdentificationSolver.GENETIC_TABU))
     exact = identify_arm(MH6, observations)
     r = [np.sum((pose_errors(result.fit.model, MH6.model_angles(observations.joints[result.train]),
                              observations.select(result.train)) / np.repeat([NOISE.sigma_rad, NOISE.sigma_mm], 3)) ** 2)

@@ -1,6 +1,7 @@
 """Weld programs made by hand: any poses, any names, any place of the part."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.seam.record import seams_record
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
+TEE_GOLDEN = Path(__file__).parents[2] / "fixtures" / "tee" / "golden"
 QUARTER = np.pi / 2
 """Rotations about y by a quarter turn are where Rz Ry Rx angles lose one degree of freedom."""
 
@@ -115,12 +117,8 @@ def finished_folder(tmp_path, random_place):
         folder.mkdir()
         record = seams_record(seams, T, [np.full(11, 0.2)] * len(seams))
         (folder / "seams.json").write_text(to_json(record), encoding="utf-8")
-        calibration = {
-            "schema": "wpcal/calibration/1",
-            "verdict": verdict,
-            "tolerance_mm": 0.5,
-            "T_base_part": T.matrix.tolist(),
-        }
+        kept = json.loads((TEE_GOLDEN / "calibration.json").read_text(encoding="utf-8"))
+        calibration = {**kept, "verdict": verdict, "tolerance_mm": 0.5, "T_base_part": T.matrix.tolist()}
         (folder / "calibration.json").write_text(json.dumps(calibration), encoding="utf-8")
         return folder
 

@@ -9,6 +9,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray
 
 Rgb = tuple[float, float, float]
+"""A colour as files write it: sRGB, 0…1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

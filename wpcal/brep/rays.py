@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from wpcal.brep.crossing import find_crossings, heights
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
@@ -17,7 +18,6 @@ CHUNK = 5000
 """Rays that are followed together: some 50 MB at ten faces each."""
 STEPS = 12
 """Samples of a ray inside the box of a face; between two on different sides it goes through."""
-SECANT_ROUNDS = 4
 THIN_MM = 0.1
 """Boxes of plane faces are thickened by this, so that a ray across one has samples on both sides."""
 
@@ -53,28 +53,18 @@ def _is_blocked(
     ray, face, low, high = _through_boxes(trimmed, origins, rays, length)
     blocked = np.zeros(len(origins), dtype=bool)
     t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, STEPS)
-    side = _height(graph, np.repeat(face, STEPS), origins, rays, np.repeat(ray, STEPS), t.ravel()).reshape(t.shape)
+    points = origins[ray, None] + t[..., None] * rays[ray, None]
+    side = heights(graph, np.repeat(face, STEPS), points.reshape(-1, 3)).reshape(t.shape)
     row, column = np.nonzero((side[:, :-1] > 0) != (side[:, 1:] > 0))
-    a, b = t[row, column], t[row, column + 1]
-    ha, hb = side[row, column], side[row, column + 1]
-    for _ in range(SECANT_ROUNDS):
-        middle = a - ha * (b - a) / np.where(hb == ha, 1.0, hb - ha)
-        hm = _height(graph, face[row], origins, rays, ray[row], middle)
-        same = (hm > 0) == (ha > 0)
-        a, ha = np.where(same, middle, a), np.where(same, hm, ha)
-        b, hb = np.where(same, b, middle), np.where(same, hb, hm)
-    hit = origins[ray[row]] + ((a + b) / 2)[:, None] * rays[ray[row]]
-    foot = project_to_faces(graph, face[row], hit)
-    blocked[ray[row][trimmed.contains(face[row], foot.uv)]] = True
+    ray, face = ray[row], face[row]
+
+    def height(at: FloatArray) -> FloatArray:
+        return heights(graph, face, origins[ray] + at[:, None] * rays[ray])
+
+    at = find_crossings(height, t[row, column], t[row, column + 1])
+    foot = project_to_faces(graph, face, origins[ray] + at[:, None] * rays[ray])
+    blocked[ray[trimmed.contains(face, foot.uv)]] = True
     return blocked
-
-
-def _height(
-    graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray, ray: IntArray, t: FloatArray
-) -> FloatArray:
-    points = origins[ray] + t[:, None] * rays[ray]
-    foot = project_to_faces(graph, face, points)
-    return np.asarray(np.einsum("ki,ki->k", points - foot.p, foot.normal), dtype=np.float64)
 
 
 def _through_boxes(

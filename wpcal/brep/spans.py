@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -181,20 +182,38 @@ class _Surfaces:
         return p, du, dv
 
 
+Group = TypeVar("Group", _Curves, _Surfaces)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class CurveSet:
-    """Many NURBS curves.
+class _SplineSet(Generic[Group]):
+    """Many splines, taken apart in groups of equal degree.
 
     Parameters
     ----------
     group, place : ndarray of int, shape (n,)
-        The group of equal degree of each curve, and its place there.
+        The group of each spline, and its place there.
     groups : tuple
     """
 
     group: IntArray
     place: IntArray
-    groups: tuple[_Curves, ...]
+    groups: tuple[Group, ...]
+
+    def _evaluate(self, spline: IntArray, t: FloatArray, columns: int) -> tuple[FloatArray, ...]:
+        """Return point and derivatives on splines (m,) at parameters t, (m,) or (m, 2); arrays (m, 3)."""
+        found = tuple(np.empty((len(t), 3)) for _ in range(columns))
+        for number, group in enumerate(self.groups):
+            for rows in _chunks(np.flatnonzero(self.group[spline] == number)):
+                for column, values in zip(found, group.evaluate(self.place[spline[rows]], t[rows]), strict=True):
+                    column[rows] = values
+        return found
+
+
+class CurveSet(_SplineSet[_Curves]):
+    """Many NURBS curves, evaluated together."""
+
+    __slots__ = ()
 
     @classmethod
     def of(cls, curves: Sequence[NurbsCurve]) -> CurveSet:
@@ -203,28 +222,27 @@ class CurveSet:
         return cls(group, place, tuple(_Curves.of([curves[i] for i in rows]) for rows in members))
 
     def evaluate(self, curve: IntArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return points and first derivatives on curves (m,) at parameters t (m,); two arrays (m, 3)."""
-        p, slope = np.empty((len(t), 3)), np.empty((len(t), 3))
-        for number, group in enumerate(self.groups):
-            for rows in _chunks(np.flatnonzero(self.group[curve] == number)):
-                p[rows], slope[rows] = group.evaluate(self.place[curve[rows]], t[rows])
+        """Return points and first derivatives on curves.
+
+        Parameters
+        ----------
+        curve : ndarray of int, shape (m,)
+        t : ndarray, shape (m,)
+            Parameters.
+
+        Returns
+        -------
+        p, slope : ndarray, shape (m, 3)
+            mm, and mm per unit of t.
+        """
+        p, slope = self._evaluate(curve, t, 2)
         return p, slope
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SurfaceSet:
-    """Many NURBS surfaces.
+class SurfaceSet(_SplineSet[_Surfaces]):
+    """Many NURBS surfaces, evaluated together."""
 
-    Parameters
-    ----------
-    group, place : ndarray of int, shape (n,)
-        The group of equal degrees of each surface, and its place there.
-    groups : tuple
-    """
-
-    group: IntArray
-    place: IntArray
-    groups: tuple[_Surfaces, ...]
+    __slots__ = ()
 
     @classmethod
     def of(cls, surfaces: Sequence[NurbsSurface]) -> SurfaceSet:
@@ -233,11 +251,20 @@ class SurfaceSet:
         return cls(group, place, tuple(_Surfaces.of([surfaces[i] for i in rows]) for rows in members))
 
     def evaluate(self, surface: IntArray, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return points and the derivatives along u and v on surfaces (m,) at uv (m, 2); three arrays (m, 3)."""
-        p, du, dv = (np.empty((len(uv), 3)) for _ in range(3))
-        for number, group in enumerate(self.groups):
-            for rows in _chunks(np.flatnonzero(self.group[surface] == number)):
-                p[rows], du[rows], dv[rows] = group.evaluate(self.place[surface[rows]], uv[rows])
+        """Return points and the derivatives along u and v on surfaces.
+
+        Parameters
+        ----------
+        surface : ndarray of int, shape (m,)
+        uv : ndarray, shape (m, 2)
+            Parameters.
+
+        Returns
+        -------
+        p, du, dv : ndarray, shape (m, 3)
+            mm, and mm per unit of u and v.
+        """
+        p, du, dv = self._evaluate(surface, uv, 3)
         return p, du, dv
 
 

@@ -19,9 +19,9 @@ def report(*, folder: Path, out: Path | None, force: bool) -> int:
     """
     from wpcal.core.records import write_file
     from wpcal.pages.report import build_report
-    from wpcal.results.report_files import read_report_files
+    from wpcal.results.folder import read_result_folder
 
-    found = read_report_files(folder)
+    found = read_result_folder(folder)
     target = out or folder / "report.html"
     write_file(target, build_report(found.calibration, found.seams, found.part_glb), overwrite=force)
     click.echo(f"wrote {target}")

@@ -2,8 +2,8 @@
 
 from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldPath, WeldProgram, build_program
 from wpcal.controllers.registry import Exporter, exporter_named, exporter_names
-from wpcal.controllers.taught_program import ProgramReading, read_taught_program
 from wpcal.controllers.torch import ToolAxis, TorchSettings, measure_torch, tool_rotations, wire_directions
+from wpcal.taught.user_frames import ProgramReading, read_taught_program
 
 __all__ = [
     "ControllerSettings",

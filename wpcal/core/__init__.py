@@ -2,6 +2,7 @@
 
 from wpcal.core.errors import (
     ConvergenceError,
+    ErrorCode,
     FormatError,
     FrameError,
     GeometryError,
@@ -17,6 +18,7 @@ from wpcal.core.transform import RigidTransform, SixTuple
 
 __all__ = [
     "ConvergenceError",
+    "ErrorCode",
     "FormatError",
     "FrameError",
     "GeometryError",

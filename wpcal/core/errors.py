@@ -4,13 +4,62 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from typing import Any
 
 
+class ErrorCode(StrEnum):
+    """Every code of an error, for programs: a message may be reworded, its code stays.
+
+    The first seven are the usual codes of the classes below. The others name one cause each, where a page or a command
+    acts on the cause. Extensions may use other words.
+    """
+
+    INPUT = "input"
+    """The data cannot be used, and no other code says why."""
+    FRAME = "frame"
+    """Two quantities are in different frames."""
+    UNIT = "unit"
+    """A unit is missing, unknown or implausible."""
+    GEOMETRY = "geometry"
+    """The geometry is degenerate."""
+    FORMAT = "format"
+    """A file breaks its format."""
+    CONVERGENCE = "convergence"
+    """A solver stopped before its goal."""
+    KERNEL = "kernel"
+    """The CAD kernel failed."""
+    EXISTS = "exists"
+    """An output file or folder already exists; the caller must allow overwriting."""
+    USER_FRAME_MISSING = "user-frame-missing"
+    """A program does not contain the values of its user frame; the caller must give them."""
+
+
 class WpcalError(Exception):
-    """Anything that wpcal raises on purpose; `exit_code` is what the command line ends with."""
+    """Anything that wpcal raises on purpose.
+
+    Parameters
+    ----------
+    message : str
+        What is wrong, where, what was expected, and what to do.
+    code : str, optional
+        The cause, for programs: an `ErrorCode`. By default the usual code of the class.
+
+    Attributes
+    ----------
+    code : str
+        The cause, for programs.
+    exit_code : int
+        What the command line ends with.
+    """
 
     exit_code = 2
+    code: str = ErrorCode.INPUT
+
+    def __init__(self, message: str = "", *, code: str | None = None) -> None:
+        super().__init__(message)
+        if code is not None:
+            self.code = code
 
 
 class InputError(WpcalError, ValueError):
@@ -18,15 +67,21 @@ class InputError(WpcalError, ValueError):
 
 
 class FrameError(InputError):
-    """Two quantities stand in different frames."""
+    """Two quantities are in different frames."""
+
+    code = ErrorCode.FRAME
 
 
 class UnitError(InputError):
     """A unit is missing, unknown or implausible."""
 
+    code = ErrorCode.UNIT
+
 
 class GeometryError(InputError):
     """Degenerate geometry: collinear, coincident, mirrored, empty or ambiguous."""
+
+    code = ErrorCode.GEOMETRY
 
 
 class FormatError(InputError):
@@ -42,6 +97,8 @@ class FormatError(InputError):
         Line in the file, counted from 1.
     column : str or int, optional
         Name of the column, or its place counted from 1.
+    code : str, optional
+        The cause, for programs: an `ErrorCode`.
 
     Attributes
     ----------
@@ -49,8 +106,16 @@ class FormatError(InputError):
         The message without the place.
     """
 
+    code = ErrorCode.FORMAT
+
     def __init__(
-        self, message: str, *, path: str | None = None, line: int | None = None, column: str | int | None = None
+        self,
+        message: str,
+        *,
+        path: str | None = None,
+        line: int | None = None,
+        column: str | int | None = None,
+        code: str | None = None,
     ) -> None:
         self.what, self.path, self.line, self.column = message, path, line, column
         place = ", ".join(
@@ -62,24 +127,24 @@ class FormatError(InputError):
             )
             if part
         )
-        super().__init__(f"{place}: {message}" if place else message)
+        super().__init__(f"{place}: {message}" if place else message, code=code)
 
 
 @contextmanager
 def blamed_on(path: str) -> Iterator[None]:
-    """Name the file that the data came from in a `GeometryError` or `UnitError` raised inside; no file, no change.
+    """Put the file's name before the message of a `GeometryError` or `UnitError` raised inside.
 
     Parameters
     ----------
     path : str
-        The file, as the user named it; may be empty.
+        The file, as the user named it. If it is empty, the error passes unchanged.
     """
     try:
         yield
     except (GeometryError, UnitError) as error:
         if not path:
             raise
-        raise type(error)(f"{path}: {error}") from None
+        raise type(error)(f"{path}: {error}", code=error.code) from None
 
 
 class ConvergenceError(WpcalError, RuntimeError):
@@ -91,16 +156,20 @@ class ConvergenceError(WpcalError, RuntimeError):
         What was not reached.
     best : object, optional
         The best answer found.
+    code : str, optional
+        The cause, for programs: an `ErrorCode`.
     """
 
     exit_code = 1
+    code = ErrorCode.CONVERGENCE
 
-    def __init__(self, message: str, *, best: Any = None) -> None:
+    def __init__(self, message: str, *, best: Any = None, code: str | None = None) -> None:
         self.best = best
-        super().__init__(message)
+        super().__init__(message, code=code)
 
 
 class KernelError(WpcalError, RuntimeError):
     """The CAD kernel failed; raised in `cad` only."""
 
     exit_code = 70
+    code = ErrorCode.KERNEL

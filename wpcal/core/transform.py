@@ -164,6 +164,19 @@ class RigidTransform:
         """Carry directions (no translation) from `source` to `target`; shape (..., 3)."""
         return np.asarray(np.asarray(directions, dtype=np.float64) @ self.R.T, dtype=np.float64)
 
+    def relabelled(self, *, target: str, source: str) -> RigidTransform:
+        """Return the same motion between frames of other names.
+
+        For a transform that was computed under general names, such as the `part` and `base` of a calibration, and
+        joins two frames that the caller knows by other names. This switches off the check of `@` for this one step.
+
+        Examples
+        --------
+        >>> RigidTransform.identity(target="base", source="part").relabelled(target="base1", source="base2").source
+        'base2'
+        """
+        return RigidTransform(self.R, self.t_mm, target, source)
+
     def inverse(self) -> RigidTransform:
         """Return ``T_source_target``."""
         return RigidTransform(self.R.T, -self.R.T @ self.t_mm, self.source, self.target)

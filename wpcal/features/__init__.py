@@ -1,7 +1,7 @@
 """Reference features: what a person can touch on the part, named."""
 
 from wpcal.features.choose import choose_features
-from wpcal.features.find import find_features
+from wpcal.features.detect import find_features
 from wpcal.features.reference import (
     POINT_KINDS,
     FeatureKind,

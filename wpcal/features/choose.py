@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fnmatch import fnmatchcase
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.features.reference import FeatureKind, ReferenceFeature
+
+Condition: TypeAlias = Callable[[ReferenceFeature], bool]
 
 
 def choose_features(
@@ -43,19 +47,32 @@ def choose_features(
     InputError
         When a solid's name fits none, or `near` is not three finite numbers.
     """
-    if solid is not None and not any(fnmatchcase(feature.solid, solid) for feature in features):
-        names = sorted({feature.solid for feature in features})
-        raise InputError(f"no solid is called {solid!r}; the part has {', '.join(names) or 'none'}")
-    chosen = [
-        feature
-        for feature in features
-        if (not kinds or feature.kind in kinds)
-        and (solid is None or fnmatchcase(feature.solid, solid))
-        and (min_diameter_mm is None or (feature.diameter_mm or 0.0) >= min_diameter_mm)
-    ]
+    conditions = _conditions(features, kinds, solid, min_diameter_mm)
+    chosen = [feature for feature in features if all(holds(feature) for holds in conditions)]
     if near is not None:
-        place = np.asarray(near, dtype=np.float64)
-        if place.shape != (3,) or not np.isfinite(place).all():
-            raise InputError("a place is three numbers x,y,z in mm")
+        place = _place(near)
         chosen.sort(key=lambda feature: float(np.linalg.norm(feature.p_mm - place)))
     return tuple(chosen)
+
+
+def _conditions(
+    features: Sequence[ReferenceFeature], kinds: Sequence[FeatureKind], solid: str | None, min_diameter_mm: float | None
+) -> list[Condition]:
+    conditions: list[Condition] = []
+    if kinds:
+        conditions.append(lambda feature: feature.kind in kinds)
+    if solid is not None:
+        if not any(fnmatchcase(feature.solid, solid) for feature in features):
+            names = sorted({feature.solid for feature in features})
+            raise InputError(f"no solid is called {solid!r}; the part has {', '.join(names) or 'none'}")
+        conditions.append(lambda feature: fnmatchcase(feature.solid, solid))
+    if min_diameter_mm is not None:
+        conditions.append(lambda feature: (feature.diameter_mm or 0.0) >= min_diameter_mm)
+    return conditions
+
+
+def _place(near: ArrayLike) -> FloatArray:
+    place = np.asarray(near, dtype=np.float64)
+    if place.shape != (3,) or not np.isfinite(place).all():
+        raise InputError("a place is three numbers x,y,z in mm")
+    return place

@@ -8,7 +8,7 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.features.found import NAMING_MM, Found, first_rows, label_equal, positive_axes
+from wpcal.features.columns import NAMING_MM, FeatureColumns, first_rows, label_equal, positive_axes
 from wpcal.features.reference import FeatureKind
 from wpcal.features.slots import TANGENT_COS
 
@@ -22,10 +22,10 @@ FARTHEST_RADII = 10.0
 """A virtual corner lies within so many radii of its round: 9.5 at faces that meet at 11 degrees."""
 
 
-def find_vertices(graph: BrepGraph) -> Found:
+def find_vertices(graph: BrepGraph) -> FeatureColumns:
     """Find the vertices where three edges or more meet."""
     corners = np.flatnonzero(_edges_at_vertices(graph) >= LEAST_CORNER_EDGES)
-    return Found(kind=FeatureKind.VERTEX, p=graph.vertex_p[corners], solid=graph.vertex_solid[corners])
+    return FeatureColumns(kind=FeatureKind.VERTEX, p=graph.vertex_p[corners], solid=graph.vertex_solid[corners])
 
 
 def _edges_at_vertices(graph: BrepGraph) -> IntArray:
@@ -40,11 +40,11 @@ def _straight_edges(graph: BrepGraph) -> IntArray:
     return np.asarray(np.flatnonzero(straight & long_enough), dtype=np.int64)
 
 
-def find_midpoints(graph: BrepGraph) -> Found:
+def find_midpoints(graph: BrepGraph) -> FeatureColumns:
     """Find the middles of straight edges of at least `LEAST_EDGE_MM`."""
     lines = _straight_edges(graph)
     p, slope = evaluate_edges(graph, lines, graph.edge_range[lines].mean(axis=1))
-    return Found(
+    return FeatureColumns(
         kind=FeatureKind.EDGE_MIDPOINT,
         p=p,
         solid=graph.edge_solid[lines],
@@ -53,7 +53,7 @@ def find_midpoints(graph: BrepGraph) -> Found:
     )
 
 
-def find_edge_ends(graph: BrepGraph) -> Found:
+def find_edge_ends(graph: BrepGraph) -> FeatureColumns:
     """Find the ends of straight edges of at least `LEAST_EDGE_MM` that are no corners.
 
     There the edge runs on as an arc or a curve, or a sheet has its border.
@@ -64,7 +64,7 @@ def find_edge_ends(graph: BrepGraph) -> Found:
     count = np.append(_edges_at_vertices(graph), LEAST_CORNER_EDGES)  # no vertex, -1, is the last
     free = count[vertex] < LEAST_CORNER_EDGES
     vertex, edge = vertex[free], edge[free]
-    return Found(
+    return FeatureColumns(
         kind=FeatureKind.EDGE_END,
         p=graph.vertex_p[vertex],
         solid=graph.vertex_solid[vertex],
@@ -72,7 +72,7 @@ def find_edge_ends(graph: BrepGraph) -> Found:
     )
 
 
-def find_virtual_corners(graph: BrepGraph) -> Found:
+def find_virtual_corners(graph: BrepGraph) -> FeatureColumns:
     """Find the corners that rounds took away: where three planes around the end of a round meet.
 
     A round is a convex cylinder face that two plane faces continue. The third plane is the one where the round ends, or
@@ -93,7 +93,7 @@ def find_virtual_corners(graph: BrepGraph) -> Found:
     p, plane3, radius = p[is_near], plane3[is_near], radius[is_near]
     solid = graph.face_solid[plane3[:, 0]]
     once = first_rows(label_equal(solid, np.round(p / NAMING_MM)))
-    return Found(
+    return FeatureColumns(
         kind=FeatureKind.VIRTUAL_CORNER,
         p=p[once],
         solid=solid[once],

@@ -8,13 +8,13 @@ import numpy as np
 
 from wpcal.brep.graph import SurfaceKind
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.features.found import NAMING_MM, Found, first_rows, label_equal
+from wpcal.features.columns import NAMING_MM, FeatureColumns, first_rows, label_equal
 from wpcal.features.reference import FeatureKind, HoleForm, HoleStep
 from wpcal.features.rounds import faces_of
 from wpcal.features.walls import Coaxial, Ends, Walls, linked
 
 
-def find_holes(walls: Walls) -> Found:
+def find_holes(walls: Walls) -> FeatureColumns:
     """Find the holes that have at least one whole circle of their wall's own radius as rim.
 
     A counterbore, a countersink or a groove inside belongs to its hole: one feature. The entry is the rim that opens to
@@ -32,7 +32,7 @@ def find_holes(walls: Walls) -> Found:
     body = of_wall[wall]
     steps = _steps(walls, of_wall, ends, body, way)
     before = np.where(way > 0, ends.high[body] - rims.height[rows], rims.height[rows] - ends.low[body])
-    return Found(
+    return FeatureColumns(
         kind=FeatureKind.HOLE,
         p=rims.centre[rows],
         solid=walls.solid[wall],

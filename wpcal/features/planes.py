@@ -7,14 +7,14 @@ import numpy as np
 from wpcal.brep.curves import evaluate_edges, piece_counts
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.features.found import AXIS_ROUND, NAMING_MM, Found, first_rows, label_equal, members, sums
+from wpcal.features.columns import AXIS_ROUND, NAMING_MM, FeatureColumns, first_rows, label_equal, members, sums
 from wpcal.features.reference import FeatureKind
 
 LEAST_AREA_MM2 = 1.0
 """A smaller face gives no plane that three touches of a tip could fix."""
 
 
-def find_planes(graph: BrepGraph) -> Found:
+def find_planes(graph: BrepGraph) -> FeatureColumns:
     """Find the datum planes.
 
     Parameters
@@ -23,7 +23,7 @@ def find_planes(graph: BrepGraph) -> Found:
 
     Returns
     -------
-    Found
+    FeatureColumns
         One row a solid, plane and side: faces in one plane that look the same way are one datum. The point is the
         centroid of their area, which may lie over an opening; the direction is outward.
     """
@@ -37,7 +37,7 @@ def find_planes(graph: BrepGraph) -> Found:
     kept = np.flatnonzero(total >= LEAST_AREA_MM2)
     summed = sums(label, moment, len(first))
     of_label = members(label, faces)
-    return Found(
+    return FeatureColumns(
         kind=FeatureKind.PLANE,
         p=summed[kept] / total[kept, None],
         solid=graph.face_solid[faces[first[kept]]],

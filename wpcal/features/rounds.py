@@ -6,7 +6,16 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.features.found import AXIS_ROUND, NAMING_MM, Found, first_rows, label_equal, members, positive_axes, sums
+from wpcal.features.columns import (
+    AXIS_ROUND,
+    NAMING_MM,
+    FeatureColumns,
+    first_rows,
+    label_equal,
+    members,
+    positive_axes,
+    sums,
+)
 from wpcal.features.reference import FeatureKind
 from wpcal.features.walls import FULL_TURN_RAD, Walls
 
@@ -14,7 +23,7 @@ HALF_TURN_RAD = np.pi - 1e-3
 """A wall that reaches less than half around is a round between faces, and its axis no datum."""
 
 
-def find_circles(graph: BrepGraph) -> Found:
+def find_circles(graph: BrepGraph) -> FeatureColumns:
     """Find the whole circles among the edges: the rims of holes, bosses and pipes."""
     arcs = np.flatnonzero((graph.edge_kind == CurveKind.CIRCLE) & (graph.edge_solid >= 0))
     centre, radius = graph.edge_frame[arcs, 0], graph.edge_param[arcs, 0]
@@ -27,7 +36,7 @@ def find_circles(graph: BrepGraph) -> Found:
     )
     first = first_rows(label)
     first = first[sums(label, np.ptp(graph.edge_range[arcs], axis=1), len(first)) >= FULL_TURN_RAD]
-    return Found(
+    return FeatureColumns(
         kind=FeatureKind.CIRCLE,
         p=centre[first],
         solid=graph.edge_solid[arcs[first]],
@@ -36,13 +45,13 @@ def find_circles(graph: BrepGraph) -> Found:
     )
 
 
-def find_spheres(graph: BrepGraph) -> Found:
+def find_spheres(graph: BrepGraph) -> FeatureColumns:
     """Find the spheres; faces on one sphere are one."""
     faces = np.flatnonzero(graph.face_kind == SurfaceKind.SPHERE)
     centre, radius = graph.face_frame[faces, 0], graph.face_param[faces, 0]
     label = label_equal(graph.face_solid[faces], np.round(centre / NAMING_MM), np.round(radius / NAMING_MM))
     first = first_rows(label)
-    return Found(
+    return FeatureColumns(
         kind=FeatureKind.SPHERE,
         p=centre[first],
         solid=graph.face_solid[faces[first]],
@@ -51,7 +60,7 @@ def find_spheres(graph: BrepGraph) -> Found:
     )
 
 
-def find_bosses(walls: Walls) -> Found:
+def find_bosses(walls: Walls) -> FeatureColumns:
     """Find the round outsides with a free whole rim: bosses, pins, shafts, the outsides of pipes.
 
     The point is the centre of the free rim, of two the upper one.
@@ -61,7 +70,7 @@ def find_bosses(walls: Walls) -> Found:
     rows = best_rows(rims.wall[rows], rims.height[rows], rows)
     wall = rims.wall[rows]
     length = (walls.ends.high - walls.ends.low)[wall]
-    return Found(
+    return FeatureColumns(
         kind=FeatureKind.BOSS,
         p=rims.centre[rows],
         solid=walls.solid[wall],
@@ -86,7 +95,7 @@ def faces_of(walls: Walls, wall: IntArray) -> list[IntArray]:
     return [of_wall[w] for w in wall]
 
 
-def find_axes(walls: Walls) -> Found:
+def find_axes(walls: Walls) -> FeatureColumns:
     """Find the axes of cylinders that reach at least half around; walls of one cylinder are one axis.
 
     The point is the middle of the walls along the axis.
@@ -101,7 +110,7 @@ def find_axes(walls: Walls) -> Found:
     label_of_wall[kept] = label
     faces = np.flatnonzero(walls.of_face >= 0)
     faces = faces[label_of_wall[walls.of_face[faces]] >= 0]
-    return Found(
+    return FeatureColumns(
         kind=FeatureKind.AXIS,
         p=walls.foot[first] + ((low + high) / 2)[:, None] * walls.axis[first],
         solid=walls.solid[first],

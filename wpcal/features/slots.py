@@ -8,7 +8,7 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.features.found import NAMING_MM, Found, label_equal
+from wpcal.features.columns import NAMING_MM, FeatureColumns, label_equal
 from wpcal.features.reference import FeatureKind
 from wpcal.features.walls import Ends, Walls
 
@@ -18,7 +18,7 @@ TANGENT_COS = 1 - 1e-6
 """Normals that differ by less than 0.08 degrees run into each other: CAD systems make tangents to about 1e-6."""
 
 
-def find_slots(walls: Walls) -> Found:
+def find_slots(walls: Walls) -> FeatureColumns:
     """Find the slots with round ends.
 
     The point is the middle of the entry, the direction out of it; the diameter is the width, the length that over all.
@@ -37,7 +37,7 @@ def find_slots(walls: Walls) -> Found:
     height = np.where(is_upper, ends.high, ends.low)
     apart = walls.foot[second] - walls.foot[first]
     faces = np.flatnonzero(body_of_face >= 0)
-    return Found(
+    return FeatureColumns(
         kind=FeatureKind.SLOT,
         p=(walls.foot[first] + walls.foot[second]) / 2 + height[:, None] * axis,
         solid=walls.solid[first],

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from wpcal.brep.concavity import LEAST_TURN_SIN, are_concave
+from wpcal.brep.contact import CONTACT_GAP_MM
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.rays import START_MM, is_blocked
@@ -19,15 +20,15 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature
 
-CONTACT_MM = 0.5
-"""A corner this near to another solid is no corner to the eye: the gap that a fillet bridges."""
 OPPOSITE = 0.999
 """Faces whose normals are opposite within 2.5 degrees lie against each other."""
 LEAST_SPREAD = 0.1
 """Least singular value of the normals at a corner: below it (at 8 degrees off smooth) the tip slides along an edge."""
 LOOKING_OUT = (FeatureKind.HOLE, FeatureKind.BOSS, FeatureKind.SLOT)
 """Kinds whose direction points out to where the torch stands."""
-SAME_MM = 1e-3
+LEAST_SUM = 1e-3
+"""Normals whose sum is shorter than this cancel: they have no mean direction."""
+AT_VERTEX_MM = 1e-3
 """A feature is at a vertex when it lies within this: the rounding by which features are named."""
 
 
@@ -121,9 +122,9 @@ def _vertices(graph: BrepGraph, features: Sequence[ReferenceFeature]) -> IntArra
     number = {name: k for k, name in enumerate(graph.solid_names)}
     solid = np.array([number.get(feature.solid, -1) for feature in features])
     p = np.array([feature.p_mm for feature in features])
-    row, vertex = _within(graph.vertex_p, p, 2 * SAME_MM)
+    row, vertex = _within(graph.vertex_p, p, 2 * AT_VERTEX_MM)
     off = np.abs(graph.vertex_p[vertex] - p[row]).max(axis=1)
-    off[graph.vertex_solid[vertex] != solid[row]] += SAME_MM
+    off[graph.vertex_solid[vertex] != solid[row]] += AT_VERTEX_MM
     order = np.lexsort((vertex, off, row))
     first = np.searchsorted(row[order], np.arange(len(features)))
     return vertex[order][first]
@@ -175,7 +176,7 @@ class _Meetings:
         p = graph.vertex_p[vertices]
         is_end = (graph.edge_vertices >= 0) & (graph.edge_kind != CurveKind.DEGENERATE)[:, None]
         edge, end = np.nonzero(is_end)
-        at, near = _within(graph.vertex_p, p, CONTACT_MM)
+        at, near = _within(graph.vertex_p, p, CONTACT_GAP_MM)
         pair, k = _joined(near, graph.edge_vertices[edge, end])
         corner, edge, end = at[pair], edge[k], end[k]
         _, slope = evaluate_edges(graph, edge, graph.edge_range[edge, end])
@@ -217,7 +218,7 @@ class _Meetings:
         """Mean direction of the free faces' normals; zero where they cancel."""
         total = np.zeros((self.count, 3))
         np.add.at(total, self.face_corner[self.is_free], self.normals[self.is_free])
-        return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), SAME_MM))
+        return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), LEAST_SUM))
 
 
 def _joined(left: IntArray, right: IntArray) -> tuple[IntArray, IntArray]:
@@ -233,14 +234,14 @@ def _joined(left: IntArray, right: IntArray) -> tuple[IntArray, IntArray]:
 def _lies_on_another(graph: BrepGraph, trimmed: TrimmedFaces, vertex: IntArray, meetings: _Meetings) -> BoolArray:
     """Tell which vertices lie on a face of another solid, or on its border, away from that solid's own corners."""
     p = graph.vertex_p[vertex]
-    row, face = trimmed.box_tree.meeting(p - CONTACT_MM, p + CONTACT_MM)
+    row, face = trimmed.box_tree.meeting(p - CONTACT_GAP_MM, p + CONTACT_GAP_MM)
     own = np.isin(row * graph.face_count + face, meetings.face_corner * graph.face_count + meetings.faces)
     other = ~own & (graph.face_solid[face] != graph.vertex_solid[vertex[row]])
     row, face = row[other], face[other]
     foot = project_to_faces(graph, face, p[row])
-    close = np.linalg.norm(foot.p - p[row], axis=1) <= CONTACT_MM
+    close = np.linalg.norm(foot.p - p[row], axis=1) <= CONTACT_GAP_MM
     row, face, uv = row[close], face[close], foot.uv[close]
-    on = trimmed.contains(face, uv) | (trimmed.boundary_distance(face, p[row]) <= CONTACT_MM)
+    on = trimmed.contains(face, uv) | (trimmed.boundary_distance(face, p[row]) <= CONTACT_GAP_MM)
     return np.isin(np.arange(len(vertex)), row[on])
 
 

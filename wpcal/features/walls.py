@@ -18,11 +18,11 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.features.found import AXIS_ROUND, NAMING_MM, first_rows, label_equal, positive_axes, sums
+from wpcal.features.columns import AXIS_ROUND, NAMING_MM, first_rows, label_equal, positive_axes, sums
 
 FULL_TURN_RAD = 2 * np.pi - 1e-3
 """Arcs that sum to this much of a turn make a circle."""
-SAMPLES = 9
+EDGE_SAMPLES = 9
 """Heights of an edge are taken at eighths of it: the ends of a whole ellipse's axes are among them."""
 OPEN_LEAN = 0.1
 """A face beside an end looks out of it, or closes it, when its normal leans this much (6 degrees) along the axis."""
@@ -33,8 +33,8 @@ QUARTER_TURN_RAD = np.pi / 2
 
 
 def sample_edges(graph: BrepGraph, edges: IntArray) -> FloatArray:
-    """Return `SAMPLES` parameters on each edge, ends included; shape (m, SAMPLES)."""
-    share = np.linspace(0.0, 1.0, SAMPLES)
+    """Return `EDGE_SAMPLES` parameters on each edge, ends included; shape (m, EDGE_SAMPLES)."""
+    share = np.linspace(0.0, 1.0, EDGE_SAMPLES)
     return np.asarray(graph.edge_range[edges, :1] * (1 - share) + graph.edge_range[edges, 1:] * share)
 
 
@@ -170,8 +170,8 @@ class Walls:
         ends, graph = self.ends, self.coaxial.graph
         rows = np.flatnonzero(ends.is_border)
         t = sample_edges(graph, ends.edge[rows])
-        p = evaluate_edges(graph, np.repeat(ends.edge[rows], SAMPLES), t.ravel())[0]
-        wall = np.repeat(ends.body[rows], SAMPLES)
+        p = evaluate_edges(graph, np.repeat(ends.edge[rows], EDGE_SAMPLES), t.ravel())[0]
+        wall = np.repeat(ends.body[rows], EDGE_SAMPLES)
         frame = graph.face_frame[self.coaxial.faces[self.first]][wall]
         x, y = np.einsum("kai,ki->ak", frame[:, 1:3], p - frame[:, 0])
         angle = np.arctan2(y, x)
@@ -225,17 +225,17 @@ class Ends:
         beyond = np.where(faces[:, 0] == face, faces[:, 1], faces[:, 0])
         is_border = (beyond < 0) | (body_of_face[beyond] != body)
         t = sample_edges(graph, edge)
-        p = evaluate_edges(graph, np.repeat(edge, SAMPLES), t.ravel())[0].reshape(-1, SAMPLES, 3)
+        p = evaluate_edges(graph, np.repeat(edge, EDGE_SAMPLES), t.ravel())[0].reshape(-1, EDGE_SAMPLES, 3)
         height = np.einsum("ksi,ki->ks", p, axis[body])
         lean = np.zeros(len(edge))
         rows = np.flatnonzero(is_border & (beyond >= 0))
-        normal = project_to_faces(graph, beyond[rows], p[rows, SAMPLES // 2]).normal
+        normal = project_to_faces(graph, beyond[rows], p[rows, EDGE_SAMPLES // 2]).normal
         lean[rows] = np.einsum("ki,ki->k", normal, axis[body[rows]])
         least, greatest = height.min(axis=1), height.max(axis=1)
         low, high = np.full(len(axis), np.inf), np.full(len(axis), -np.inf)
         np.minimum.at(low, body, least)
         np.maximum.at(high, body, greatest)
-        return cls(body, edge, is_border, beyond, lean, height[:, SAMPLES // 2], least, greatest, low, high)
+        return cls(body, edge, is_border, beyond, lean, height[:, EDGE_SAMPLES // 2], least, greatest, low, high)
 
     def is_open(self) -> tuple[BoolArray, BoolArray]:
         """Tell whether each body is open below and above: a face beyond that end looks out of it; two arrays (n,)."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -17,20 +16,13 @@ import numpy as np
 from wpcal.controllers.naming import NameRules, safe_name
 from wpcal.controllers.program import WeldPath, WeldProgram, describe
 from wpcal.controllers.registry import Exporter
-from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
 from wpcal.core.rotations import quaternion_from_rotation
+from wpcal.results.schemas import schema_file, schema_text
 
 NAMES = NameRules("plain text", 60)
 """The name of the file."""
 PROGRAM_SCHEMA = "wpcal/program/1"
-SCHEMA_FILES = {
-    "wpcal/program/1": "program-1.schema.json",
-    "wpcal/seams/1": "seams-1.schema.json",
-    "wpcal/cell/1": "cell-1.schema.json",
-    "wpcal/pareto/1": "pareto-1.schema.json",
-}
-"""The JSON Schemas that are shipped, by the name that a file states."""
 CSV_COLUMNS = (
     *("seam", "point", "role", "x_mm", "y_mm", "z_mm", "qx", "qy", "qz", "qw"),
     *(f"r{row}{column}" for row in range(1, 4) for column in range(1, 4)),
@@ -38,19 +30,6 @@ CSV_COLUMNS = (
 )
 ALL_DIGITS = "%.17g"
 """Reads back to the same number."""
-
-
-def schema_text(name: str) -> str:
-    """Return the JSON Schema of a record, for example ``wpcal/seams/1``.
-
-    Raises
-    ------
-    InputError
-        When none of that name is shipped.
-    """
-    if name not in SCHEMA_FILES:
-        raise InputError(f"no schema {name!r}; known: {', '.join(SCHEMA_FILES)}")
-    return (files("wpcal.results") / "schemas" / SCHEMA_FILES[name]).read_text(encoding="utf-8")
 
 
 def write_program_json(program: WeldProgram) -> dict[str, str]:
@@ -85,7 +64,7 @@ def write_program_json(program: WeldProgram) -> dict[str, str]:
     name = safe_name(program.controller.program_name, NAMES)
     return {
         f"{name}.program.json": to_json(record),
-        SCHEMA_FILES[PROGRAM_SCHEMA]: schema_text(PROGRAM_SCHEMA),
+        schema_file(PROGRAM_SCHEMA): schema_text(PROGRAM_SCHEMA),
     }
 
 

@@ -25,7 +25,7 @@ from wpcal.core.errors import InputError
 Cost = Callable[[FloatArray], FloatArray]
 
 LEAST_TEMPERATURE = 1e-300
-"""Stands for zero when all sampled costs are equal: any rise is then refused, and nothing divides by zero."""
+"""Temperature when all sampled costs are equal: any rise is then refused, and no division by zero occurs."""
 
 
 DRAWN = 64
@@ -152,7 +152,7 @@ class AnnealingTrace:
     temperature : ndarray, shape (k,)
         t, in the unit of the cost.
     cost : ndarray, shape (k,)
-        f where the chains stand at the end of the temperature (the mean over the chains).
+        f at the end of each temperature (mean over the chains).
     best_cost : ndarray, shape (k,)
         Least cost met so far, f*.
     accepted : ndarray, shape (k,)
@@ -240,7 +240,15 @@ def anneal(
 
 
 def first_temperature(costs: FloatArray, initial_acceptance: float) -> float:
-    """Temperature t0 at which the rise from the mean to the largest cost is accepted with p0: Yin 2003, eq. (9)."""
+    """Temperature t0 at which the rise from the mean to the largest cost is accepted with p0: Yin 2003, eq. (9).
+
+    Parameters
+    ----------
+    costs : ndarray, shape (n,)
+        Costs of states sampled in the box.
+    initial_acceptance : float
+        p0, between 0 and 1.
+    """
     return max(float((costs.mean() - costs.max()) / np.log(initial_acceptance)), LEAST_TEMPERATURE)
 
 

@@ -1,4 +1,4 @@
-"""Tabu search in a box: the best neighbour that is not forbidden is taken, be it worse; recent places are forbidden.
+"""Tabu search in a box: the best allowed neighbour is taken even if it is worse; recent places are forbidden.
 
 References
 ----------
@@ -20,7 +20,7 @@ from wpcal.core.errors import InputError
 from wpcal.optim.genetic import BatchedCost
 
 RING_RATIO = 4.0
-"""Ours: each ring is so many times smaller than the next one, so that four rings span two orders of magnitude and some
+"""Ours: each ring is smaller than the next one by this factor, so that four rings span two orders of magnitude and some
 neighbour is always of a useful size. Equal widths (ratio towards 1) stall at a tenth of the start's cost."""
 
 FIRST_RADIUS = 0.1
@@ -63,7 +63,7 @@ class TabuResult:
     state : ndarray, shape (d,)
     cost : float
     best_costs, current_costs : ndarray, shape (iterations + 1,)
-        Least cost so far, and cost of the place where the search stands.
+        Least cost so far, and cost of the current place.
     evaluations : int
     forbidden : int
         Neighbours that were passed over because they were tabu.

@@ -1,6 +1,13 @@
 """A result folder: read, checked for agreement, compared; and the schema of every record."""
 
-from wpcal.results.folder import FinishedCalibration, read_finished
-from wpcal.results.report_files import ReportFiles, read_report_files
+from wpcal.results.folder import FinishedCalibration, ResultFolder, read_finished, read_result_folder
+from wpcal.results.schemas import schema_names, schema_text
 
-__all__ = ["FinishedCalibration", "ReportFiles", "read_finished", "read_report_files"]
+__all__ = [
+    "FinishedCalibration",
+    "ResultFolder",
+    "read_finished",
+    "read_result_folder",
+    "schema_names",
+    "schema_text",
+]

@@ -1,4 +1,4 @@
-"""A finished calibration as files: ``calibration.json`` and ``seams.json`` of one folder, checked for agreement."""
+"""The folder that `wpcal calibrate` writes: read in one place, and checked that its files belong together."""
 
 from __future__ import annotations
 
@@ -10,20 +10,46 @@ from typing import Any
 from wpcal.calibrate.result import SCHEMA as CALIBRATION_SCHEMA
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import FormatError, FrameError, InputError
-from wpcal.core.records import read_json
+from wpcal.core.records import read_bytes, read_json
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
+from wpcal.results.agree import agreed_pose, check_same_part
+from wpcal.results.schemas import required_fields
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 from wpcal.seam.seam import Seam
 
+CALIBRATION_FILE, SEAMS_FILE, PART_FILE = "calibration.json", "seams.json", "part.glb"
+RECORD_SCHEMAS = {CALIBRATION_FILE: CALIBRATION_SCHEMA, SEAMS_FILE: SEAMS_SCHEMA}
+"""The records of a result folder and what they are."""
 _WRONG_SPACE = {
     RobotSpace.IDENTIFIED: "the points were taught through an identified robot; give its file with --robot, or the "
     "robot's error comes back when the controller replays the seams with its nominal model",
     RobotSpace.NOMINAL: "the points were taught through the controller's own nominal model; leave --robot away: "
     "corrected at one end only, the robot's error comes back",
 }
-SAME_POSE = 1e-9
-"""Both files are written with all digits from one result: anything beyond round-off means two calibrations."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ResultFolder:
+    """The records and the mesh of one finished calibration.
+
+    Parameters
+    ----------
+    path : Path
+        The folder.
+    calibration, seams : dict
+        The records of ``calibration.json`` and ``seams.json``.
+    T_base_part : RigidTransform
+        The pose that both records state.
+    part_glb : bytes or None
+        ``part.glb``, the part's triangles, where there is one.
+    """
+
+    path: Path
+    calibration: dict[str, Any]
+    seams: dict[str, Any]
+    T_base_part: RigidTransform
+    part_glb: bytes | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,8 +61,8 @@ class FinishedCalibration:
     T_base_part : RigidTransform
     seams : tuple of Seam
         With frames in `base`.
-    u95_mm : tuple of (ndarray or None)
-        The 95 % error at every frame of each seam, mm, where the file has it.
+    u95_mm : tuple of (ndarray, shape (n,), or None)
+        The 95 % error at each of the n frames of each seam, mm, where the file has it.
     calibration : dict
         The record of ``calibration.json``.
     part_glb : bytes or None
@@ -73,8 +99,60 @@ class FinishedCalibration:
         return replace(self, seams=seams, u95_mm=tuple(self.u95_mm[row] for row in rows))
 
 
+def read_record(folder: Path, name: str) -> dict[str, Any]:
+    """Read one record of a result folder.
+
+    Parameters
+    ----------
+    folder : Path
+    name : str
+        ``calibration.json`` or ``seams.json``.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened.
+    FormatError
+        When it is not a record of its schema, or lacks a field that every such record has.
+    """
+    schema = RECORD_SCHEMAS[name]
+    record = read_json(folder / name, schema=schema)
+    missing = [field for field in required_fields(schema) if field not in record]
+    if missing:
+        raise FormatError(f"lacks {', '.join(missing)}", path=str(folder / name))
+    return record
+
+
+def read_result_folder(folder: Path) -> ResultFolder:
+    """Read ``calibration.json``, ``seams.json`` and, where it is there, ``part.glb``.
+
+    Parameters
+    ----------
+    folder : Path
+        As `wpcal calibrate` wrote it.
+
+    Raises
+    ------
+    InputError
+        When the folder or a record is not there.
+    FrameError
+        When the seams are not in `base`.
+    FormatError
+        When a file breaks its format, or the files do not come from one calibration.
+    """
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder; expected the folder of a finished calibration")
+    calibration, seams = (read_record(folder, name) for name in RECORD_SCHEMAS)
+    T_base_part = agreed_pose(calibration, seams, path=folder / SEAMS_FILE)
+    part_glb = None
+    if (folder / PART_FILE).is_file():
+        part_glb = read_bytes(folder / PART_FILE)
+        check_same_part(part_glb, calibration, path=folder / PART_FILE)
+    return ResultFolder(folder, calibration, seams, T_base_part, part_glb)
+
+
 def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> FinishedCalibration:
-    """Read ``calibration.json`` and ``seams.json``.
+    """Read a result folder with its seams as `Seam` objects.
 
     Parameters
     ----------
@@ -85,31 +163,18 @@ def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> Fi
 
     Raises
     ------
-    InputError
-        When the folder or a file is not there.
+    InputError, FormatError
+        As `read_result_folder` does.
     FrameError
         When the seams are not in `base`, or in another robot space than expected.
-    FormatError
-        When a file breaks its format, or the two do not come from one calibration.
     """
-    if not folder.is_dir():
-        raise InputError(f"{folder}: no such folder; expected the folder of a finished calibration")
-    path = folder / "seams.json"
-    calibration = read_json(folder / "calibration.json", schema=CALIBRATION_SCHEMA)
-    record = read_json(path, schema=SEAMS_SCHEMA)
-    if record.get("frame") != "base" or record.get("T_base_part") is None:
-        raise FrameError(f"{path}: expected seams in the frame 'base', got {record.get('frame')!r}")
-    found = RobotSpace.parse(record.get("robot_space", ""))
-    if found is not space:
-        raise FrameError(f"{path}: {_WRONG_SPACE[found]}")
-    T_base_part = RigidTransform.from_matrix(record["T_base_part"], target="base", source="part")
-    fitted = RigidTransform.from_matrix(calibration.get("T_base_part", ()), target="base", source="part")
-    if not T_base_part.is_close(fitted, atol_mm=SAME_POSE, atol_rad=SAME_POSE):
-        raise FormatError("T_base_part differs from the one in calibration.json: two calibrations", path=str(path))
-    seams = seams_from_record(record, path=str(path))
-    part = folder / "part.glb"
-    part_glb = part.read_bytes() if part.is_file() else None
-    return FinishedCalibration(T_base_part, seams, _errors(record), calibration, part_glb)
+    found = read_result_folder(folder)
+    path = folder / SEAMS_FILE
+    stated = RobotSpace.parse(found.seams["robot_space"])
+    if stated is not space:
+        raise FrameError(f"{path}: {_WRONG_SPACE[stated]}")
+    seams = seams_from_record(found.seams, path=str(path))
+    return FinishedCalibration(found.T_base_part, seams, _errors(found.seams), found.calibration, found.part_glb)
 
 
 def _errors(record: dict[str, Any]) -> tuple[FloatArray | None, ...]:

@@ -68,7 +68,9 @@ def detect_seams(
         crossing = JoinedPieces(beside, (JointType.TEE,) * n, (WeldType.FILLET,) * n)
         found += build_seams(graph, crossing, options, SeamSource.SECTION)
     if options.concave is not ConcaveEdges.NEVER:
-        concave = _wanted_concave(graph, find_concave_edges(graph), joined, options.concave)
+        concave = _wanted_concave(
+            graph, find_concave_edges(graph, min_length_mm=options.min_edge_mm), joined, options.concave
+        )
         if marked is not None:
             concave = concave.select(np.flatnonzero(~np.isin(concave.pieces.edge, marked.edge)))
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)

@@ -1,4 +1,4 @@
-"""How seams are found and cut into frames."""
+"""The options by which seams are found, accepted and cut into frames."""
 
 from __future__ import annotations
 
@@ -8,12 +8,8 @@ from enum import Enum
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.seam.path.discretise import StepOptions
-
-LARGEST_GAP_MM = 0.5
-"""A gap that a fillet of usual size bridges."""
-GAP_SHARE = 2.5e-3
-"""On parts smaller than 200 mm the gap is this share of the diagonal: 0.5 mm would join everything on a small part."""
+from wpcal.core.errors import InputError
+from wpcal.seam.limits import LEAST_SEAM_MM, usual_gap_mm
 
 
 class ConcaveEdges(Enum):
@@ -25,8 +21,42 @@ class ConcaveEdges(Enum):
 
 
 @dataclass(frozen=True, slots=True)
+class StepOptions:
+    """How a seam is cut into steps.
+
+    Parameters
+    ----------
+    chord_mm : float
+        Largest distance of the seam from the chord between neighbouring points, mm.
+    min_step_mm : float
+        Points nearer than this to their neighbour are removed where the chord bound allows it, mm.
+    max_step_mm : float
+        Largest distance along the seam between neighbours, mm.
+    turn_rad : float
+        Largest turn of the frame between neighbours, rad. It takes precedence over the least step.
+
+    Raises
+    ------
+    InputError
+        If a value is not positive, or the least step is larger than the largest.
+    """
+
+    chord_mm: float = 0.1
+    min_step_mm: float = 1.0
+    max_step_mm: float = 10.0
+    turn_rad: float = float(np.radians(45.0))
+
+    def __post_init__(self) -> None:
+        for name in ("chord_mm", "max_step_mm", "turn_rad"):
+            if not getattr(self, name) > 0:
+                raise InputError(f"{name} must be positive, got {getattr(self, name)}")
+        if not 0 <= self.min_step_mm <= self.max_step_mm:
+            raise InputError(f"min_step_mm must be between 0 and max_step_mm, got {self.min_step_mm}")
+
+
+@dataclass(frozen=True, slots=True)
 class SeamOptions:
-    """How seams are found and cut into frames.
+    """How seams are found, accepted and cut into frames.
 
     Parameters
     ----------
@@ -38,13 +68,33 @@ class SeamOptions:
     split_rad : float
         A seam ends where its direction turns by more, rad.
     steps : StepOptions
+    min_length_mm : float
+        Least length of an accepted seam, mm.
+
+    Raises
+    ------
+    InputError
+        If `min_length_mm` is negative or not finite.
     """
 
     gap_mm: float | None = None
     concave: ConcaveEdges = ConcaveEdges.AUTO
     split_rad: float = float(np.radians(30.0))
     steps: StepOptions = field(default_factory=StepOptions)
+    min_length_mm: float = LEAST_SEAM_MM
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.min_length_mm < np.inf:
+            raise InputError(f"min_length_mm must be 0 or more, got {self.min_length_mm}")
 
     def gap_for(self, graph: BrepGraph) -> float:
         """Return the gap to use on a part, mm."""
-        return min(LARGEST_GAP_MM, GAP_SHARE * graph.size_mm) if self.gap_mm is None else self.gap_mm
+        return usual_gap_mm(graph.size_mm) if self.gap_mm is None else self.gap_mm
+
+    @property
+    def min_edge_mm(self) -> float:
+        """Least length of a concave edge, and of a bead's side, that is considered, mm.
+
+        It never exceeds the default: a long seam may consist of edges that are shorter than the seam must be.
+        """
+        return min(self.min_length_mm, LEAST_SEAM_MM)

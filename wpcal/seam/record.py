@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,6 @@ from wpcal.seam.path.position import WeldPositions, weld_positions
 from wpcal.seam.seam import Candidate, JointType, Seam, SeamEdit, SeamFrames, SeamPieces, SeamSource, WeldType
 
 SEAMS_SCHEMA = "wpcal/seams/1"
-CSV_COLUMNS = ("seam", "point", "s_mm", "x_mm", "y_mm", "z_mm", "qx", "qy", "qz", "qw", "accepted")
 
 
 def seams_record(
@@ -139,13 +138,35 @@ def seams_csv(record: dict[str, Any]) -> str:
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(CSV_COLUMNS)
+    writer.writerow(SEAMS_CSV_COLUMNS)
     for seam in record["seams"]:
-        for point, frame in enumerate(seam["frames"]):
-            place = [f"{v:.9g}" for v in (frame["s_mm"], *frame["p_mm"])]
-            turn = [f"{v:.12g}" for v in frame["q_xyzw"]]
-            writer.writerow([seam["name"], point, *place, *turn, "yes" if seam["accepted"] else "no"])
+        for number, frame in enumerate(seam["frames"]):
+            writer.writerow([value(seam, number, frame) for value in SEAMS_CSV_COLUMNS.values()])
     return text.getvalue()
+
+
+def _place(value: float) -> str:
+    return f"{value:.9g}"
+
+
+def _turn(value: float) -> str:
+    return f"{value:.12g}"
+
+
+SEAMS_CSV_COLUMNS: dict[str, Callable[[dict[str, Any], int, dict[str, Any]], object]] = {
+    "seam": lambda seam, _, __: seam["name"],
+    "point": lambda _, number, __: number,
+    "s_mm": lambda _, __, frame: _place(frame["s_mm"]),
+    "x_mm": lambda _, __, frame: _place(frame["p_mm"][0]),
+    "y_mm": lambda _, __, frame: _place(frame["p_mm"][1]),
+    "z_mm": lambda _, __, frame: _place(frame["p_mm"][2]),
+    "qx": lambda _, __, frame: _turn(frame["q_xyzw"][0]),
+    "qy": lambda _, __, frame: _turn(frame["q_xyzw"][1]),
+    "qz": lambda _, __, frame: _turn(frame["q_xyzw"][2]),
+    "qw": lambda _, __, frame: _turn(frame["q_xyzw"][3]),
+    "accepted": lambda seam, _, __: "yes" if seam["accepted"] else "no",
+}
+"""The columns of ``seams.csv`` in order: each one as a function of the seam, the number of the point and the frame."""
 
 
 def seams_from_record(record: dict[str, Any], *, path: str) -> tuple[Seam, ...]:

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.program import ControllerSettings, MotionSettings
-from wpcal.controllers.taught_program import ProgramReading, read_taught_program
 from wpcal.controllers.yaskawa.write import write_inform
 from wpcal.core.errors import FormatError, InputError
+from wpcal.taught.user_frames import ProgramReading, read_taught_program
 
 ATOL_MM = 0.9e-3
 """Three decimals in three coordinates: √3/2 units."""

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wpcal.controllers.taught_program import ProgramReading, read_taught_program, taught_csv
 from wpcal.core.errors import FormatError
 from wpcal.core.robot_space import RobotSpace
 from wpcal.robot.kinematics.arm_file import find_arm
+from wpcal.taught.user_frames import ProgramReading, read_taught_program, taught_csv
 
 SAME_MM = 1e-9
 """The same products of rotations in another order."""

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.kuka.write import write_krl
 from wpcal.controllers.program import ControllerSettings
-from wpcal.controllers.taught_program import ProgramReading, read_taught_program
 from wpcal.core.errors import FormatError, InputError
+from wpcal.taught.user_frames import ProgramReading, read_taught_program
 
 ATOL_MM = 1e-5
 """Five decimals in three coordinates: 0.9e-5. The frame's own rounding does not count: points are relative to it."""

@@ -17,7 +17,7 @@ def test_a_record_reads_back_to_the_same_numbers(tmp_path):
 
 def test_nan_has_no_place_in_a_record():
     with pytest.raises(ValueError, match="not JSON compliant"):
-        to_json({"value": float("nan")})
+        to_json({"schema": SCHEMA, "value": float("nan")})
 
 
 def test_another_schema_and_broken_json_are_refused(tmp_path):

@@ -8,22 +8,8 @@ import jsonschema
 import numpy as np
 import pytest
 
-from wpcal.core.errors import InputError
-from wpcal.formats.plain import SCHEMA_FILES, schema_text, write_program_csv, write_program_json
-
-
-@pytest.mark.parametrize("name", SCHEMA_FILES)
-def test_a_schema_is_valid_and_so_are_its_examples(name):
-    schema = json.loads(schema_text(name))
-    jsonschema.Draft202012Validator.check_schema(schema)
-    assert schema["properties"]["schema"]["const"] == name
-    for example in schema["examples"]:
-        jsonschema.Draft202012Validator(schema).validate(example)
-
-
-def test_an_unknown_schema_is_refused():
-    with pytest.raises(InputError, match=r"no schema 'wpcal/x/1'; known: wpcal/program/1"):
-        schema_text("wpcal/x/1")
+from wpcal.formats.plain import write_program_csv, write_program_json
+from wpcal.results.schemas import schema_text
 
 
 def test_seams_json_follows_its_schema(finished_folder):

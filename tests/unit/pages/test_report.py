@@ -8,13 +8,14 @@ import zlib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from wpcal.cli.report import report
 from wpcal.core.errors import FormatError, FrameError, InputError, WpcalError
 from wpcal.pages.report import build_report
-from wpcal.results.report_files import read_report_files
+from wpcal.results.folder import read_result_folder
 
 GOLDEN = Path(__file__).parents[3] / "fixtures" / "tee" / "golden"
 
@@ -39,7 +40,7 @@ def frames_of(page: str) -> Any:
 
 
 def test_the_page_carries_the_numbers_of_the_files(folder: Path) -> None:
-    files = read_report_files(folder)
+    files = read_result_folder(folder)
     page = build_report(files.calibration, files.seams, files.part_glb)
     assert files.part_glb is None
     for seam, columns in zip(files.seams["seams"], frames_of(page), strict=True):
@@ -52,7 +53,7 @@ def test_the_page_carries_the_numbers_of_the_files(folder: Path) -> None:
 
 
 def test_a_seam_in_vertical_travel_has_no_rotation(folder: Path) -> None:
-    files = read_report_files(folder)
+    files = read_result_folder(folder)
     files.seams["seams"][1]["frames"][0]["rotation_deg"] = None
     columns = frames_of(build_report(files.calibration, files.seams))
     assert columns[1]["rotation"][0] is None
@@ -89,7 +90,7 @@ def other_frame(folder: Path) -> None:
 
 
 def other_pose(folder: Path) -> None:
-    change(folder / "calibration.json", T_base_part=[[0.0] * 4] * 4)
+    change(folder / "calibration.json", T_base_part=np.eye(4).tolist())
 
 
 def drop_points(folder: Path) -> None:
@@ -122,4 +123,4 @@ def test_files_that_do_not_fit_are_refused(folder: Path, spoil: Any, kind: type[
 
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such folder"):
-        read_report_files(tmp_path / "none")
+        read_result_folder(tmp_path / "none")

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import FormatError, InputError
-from wpcal.formats.plain import schema_text
 from wpcal.planning.cell.cell_file import read_cell
+from wpcal.results.schemas import schema_text
 
 ROUND_OFF = 1e-12
 

@@ -5,7 +5,6 @@ import io
 import json
 import re
 from dataclasses import replace
-from importlib.resources import files
 
 import jsonschema
 import numpy as np
@@ -18,6 +17,7 @@ from wpcal.planning.cell.robot_cell import Shape, part_in_world, tool_in_world
 from wpcal.planning.plan.run import build_run
 from wpcal.planning.plan.run_record import run_csv, run_record
 from wpcal.planning.plan.schedule import schedule_plan
+from wpcal.results.schemas import schema_text
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 RELATIVE = 1e-9
@@ -53,7 +53,7 @@ def test_the_table_says_what_the_record_says(cell, run):
 
 
 def test_the_record_keeps_its_schema(cell, run):
-    schema = json.loads((files("wpcal.results") / "schemas" / "plan-1.schema.json").read_text(encoding="utf-8"))
+    schema = json.loads(schema_text("wpcal/plan/1"))
     validator = jsonschema.Draft202012Validator(schema)
     for one in (run, replace(run, check=None)):
         record = json.loads(to_json(run_record(one, cell)))

@@ -3,10 +3,13 @@ import json
 import numpy as np
 import pytest
 
+from wpcal.brep.mesh import PartMesh
+from wpcal.brep.mesh_glb import write_part_glb
 from wpcal.controllers.program import MotionSettings, build_program
 from wpcal.controllers.torch import TorchSettings
 from wpcal.core.errors import FormatError, FrameError, GeometryError, InputError
-from wpcal.results.folder import read_finished
+from wpcal.results.agree import SAME_POSE_MM
+from wpcal.results.folder import read_finished, read_result_folder
 
 ROUND_OFF_MM = 1e-9
 
@@ -79,3 +82,35 @@ def test_a_seam_of_one_frame_is_refused(finished_folder):
 def test_impossible_motions_are_refused(settings):
     with pytest.raises(InputError):
         MotionSettings(**settings)
+
+
+def test_a_mesh_of_another_part_is_refused_by_every_reader(finished_folder):
+    folder = finished_folder()
+    (folder / "part.glb").write_bytes(write_part_glb(PartMesh((), 0.1, 0.5, sha256="0" * 64)))
+    for read in (read_finished, read_result_folder):
+        with pytest.raises(FormatError, match=r"part\.glb: was made from another STEP file"):
+            read(folder)
+
+
+def test_a_difference_of_the_poses_beyond_round_off_is_refused_by_every_reader(finished_folder):
+    folder = finished_folder()
+    record = json.loads((folder / "calibration.json").read_text())
+    pose = np.array(record["T_base_part"])
+    for off_mm, agrees in ((0.5 * SAME_POSE_MM, True), (100 * SAME_POSE_MM, False)):
+        pose[0, 3] += off_mm
+        (folder / "calibration.json").write_text(json.dumps({**record, "T_base_part": pose.tolist()}))
+        for read in (read_finished, read_result_folder):
+            if agrees:
+                read(folder)
+                continue
+            with pytest.raises(FormatError, match="two calibrations"):
+                read(folder)
+
+
+def test_a_record_that_lacks_a_field_is_refused(finished_folder):
+    folder = finished_folder()
+    record = json.loads((folder / "seams.json").read_text())
+    del record["robot_space"]
+    (folder / "seams.json").write_text(json.dumps(record))
+    with pytest.raises(FormatError, match=r"seams\.json: lacks robot_space"):
+        read_finished(folder)

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from wpcal.core.tangent import exp_rotation
-from wpcal.robot.identify.levenberg_marquardt import pose_errors
 from wpcal.robot.identify.observations import PoseObservations
+from wpcal.robot.identify.pose_residuals import pose_errors
 from wpcal.robot.identify.registration import register
 from wpcal.robot.identify.simulation import random_joints, simulate_poses
 from wpcal.robot.kinematics.arm_file import find_arm

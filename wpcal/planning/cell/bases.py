@@ -18,7 +18,6 @@ from wpcal.core.errors import FormatError
 from wpcal.core.pairs import PointPairs
 from wpcal.core.records import read_json
 from wpcal.core.tables import read_table
-from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell_file import CELL_SCHEMA, cell_from_record
 from wpcal.planning.cell.grasp import NO_GRASP, with_arms
 from wpcal.planning.cell.robot_cell import RobotCell
@@ -96,7 +95,7 @@ def measure_bases(cell_json: Path, touched: PointPairs, *, tolerance_mm: float) 
     record = copy.deepcopy(read_json(cell_json, schema=CELL_SCHEMA))
     cell = _read_without_grasp(record, cell_json)
     result = calibrate(touched, criterion=Criterion.MINIMAX, solver=Solver.EXACT, tolerance_mm=tolerance_mm)
-    fitted = RigidTransform(result.T_base_part.R, result.T_base_part.t_mm, "base1", "base2")
+    fitted = result.T_base_part.relabelled(target="base1", source="base2")
     T_world_base2 = cell.T_world_base1 @ fitted
     record["holder_robot"]["T_world_base"] = T_world_base2.to_record()
     moved = float(np.linalg.norm(T_world_base2.t_mm - cell.T_world_base2.t_mm))

@@ -154,7 +154,7 @@ def body_frames(cell: RobotCell, state: CellState) -> tuple[Frames, ...]:
 def _arm_frames(arm: Arm, T_world_base: RigidTransform, joints: FloatArray) -> Iterator[Frames]:
     yield start_frames(T_world_base, 1)
     theta = np.ascontiguousarray(arm.model_angles(joints).T)
-    first = RigidTransform(T_world_base.R, T_world_base.t_mm, "world", "base") @ arm.chain.T_base_dh0
+    first = T_world_base.relabelled(target="world", source="base") @ arm.chain.T_base_dh0
     motions = list(walk(start_frames(first, 1), arm.chain.table, theta))
     yield from (motion.frame for motion in motions[:-1])
     yield motions[-1].frame.then(arm.chain.T_dhn_flange)

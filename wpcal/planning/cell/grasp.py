@@ -109,7 +109,7 @@ def solve_grasp(holding: Holding, T_base1_part: RigidTransform) -> RigidTransfor
     cell = holding.cell
     flange = cell.arm2.forward(holding.joints2[None])[0]
     T_base2_flange2 = RigidTransform.from_matrix(flange, target="base2", source="flange2")
-    touched = RigidTransform(T_base1_part.R, T_base1_part.t_mm, "base1", "part")
+    touched = T_base1_part.relabelled(target="base1", source="part")
     return (cell.T_base1_base2 @ T_base2_flange2).inverse() @ touched
 
 

@@ -93,6 +93,11 @@ class Objective:
     symbol: str = ""
     printed: Callable[[PathValues], float] | None = None
 
+    @property
+    def title(self) -> str:
+        """Label and unit, for the axis of a chart."""
+        return f"{self.label}, {self.unit}"
+
 
 def root_mean_square_deviation(path: PathValues, columns: tuple[int, ...]) -> FloatArray:
     r"""Return the root mean square deviation of some coordinates from their targets, deg.

@@ -29,7 +29,7 @@ EXPECTED_MM, EXPECTED_RAD = 2.0, np.deg2rad(0.2)
 """Expected errors of a length and an angle: the largest of the paper's Table 2."""
 
 BOUND_FACTOR = 3.0
-"""Bounds are so many times the expected error (§2.1)."""
+"""Bounds are this multiple of the expected error (§2.1)."""
 
 
 class PoseFitness:

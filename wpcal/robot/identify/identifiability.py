@@ -12,11 +12,11 @@ from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, Parameter
 
 DEPENDENT_PART = 1e-6
-"""A column of the Jacobian is taken as a sum of others when less than this part of it is left: exact dependence of a
-nominal model leaves 1e-13, the weakest parameter of a well-posed case more than 1e-3."""
+"""A column of the Jacobian counts as a combination of others when less than this fraction of it remains: exact
+dependence of a nominal model leaves 1e-13, the weakest parameter of a well-posed case more than 1e-3."""
 
 NAMED_PART = 0.1
-"""A parameter is named as one that an unseen parameter cannot be told from when it makes up at least this part."""
+"""The message about an unseen parameter names the parameters with at least this share in its combination."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,20 @@ class Unseen:
 
 
 def whitened(J: FloatArray, observations: PoseObservations, noise: Noise) -> FloatArray:
-    """Scale a Jacobian (N, 6, m) to standard deviations and stack its rows; positions only where that was measured."""
+    """Scale a Jacobian to standard deviations and stack its rows.
+
+    Parameters
+    ----------
+    J : ndarray, shape (N, 6, m)
+        Derivatives of the poses: turn (rad), then position (mm).
+    observations : PoseObservations
+        Say whether orientations were measured.
+    noise : Noise
+
+    Returns
+    -------
+    ndarray, shape (6 N, m) or (3 N, m)
+    """
     sigmas = np.repeat([noise.sigma_rad, noise.sigma_mm], 3)[:, None]
     rows = J / sigmas if observations.has_orientations else J[:, 3:] / sigmas[3:]
     return np.asarray(rows.reshape(-1, J.shape[2]), dtype=np.float64)
@@ -66,7 +79,7 @@ def split_determined(
     model : KinematicModel
         The start: there, parallel axes are exactly parallel.
     parameters : sequence of Parameter
-        Of some that cannot be told apart the earlier ones are kept.
+        If some cannot be told apart, the earlier ones are kept.
     theta : ndarray, shape (N, n)
         Model angles, rad.
     observations : PoseObservations

@@ -1,4 +1,4 @@
-"""Identify an arm from measured poses, and judge the answer on poses that it has not seen."""
+"""Identify an arm from measured poses, and judge the result on held-out poses."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from wpcal.robot.identify.error_summary import PoseErrorSummary, Verdict, judge,
 from wpcal.robot.identify.genetic_tabu import EXPECTED_MM, EXPECTED_RAD, GeneticTabuFit, solve_genetic_tabu
 from wpcal.robot.identify.identifiability import Noise, split_determined
 from wpcal.robot.identify.least_squares import LeastSquaresFit, assess, solve_least_squares
-from wpcal.robot.identify.levenberg_marquardt import pose_errors
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, Parameter, last_link_first, surrounding_parameters
+from wpcal.robot.identify.pose_residuals import pose_errors
 from wpcal.robot.identify.registration import register
 from wpcal.robot.kinematics.arm import Arm
 
 TEST_SHARE = 20 / 70
 """Share of the poses kept back for the test: the paper's 20 of 70."""
 
-REACH_SLACK = 1.05
-"""A measured position may be this much further away than all lengths of the arm together: real lengths differ."""
+REACH_FACTOR = 1.05
+"""A measured position may be farther away than the sum of the arm's lengths by this factor: real lengths differ."""
 
 
 NOMINAL_NOISE = Noise(sigma_mm=1.0, sigma_rad=float(np.deg2rad(0.25)))
-"""What a nominal arm is off by in one coordinate, roughly: weights for placing it in its best base and tool, so that
-the errors before identification are not made larger than they need be."""
+"""Rough error of a nominal arm in one coordinate: weights for fitting its base and tool, so that the errors before
+identification are not overstated."""
 
 
-class Solver(Enum):
+class IdentificationSolver(Enum):
     """How the parameters are found."""
 
     LEAST_SQUARES = "least-squares"
@@ -46,7 +46,7 @@ class IdentifyOptions:
 
     Parameters
     ----------
-    solver : Solver
+    solver : IdentificationSolver
     free_base : bool
         Whether the frame of the measurement is unknown to the robot (a tracker set up anywhere).
     free_tool : bool
@@ -56,14 +56,14 @@ class IdentifyOptions:
     noise : Noise, optional
         Of the instrument; estimated from the residuals unless given.
     folds : int, optional
-        Judge by so many folds of the poses; every pose is then tested once, and the arm is identified from all.
+        Number of folds of a cross-validation: every pose is tested once, and the arm is identified from all poses.
     seed : int
         For the choice of test poses, and for `GENETIC_TABU`.
     expected_mm, expected_rad : float
         Expected errors of a length and an angle, for the bounds of `GENETIC_TABU`.
     """
 
-    solver: Solver = Solver.LEAST_SQUARES
+    solver: IdentificationSolver = IdentificationSolver.LEAST_SQUARES
     free_base: bool = False
     free_tool: bool = False
     parameters: tuple[str, ...] | None = None
@@ -130,7 +130,7 @@ def identify_arm(
     Parameters
     ----------
     arm : Arm
-        Nominal, or identified before (its controller's model is then the nominal one to start from).
+        Nominal, or identified before; then the search starts from its nominal chain.
     observations : PoseObservations
     options : IdentifyOptions, optional
     test : ndarray of bool, shape (N,), optional
@@ -180,8 +180,8 @@ def identify_arm(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Found:
-    """One fit, the search before it if any, and the nominal links in their best place."""
+class _Fitted:
+    """One fit, the search that led to it if any, and the nominal links in their fitted base and tool."""
 
     fit: LeastSquaresFit
     search: GeneticTabuFit | None
@@ -200,7 +200,7 @@ class _Task:
     def check_reach(self) -> None:
         """Refuse positions that no pose of the arm can have."""
         chain = self.arm.chain
-        reach = REACH_SLACK * float(np.abs(chain.a).sum() + np.abs(chain.d).sum())
+        reach = REACH_FACTOR * float(np.abs(chain.a).sum() + np.abs(chain.d).sum())
         if self.options.free_tool:
             return  # a long tool may reach anywhere
         p = self.observations.p_base
@@ -217,7 +217,7 @@ class _Task:
                 f"reach of {self.arm.name} ({reach:.0f} mm): check the unit, and whether base and tool are known"
             )
 
-    def identify(self, rows: IntArray) -> _Found:
+    def identify(self, rows: IntArray) -> _Fitted:
         """Fit the given rows."""
         o, theta, seen = self.options, self.theta[rows], self.observations.select(rows)
         nominal = register(self.arm.chain, theta, seen, free_base=o.free_base, free_tool=o.free_tool)
@@ -229,17 +229,17 @@ class _Task:
         links = last_link_first(self.arm.chain, o.parameters)
         if surroundings:
             nominal = solve_least_squares(nominal, surroundings, theta, seen, noise=NOMINAL_NOISE).model
-        if o.solver is Solver.LEAST_SQUARES:
+        if o.solver is IdentificationSolver.LEAST_SQUARES:
             fit = solve_least_squares(nominal, (*surroundings, *links), theta, seen, noise=o.noise)
-            return _Found(fit, None, nominal)
+            return _Fitted(fit, None, nominal)
         if surroundings:
             raise InputError("the ga-tabu solver needs a known base and tool; use least-squares to identify those too")
         return self._search(nominal, links, theta, seen)
 
     def _search(
         self, nominal: KinematicModel, links: tuple[Parameter, ...], theta: FloatArray, seen: PoseObservations
-    ) -> _Found:
-        """Genetic algorithm and tabu search, and what least squares says of the place they found."""
+    ) -> _Fitted:
+        """Genetic algorithm and tabu search, assessed by least squares at their result."""
         o = self.options
         kept, unseen = split_determined(nominal, links, theta, seen)
         search = solve_genetic_tabu(
@@ -251,7 +251,7 @@ class _Task:
             expected_mm=o.expected_mm,
             expected_rad=o.expected_rad,
         )
-        return _Found(assess(nominal, search.model, kept, theta, seen, unseen=unseen, noise=o.noise), search, nominal)
+        return _Fitted(assess(nominal, search.model, kept, theta, seen, unseen=unseen, noise=o.noise), search, nominal)
 
     def errors(self, model: KinematicModel, rows: IntArray) -> FloatArray:
         """Errors of the given rows."""

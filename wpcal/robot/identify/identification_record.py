@@ -98,7 +98,7 @@ def _unit(parameter: Parameter) -> str:
 
 
 def measurement_base(result: Identification) -> RigidTransform:
-    """Return where the arm's base stands in the frame of the measurement (a tracker's)."""
+    """Return the pose of the arm's base in the frame of the measurement (a tracker's)."""
     found, own = result.fit.model.chain.T_base_dh0, result.arm.chain.T_base_dh0
     T = found.matrix @ own.inverse().matrix
     return RigidTransform.from_matrix(T, target="measurement", source="base")

@@ -13,9 +13,9 @@ from wpcal.core.errors import GeometryError
 from wpcal.core.tangent import log_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.identify.identifiability import TRACKER, Noise, Unseen, split_determined
-from wpcal.robot.identify.levenberg_marquardt import Minimum, estimate_noise, evaluate, minimise
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import POSE_SYMBOLS, Group, KinematicModel, Parameter
+from wpcal.robot.identify.pose_residuals import Minimum, estimate_noise, evaluate, minimise
 from wpcal.robot.kinematics.chain import LINK_SYMBOLS
 
 STRONG_CORRELATION = 0.95
@@ -129,8 +129,8 @@ def solve_least_squares(
 
     Notes
     -----
-    The rank is decided at the start, where parallel axes are exactly parallel: at an estimate a hair away a
-    meaningless direction would count as seen.
+    The rank is decided at the start, where parallel axes are exactly parallel. At an estimate close by, a meaningless
+    direction would count as determined.
     """
     first = noise or TRACKER
     kept, unseen = split_determined(start, parameters, theta, observations)
@@ -162,7 +162,27 @@ def assess(
     unseen: tuple[Unseen, ...] = (),
     noise: Noise | None = None,
 ) -> LeastSquaresFit:
-    """Report rank, covariance and noise at a model that another solver found; nothing is moved."""
+    """Report rank, covariance and noise at a model that another solver found; nothing is moved.
+
+    Parameters
+    ----------
+    start : KinematicModel
+        The nominal model; differences are measured from it.
+    model : KinematicModel
+        The model to assess.
+    parameters : tuple of Parameter
+    theta : ndarray, shape (N, n)
+        Model angles of the rows, rad.
+    observations : PoseObservations
+    unseen : tuple of Unseen
+        Parameters left at their start.
+    noise : Noise, optional
+        Estimated from the residuals unless given.
+
+    Returns
+    -------
+    LeastSquaresFit
+    """
     found = evaluate(model, parameters, theta, observations, noise or TRACKER)
     if noise is None:
         found = evaluate(model, parameters, theta, observations, estimate_noise(found, observations))

@@ -29,7 +29,7 @@ class PoseObservations:
     reflector : array_like of int, shape (N,), optional
         Which reflector each row saw, an index into `reflectors`; the first unless given.
     rows : tuple of int, optional
-        Where each measurement stands in its file (line numbers), for messages.
+        Line number of each measurement in its file, for messages.
 
     Raises
     ------
@@ -75,11 +75,17 @@ class PoseObservations:
 
     @property
     def equations(self) -> int:
-        """How many numbers were measured: six a full pose, three a position."""
+        """The count of measured numbers: six per full pose, three per position."""
         return len(self) * (6 if self.has_orientations else 3)
 
     def select(self, indices: Sequence[int] | ArrayLike) -> PoseObservations:
-        """Return the measurements at `indices` (integers), in that order."""
+        """Return some of the measurements.
+
+        Parameters
+        ----------
+        indices : array_like of int, shape (k,)
+            Rows, in the order wanted.
+        """
         i = np.asarray(indices, dtype=np.int64)
         return PoseObservations(
             self.joints[i],

@@ -159,7 +159,15 @@ class KinematicModel:
         object.__setattr__(self, "reflectors_flange", frozen(self.reflectors_flange))
 
     def moved(self, parameters: Sequence[Parameter], step: ArrayLike) -> KinematicModel:
-        """Return the model with `step` (mm, rad) added to its parameters; turns compose on the left of R."""
+        """Return the model with a step added to its parameters; rotations compose on the left of R.
+
+        Parameters
+        ----------
+        parameters : sequence of Parameter
+            m parameters.
+        step : array_like, shape (m,)
+            mm and rad.
+        """
         table = self.chain.table.copy()
         base, tool = np.zeros(6), np.zeros(6)
         reflectors = self.reflectors_flange.copy()

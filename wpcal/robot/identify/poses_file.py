@@ -1,4 +1,4 @@
-"""Files of measured poses and of taught joint angles: one row a pose, joints in degrees as the pendant shows them."""
+"""Files of measured poses and of taught joint angles: one row per pose, joints in degrees as on the pendant."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def read_poses(path: Path, arm: Arm) -> tuple[PoseObservations, BoolArray | None
     InputError
         When the file cannot be opened.
     FormatError
-        When columns are missing, a cell is no finite number, a quaternion is not of length one, a joint is beyond its
-        limits, two rows are one pose, or both forms of an orientation are there.
+        When columns are missing, a cell is not a finite number, a quaternion does not have length
+        one, a joint is beyond its limits, two rows are one pose, or both forms of an orientation are there.
     UnitError
         When the joint angles look like radians.
     """
@@ -104,9 +104,7 @@ def read_joints(table: Table, arm: Arm) -> FloatArray:
 def _orientations(table: Table) -> FloatArray | None:
     quaternions, angles = table.has("qx") or table.has("qw"), table.has("rx_deg")
     if quaternions and angles:
-        raise FormatError(
-            "orientations stand there twice, as qx … qw and as rx_deg …; keep one", path=table.path, line=1
-        )
+        raise FormatError("orientations are given twice, as qx … qw and as rx_deg …; keep one", path=table.path, line=1)
     if quaternions:
         q = table.numbers(QUATERNION_COLUMNS)
         lengths = np.linalg.norm(q, axis=1)
@@ -202,7 +200,14 @@ def corrected_table(
 
 
 def plan_table(arm: Arm, joints: FloatArray) -> str:
-    """Return the CSV of planned poses: joint angles, and where the nominal flange then is, to place the instrument."""
+    """Return the CSV of planned poses: joint angles, and the nominal flange position, to place the instrument.
+
+    Parameters
+    ----------
+    arm : Arm
+    joints : ndarray, shape (N, n)
+        Shown joint angles, rad.
+    """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(

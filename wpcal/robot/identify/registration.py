@@ -1,4 +1,4 @@
-"""Where the arm stands in the frame of the measurement, and what hangs on its flange: a start for identification.
+"""The pose of the arm in the frame of the measurement and the tool on its flange: a start for identification.
 
 The measured pose of row i is ``X · FK(q_i) · Y`` with an unknown base X and an unknown tool Y. With full poses both
 follow from linear equations; with positions only, X and the offset on the flange are found in turns.

@@ -62,7 +62,7 @@ class Coupling:
 class Arm:
     """An arm: shown joint angles q in, flange poses in the controller's base frame out.
 
-    The model's angles are ``θ = S q`` with ``S = diag(sign) (I + couplings)``; constant offsets stand in the chain.
+    The model's angles are ``θ = S q`` with ``S = diag(sign) (I + couplings)``; the chain holds constant offsets.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Arm:
         Where the numbers come from.
     notes : tuple of str
     mount_mm : array_like, shape (3,)
-        Origin of the mounting face in the base frame: where a drawing or a mesh of the arm stands.
+        Origin of the mounting face in the base frame: the origin of drawings and meshes of the arm.
     space : RobotSpace
         Whether the chain is the controller's model or an identified one.
     nominal : MDHChain, optional

@@ -12,7 +12,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 
 LINK_SYMBOLS = ("theta", "d", "a", "alpha", "beta")
-"""Order of the link parameters wherever they stand in one array: rows of `MDHChain.table`."""
+"""Order of the link parameters wherever one array holds them: rows of `MDHChain.table`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -32,7 +32,8 @@ START_BEND = 0.2
 millimetres longer than nominal reaches poses which the nominal one does not, and a stretched start leads nowhere."""
 
 DAMPING = 1e-9
-"""Added to the squared, length-scaled Jacobian: bounds a step at an exact singularity, changes no other in effect."""
+"""Added to the squared, length-scaled Jacobian. It bounds the step at an exact singularity and has no visible effect
+elsewhere."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +96,10 @@ def _as_poses(T: ArrayLike) -> FloatArray:
 
 
 def _newton(chain: MDHChain, T: FloatArray, theta: FloatArray) -> FloatArray:
-    """Improve model angles (M, 6) until they meet the poses (M, 4, 4); NaN where they do not."""
+    """Improve model angles (M, 6) until they meet the poses (M, 4, 4); NaN where they do not.
+
+    This is not the least-squares solver of `wpcal.optim`: thousands of square systems are solved at once, to round-off.
+    """
     angles = theta.copy()
     open_rows = np.flatnonzero(np.isfinite(angles).all(axis=1))
     reach = max(float(np.abs(chain.a).sum() + np.abs(chain.d).sum()), 1.0)
@@ -115,7 +119,7 @@ def _newton(chain: MDHChain, T: FloatArray, theta: FloatArray) -> FloatArray:
 
 
 def _pose_error(chain: MDHChain, T: FloatArray, theta: FloatArray) -> FloatArray:
-    """What is left to go, shape (M, 6): rotation vector (rad) and distance (mm), in the base."""
+    """Error that remains, shape (M, 6): rotation vector (rad) and distance (mm), in the base."""
     now = forward_kinematics(chain, theta)
     turn = log_rotation(T[:, :3, :3] @ np.swapaxes(now[:, :3, :3], 1, 2))
     return np.concatenate([turn, T[:, :3, 3] - now[:, :3, 3]], axis=1)
@@ -165,9 +169,9 @@ def nearest_joints(arm: Arm, T_base_flange: ArrayLike, near: ArrayLike) -> Float
         When a pose is out of reach or all its solutions break a limit: which pose, and which of the two.
     """
     solutions = solve_inverse(arm, T_base_flange)
-    wished = np.broadcast_to(np.asarray(near, dtype=np.float64), (len(solutions.joints), len(arm.joints)))[:, None]
-    q = turn_into_limits(arm, solutions.joints, wished)
-    move = np.abs(q - wished).max(axis=2)  # NaN where a branch is no solution
+    target = np.broadcast_to(np.asarray(near, dtype=np.float64), (len(solutions.joints), len(arm.joints)))[:, None]
+    q = turn_into_limits(arm, solutions.joints, target)
+    move = np.abs(q - target).max(axis=2)  # NaN where a branch has no solution
     usable = np.isfinite(move)
     if not usable.any(axis=1).all():
         row = int(np.argmin(usable.any(axis=1)))

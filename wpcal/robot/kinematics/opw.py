@@ -206,7 +206,7 @@ def solve_opw(geometry: OPWGeometry, T_base_flange: ArrayLike, *, least_bend: fl
     angles[0], angles[1], angles[2] = t1[:, None, None], t2[:, :, None], t3[:, :, None]
     angles[3, :, :, 0], angles[4, :, :, 0], angles[5, :, :, 0] = t4, t5, t6
     angles[3, :, :, 1], angles[4, :, :, 1], angles[5, :, :, 1] = t4 + np.pi, -t5, t6 + np.pi
-    # where the elbow does not reach, the shoulder's angle is no answer either
+    # where the elbow does not reach, the shoulder's angle is not an answer either
     angles[0] = np.where(np.isnan(angles[1]), np.nan, angles[0])
     flat = angles.reshape(6, BRANCHES, -1)
     flat -= geometry.offsets[:, None, None]

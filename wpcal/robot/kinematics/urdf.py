@@ -68,7 +68,7 @@ def read_urdf(path: Path, *, base_link: str | None = None, tip_link: str | None 
     InputError
         When the file cannot be opened.
     FormatError
-        When it is no URDF, branches, or has a joint on the way that is neither revolute nor fixed.
+        When it is not a URDF file, branches, or has a joint on the way that is neither revolute nor fixed.
     """
     try:
         root = ET.fromstring(read_bytes(path).decode("utf-8"))

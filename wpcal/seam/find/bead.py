@@ -24,8 +24,9 @@ from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray
-from wpcal.seam.find.concave import LEAST_LENGTH_MM, looks_machined
+from wpcal.seam.find.concave import looks_machined
 from wpcal.seam.find.joint import JoinedPieces
+from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
@@ -34,12 +35,12 @@ WIDEST_MM = 30.0
 LEAST_CORNER_COS = 0.87
 """Faces beside a strip that differ by less than 30 degrees are one bent sheet, not two members."""
 STRIPS = (SurfaceKind.CYLINDER, SurfaceKind.TORUS, SurfaceKind.CONE, SurfaceKind.NURBS)
-SAMPLES = 513
+CURVE_POINTS = 513
 """Points through which the spline goes: on an ellipse round a pipe of 60 mm it is then within 1e-7 mm of the curve, and
 its slope at an end within 1e-6."""
 NEWTON_ROUNDS = 12
 """The distance is squared each round; analytic surfaces settle in 5."""
-PARALLEL = 1e-6
+ACROSS_SIN = 1e-6
 """Sine below which an axis is along a plane's normal."""
 
 
@@ -61,14 +62,18 @@ class Strip:
     edges: tuple[tuple[int, ...], tuple[int, ...]]
 
 
-def find_strips(graph: BrepGraph, solids: BoolArray | None = None) -> list[Strip]:
+def find_strips(
+    graph: BrepGraph, solids: BoolArray | None = None, *, min_length_mm: float = LEAST_SEAM_MM
+) -> list[Strip]:
     """Find the concave strips that run smoothly into two other faces of their solid at an angle.
 
     Parameters
     ----------
     graph : BrepGraph
     solids : ndarray of bool, shape (S,), optional
-        Those that are asked; all where not given.
+        Only these solids are searched; by default all.
+    min_length_mm : float
+        A strip with a shorter side is left out.
 
     Returns
     -------
@@ -92,7 +97,7 @@ def find_strips(graph: BrepGraph, solids: BoolArray | None = None) -> list[Strip
     found = []
     for face, others in sorted(beside.items()):
         long = sorted(others, key=lambda other: (-float(lengths[others[other]].sum()), other))[:2]
-        if len(long) == 2 and all(lengths[others[other]].sum() >= LEAST_LENGTH_MM for other in long):
+        if len(long) == 2 and all(lengths[others[other]].sum() >= min_length_mm for other in long):
             strip = Strip(face, (long[0], long[1]), (tuple(others[long[0]]), tuple(others[long[1]])))
             if _is_concave_corner(graph, strip):
                 found.append(strip)
@@ -104,7 +109,9 @@ def _is_concave_corner(graph: BrepGraph, strip: Strip) -> bool:
     first, second = (edges[0] for edges in strip.edges)
     p = evaluate_edges(graph, [first], [graph.edge_range[first].mean()])[0]
     across = evaluate_edges(
-        graph, np.full(SAMPLES, second), np.linspace(graph.edge_range[second, 0], graph.edge_range[second, 1], SAMPLES)
+        graph,
+        np.full(CURVE_POINTS, second),
+        np.linspace(graph.edge_range[second, 0], graph.edge_range[second, 1], CURVE_POINTS),
     )[0]
     q = across[np.argmin(np.linalg.norm(across - p, axis=1))][None]
     n1, n2 = (project_to_faces(graph, [side], at).normal[0] for side, at in zip(strip.sides, (p, q), strict=True))
@@ -134,9 +141,10 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
     """
     strips: list[Strip] = []
     if options.concave is ConcaveEdges.ALWAYS:
-        strips = find_strips(graph)
+        strips = find_strips(graph, min_length_mm=options.min_edge_mm)
     elif options.concave is ConcaveEdges.AUTO:
-        strips = find_strips(graph, _stand_apart(graph, trimmed, options.gap_for(graph)))
+        apart = _stand_apart(graph, trimmed, options.gap_for(graph))
+        strips = find_strips(graph, apart, min_length_mm=options.min_edge_mm)
         faces = np.array([strip.face for strip in strips], dtype=np.int64)
         machined = {solid: looks_machined(graph, solid, but=faces) for solid in set(graph.face_solid[faces].tolist())}
         strips = [strip for strip in strips if not machined[int(graph.face_solid[strip.face])]]
@@ -162,8 +170,8 @@ def _stand_apart(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> Bool
 def _meeting_edges(graph: BrepGraph, strip: Strip) -> Iterator[FreeEdge]:
     """Yield, for each edge along the first side, the piece of the curve in which the two sides meet."""
     for edge in strip.edges[0]:
-        t = np.linspace(graph.edge_range[edge, 0], graph.edge_range[edge, 1], SAMPLES)
-        p0, slope = evaluate_edges(graph, np.full(SAMPLES, edge), t)
+        t = np.linspace(graph.edge_range[edge, 0], graph.edge_range[edge, 1], CURVE_POINTS)
+        p0, slope = evaluate_edges(graph, np.full(CURVE_POINTS, edge), t)
         p = _meet(graph, strip.sides, p0, slope)
         if p is None:
             continue
@@ -194,7 +202,7 @@ def _meet(graph: BrepGraph, sides: tuple[int, int], p0: FloatArray, slope: Float
 def _is_across(graph: BrepGraph, sides: tuple[int, int]) -> bool:
     """Tell whether a cylinder's axis is along a plane's normal."""
     z0, z1 = (graph.face_frame[side, 3] for side in sides)
-    return float(np.linalg.norm(np.cross(z0, z1))) <= PARALLEL
+    return float(np.linalg.norm(np.cross(z0, z1))) <= ACROSS_SIN
 
 
 def _circle(graph: BrepGraph, sides: tuple[int, int], p: FloatArray) -> FreeEdge:

@@ -12,18 +12,18 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.joint import JoinedPieces
+from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
-LEAST_LENGTH_MM = 5.0
-"""A shorter concave edge is a step in a machined part, not a weld run: an 8 mm plate's end is the least in use."""
 
-
-def find_concave_edges(graph: BrepGraph) -> JoinedPieces:
-    """Find the concave edges between two faces of one solid, at least `LEAST_LENGTH_MM` long.
+def find_concave_edges(graph: BrepGraph, *, min_length_mm: float = LEAST_SEAM_MM) -> JoinedPieces:
+    """Find the concave edges between two faces of one solid.
 
     Parameters
     ----------
     graph : BrepGraph
+    min_length_mm : float
+        Shorter edges are left out.
 
     Returns
     -------
@@ -32,7 +32,7 @@ def find_concave_edges(graph: BrepGraph) -> JoinedPieces:
     """
     edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
     edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
-    edges = edges[edge_lengths(graph)[edges] >= LEAST_LENGTH_MM]
+    edges = edges[edge_lengths(graph)[edges] >= min_length_mm]
     edges = edges[are_concave(graph, edges)]
     wall, base = graph.edge_faces[edges].T
     t0, t1 = graph.edge_range[edges].T

@@ -13,15 +13,12 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import Foot, project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.limits import FLUSH_MM, LEAST_CANDIDATE_MM
 
-SAMPLES = 33
+CONTACT_SAMPLES = 33
 """Points at which an edge is compared with a face, inside the face's box: a contact of 1/32 of that is seen."""
 BISECTIONS = 34
 """Halvings of an interval's end: from the 31 mm between samples of an edge of 1000 mm to 2e-9 mm."""
-LEAST_LENGTH_MM = 1.0
-"""A contact shorter than this is no seam: an arc needs more to start."""
-FLUSH_MM = 0.02
-"""An edge nearer than this to the boundary runs along it: twice the sag of the boundary's polylines."""
 INWARD = 3
 """Samples looked at behind the outermost one for one well inside the face. On an arc of 16 mm one may lie beyond the
 boundary within the gap of 0.5 mm, the next on it; a contact that runs along the boundary has none for many."""
@@ -29,9 +26,6 @@ PARAMETER_ROUND_OFF = 1e-12
 """Relative round-off of an interpolated parameter."""
 CHUNK = 100_000
 """Points compared with faces in one array: about 50 MB."""
-OPPOSED = -0.87
-"""Cosine between the normals of two faces in contact: within 30 degrees of opposite."""
-
 
 Holds: TypeAlias = Callable[[IntArray, IntArray, FloatArray], BoolArray]
 """Whether something holds at parameters of edges with respect to faces."""
@@ -75,13 +69,13 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
 
     Notes
     -----
-    Cost: pairs whose boxes meet, times `SAMPLES` points, as arrays.
+    Cost: pairs whose boxes meet, times `CONTACT_SAMPLES` points, as arrays.
     """
     edge, face = candidate_pairs(graph, trimmed, gap_mm)
     low, high = clipped_range(graph, trimmed, edge, face, gap_mm)
     keep = high > low
     edge, face, low, high = edge[keep], face[keep], low[keep], high[keep]
-    t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
+    t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, CONTACT_SAMPLES)
     on = _Touching(graph, trimmed, gap_mm)
     touching, deep = on.states(edge, face, t)
     pair, first, last = _runs(touching)
@@ -90,7 +84,7 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
     e, f = edge[pair], face[pair]
     chord = np.linalg.norm(evaluate_edges(graph, e, t1)[0] - evaluate_edges(graph, e, t0)[0], axis=1)
     middle = np.linalg.norm(evaluate_edges(graph, e, (t0 + t1) / 2)[0] - evaluate_edges(graph, e, t0)[0], axis=1)
-    long_enough = np.maximum(chord, middle) >= max(LEAST_LENGTH_MM, 2.0 * gap_mm)
+    long_enough = np.maximum(chord, middle) >= max(LEAST_CANDIDATE_MM, 2.0 * gap_mm)
     kept = long_enough | _joins_others(graph, e, f, t0, t1, long_enough)
     e, f, t0, t1 = e[kept], f[kept], t0[kept], t1[kept]
     return Contacts(e, f, t0, t1, _gaps(graph, e, f, t0, t1))
@@ -218,9 +212,9 @@ class _Touching:
         Parameters
         ----------
         edge, face : ndarray of int, shape (k,)
-        t : ndarray, shape (k, SAMPLES)
+        t : ndarray, shape (k, CONTACT_SAMPLES)
             Parameters of the samples.
-        deep : ndarray of bool, shape (k, SAMPLES)
+        deep : ndarray of bool, shape (k, CONTACT_SAMPLES)
         at : ndarray of int, shape (k,)
             Column of the outermost touching sample.
         way : int
@@ -229,11 +223,11 @@ class _Touching:
         rows = np.arange(len(edge))
         anchor = at.copy()
         for step in range(1, INWARD + 1):
-            anchor = np.where(deep[rows, anchor], anchor, np.clip(at - step * way, 0, SAMPLES - 1))
+            anchor = np.where(deep[rows, anchor], anchor, np.clip(at - step * way, 0, CONTACT_SAMPLES - 1))
         crosses = deep[rows, anchor]
         end: FloatArray = self.graph.edge_range[edge, (way + 1) // 2].copy()
         inner = np.abs(t[rows, at] - end) > PARAMETER_ROUND_OFF * (1.0 + np.abs(end))
-        beyond = t[rows, np.clip(at + way, 0, SAMPLES - 1)]
+        beyond = t[rows, np.clip(at + way, 0, CONTACT_SAMPLES - 1)]
         cut, flush = np.flatnonzero(inner & crosses), np.flatnonzero(inner & ~crosses)
         end[cut] = self._bisected(edge[cut], face[cut], t[cut, anchor[cut]], beyond[cut], self._is_inside)
         end[flush] = self._bisected(edge[flush], face[flush], t[flush, at[flush]], beyond[flush], self._is_touching)
@@ -272,11 +266,11 @@ class _Touching:
 def _gaps(graph: BrepGraph, edge: IntArray, face: IntArray, t0: FloatArray, t1: FloatArray) -> FloatArray:
     """Return the least, mean and largest distance of intervals of edges from faces, shape (k, 3), mm."""
     gaps = np.zeros((len(edge), 3))
-    for first in range(0, len(edge), CHUNK // SAMPLES):
-        own = slice(first, first + CHUNK // SAMPLES)
-        t = t0[own, None] + (t1 - t0)[own, None] * np.linspace(0.0, 1.0, SAMPLES)
-        points = evaluate_edges(graph, np.repeat(edge[own], SAMPLES), t.ravel())[0]
-        foot = project_to_faces(graph, np.repeat(face[own], SAMPLES), points)
+    for first in range(0, len(edge), CHUNK // CONTACT_SAMPLES):
+        own = slice(first, first + CHUNK // CONTACT_SAMPLES)
+        t = t0[own, None] + (t1 - t0)[own, None] * np.linspace(0.0, 1.0, CONTACT_SAMPLES)
+        points = evaluate_edges(graph, np.repeat(edge[own], CONTACT_SAMPLES), t.ravel())[0]
+        foot = project_to_faces(graph, np.repeat(face[own], CONTACT_SAMPLES), points)
         off = np.linalg.norm(foot.p - points, axis=1).reshape(t.shape)
         gaps[own] = np.stack([off.min(axis=1), off.mean(axis=1), off.max(axis=1)], axis=1)
     return gaps

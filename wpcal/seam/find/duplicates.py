@@ -11,16 +11,16 @@ from scipy.spatial import cKDTree
 from wpcal.brep.curves import arc_length, evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import distance_to_segments
-from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.seam.find.contact import LEAST_LENGTH_MM, SAMPLES
+from wpcal.core.arrays import IntArray
+from wpcal.seam.find.contact import CONTACT_SAMPLES
 from wpcal.seam.find.joint import JoinedPieces
-from wpcal.seam.path.build import solids_of
+from wpcal.seam.limits import LEAST_CANDIDATE_MM, NEAR_GAPS
+from wpcal.seam.pieces import sample_pieces, solids_of
 from wpcal.seam.seam import SeamPieces, WeldType
 
 Interval = tuple[float, float]
-
-NEAR_GAPS = 3.0
-"""Curves nearer than this many gaps are one seam: each may stand a gap off the other member, with a gap between."""
+SHARES = np.linspace(0.0, 1.0, CONTACT_SAMPLES)
+"""Places along a piece at which curves are compared."""
 
 
 def without_duplicates(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float) -> JoinedPieces:
@@ -53,19 +53,12 @@ def sections_beside(graph: BrepGraph, sections: SeamPieces, joined: JoinedPieces
     for row in range(len(sections)):
         same = np.flatnonzero((known == pairs[row]).all(axis=1))
         if len(same):
-            points = _samples(graph, sections.select(np.array([row])))[0]
-            curves = _samples(graph, joined.pieces.select(same))
+            points = sample_pieces(graph, sections.select(np.array([row])), SHARES)[1][0]
+            curves = sample_pieces(graph, joined.pieces.select(same), SHARES)[1]
             a, b = curves[:, :-1].reshape(-1, 3), curves[:, 1:].reshape(-1, 3)
             off = [distance_to_segments(np.broadcast_to(p, a.shape), a, b).min() for p in points]
             kept[row] = max(off) > NEAR_GAPS * gap_mm
     return sections.select(kept)
-
-
-def _samples(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
-    """Return points along each piece, shape (k, `SAMPLES`, 3)."""
-    t = pieces.t0[:, None] + (pieces.t1 - pieces.t0)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
-    points = evaluate_edges(graph, np.repeat(pieces.edge, SAMPLES), t.ravel())[0]
-    return points.reshape(len(pieces), SAMPLES, 3)
 
 
 def _without_overlaps(graph: BrepGraph, joined: JoinedPieces) -> JoinedPieces:
@@ -83,7 +76,7 @@ def _without_overlaps(graph: BrepGraph, joined: JoinedPieces) -> JoinedPieces:
             whole = (float(t0[row]), float(t1[row]))
             t0[row], t1[row] = left = _longest_free(whole, taken)
             cut = left != whole
-            kept[row] = not cut or arc_length(graph, int(pieces.edge[row]), *left) >= LEAST_LENGTH_MM
+            kept[row] = not cut or arc_length(graph, int(pieces.edge[row]), *left) >= LEAST_CANDIDATE_MM
             if kept[row]:
                 taken.append(left)
     trimmed = SeamPieces(pieces.edge, t0, t1, pieces.wall, pieces.base, pieces.gap_mm)

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
+from wpcal.brep.crossing import find_crossings, heights
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.contact import CHUNK, SAMPLES, candidate_pairs, clipped_range
+from wpcal.seam.find.contact import CHUNK, CONTACT_SAMPLES, candidate_pairs, clipped_range
 
 DEEP_MM = 0.5
 """An edge must stand this far out on both sides of a face to pierce it: members in contact overlap by less."""
-SECANT_ROUNDS = 4
-"""From the sample before and after: on an edge of 1 m and a surface bent to 100 mm to a hundredth of `DEEP_MM`."""
 
 
 def interpenetrating_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
@@ -41,8 +42,8 @@ def interpenetrating_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray
     keep[keep] = _may_pierce(graph, edge[keep], face[keep], low[keep], high[keep])
     edge, face, low, high = edge[keep], face[keep], low[keep], high[keep]
     found = [np.zeros((0, 2), dtype=np.int64)]
-    for first in range(0, len(edge), CHUNK // SAMPLES):
-        own = slice(first, first + CHUNK // SAMPLES)
+    for first in range(0, len(edge), CHUNK // CONTACT_SAMPLES):
+        own = slice(first, first + CHUNK // CONTACT_SAMPLES)
         pierced = _pierced(graph, trimmed, edge[own], face[own], low[own], high[own])
         found.append(np.stack([graph.edge_solid[edge[own][pierced]], graph.face_solid[face[own][pierced]]], axis=1))
     return np.unique(np.sort(np.concatenate(found), axis=1), axis=0)
@@ -62,13 +63,15 @@ def _pierced(
     graph: BrepGraph, trimmed: TrimmedFaces, edge: IntArray, face: IntArray, low: FloatArray, high: FloatArray
 ) -> IntArray:
     """Return the rows of edges that pierce their face between the parameters low and high."""
-    t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
-    height = _height(graph, np.repeat(edge, SAMPLES), np.repeat(face, SAMPLES), t.ravel()).reshape(t.shape)
+    t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, CONTACT_SAMPLES)
+    height = _heights(graph, np.repeat(edge, CONTACT_SAMPLES), np.repeat(face, CONTACT_SAMPLES), t.ravel()).reshape(
+        t.shape
+    )
     row, column = np.nonzero((height[:, :-1] > 0) != (height[:, 1:] > 0))
     deep = (height.max(axis=1)[row] > DEEP_MM) & (height.min(axis=1)[row] < -DEEP_MM)
     row, column = row[deep], column[deep]
     edge, face = edge[row], face[row]
-    at = _crossing(graph, edge, face, t[row, column], t[row, column + 1])
+    at = find_crossings(partial(_heights, graph, edge, face), t[row, column], t[row, column + 1])
     points = evaluate_edges(graph, edge, at)[0]
     hit = project_to_faces(graph, face, points)
     # where the nearest point jumps from one part of a surface to another the height changes its sign, too
@@ -78,20 +81,5 @@ def _pierced(
     return np.asarray(row[inside & clear], dtype=np.int64)
 
 
-def _crossing(graph: BrepGraph, edge: IntArray, face: IntArray, a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return where edges go through surfaces between their parameters a and b, by secants."""
-    ha, hb = _height(graph, edge, face, a), _height(graph, edge, face, b)
-    for _ in range(SECANT_ROUNDS):
-        middle = a - ha * (b - a) / np.where(hb == ha, 1.0, hb - ha)
-        hm = _height(graph, edge, face, middle)
-        same = (hm > 0) == (ha > 0)
-        a, ha = np.where(same, middle, a), np.where(same, hm, ha)
-        b, hb = np.where(same, b, middle), np.where(same, hb, hm)
-    return np.asarray(a - ha * (b - a) / np.where(hb == ha, 1.0, hb - ha), dtype=np.float64)
-
-
-def _height(graph: BrepGraph, edge: IntArray, face: IntArray, t: FloatArray) -> FloatArray:
-    """Return how far points of edges stand above surfaces, mm, shape like t."""
-    points = evaluate_edges(graph, edge, t)[0]
-    foot = project_to_faces(graph, face, points)
-    return np.asarray(np.einsum("ki,ki->k", points - foot.p, foot.normal), dtype=np.float64)
+def _heights(graph: BrepGraph, edge: IntArray, face: IntArray, t: FloatArray) -> FloatArray:
+    return heights(graph, face, evaluate_edges(graph, edge, t)[0])

@@ -16,7 +16,8 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.contact import CHUNK, OPPOSED, Contacts
+from wpcal.seam.find.contact import CHUNK, Contacts
+from wpcal.seam.limits import OPPOSED_COS
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
 SAME_PLANE = 0.99
@@ -50,6 +51,45 @@ class JoinedPieces:
         return JoinedPieces(self.pieces.select(rows), joint, weld)
 
 
+@dataclass(frozen=True, slots=True)
+class JointView:
+    """What a cross-section through a contact looks like. The *member* is the solid whose edge is in contact.
+
+    Parameters
+    ----------
+    base_continues : bool
+        The base goes on in front of the wall.
+    member_upright : bool
+        The member reaches farther up from the other member than it is thick there: it is not lying on it.
+    other_upright : bool
+        The same for the other member, seen from its own flush face.
+    base_beyond : bool
+        The base goes on behind the member.
+    side_by_side : bool
+        Wall and base face the same way.
+    concave : bool
+        Wall and base face each other.
+    """
+
+    base_continues: bool
+    member_upright: bool
+    other_upright: bool
+    base_beyond: bool
+    side_by_side: bool
+    concave: bool
+
+    @property
+    def words(self) -> tuple[JointType, WeldType]:
+        """The words of ISO 17659 for the joint, and the weld that is laid into it."""
+        if self.base_continues:
+            if not self.member_upright:
+                return JointType.LAP, WeldType.FILLET
+            return (JointType.TEE if self.base_beyond else JointType.CORNER), WeldType.FILLET
+        if not self.side_by_side or self.member_upright != self.other_upright:
+            return JointType.CORNER, (WeldType.FILLET if self.concave else WeldType.GROOVE)
+        return (JointType.BUTT if self.member_upright else JointType.EDGE), WeldType.GROOVE
+
+
 def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *, gap_mm: float) -> JoinedPieces:
     """Find wall, base and joint of every contact; contacts inside a contact patch are left out.
 
@@ -73,7 +113,8 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *
     against = np.einsum("kij,kj->ki", n_sides, n_face)
     patch = np.argmin(against, axis=1)
     rows = np.arange(len(e))
-    has_wall = (against[rows, patch] < OPPOSED) & (against[rows, 1 - patch] > OPPOSED) & (sides >= 0).all(axis=1)
+    has_wall = (against[rows, patch] < OPPOSED_COS) & (against[rows, 1 - patch] > OPPOSED_COS)
+    has_wall &= (sides >= 0).all(axis=1)
     e, f, p, n_face, rows = e[has_wall], f[has_wall], p[has_wall], n_face[has_wall], np.flatnonzero(has_wall)
     contact_face, wall = sides[rows, patch[rows]], sides[rows, 1 - patch[rows]]
     n_wall = n_sides[rows, 1 - patch[rows]]
@@ -92,27 +133,9 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *
     side_by_side = np.einsum("ki,ki->k", n_wall, n_base) > FLAT_COS
     concave = np.einsum("ki,ki->k", up, n_base) > 1 - FLAT_COS
     views = zip(continues, stands, other_stands, beyond, side_by_side, concave, strict=True)
-    words = [_words(*view) for view in views]
+    words = [JointView(*map(bool, view)).words for view in views]
     pieces = SeamPieces(e, contacts.t0[rows], contacts.t1[rows], wall, base, contacts.gap_mm[rows])
     return JoinedPieces(pieces, tuple(joint for joint, _ in words), tuple(weld for _, weld in words))
-
-
-def _words(
-    continues: bool, stands: bool, other_stands: bool, beyond: bool, side_by_side: bool, concave: bool
-) -> tuple[JointType, WeldType]:
-    """Name a joint.
-
-    `continues`: the base goes on in front of the wall; `stands`: the member stands on the other rather than lying on
-    it; `beyond`: the base goes on behind the member; `side_by_side`: wall and base look the same way; `concave`: they
-    face each other.
-    """
-    if continues:
-        if not stands:
-            return JointType.LAP, WeldType.FILLET
-        return (JointType.TEE if beyond else JointType.CORNER), WeldType.FILLET
-    if not side_by_side or stands != other_stands:
-        return JointType.CORNER, (WeldType.FILLET if concave else WeldType.GROOVE)
-    return (JointType.BUTT if stands else JointType.EDGE), WeldType.GROOVE
 
 
 def _thickness(patch: IntArray, width: FloatArray) -> FloatArray:

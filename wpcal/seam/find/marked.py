@@ -15,9 +15,11 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.contact import SAMPLES
-from wpcal.seam.find.duplicates import NEAR_GAPS
+from wpcal.seam.find.contact import CONTACT_SAMPLES
+from wpcal.seam.find.duplicates import SHARES
 from wpcal.seam.find.joint import JoinedPieces
+from wpcal.seam.limits import NEAR_GAPS
+from wpcal.seam.pieces import sample_pieces
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
 
@@ -61,7 +63,7 @@ def take_marked(
     """
     label_of: dict[int, str] = {}
     alone = []
-    curves = _samples(graph, joined.pieces)
+    curves = sample_pieces(graph, joined.pieces, SHARES)[1]
     for row, edge in enumerate(marked.edge.tolist()):
         beside = np.flatnonzero(_run_along(graph, curves, edge, NEAR_GAPS * gap_mm) | (joined.pieces.edge == edge))
         for piece in beside.tolist():
@@ -79,20 +81,15 @@ def take_marked(
     return both, labels, joined.select(rest)
 
 
-def _samples(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
-    t = pieces.t0[:, None] + (pieces.t1 - pieces.t0)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
-    return evaluate_edges(graph, np.repeat(pieces.edge, SAMPLES), t.ravel())[0].reshape(len(pieces), SAMPLES, 3)
-
-
 def _run_along(graph: BrepGraph, curves: FloatArray, edge: int, near: float) -> BoolArray:
     """Tell which curves, as points (k, n, 3), run along an edge, all of them nearer to it than `near`."""
     first, last = graph.edge_range[edge]
-    path = evaluate_edges(graph, np.full(SAMPLES, edge), np.linspace(first, last, SAMPLES))[0]
+    path = evaluate_edges(graph, np.full(CONTACT_SAMPLES, edge), np.linspace(first, last, CONTACT_SAMPLES))[0]
     along = ((curves >= path.min(axis=0) - near) & (curves <= path.max(axis=0) + near)).all(axis=(1, 2))
     for row in np.flatnonzero(along).tolist():
-        p = np.repeat(curves[row], SAMPLES - 1, axis=0)
-        off = distance_to_segments(p, np.tile(path[:-1], (SAMPLES, 1)), np.tile(path[1:], (SAMPLES, 1)))
-        along[row] = off.reshape(SAMPLES, -1).min(axis=1).max() <= near
+        p = np.repeat(curves[row], CONTACT_SAMPLES - 1, axis=0)
+        off = distance_to_segments(p, np.tile(path[:-1], (CONTACT_SAMPLES, 1)), np.tile(path[1:], (CONTACT_SAMPLES, 1)))
+        along[row] = off.reshape(CONTACT_SAMPLES, -1).min(axis=1).max() <= near
     return np.asarray(along, dtype=bool)
 
 

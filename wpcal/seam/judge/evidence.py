@@ -19,11 +19,10 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.judge.fasteners import Fastener, find_fasteners, is_named_fastener
 from wpcal.seam.judge.reach import LEAST_FREE, free_share
+from wpcal.seam.limits import LEAST_CONFIDENCE
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.seam import Seam, SeamSource
 
-LEAST_CONFIDENCE = 0.5
-"""A candidate at or above is accepted."""
 PRIOR = {
     SeamSource.CONTACT: 0.95,
     SeamSource.SECTION: 0.9,
@@ -39,8 +38,6 @@ NAMED, BOLTED, PIN_IN_HOLE = 0.7, 0.75, 0.8
 """Each of these alone lowers a contact's confidence and does not reject it."""
 GAP_SHARE_LOST = 0.4
 """Lost where the mean gap is as wide as allowed; a tee with a gap of 0.4 of 0.5 mm stays a weld."""
-LEAST_RUN_MM = 5.0
-"""A shorter run is a step or a sliver: an 8 mm plate's end is the least in use."""
 THICKEST_MM = 60.0
 """Of concave edges: where both members are thicker, the part is a casting or a building; plate welded by robots is
 rarely above 40 mm."""
@@ -92,7 +89,7 @@ def judge_seams(
         return ()
     shares = _free_shares(graph, trimmed, seams)
     has_marks = any(seam.source is SeamSource.MARKED for seam in seams)
-    judge = _Judge.of(graph, trimmed, options.gap_for(graph), has_marks=has_marks)
+    judge = _Judge.of(graph, trimmed, options, has_marks=has_marks)
     concave = _concave_evidence(graph, trimmed, seams) if options.concave is ConcaveEdges.AUTO else {}
     judged = []
     for row, (seam, share) in enumerate(zip(seams, shares, strict=True)):
@@ -129,13 +126,15 @@ class _Judge:
     holes: IntArray
     fasteners: dict[int, Fastener]
     gap_mm: float
+    min_length_mm: float
     has_marks: bool
 
     @classmethod
-    def of(cls, graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float, *, has_marks: bool) -> _Judge:
+    def of(cls, graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, *, has_marks: bool) -> _Judge:
         number = {name: solid for solid, name in enumerate(graph.solid_names)}
         holes = np.flatnonzero((graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0))
-        return cls(graph, number, holes, find_fasteners(graph, trimmed), gap_mm, has_marks)
+        fasteners = find_fasteners(graph, trimmed)
+        return cls(graph, number, holes, fasteners, options.gap_for(graph), options.min_length_mm, has_marks)
 
     def evidence(self, seam: Seam, share: float) -> Iterator[Evidence]:
         """Yield what speaks against a candidate."""
@@ -149,8 +148,9 @@ class _Judge:
                 yield Evidence(FASTENER, f"{name} is {self.fasteners[solid].what}")
             elif is_named_fastener(name):
                 yield Evidence(NAMED, f"{name} is named like a fastener")
-        if seam.length_mm < LEAST_RUN_MM:
-            yield Evidence(TOO_SHORT, f"{seam.length_mm:.1f} mm is shorter than a run of {LEAST_RUN_MM:g} mm")
+        if seam.length_mm < self.min_length_mm:
+            least = f"the least length of a seam, {self.min_length_mm:g} mm"
+            yield Evidence(TOO_SHORT, f"{seam.length_mm:.1f} mm is shorter than {least}")
         if self.has_marks and seam.source is not SeamSource.MARKED:
             yield Evidence(NOT_MARKED, "other edges are marked, and not this one")
         if seam.source is SeamSource.CONTACT and len(solids) == 2:

@@ -10,21 +10,22 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.contact import LEAST_LENGTH_MM
 from wpcal.seam.find.joint import JoinedPieces
+from wpcal.seam.limits import LEAST_CANDIDATE_MM
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.chain import chain_pieces, groups
 from wpcal.seam.path.direction import Runs, directed_runs
 from wpcal.seam.path.discretise import discretise, run_lengths
 from wpcal.seam.path.turning import limit_turn
-from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, SeamSource
+from wpcal.seam.pieces import solids_of
+from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamSource
 
-FULL_TURN_SIN = 1e-6
-"""A loop whose end meets its start this nearly is closed."""
+CLOSED_MM = 1e-6
+"""A run whose end is this near to its start is closed."""
 
 
 def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, source: SeamSource) -> list[Seam]:
-    """Chain pieces between the same solids with the same weld into seams of at least `LEAST_LENGTH_MM`.
+    """Chain pieces between the same solids with the same weld into seams of at least `LEAST_CANDIDATE_MM`.
 
     Parameters
     ----------
@@ -51,7 +52,7 @@ def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, so
     seams = []
     for number, chain in enumerate(chains):
         row = int(chain.rows[0])
-        if lengths[number] < LEAST_LENGTH_MM:
+        if lengths[number] < LEAST_CANDIDATE_MM:
             continue
         seams.append(
             Seam(
@@ -72,18 +73,12 @@ def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, so
     return seams
 
 
-def solids_of(graph: BrepGraph, pieces: SeamPieces) -> IntArray:
-    """Return the numbers of the two solids of each piece, the smaller first, -1 for a missing face; shape (k, 2)."""
-    solids = [np.where(face >= 0, graph.face_solid[face], -1) for face in (pieces.wall, pieces.base)]
-    return np.sort(np.stack(solids, axis=1), axis=1)
-
-
 def measured(
     graph: BrepGraph, runs: Runs, closed: BoolArray, options: SeamOptions
 ) -> tuple[list[SeamFrames], FloatArray, BoolArray]:
     """Return the frames and the length of every run, and whether it is closed (as told, or its ends meet)."""
     p0, p1 = runs.ends(graph)
-    closed = closed | (np.linalg.norm(p1 - p0, axis=1) <= FULL_TURN_SIN)
+    closed = closed | (np.linalg.norm(p1 - p0, axis=1) <= CLOSED_MM)
     stations = discretise(graph, runs, options.steps)
     stations, frames = limit_turn(graph, runs.pieces, stations, options.steps.turn_rad)
     own = [frames.rows(*ends) for ends in pairwise(stations.start.tolist())]

@@ -13,6 +13,7 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.path.chain import ROUND_MM, Chain
+from wpcal.seam.pieces import sample_pieces
 from wpcal.seam.seam import SeamPieces
 
 CHUNK = 1000
@@ -115,16 +116,10 @@ def _backwards(runs: Runs, flip: BoolArray) -> Runs:
     return Runs(runs.pieces.select(rows).reversed_where(flip[run]), runs.start)
 
 
-def _samples(graph: BrepGraph, pieces: SeamPieces, share: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return parameters (k, n) and points (k, n, 3) at shares of every piece."""
-    t = pieces.t0[:, None] + (pieces.t1 - pieces.t0)[:, None] * share
-    return t, evaluate_edges(graph, np.repeat(pieces.edge, len(share)), t.ravel())[0].reshape(*t.shape, 3)
-
-
 def _runs_clockwise(graph: BrepGraph, runs: Runs) -> BoolArray:
     """Tell which loops have an area vector that points down (z, then y, then x)."""
     share = np.linspace(0.0, 1.0, AREA_SAMPLES, endpoint=False)
-    p = _samples(graph, runs.pieces, share)[1].reshape(-1, 3)
+    p = sample_pieces(graph, runs.pieces, share)[1].reshape(-1, 3)
     start = runs.start[:-1] * AREA_SAMPLES
     count = np.diff(runs.start) * AREA_SAMPLES
     p = p - np.repeat(np.add.reduceat(p, start) / count[:, None], count, axis=0)
@@ -161,7 +156,7 @@ def _smallest_points(graph: BrepGraph, runs: Runs, loops: IntArray) -> tuple[Int
     """Return the piece that holds the smallest point of each loop, and the parameter there."""
     run = runs.run_of_piece
     rows = np.flatnonzero(np.isin(run, loops))
-    t, p = _samples(graph, runs.pieces.select(rows), np.linspace(0.0, 1.0, LOOP_SAMPLES))
+    t, p = sample_pieces(graph, runs.pieces.select(rows), np.linspace(0.0, 1.0, LOOP_SAMPLES))
     x, y, z = _rounded(p.reshape(-1, 3)).T
     of_sample = np.repeat(run[rows], LOOP_SAMPLES)
     order = np.lexsort((z, y, x, of_sample))

@@ -16,6 +16,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.trim import distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
+from wpcal.seam.options import StepOptions
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.seam import SeamPieces
 
@@ -29,40 +30,6 @@ MOST_POINTS = 1_000_000
 """More points on one seam are a slip in the options."""
 EXACT_STEPS = 1e-9
 """A number of steps this little above a whole one is it: 100 mm in steps of 10 mm are ten."""
-
-
-@dataclass(frozen=True, slots=True)
-class StepOptions:
-    """How a seam is cut into steps.
-
-    Parameters
-    ----------
-    chord_mm : float
-        Largest distance of the seam from the chord between neighbouring points, mm.
-    min_step_mm : float
-        Points nearer than this to their neighbour are taken out where the chord bound allows it, mm.
-    max_step_mm : float
-        Largest distance along the seam between neighbours, mm.
-    turn_rad : float
-        Largest turn of the frame between neighbours, rad; the least step gives way to it.
-
-    Raises
-    ------
-    InputError
-        When one is not positive, or the least step is larger than the largest.
-    """
-
-    chord_mm: float = 0.1
-    min_step_mm: float = 1.0
-    max_step_mm: float = 10.0
-    turn_rad: float = float(np.radians(45.0))
-
-    def __post_init__(self) -> None:
-        for name in ("chord_mm", "max_step_mm", "turn_rad"):
-            if not getattr(self, name) > 0:
-                raise InputError(f"{name} must be positive, got {getattr(self, name)}")
-        if not 0 <= self.min_step_mm <= self.max_step_mm:
-            raise InputError(f"min_step_mm must be between 0 and max_step_mm, got {self.min_step_mm}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

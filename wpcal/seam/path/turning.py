@@ -19,7 +19,7 @@ MOST_ROUNDS = 8
 """Halvings of a step: a frame that still turns too far over 1/256 of it turns at a point, not along the seam."""
 OPPOSED_RAD = np.pi - np.radians(0.1)
 """Two normals at a larger angle are opposed: their sum is shorter than 1/500 and its direction is that of round-off."""
-OPPOSED = "the faces are opposed"
+OPPOSED_REASON = "the faces are opposed"
 """How a reason about opposed normals begins."""
 
 
@@ -121,8 +121,8 @@ def face_free_space(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam) -> Seam
     up = float(side[opposed, 2].sum())
     z = np.where(opposed[:, None], side if (free[0], up) >= (free[1], -up) else -side, normal)
     R = np.stack([x, np.cross(z, x), z], axis=2)
-    reason = f"{OPPOSED} at {opposed.sum()} of {len(frames)} points: z points to the free side there"
-    others = tuple(text for text in seam.reasons if not text.startswith(OPPOSED))
+    reason = f"{OPPOSED_REASON} at {opposed.sum()} of {len(frames)} points: z points to the free side there"
+    others = tuple(text for text in seam.reasons if not text.startswith(OPPOSED_REASON))
     return replace(seam, frames=replace(frames, R=R), reasons=(*others, reason))
 
 

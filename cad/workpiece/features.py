@@ -1,0 +1,21 @@
+"""The reference features of a workpiece, those that are easiest to touch first."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cad.workpiece.workpiece import Workpiece, open_workpiece
+from wpcal.core.progress import Progress, no_progress
+from wpcal.features import Touchable, judge_features
+
+
+def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:
+    """Return the reference features of a STEP file, those that are easiest to touch first."""
+    return judge_workpiece(open_workpiece(step, progress=progress), progress=progress)
+
+
+def judge_workpiece(workpiece: Workpiece, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:
+    """Return the reference features of a workpiece, those that are easiest to touch first."""
+    progress("judging features")
+    judged = judge_features(workpiece.graph, workpiece.features, trimmed=workpiece.trimmed)
+    return tuple(sorted(judged, key=lambda item: item.ease))

@@ -1,0 +1,100 @@
+"""The seams of a workpiece: found, and decided about by a person."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from cad.workpiece.workpiece import Workpiece, open_workpiece
+from wpcal.core.progress import Progress, no_progress
+from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.edit import PlacedEdit, apply_edits
+from wpcal.seam.find.bead import add_beads
+from wpcal.seam.find.interpenetration import interpenetrating_solids
+
+
+@dataclass(frozen=True, slots=True)
+class SeamChoice:
+    """What a person decided about the seams of a part.
+
+    Parameters
+    ----------
+    edits : tuple of PlacedEdit
+        About candidates (`wpcal.seam.edit.read_edits`).
+    marked : tuple of str
+        Names, layers or colours of edges in the STEP file that are the seams (`marked_edges.find_marked`).
+    edges : tuple of str
+        Places of edges that are seams.
+    """
+
+    edits: tuple[PlacedEdit, ...] = ()
+    marked: tuple[str, ...] = ()
+    edges: tuple[str, ...] = ()
+
+
+def find_seams(
+    workpiece: Workpiece, options: SeamOptions, choice: SeamChoice | None = None
+) -> tuple[tuple[Seam, ...], Workpiece]:
+    """Find the seams of a workpiece; solids that run into each other are cut by the kernel first.
+
+    Parameters
+    ----------
+    workpiece : Workpiece
+    options : SeamOptions
+    choice : SeamChoice, optional
+        What a person decided.
+
+    Returns
+    -------
+    seams : tuple of Seam
+        With frames in `part`.
+    workpiece : Workpiece
+        With the section curves in its graph, and what went wrong with them among its issues.
+    """
+    trimmed = workpiece.trimmed
+    pairs = interpenetrating_solids(workpiece.graph, trimmed)
+    sections = None
+    if len(pairs):
+        from cad.kernel.section import add_sections
+
+        graph, sections, issues = add_sections(workpiece.graph, workpiece.solids, pairs)
+        workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *issues))
+        trimmed = replace(trimmed, graph=graph)
+    choice = choice or SeamChoice()
+    graph, beads = add_beads(workpiece.graph, trimmed, options)
+    marked = None
+    if choice.marked or choice.edges:
+        from cad.workpiece.marked_edges import find_marked
+
+        marks = () if workpiece.source is None else workpiece.source.marks
+        graph, marked = find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
+    workpiece, trimmed = replace(workpiece, graph=graph), replace(trimmed, graph=graph)
+    seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, marked=marked)
+    return apply_edits(graph, trimmed, seams, choice.edits, options), workpiece
+
+
+def list_seams(
+    step: Path,
+    *,
+    options: SeamOptions,
+    choice: SeamChoice | None = None,
+    picture: bool = False,
+    mesh: bool = False,
+    progress: Progress = no_progress,
+) -> tuple[tuple[Seam, ...], bytes | None, bytes | None]:
+    """Return the seams of a STEP file, frames in `part`, and where asked a picture of them (PNG) and ``part.glb``."""
+    workpiece = open_workpiece(step, progress=progress)
+    progress("finding seams")
+    seams, workpiece = find_seams(workpiece, options, choice)
+    png, part_glb = None, None
+    if picture:
+        from cad.draw.picture import seams_png
+
+        progress("drawing")
+        png = seams_png(workpiece.graph, seams, Path(step).name)
+    if mesh:
+        from cad.kernel.tessellate import mesh_part
+
+        progress("drawing the part")
+        part_glb, _ = mesh_part(workpiece.source.solids, sha256=workpiece.source.sha256)
+    return seams, png, part_glb

@@ -1,0 +1,65 @@
+"""Every record that wpcal writes has a JSON Schema, which is found by the name that the record states."""
+
+import json
+import re
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from wpcal.core.errors import InputError
+from wpcal.results.schemas import required_fields, schema_file, schema_names, schema_text
+
+ROOT = Path(__file__).parents[3]
+NAME_IN_SOURCE = re.compile(r"wpcal/[a-z]+(?:-[a-z]+)*/[0-9]+")
+
+
+@pytest.mark.parametrize("name", schema_names())
+def test_a_schema_is_valid_and_so_are_its_examples(name: str) -> None:
+    schema = json.loads(schema_text(name))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    assert schema["properties"]["schema"]["const"] == name
+    assert schema["$id"] == f"urn:{':'.join(name.split('/')[:1])}:schema:{':'.join(name.split('/')[1:])}"
+    assert "schema" in required_fields(name)
+    for example in schema.get("examples", ()):
+        jsonschema.Draft202012Validator(schema).validate(example)
+
+
+def test_the_plan_has_a_schema_like_every_record() -> None:
+    assert schema_file("wpcal/plan/1") == "plan-1.schema.json"
+    assert json.loads(schema_text("wpcal/plan/1"))["properties"]["robots"]["minItems"] == 2
+
+
+@pytest.mark.parametrize("name", ["wpcal/x/1", "plan", "wpcal/plan/01", "wpcal/../plan/1", "wpcal/plan/1/"])
+def test_an_unknown_schema_is_refused(name: str) -> None:
+    with pytest.raises(InputError, match=rf"no schema '{re.escape(name)}'; known: .*wpcal/program/1"):
+        schema_text(name)
+
+
+def test_every_record_that_the_source_names_has_a_schema_and_the_reverse() -> None:
+    source = [path for package in ("wpcal", "cad") for path in (ROOT / package).rglob("*.py")]
+    named = {name for path in source for name in NAME_IN_SOURCE.findall(path.read_text(encoding="utf-8"))}
+    assert named == set(schema_names())
+
+
+def test_a_record_that_breaks_its_schema_is_noticed_wherever_a_test_writes_it() -> None:
+    from wpcal.core.records import to_json
+
+    to_json({"schema": "wpcal/taught/1", "points": [{"name": "P1", "p_base_mm": [1.0, 2.0, 3.0]}]})
+    with pytest.raises(jsonschema.ValidationError, match="is too short"):
+        to_json({"schema": "wpcal/taught/1", "points": [{"name": "P1", "p_base_mm": [1.0, 2.0]}]})
+    with pytest.raises(KeyError, match="schema"):
+        to_json({"points": []})
+
+
+@pytest.mark.parametrize(
+    "path", sorted((ROOT / "fixtures").rglob("*.json")), ids=lambda path: str(path.relative_to(ROOT))
+)
+def test_the_records_among_the_fixtures_follow_their_schemas(path: Path) -> None:
+    record = json.loads(path.read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator(json.loads(schema_text(record["schema"]))).validate(record)
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "wpcal" / "robot" / "arms").glob("*.json")), ids=lambda path: path.stem)
+def test_the_shipped_arms_follow_their_schema(path: Path) -> None:
+    jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/arm/1"))).validate(json.loads(path.read_text()))

@@ -1,0 +1,68 @@
+"""Whether the files of one result folder come from one calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.core.errors import FormatError, FrameError
+from wpcal.core.transform import RigidTransform
+
+SAME_POSE_MM = 1e-9
+"""All files are written with all digits from one result: a larger difference of positions means two calibrations."""
+SAME_POSE_RAD = 1e-9
+"""The same for rotations: 1e-9 rad moves a point at one metre by 1e-6 mm, and round-off is a thousand times smaller."""
+
+
+def agreed_pose(calibration: Mapping[str, Any], seams: Mapping[str, Any], *, path: Path) -> RigidTransform:
+    """Return the ``T_base_part`` that both records state.
+
+    Parameters
+    ----------
+    calibration, seams : mapping
+        The records of ``calibration.json`` and ``seams.json``.
+    path : Path
+        The file of the seams, for messages.
+
+    Raises
+    ------
+    FrameError
+        When the seams are not in `base`.
+    InputError
+        When a pose is not a rigid motion.
+    FormatError
+        When the poses differ by more than `SAME_POSE_MM` or `SAME_POSE_RAD`.
+    """
+    if seams["frame"] != "base" or seams["T_base_part"] is None:
+        raise FrameError(f"{path}: expected seams in the frame 'base', got {seams['frame']!r}")
+    of_seams, fitted = (
+        RigidTransform.from_matrix(record["T_base_part"], target="base", source="part")
+        for record in (seams, calibration)
+    )
+    if not of_seams.is_close(fitted, atol_mm=SAME_POSE_MM, atol_rad=SAME_POSE_RAD):
+        raise FormatError("T_base_part differs from the one in calibration.json: two calibrations", path=str(path))
+    return of_seams
+
+
+def check_same_part(part_glb: bytes, calibration: Mapping[str, Any], *, path: Path) -> None:
+    """Refuse a mesh of another part than the calibrated one.
+
+    Parameters
+    ----------
+    part_glb : bytes
+        As `wpcal.brep.mesh_glb.write_part_glb` writes it.
+    calibration : mapping
+        The record of ``calibration.json``.
+    path : Path
+        The file of the mesh, for messages.
+
+    Raises
+    ------
+    FormatError
+        When the file is not such a mesh, or was made from another STEP file.
+    """
+    expected = calibration.get("inputs", {}).get("part", {}).get("sha256")
+    if read_part_glb(part_glb, path=str(path)).sha256 != expected:
+        raise FormatError("was made from another STEP file than calibration.json", path=str(path))

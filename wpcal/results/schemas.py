@@ -1,0 +1,68 @@
+"""The JSON Schema of every record that wpcal writes, found by the name that the record states.
+
+The file ``schemas/plan-1.schema.json`` (JSON Schema, draft 2020-12) describes the record ``wpcal/plan/1``. There is no
+list beside the files, so no schema can be forgotten.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from functools import cache
+from importlib.resources import files
+
+from wpcal.core.errors import InputError
+
+_FOLDER = files("wpcal.results") / "schemas"
+_ENDING = ".schema.json"
+_NAME = re.compile(r"wpcal/([a-z]+(?:-[a-z]+)*)/([1-9][0-9]*)")
+
+
+def schema_names() -> list[str]:
+    """Return the names of all records that have a schema, sorted."""
+    return sorted(_names())
+
+
+def _names() -> Iterator[str]:
+    for file in _FOLDER.iterdir():
+        kind, _, version = file.name.removesuffix(_ENDING).rpartition("-")
+        yield f"wpcal/{kind}/{version}"
+
+
+def schema_file(name: str) -> str:
+    """Return the name of the file that describes a record: ``plan-1.schema.json`` for ``wpcal/plan/1``.
+
+    Raises
+    ------
+    InputError
+        When there is no schema of that name.
+    """
+    found = _NAME.fullmatch(name)
+    file = f"{found[1]}-{found[2]}{_ENDING}" if found else ""
+    if not (file and (_FOLDER / file).is_file()):
+        raise InputError(f"no schema {name!r}; known: {', '.join(schema_names())}")
+    return file
+
+
+def schema_text(name: str) -> str:
+    """Return the JSON Schema of a record as text, for example of ``wpcal/seams/1``.
+
+    Raises
+    ------
+    InputError
+        When there is no schema of that name.
+    """
+    return (_FOLDER / schema_file(name)).read_text(encoding="utf-8")
+
+
+@cache
+def required_fields(name: str) -> tuple[str, ...]:
+    """Return the fields that every record of this name has at its top level, as its schema lists them.
+
+    Raises
+    ------
+    InputError
+        When there is no schema of that name.
+    """
+    return tuple(json.loads(schema_text(name)).get("required", ()))

@@ -1,0 +1,173 @@
+"""Residuals of measured poses, their least-squares minimum over model parameters, and the noise that they show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.tangent import log_rotation
+from wpcal.optim.levenberg_marquardt import minimise_squares
+from wpcal.robot.identify.identifiability import Noise, whitened
+from wpcal.robot.identify.observations import PoseObservations
+from wpcal.robot.identify.parameters import KinematicModel, Parameter
+
+MAX_STEPS = 40
+"""Steps of Levenberg-Marquardt: four to six are usual; measurements that belong to other poses use them up."""
+
+STILL_SIGMAS = 1e-6
+"""The last step moves the poses by less than this part of their noise (root mean square), and as steps shrink
+quadratically the next one would be round-off. Below 1e-7 the sum of squares no longer shows whether a step helps ..."""
+
+ROUND_OFF_MM = 1e-11
+"""... or by less than the round-off of positions metres away, where simulated noise is smaller than any real one."""
+
+FIRST_DAMPING = 1e-6
+"""Nominal parameters are so near the true ones that nearly undamped steps converge."""
+
+LEAST_MM, LEAST_RAD = 1e-6, 1e-9
+"""Noise is never taken as smaller: no instrument is better, and simulated poses without noise have none to estimate."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Minimum:
+    """Where Levenberg-Marquardt stopped, with the whitened residuals and Jacobian there."""
+
+    model: KinematicModel
+    parameters: tuple[Parameter, ...]
+    noise: Noise
+    r: FloatArray
+    J: FloatArray
+    iterations: int
+    converged: bool
+
+
+def pose_errors(model: KinematicModel, theta: FloatArray, observations: PoseObservations) -> FloatArray:
+    """Return measured minus modelled poses, shape (N, 6) or (N, 3).
+
+    Columns: turn (rad, only where orientations were measured), then distance (mm), in the frame of the measurement.
+    """
+    p, R = model.poses(theta, observations.reflector)
+    shift = observations.p_base - p
+    if observations.R_base_flange is None:
+        return shift
+    turn = log_rotation(observations.R_base_flange @ np.swapaxes(R, 1, 2))
+    return np.concatenate([turn, shift], axis=1)
+
+
+def evaluate(
+    model: KinematicModel,
+    parameters: tuple[Parameter, ...],
+    theta: FloatArray,
+    observations: PoseObservations,
+    noise: Noise,
+) -> Minimum:
+    """Return residuals and Jacobian at a model; nothing is moved.
+
+    Parameters
+    ----------
+    model : KinematicModel
+    parameters : tuple of Parameter
+        Columns of the Jacobian.
+    theta : ndarray, shape (N, n)
+        Model angles of the rows, rad.
+    observations : PoseObservations
+    noise : Noise
+        The residuals are divided by it.
+
+    Returns
+    -------
+    Minimum
+    """
+    problem = _PoseProblem(parameters, theta, observations, noise)
+    at = problem.at(model)
+    return Minimum(model, parameters, noise, at.r, problem.jacobian(at), 0, converged=True)
+
+
+def minimise(
+    model: KinematicModel,
+    parameters: tuple[Parameter, ...],
+    theta: FloatArray,
+    observations: PoseObservations,
+    noise: Noise,
+) -> Minimum:
+    """Find the parameters with the least sum of squared residuals, each divided by its noise.
+
+    Parameters
+    ----------
+    model : KinematicModel
+        The start.
+    parameters : tuple of Parameter
+        What may change.
+    theta : ndarray, shape (N, n)
+        Model angles of the rows, rad.
+    observations : PoseObservations
+    noise : Noise
+
+    Returns
+    -------
+    Minimum
+    """
+    problem = _PoseProblem(parameters, theta, observations, noise)
+    still = max(STILL_SIGMAS, ROUND_OFF_MM / noise.sigma_mm) * float(np.sqrt(observations.equations))
+    found = minimise_squares(problem, problem.at(model), still=still, most_steps=MAX_STEPS, first_damping=FIRST_DAMPING)
+    J = problem.jacobian(found.state)
+    return Minimum(found.state.model, parameters, noise, found.state.r, J, found.steps, found.converged)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _ModelAt:
+    """A model with its whitened residuals, shape (6 N,) or (3 N,)."""
+
+    model: KinematicModel
+    r: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _PoseProblem:
+    """The `wpcal.optim.levenberg_marquardt.SquaresProblem` of measured poses."""
+
+    parameters: tuple[Parameter, ...]
+    theta: FloatArray
+    observations: PoseObservations
+    noise: Noise
+
+    def at(self, model: KinematicModel) -> _ModelAt:
+        sigmas = [self.noise.sigma_mm]
+        if self.observations.has_orientations:
+            sigmas.insert(0, self.noise.sigma_rad)
+        return _ModelAt(model, (pose_errors(model, self.theta, self.observations) / np.repeat(sigmas, 3)).ravel())
+
+    def jacobian(self, at: _ModelAt) -> FloatArray:
+        """Derivatives of the modelled poses: minus those of the residuals."""
+        J = at.model.jacobian(self.parameters, self.theta, self.observations.reflector)
+        return whitened(J, self.observations, self.noise)
+
+    def cost(self, at: _ModelAt) -> float:
+        return float(at.r @ at.r)
+
+    def normal_equations(self, at: _ModelAt) -> tuple[FloatArray, FloatArray]:
+        J = self.jacobian(at)
+        return -J.T @ at.r, J.T @ J
+
+    def moved(self, at: _ModelAt, step: FloatArray) -> _ModelAt:
+        return self.at(at.model.moved(self.parameters, step))
+
+
+def estimate_noise(fit: Minimum, observations: PoseObservations) -> Noise:
+    """Variance components: the squared residuals of each kind over its share of the degrees of freedom."""
+    Q = np.linalg.qr(fit.J)[0]
+    freedom = 1.0 - np.sum(Q * Q, axis=1)
+    if not observations.has_orientations:
+        return Noise(max(LEAST_MM, fit.noise.sigma_mm * _scale(fit.r, freedom)), fit.noise.sigma_rad)
+    r, freedom = fit.r.reshape(-1, 2, 3), freedom.reshape(-1, 2, 3)
+    return Noise(
+        max(LEAST_MM, fit.noise.sigma_mm * _scale(r[:, 1], freedom[:, 1])),
+        max(LEAST_RAD, fit.noise.sigma_rad * _scale(r[:, 0], freedom[:, 0])),
+    )
+
+
+def _scale(r: FloatArray, freedom: FloatArray) -> float:
+    """Root of the sum of squares of whitened residuals over what is expected of it; 1 where the noise was right."""
+    return float(np.sqrt(np.sum(r * r) / max(float(np.sum(freedom)), np.finfo(float).eps)))

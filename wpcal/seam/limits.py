@@ -1,0 +1,39 @@
+"""The limits by which seams are found and accepted; each one is said here and nowhere else.
+
+`SeamOptions` uses them as defaults. What only one step needs (samples, rounds, the shape of a fastener) is beside that
+step.
+"""
+
+from __future__ import annotations
+
+from wpcal.brep.contact import CONTACT_GAP_MM
+
+LEAST_SEAM_MM = 5.0
+"""Least length of an accepted seam, unless `SeamOptions.min_length_mm` says otherwise. A shorter run is a step in a
+machined part or a sliver: the end of an 8 mm plate is the shortest weld in use."""
+LEAST_CANDIDATE_MM = 1.0
+"""A shorter contact is not even a candidate: an arc needs more to start."""
+LEAST_CONFIDENCE = 0.5
+"""A candidate at or above this confidence is accepted."""
+
+GAP_SHARE = 2.5e-3
+"""On parts smaller than 200 mm the gap is this share of the diagonal: 0.5 mm would join everything on a small part."""
+FLUSH_MM = 0.02
+"""An edge nearer than this to the boundary of a face runs along it: twice the sag of the boundary's polylines."""
+OPPOSED_COS = -0.87
+"""Two faces are in contact only if the cosine between their outward normals is below this (within 30 degrees of
+opposite)."""
+NEAR_GAPS = 3.0
+"""Curves nearer to each other than this many gaps are one seam: each may be a gap away from the other member, and there
+may be a gap between the two."""
+
+
+def usual_gap_mm(size_mm: float) -> float:
+    """Return the largest gap between two members in contact on a part of a size (diagonal, mm), in mm.
+
+    Examples
+    --------
+    >>> usual_gap_mm(1000.0), usual_gap_mm(100.0)
+    (0.5, 0.25)
+    """
+    return min(CONTACT_GAP_MM, GAP_SHARE * size_mm)
