@@ -15,12 +15,13 @@ if TYPE_CHECKING:
     from cad.step.read import read_step
     from cad.step.write import write_moved_step
     from cad.workpiece.calibrate import calibrate_workpiece
+    from cad.workpiece.seams import find_seams
     from cad.workpiece.to_build123d import seam_locations, seam_planes, seam_wire
-    from cad.workpiece.workpiece import find_seams, open_workpiece
+    from cad.workpiece.workpiece import open_workpiece
 
 _HOMES = {
     "calibrate_workpiece": "cad.workpiece.calibrate:calibrate_workpiece",
-    "find_seams": "cad.workpiece.workpiece:find_seams",
+    "find_seams": "cad.workpiece.seams:find_seams",
     "open_workpiece": "cad.workpiece.workpiece:open_workpiece",
     "read_step": "cad.step.read:read_step",
     "seam_locations": "cad.workpiece.to_build123d:seam_locations",
