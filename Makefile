@@ -36,6 +36,7 @@ bench: $(VENV)/ready ## ratios against named peers, measured in this run
 
 fixtures: $(VENV)/ready ## write fixtures/ anew (golden results only with tests/golden --regenerate), and the files in docs/how-to
 	$(BIN)/python -m cad.samples.parts fixtures
+	$(BIN)/python -m cad.samples.graphs fixtures/graphs
 	$(BIN)/python docs/make_controller_files.py
 
 viewer: ## build the bundles of the 3-D view anew; needs Node
