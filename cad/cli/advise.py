@@ -63,7 +63,7 @@ def advise(*, part_step: Path, out: Path | None, force: bool, as_json: bool, **v
     with shown_progress() as progress:
         found: Advice = run_in_child(
             "cad.workpiece.advise:advise_points",
-            {"step": part_step, "options": options, "seam_options": found_by, "choice": choice},
+            {"part": part_step, "options": options, "seam_options": found_by, "choice": choice},
             what=f"advising for {part_step}",
             progress=progress,
         )

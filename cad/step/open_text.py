@@ -1,4 +1,4 @@
-"""Open a STEP file as text: everything that can be refused without the kernel is refused here, in one line."""
+"""Open a STEP file as text, and refuse what can be refused without the kernel, in one line."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ SIGNATURES = (
     (b"<!DOCTYPE html", "an HTML page"),
     (b"<html", "an HTML page"),
 )
-"""What people pass by mistake, by the first bytes of the file."""
+"""Files that people pass by mistake, by their first bytes."""
 
 START_MARK = b"ISO-10303-21"
 START_SEARCH_BYTES = 1024
-"""The mark stands first, save for a byte order mark, blanks or a comment."""
+"""The mark comes first, except for a byte order mark, blanks or a comment."""
 
 
 def read_step_text(path: Path) -> Part21File:
@@ -48,7 +48,7 @@ def read_step_text(path: Path) -> Part21File:
     InputError
         When there is no such file, or it is a folder, empty or not readable.
     FormatError
-        When it is something else than ISO 10303-21 text, or is cut off.
+        When it is not ISO 10303-21 text, or is cut off.
     """
     try:
         text = path.read_bytes()
@@ -64,11 +64,11 @@ def read_step_text(path: Path) -> Part21File:
     file = index_part21(text, name=str(path))
     if not len(file.ids):
         raise FormatError("the data section is empty", path=str(path))
-    return replace(file, name=path.name)  # what is said of it later goes into results, where a path has no place
+    return replace(file, name=path.name)  # later messages go into results, which must not hold paths
 
 
 def _what_it_is(text: bytes) -> str:
     for signature, what in SIGNATURES:
         if text[: len(signature)].lower() == signature.lower():
             return what
-    return "no STEP text"
+    return "not STEP text"
