@@ -38,6 +38,8 @@ LARGEST_BYTES = 8_000_000
 """Largest request: the longest list of points accepted, in base64."""
 TOKEN_BYTES = 18
 """144 bits cannot be guessed."""
+INTERNAL = "internal"
+"""Code of a defect of wpcal: any exception that is not a `WpcalError`."""
 SECONDS_TO_END = 2
 """Time for requests in progress when the server is told to end."""
 HEADERS = {
@@ -145,7 +147,7 @@ class Guard:
 def build_app(session: PickSession, page: str, *, token: str) -> Starlette:
     """Return the application: ``GET /token/`` is the page; ``fit``, ``save``, ``suggest`` and ``read`` take JSON.
 
-    Answers are ``{"answer": …}`` or ``{"fault": {"message": …, "row": …}}``.
+    Answers are ``{"answer": …}`` or ``{"fault": …}``, a record of `cad.pick.session.fault_record`.
     """
 
     async def show(_: Request) -> Response:
@@ -185,7 +187,7 @@ def _endpoint(action: Callable[[Any], dict[str, Any]]) -> Callable[[Request], An
         except Exception as error:  # the outermost handler of a request: the page must learn of every exception
             _log.error("a request to the picker failed: %r", error, exc_info=bool(os.environ.get("WPCAL_DEBUG")))
             what = f"internal error ({type(error).__name__}: {error}); this is our fault"
-            answer = {"fault": {"message": what, "row": None}}
+            answer = {"fault": {"message": what, "code": INTERNAL, "row": None, "column": None}}
         return JSONResponse(answer, headers=HEADERS)
 
     return endpoint

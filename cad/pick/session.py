@@ -232,24 +232,31 @@ def _named_in(
 
 
 def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:
-    """Return what the page shows of an error: its ``message``, and the ``row`` that it is about, or None.
+    """Return what the page needs to know of an error.
 
     Parameters
     ----------
     error : WpcalError
     rows : Rows, optional
-        The rows given to `PickSession.fit` or `PickSession.save`.
+        The rows that `PickSession.fit` or `PickSession.save` were given.
+
+    Returns
+    -------
+    dict
+        ``message`` for the reader; ``code``, the cause; ``row`` and ``column`` of the wrong cell, or None.
     """
+    record: dict[str, Any] = {"message": str(error), "code": str(error.code), "row": None, "column": None}
     if rows is None or not isinstance(error, FormatError) or error.path or not error.line:
-        return {"message": str(error), "row": None}
+        return record
     index = error.line - FIRST_LINE
     complete = rows.complete()
     if not 0 <= index < len(complete):
-        return {"message": error.what, "row": None}
+        return {**record, "message": error.what}
     row = complete[index]
     name = rows.cells[row][rows.columns.index("name")] or f"row {row + 1}"
-    column = f", {error.column}" if isinstance(error.column, str) else ""
-    return {"message": f"{name}{column}: {error.what}", "row": row}
+    column = error.column if isinstance(error.column, str) else None
+    place = f"{name}, {column}" if column else name
+    return {**record, "message": f"{place}: {error.what}", "row": row, "column": column}
 
 
 def _taught(rows: Rows) -> TaughtPoints:

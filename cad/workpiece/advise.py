@@ -51,7 +51,7 @@ class AdviseOptions:
 
 
 def advise_points(
-    part: Any,
+    step: Any,
     *,
     options: AdviseOptions,
     seam_options: SeamOptions,
@@ -62,7 +62,7 @@ def advise_points(
 
     Parameters
     ----------
-    part : path, build123d shape, iterable of build123d shapes, or Workpiece
+    step : path, build123d shape, iterable of build123d shapes, or Workpiece
     options : AdviseOptions
     seam_options : SeamOptions
     choice : SeamChoice, optional
@@ -80,7 +80,7 @@ def advise_points(
     GeometryError
         When the part has no seam, or too few features that may be taught.
     """
-    workpiece = part if isinstance(part, Workpiece) else open_workpiece(part, progress=progress)
+    workpiece = step if isinstance(step, Workpiece) else open_workpiece(step, progress=progress)
     have = [feature_named(workpiece.features, name) for name in options.have]
     excluded = {feature_named(workpiece.features, name).name for name in options.exclude}
     progress("finding seams")

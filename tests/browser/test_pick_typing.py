@@ -221,7 +221,7 @@ def test_a_number_that_is_begun_waits_until_the_hand_leaves(table: Any, begun: s
     y = cell(table, "V4", "y_mm")
     y.fill("")
     table.page.keyboard.type(begun)
-    assert "1 row waits" in state(table)
+    assert "1 row has no coordinates yet" in state(table)
     y.press("Tab")
     assert state(table).startswith("V4, y_mm: ")
     assert y.get_attribute("aria-invalid") == "true"
@@ -231,7 +231,7 @@ def test_a_row_that_was_taken_away_comes_back(table: Any) -> None:
     before = {name: place(table, name) for name in names(table)}
     table.page.locator(".remove").nth(1).press("Enter")
     assert names(table) == [name for name in before if name != "V4"]
-    assert table.page.evaluate("document.activeElement.getAttribute('aria-label')") == "take V16 away"
+    assert table.page.evaluate("document.activeElement.getAttribute('aria-label')") == "remove V16"
     table.page.keyboard.press("Control+z")
     table.wait("window.wpcal.idle")
     assert {name: place(table, name) for name in names(table)} == before

@@ -10,7 +10,7 @@ import pytest
 
 from cad.pick.part import PickPart, read_pick_part
 from cad.pick.rows import NEW_COLUMNS, Rows
-from cad.pick.session import ERROR_DIGITS, PickSession
+from cad.pick.session import ERROR_DIGITS, PickSession, fault_record
 from cad.workpiece.calibrate import calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.seams import SeamChoice
@@ -103,8 +103,9 @@ def test_points_without_names_are_found(part: PickPart, tmp_path: Path) -> None:
 
 def test_a_program_in_a_frame_that_is_not_known_asks_for_it(part: PickPart, tmp_path: Path) -> None:
     session = PickSession(part, tmp_path / "saved.csv")
-    with pytest.raises(FormatError, match="--uframe"):
+    with pytest.raises(FormatError) as caught:
         session.read(KRL.encode(), name="TEACH.dat")
+    assert fault_record(caught.value)["code"] == "user-frame-missing"
     rows, left_out = session.read(KRL.encode(), name="TEACH.dat", uframe=",".join(map(str, (*FRAME, 0, 0, 0))))
     cells = [dict(zip(rows.columns, row, strict=True)) for row in rows.cells]
     assert [(cell["name"], cell["feature"], float(cell["x_mm"])) for cell in cells] == [

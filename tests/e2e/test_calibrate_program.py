@@ -107,4 +107,4 @@ def test_a_program_with_a_home_position_is_read_by_naming_the_others(tmp_path: P
 def test_options_for_programs_are_refused_with_a_table(tmp_path: Path) -> None:
     done = run_wpcal("calibrate", TEE / "tee.step", TEE / "taught.csv", "-o", tmp_path / "out", "--tool", "0,0,1")
     assert done.returncode == 2
-    assert "is no controller program: --tool cannot be used with it" in done.stderr
+    assert "is not a controller program: --tool cannot be used with it" in done.stderr

@@ -92,11 +92,10 @@ def build_plan_page(
         "seam": runs[0].plan.seam,
         "cell": cell.name,
         "names": list(names),
+        "axes": {"x": names[0], "y": names[-1], "colour": names[1] if len(names) > 2 else None},
         "chosen": chosen,
         "plans": [_plan_record(run) for run in runs],
-        "fronts": [
-            {"name": front.name, "hypervolume": front.hypervolume, "values": front.values.tolist()} for front in fronts
-        ],
+        "fronts": [_front_record(front, names) for front in fronts],
         "joints": [[joint.name for joint in arm.joints] for arm in (cell.arm1, cell.arm2)],
         "pairs": [list(pairs.names(row)) for row in range(len(pairs))],
         "bodies": [_body_record(body) for body in bodies_of(cell)],
@@ -109,6 +108,11 @@ def build_plan_page(
         blobs[f"curves-{row}"] = json_blob(_curves(run, cell))
         blobs[f"frames-{row}"] = _frames(cell, run.state).astype("<f4").tobytes()
     return build_page(title=f"Plan of seam {runs[0].plan.seam}", entry="plan", body=BODY, data=data, blobs=blobs)
+
+
+def _front_record(front: MethodFront, names: Sequence[str]) -> dict[str, Any]:
+    values = [dict(zip(names, row, strict=True)) for row in front.values.tolist()]
+    return {"name": front.name, "hypervolume": front.hypervolume, "values": values}
 
 
 def _plan_record(run: CellRun) -> dict[str, Any]:

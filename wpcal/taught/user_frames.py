@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
-from wpcal.core.errors import FormatError, InputError
+from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.records import read_bytes
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
@@ -336,4 +336,5 @@ def _frame_of(
     else:
         what = f"stands in user frame {point.frame}, whose values the file does not carry; "
         what += f"give --uframe {point.frame}={language.pose_words}"
-    raise FormatError(f"point {point.name}: {what}", path=path, line=point.line)
+    code = ErrorCode.USER_FRAME_MISSING
+    raise FormatError(f"point {point.name}: {what}", path=path, line=point.line, code=code)

@@ -73,7 +73,12 @@ def test_a_fault_names_the_row_of_the_page_not_the_line_of_the_text() -> None:
     rows = Rows(NEW_COLUMNS, cells)
     with pytest.raises(FormatError) as caught:
         taught(rows)
-    assert fault_record(caught.value, rows) == {"message": "C, y_mm: expected a number, got '8x'", "row": 2}
+    assert fault_record(caught.value, rows) == {
+        "message": "C, y_mm: expected a number, got '8x'",
+        "code": "format",
+        "row": 2,
+        "column": "y_mm",
+    }
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,9 @@ const viewerFromGlobal = {
   name: "viewer-from-global",
   setup(build) {
     build.onResolve({ filter: /\/viewer\.js$/ }, () => ({ path: "viewer", namespace: "global" }));
-    build.onLoad({ filter: /.*/, namespace: "global" }, () => ({ contents: "module.exports = globalThis.wpcalViewer;" }));
+    build.onLoad({ filter: /.*/, namespace: "global" }, () => ({
+      contents: "module.exports = globalThis.wpcalViewer;",
+    }));
   },
 };
 

@@ -15,7 +15,10 @@ export function colourOf(share) {
   if (!Number.isFinite(share)) return "#8a94a0";
   if (share > 1 + 1e-9) return BEYOND;
   const t = Math.max(share, 0);
-  const above = Math.max(STOPS.findIndex(([stop]) => t <= stop), 1);
+  const above = Math.max(
+    STOPS.findIndex(([stop]) => t <= stop),
+    1,
+  );
   const [[from, a], [to, b]] = [STOPS[above - 1], STOPS[above]];
   const mixed = a.map((v, i) => Math.round(v + ((b[i] - v) * (t - from)) / (to - from)));
   return `rgb(${mixed.join(",")})`;

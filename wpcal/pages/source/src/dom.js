@@ -45,9 +45,17 @@ export function short(value) {
 /** A table: columns {title, number?, cell: row => string | Node}; `rowOf` may decorate a row. */
 export function table(columns, rows, { rowOf = () => ({}), caption = null } = {}) {
   const kind = ({ number }) => (number ? "number" : null);
-  const head = el("tr", {}, columns.map((column) => el("th", { scope: "col", class: kind(column) }, column.title)));
+  const head = el(
+    "tr",
+    {},
+    columns.map((column) => el("th", { scope: "col", class: kind(column) }, column.title)),
+  );
   const body = rows.map((row) =>
-    el("tr", rowOf(row), columns.map((column) => el("td", { class: kind(column) }, column.cell(row)))),
+    el(
+      "tr",
+      rowOf(row),
+      columns.map((column) => el("td", { class: kind(column) }, column.cell(row))),
+    ),
   );
   const parts = [caption && el("caption", {}, caption), el("thead", {}, head), el("tbody", {}, body)];
   return el("div", { class: "table-scroll" }, el("table", {}, parts));
@@ -55,5 +63,9 @@ export function table(columns, rows, { rowOf = () => ({}), caption = null } = {}
 
 /** A list of term and description pairs. */
 export function facts(pairs) {
-  return el("dl", { class: "facts" }, pairs.map(([term, value]) => el("div", {}, el("dt", {}, term), el("dd", {}, value))));
+  return el(
+    "dl",
+    { class: "facts" },
+    pairs.map(([term, value]) => el("div", {}, el("dt", {}, term), el("dd", {}, value))),
+  );
 }

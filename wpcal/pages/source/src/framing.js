@@ -36,9 +36,13 @@ export function framed(places, from, camera, margin) {
   const centre = box.getCenter(new Vector3());
   const tall = Math.tan((camera.fov * Math.PI) / 360) / margin;
   const wide = tall * camera.aspect;
-  const distanceOf = ({ x, y, z }) => z - centre.z + Math.max(Math.abs(x - centre.x) / wide, Math.abs(y - centre.y) / tall);
+  const distanceOf = ({ x, y, z }) =>
+    z - centre.z + Math.max(Math.abs(x - centre.x) / wide, Math.abs(y - centre.y) / tall);
   const nearest = 0.2 * box.getSize(new Vector3()).length(); // of a single point something is seen, too
   const distance = turned.reduce((most, place) => Math.max(most, distanceOf(place)), nearest);
-  const eye = centre.clone().setZ(centre.z + distance).applyMatrix4(axes);
+  const eye = centre
+    .clone()
+    .setZ(centre.z + distance)
+    .applyMatrix4(axes);
   return { eye, target: centre.applyMatrix4(axes) };
 }

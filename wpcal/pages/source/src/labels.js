@@ -62,7 +62,9 @@ export class Labels {
       const { x, y, inside } = this.viewer.project(this.placeOf(item));
       const width = 7 * element.textContent.length + 6; // measuring each would cost a layout of the page
       const box = [x, y - 8, x + width, y + 8];
-      const free = taken.every((other) => box[0] > other[2] || box[2] < other[0] || box[1] > other[3] || box[3] < other[1]);
+      const free = taken.every(
+        (other) => box[0] > other[2] || box[2] < other[0] || box[1] > other[3] || box[3] < other[1],
+      );
       const visible = inside && free && !this.hidden.has(layer);
       element.hidden = !visible;
       if (!visible) continue;

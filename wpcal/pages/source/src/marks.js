@@ -32,7 +32,13 @@ export function fatLines(positions, colors, { width, opacity, dashed, resolution
   const geometry = new LineSegmentsGeometry();
   geometry.setPositions(positions);
   geometry.setColors(colors);
-  const material = new LineMaterial({ vertexColors: true, linewidth: width, transparent: opacity < 1, opacity, dashed });
+  const material = new LineMaterial({
+    vertexColors: true,
+    linewidth: width,
+    transparent: opacity < 1,
+    opacity,
+    dashed,
+  });
   material.uniforms.resolution.value = resolution;
   if (dashed) Object.assign(material, { dashSize: 4, gapSize: 3 });
   lift(material, "gl_Position = clip;", LINE_LIFT_PX, resolution);
@@ -46,7 +52,10 @@ export function fatLines(positions, colors, { width, opacity, dashed, resolution
 export function roundPoints(points, sizePx, resolution) {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(new Float32Array(points.flatMap(({ p }) => p)), 3));
-  geometry.setAttribute("color", new BufferAttribute(new Float32Array(points.flatMap(({ color }) => linear(color))), 3));
+  geometry.setAttribute(
+    "color",
+    new BufferAttribute(new Float32Array(points.flatMap(({ color }) => linear(color))), 3),
+  );
   const material = new PointsMaterial({ size: sizePx, sizeAttenuation: false, vertexColors: true });
   lift(material, "#include <project_vertex>", POINT_LIFT_PX, resolution);
   const lifted = material.onBeforeCompile;

@@ -16,7 +16,12 @@ export function arrow(start, r, factor) {
   if (length === 0) return [];
   const x = r.map((v) => v / length);
   const least = x.map(Math.abs).indexOf(Math.min(...x.map(Math.abs)));
-  const y = normalised(cross(x, [0, 1, 2].map((i) => Number(i === least))));
+  const y = normalised(
+    cross(
+      x,
+      [0, 1, 2].map((i) => Number(i === least)),
+    ),
+  );
   const z = cross(x, y);
   const back = 0.18 * factor * length;
   const barb = (side, sign) => end.map((v, i) => v - back * x[i] + sign * 0.4 * back * side[i]);

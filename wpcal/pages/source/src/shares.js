@@ -1,6 +1,7 @@
 // A length as a share of the tolerance: a bar in a table, a figure in a heading.
-import { colourOf } from "./viewer.js";
+
 import { el, fixed, short } from "./dom.js";
+import { colourOf } from "./viewer.js";
 
 /** A bar that is full at the tolerance. */
 export function bar(value, tolerance) {

@@ -86,7 +86,8 @@ export class Targets {
       const dx = ((e[0] * px + e[4] * py + e[8] * pz + e[12]) / w + 1) * (width / 2) - x;
       const dy = (1 - (e[1] * px + e[5] * py + e[9] * pz + e[13]) / w) * (height / 2) - y;
       const distance = Math.hypot(dx, dy);
-      if (distance <= set.radius) found.push({ set, index: i, distance, p: transformed(group.matrixWorld, px, py, pz) });
+      if (distance <= set.radius)
+        found.push({ set, index: i, distance, p: transformed(group.matrixWorld, px, py, pz) });
     }
     return found;
   }

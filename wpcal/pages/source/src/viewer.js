@@ -26,14 +26,14 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 import { DepthMap, OCCLUDERS } from "./depth.js";
 import { framed, placesOf, sphereAround } from "./framing.js";
-import { decodePart } from "./part.js";
 import { Labels } from "./labels.js";
 import { fatLines, roundPoints, segmentsOfPaths } from "./marks.js";
+import { decodePart } from "./part.js";
 import { Targets } from "./targets.js";
 
+export { BEYOND, colourOf, ramp } from "./colours.js";
 export { readBlob, readData, readJsonBlob } from "./embedded.js";
 export { decodePart } from "./part.js";
-export { BEYOND, colourOf, ramp } from "./colours.js";
 
 const FIELD_OF_VIEW_DEG = 28; // narrow: parallel edges look parallel, as on a drawing
 const AXIS_COLOURS = ["#d63c3c", "#2f9e44", "#2f6fde"]; // x red, y green, z blue, as everywhere
@@ -327,7 +327,9 @@ class Viewer {
 
   /** The groups of some layers, or of those that are shown. */
   groups(names = null) {
-    return [...this.layers].filter(([name, group]) => (names ? names.includes(name) : group.visible)).map(([, group]) => group);
+    return [...this.layers]
+      .filter(([name, group]) => (names ? names.includes(name) : group.visible))
+      .map(([, group]) => group);
   }
 
   /** The sphere around everything visible, or around some layers. */

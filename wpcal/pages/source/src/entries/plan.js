@@ -1,11 +1,13 @@
 // A planned weld of two robots: plan.html.
-import { readBlob, readData, readJsonBlob } from "../viewer.js";
+
 import { el } from "../dom.js";
 import { buildCurves } from "../plan/curves.js";
 import { buildFront } from "../plan/front.js";
 import { buildHeader } from "../plan/header.js";
 import { buildPlayer } from "../plan/player.js";
 import { buildScene } from "../plan/scene.js";
+import { stateAt } from "../plan/times.js";
+import { readBlob, readData, readJsonBlob } from "../viewer.js";
 
 /** What belongs to one plan: its curves, and the frames of all bodies as [state][carrier][3×4]. */
 async function loadPlan(row, cache) {
@@ -34,7 +36,9 @@ async function main() {
   const curves = buildCurves(data, (t) => player.seek(t));
   const front = buildFront(data, (row) => select(row));
   const player = buildPlayer((t) => showTime(t));
-  document.getElementById("page").append(header.element, el("div", { class: "side-by-side" }, view, front.element), curves.element);
+  document
+    .getElementById("page")
+    .append(header.element, el("div", { class: "side-by-side" }, view, front.element), curves.element);
   const scene = viewOrSayWhy(view, data, part);
   view.append(player.element);
   let shown = null;
@@ -53,22 +57,16 @@ async function main() {
     curves.show(shown);
     scene?.seam(shown.seam);
     player.load(shown.t.at(-1), shown.t[shown.first]);
-    window.wpcal = { viewer: scene?.viewer, project: (p) => scene.viewer.project(p), plan: row, seek: player.seek, ready: true };
+    window.wpcal = {
+      viewer: scene?.viewer,
+      project: (p) => scene.viewer.project(p),
+      plan: row,
+      seek: player.seek,
+      ready: true,
+    };
   }
   await select(data.chosen);
   scene?.whole();
-}
-
-/** The state before a time and how far it is from there to the next, 0…1. */
-function stateAt(times, t) {
-  let [low, high] = [0, times.length - 1];
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (times[middle] <= t) low = middle;
-    else high = middle;
-  }
-  const part = (t - times[low]) / (times[high] - times[low] || 1);
-  return { row: low, part: Math.min(Math.max(part, 0), 1) };
 }
 
 function placeText(plan, { row, part }) {

@@ -1,9 +1,17 @@
 // The report of a calibration: report.html.
-import { readBlob, readData, readJsonBlob } from "../viewer.js";
+
 import { el } from "../dom.js";
 import { buildScene, lookAtSeam } from "../report/scene.js";
-import { criteriaSection, fitSection, notesSection, pointsSection, seamsSection, sourcesSection } from "../report/sections.js";
+import {
+  criteriaSection,
+  fitSection,
+  notesSection,
+  pointsSection,
+  seamsSection,
+  sourcesSection,
+} from "../report/sections.js";
 import { verdict } from "../report/verdict.js";
+import { readBlob, readData, readJsonBlob } from "../viewer.js";
 
 async function main() {
   const { calibration, seams, mesh } = readData();

@@ -1,8 +1,9 @@
 // What `wpcal seams --html` writes: the seams found on a part, those that were not taken, and why.
-import { createViewer, readBlob, readData, readJsonBlob } from "../viewer.js";
+
 import { sides, toggles, tooltip } from "../controls.js";
 import { el, facts, fixed, table } from "../dom.js";
 import { lookAtSeam } from "../report/scene.js";
+import { createViewer, readBlob, readData, readJsonBlob } from "../viewer.js";
 
 const TAKEN = "#c2410c";
 const REFUSED = "#8a94a0";

@@ -1,7 +1,14 @@
-// The way to the server that the page came from.
-const LARGEST_FILE_BYTES = 5_900_000; // the server takes 8 MB, and base64 is a third more
+// The connection to the server that the page came from.
+const LARGEST_FILE_BYTES = 5_900_000; // the server takes 8 MB, and base64 is a third longer
 
-/** Posts JSON; returns {answer} or {fault: {message, row}}, also where nobody answers. */
+/** Codes of faults on which the page acts. The codes of the server are those of `wpcal.core.errors.ErrorCode`. */
+export const FAULTS = Object.freeze({ userFrameMissing: "user-frame-missing", noServer: "no-server" });
+
+/**
+ * Posts JSON. A server that does not answer is a fault, too.
+ *
+ * @returns {Promise<{answer: object} | {fault: {message: string, code: string, row: number|null, column: string|null}}>}
+ */
 export async function post(action, body) {
   try {
     const response = await fetch(action, {
@@ -10,14 +17,25 @@ export async function post(action, body) {
       body: JSON.stringify(body),
     });
     if (response.ok) return await response.json();
-    return { fault: { message: await response.text(), row: null } };
+    return { fault: faultOf(await response.text(), "refused") };
   } catch {
-    const message = "wpcal no longer answers. Copy the rows with the button Copy, start wpcal pick again, and paste them there.";
-    return { fault: { message, row: null }, isGone: true };
+    const message =
+      "wpcal no longer answers. Copy the rows with the button Copy, start wpcal pick again, and paste them there.";
+    return { fault: faultOf(message, FAULTS.noServer) };
   }
 }
 
-/** Runs one task at a time; asked while it runs, it runs once more, with what then is. */
+function faultOf(message, code) {
+  return { message, code, row: null, column: null };
+}
+
+/**
+ * Runs one task at a time, and only the latest request: a request during a run starts one more run after it.
+ *
+ * @param {function(): Promise} run
+ * @param {number} pauseMs  without a request, before a run starts
+ * @returns {{ask: function, isIdle: boolean}}
+ */
 export function latestOnly(run, pauseMs) {
   let timer = null;
   let isRunning = false;
@@ -31,7 +49,7 @@ export function latestOnly(run, pauseMs) {
         await run();
       } while (isAsked);
     } finally {
-      isRunning = false; // also when a run fails: the next key tries again
+      isRunning = false; // after a failed run, too: the next key starts another run
     }
   };
   return {
@@ -48,14 +66,14 @@ export function latestOnly(run, pauseMs) {
   };
 }
 
-/** Name and bytes of a file as `post("read", …)` takes them, or a fault when they cannot be had. */
+/** Name and bytes of a file as `post("read", …)` takes them, or a fault where the file cannot be read. */
 export async function contentOf(file) {
-  const wrong = (what) => ({ name: file.name, fault: { message: `${file.name}: ${what}` } });
+  const wrong = (what) => ({ name: file.name, fault: faultOf(`${file.name}: ${what}`, "unreadable") });
   if (file.size > LARGEST_FILE_BYTES) return wrong("is too large for a list of taught points");
   try {
     return { name: file.name, base64: await base64Of(file) };
   } catch {
-    return wrong("cannot be read"); // a folder, or gone
+    return wrong("cannot be read"); // a folder, or a file that was deleted
   }
 }
 

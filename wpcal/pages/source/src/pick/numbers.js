@@ -5,7 +5,12 @@ const LABELLED = new RegExp(
   ["x", "y", "z"].map((axis) => `(?<![a-z])${axis}\\s*[:=]?\\s*(${NUMBER})`).join("[^xyz]*?"), // KUKA, FANUC, reports
   "gi",
 );
-const BRACKETED = new RegExp(`\\[\\s*\\[\\s*${Array(3).fill(`(${NUMBER.replaceAll(",", "")})`).join("\\s*,\\s*")}\\s*\\]`, "gi"); // ABB
+const BRACKETED = new RegExp(
+  `\\[\\s*\\[\\s*${Array(3)
+    .fill(`(${NUMBER.replaceAll(",", "")})`)
+    .join("\\s*,\\s*")}\\s*\\]`,
+  "gi",
+); // ABB
 const DECLARED = /([A-Za-z_]\w*)\s*:?=[\s{[]*$/; // the name before a position in a program
 const PLAIN = /^[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?$/i;
 const COMMA = /^[+-]?\d*,\d+$/;
@@ -16,7 +21,10 @@ const LONGEST = 9; // numbers of a line: a position with its angles, and what co
 
 /** The same number with a decimal point; a text that is no number stays as it is. */
 export function pointed(text) {
-  const trimmed = text.trim().replace(MINUS, "-").replace(/(\d)\s*mm$/i, "$1");
+  const trimmed = text
+    .trim()
+    .replace(MINUS, "-")
+    .replace(/(\d)\s*mm$/i, "$1");
   if (COMMA.test(trimmed)) return trimmed.replace(",", ".");
   if (THOUSANDS[0].test(trimmed)) return trimmed.replaceAll(".", "").replace(",", ".");
   return THOUSANDS[1].test(trimmed) ? trimmed.replaceAll(",", "") : trimmed;
@@ -32,7 +40,8 @@ export function positionsIn(text) {
   const plain = text.replace(MINUS, "-");
   for (const pattern of [LABELLED, BRACKETED]) {
     const found = [...plain.matchAll(pattern)];
-    if (found.length) return found.map((match, k) => ({ name: nameBefore(plain, found, k), xyz: match.slice(1, 4).map(ended) }));
+    if (found.length)
+      return found.map((match, k) => ({ name: nameBefore(plain, found, k), xyz: match.slice(1, 4).map(ended) }));
   }
   const lines = plain.split(/\r?\n/).filter((line) => line.trim());
   const below = lines.map(pointed);
@@ -60,7 +69,9 @@ function positionInLine(line) {
   const bare = line.replace(/["'[\](){}]/g, " ").replace(/(\d)\s*mm\b/gi, "$1 ");
   const declared = bare.match(/^\s*([A-Za-z_]\w*)\s*:?=(.*)/);
   const content = declared ? declared[2] : bare;
-  const [blanks, commas] = [content.split(/[;\s]+|,\s+/), content.split(/[,;\s]+/)].map((words) => words.filter(Boolean));
+  const [blanks, commas] = [content.split(/[;\s]+|,\s+/), content.split(/[,;\s]+/)].map((words) =>
+    words.filter(Boolean),
+  );
   const isInDoubt = !content.includes(".") && commas.length > 4; // 812,29,-240,62,165,80: six numbers, or three?
   const position = positionOf(blanks) ?? (isInDoubt ? null : positionOf(commas));
   return position && { name: declared?.[1] ?? "", ...position };
@@ -71,9 +82,11 @@ function positionOf(words) {
   const isNumber = (word) => PLAIN.test(pointed(word));
   const first = words.findIndex(isNumber);
   const numbers = words.slice(first);
-  const isCounted = /^\d+$/.test(numbers[0]) && numbers.length > 3 && numbers.slice(1, 4).every((word) => /[.,]/.test(word));
+  const isCounted =
+    /^\d+$/.test(numbers[0]) && numbers.length > 3 && numbers.slice(1, 4).every((word) => /[.,]/.test(word));
   const own = isCounted ? numbers.slice(1) : numbers;
-  const isPosition = first >= 0 && first <= 1 && own.length >= 3 && own.length <= LONGEST && own.slice(0, 3).every(isNumber);
+  const isPosition =
+    first >= 0 && first <= 1 && own.length >= 3 && own.length <= LONGEST && own.slice(0, 3).every(isNumber);
   if (!isPosition) return null;
   return { ...(first ? { name: words[0].replace(/:$/, "") } : {}), xyz: own.slice(0, 3).map(pointed) };
 }

@@ -1,29 +1,36 @@
-// The table of taught points as data: cells of text by column, exactly as they go into the file.
+// The table of taught points as data: cells of text by column, exactly as they are saved.
 import { isHalfANumber } from "./numbers.js";
 
 export const PLACE = ["x_mm", "y_mm", "z_mm"];
 const MODEL = ["model_x_mm", "model_y_mm", "model_z_mm"];
 const MODEL_DIGITS = 6;
-const LONG_ZEROS = /^([+-]?\d+\.\d{2,}?)0{4,}$/; // of a program's positions, which are written with nine decimals
-const GIVEN_NAME = /^T\d+$/; // by `addFeature`
+const LONG_ZEROS = /^([+-]?\d+\.\d{2,}?)0{4,}$/; // positions of programs arrive with nine decimals
+const AUTOMATIC_NAME = /^T\d+$/; // from `addFeature`
 
 function isSameNumber(a, b) {
   return a === b || (a !== "" && b !== "" && Number(a) === Number(b));
 }
 
-/** A name as a table or a person writes it, and without the X that KUKA puts before a position. */
+/** A name in lower case, and the same name without the X that KUKA puts before the name of a position. */
 function spellings(name) {
   const word = name.toLowerCase();
   return word ? [word, word.replace(/^x(?=.)/, "")] : [];
 }
 
+/** Copies cells into the empty cells of a row, and over the cells of the `replaced` columns. */
+function fillIn(row, cells, replaced) {
+  for (const [name, cell] of Object.entries(cells)) {
+    if (row[name] === "" || (replaced.includes(name) && cell)) row[name] = cell;
+  }
+}
+
 export class Rows {
   constructor({ columns, rows }) {
-    this.typing = null; // {row, name} of the cell that is being typed
+    this.typing = null; // {row, name} of the cell that is being typed in
     this.restore({ columns, rows });
   }
 
-  /** Back to what `toRecord` returned. */
+  /** Brings the table back to a record of `toRecord`. */
   restore({ columns, rows }) {
     this.columns = columns;
     const cell = (name, text) => [name, PLACE.includes(name) ? text.replace(LONG_ZEROS, "$1") : text];
@@ -34,24 +41,28 @@ export class Rows {
     return { columns: this.columns, rows: this.rows.map((row) => this.columns.map((name) => row[name])) };
   }
 
-  /** What is fitted: the beginning of a number under the typing hand is no fault, it waits. */
+  /** The rows to fit. A number that is still being typed counts as empty, not as a fault. */
   toFit() {
     const { columns } = this;
     return { columns, rows: this.rows.map((row) => columns.map((name) => (this.isBegun(row, name) ? "" : row[name]))) };
   }
 
-  isBegun(row, name) {
-    return this.typing?.row === row && this.typing.name === name && PLACE.includes(name) && isHalfANumber(row[name]);
+  isTyped(row, name) {
+    return this.typing?.row === row && this.typing.name === name;
   }
 
-  /** The table as text for the clipboard; the picker and `wpcal calibrate` read it. */
+  isBegun(row, name) {
+    return this.isTyped(row, name) && PLACE.includes(name) && isHalfANumber(row[name]);
+  }
+
+  /** The table as CSV text for the clipboard; the picker and `wpcal calibrate` read it. */
   toText() {
     const quoted = (cell) => (/[",]/.test(cell) ? `"${cell.replaceAll('"', '""')}"` : cell);
     const { columns, rows } = this.toRecord();
     return [columns, ...rows].map((cells) => `${cells.map(quoted).join(",")}\n`).join("");
   }
 
-  /** Adds a row; what is not given is empty. */
+  /** Adds a row; cells that are not given are empty. */
   add(cells) {
     const row = Object.fromEntries(this.columns.map((name) => [name, cells[name] ?? ""]));
     if ("use" in row) row.use ||= "yes";
@@ -63,14 +74,14 @@ export class Rows {
     this.rows.splice(this.rows.indexOf(row), 1);
   }
 
-  /** Adds a row for a feature, or for a point that wpcal finds the feature of. */
+  /** Adds a row for a feature; without one, wpcal finds the feature of the point. */
   addFeature(feature) {
     const row = this.add({ name: this.freeName(feature?.name ?? "T1") });
     if (feature) this.assign(row, feature);
     return row;
   }
 
-  /** Says that a row is a feature; in a table by model coordinates its place stands for it. */
+  /** Assigns a feature to a row: by its name, or by its coordinates in a table with columns of model coordinates. */
   assign(row, feature) {
     if ("feature" in row) row.feature = feature.name;
     else MODEL.forEach((name, axis) => (row[name] = String(Number(feature.p_mm[axis].toFixed(MODEL_DIGITS)))));
@@ -79,7 +90,8 @@ export class Rows {
   /** The row of a feature, if there is one. */
   of(feature) {
     const [name, place] = [feature.name.toLowerCase(), feature.p_mm];
-    const isThere = (row) => MODEL.every((key, axis) => row[key] !== "" && Math.abs(Number(row[key]) - place[axis]) < 1e-3);
+    const isThere = (row) =>
+      MODEL.every((key, axis) => row[key] !== "" && Math.abs(Number(row[key]) - place[axis]) < 1e-3);
     return this.rows.find((row) => ("feature" in row ? row.feature.toLowerCase() === name : isThere(row)));
   }
 
@@ -91,9 +103,9 @@ export class Rows {
     return "feature" in row && row.feature === "" && !(row.kind && row.kind !== "point") && !row[MODEL[0]];
   }
 
-  /** Makes a row the row of a feature; a name that the page gave it gives way. */
+  /** Assigns a feature to a row; an automatic name of the row is replaced by `name`. */
   take(row, feature, name = feature?.name) {
-    if (name && GIVEN_NAME.test(row.name)) row.name = this.freeName(name, row);
+    if (name && AUTOMATIC_NAME.test(row.name)) row.name = this.freeName(name, row);
     if (feature) this.assign(row, feature);
     return row;
   }
@@ -104,7 +116,7 @@ export class Rows {
   }
 
   /**
-   * Takes pasted positions: each to the row of its name, else to the next of the `open` rows, else to a new row.
+   * Takes pasted positions: each goes to the row of its name, else to the next of the `open` rows, else to a new row.
    *
    * @param {{name: string, xyz: string[]}[]} positions
    * @param {object[]} open  rows, in the order in which they are filled
@@ -116,7 +128,9 @@ export class Rows {
     const free = open.filter((row) => !named.has(row));
     let row = null;
     for (const { name, xyz } of positions) {
-      const feature = spellings(name).map((word) => features.get(word)).find(Boolean);
+      const feature = spellings(name)
+        .map((word) => features.get(word))
+        .find(Boolean);
       const fits = free.length && (!feature || this.isNameless(free[0]));
       row = this.named(name);
       if (!row) row = this.take(fits ? free.shift() : this.addFeature(), feature, feature?.name ?? (name || undefined));
@@ -126,15 +140,14 @@ export class Rows {
   }
 
   /**
-   * Takes the rows of another table: coordinates for rows of the same name, and new rows. What else a row has stays.
+   * Takes the rows of another table: new rows, and coordinates for rows of the same name. Other cells of such a row are
+   * filled in only where they are empty.
    *
    * @returns {{added: number, filled: number, replaced: number}} how many rows
    */
   merge(table) {
     const [other, before] = [new Rows(table), [...this.rows]];
-    const more = other.columns.filter((name) => !this.columns.includes(name));
-    for (const row of this.rows) for (const name of more) row[name] = "";
-    this.columns = [...this.columns, ...more];
+    this.addColumns(other.columns);
     const count = { added: 0, filled: 0, replaced: 0 };
     for (const cells of other.rows) {
       const row = before.find(({ name }) => name === cells.name);
@@ -145,9 +158,15 @@ export class Rows {
       }
       const isSame = PLACE.every((name) => cells[name] === "" || isSameNumber(cells[name], row[name]));
       if (!isSame) count[this.isWaiting(row) ? "filled" : "replaced"] += 1;
-      for (const [name, cell] of Object.entries(cells)) if (row[name] === "" || (!isSame && PLACE.includes(name) && cell)) row[name] = cell;
+      fillIn(row, cells, isSame ? [] : PLACE);
     }
     return count;
+  }
+
+  addColumns(names) {
+    const more = names.filter((name) => !this.columns.includes(name));
+    for (const row of this.rows) for (const name of more) row[name] = "";
+    this.columns = [...this.columns, ...more];
   }
 
   /** A name that no row has, other than `own`. */

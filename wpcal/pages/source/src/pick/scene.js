@@ -1,11 +1,20 @@
 // The picker's 3-D view: the part in its own frame, what can be touched on it, and what the fit makes of it.
-import { colourOf, createViewer } from "../viewer.js";
+
 import { sides, toggles, tooltip } from "../controls.js";
 import { el, facts, fixed } from "../dom.js";
-import { arrow, fittingFactor } from "../residuals.js";
 import { legend, pointTip, seamTip } from "../report/explain.js";
+import { arrow, fittingFactor } from "../residuals.js";
+import { colourOf, createViewer } from "../viewer.js";
 
-const KINDS = { V: "corners", C: "circles", H: "holes", S: "spheres", B: "bosses", M: "edge midpoints", E: "edge ends" };
+const KINDS = {
+  V: "corners",
+  C: "circles",
+  H: "holes",
+  S: "spheres",
+  B: "bosses",
+  M: "edge midpoints",
+  E: "edge ends",
+};
 const SHOWN_AT_FIRST = ["V", "C", "H", "S", "B"]; // what nothing marks on the part is there for those who ask
 const EASY = "#2f7bd9";
 const HARD = "#7d8a98";
@@ -95,7 +104,9 @@ export class Scene {
 
   /** Lines, names and targets of the seams, once; the errors only change their colours. */
   addSeams() {
-    this.accepted = this.seams.map((seam, row) => ({ seam, row, p: this.frames[row].p })).filter(({ seam }) => seam.accepted);
+    this.accepted = this.seams
+      .map((seam, row) => ({ seam, row, p: this.frames[row].p }))
+      .filter(({ seam }) => seam.accepted);
     for (const { seam, row, p } of this.accepted) {
       this.viewer.addTargets("seams", p, { seam, row }, { priority: -1, radius: SEAM_REACH_PX });
       this.viewer.addLabels("seams", [{ p: p[Math.floor(p.length / 2)], text: seam.name }], { className: "of-seam" });
@@ -109,7 +120,9 @@ export class Scene {
       const step = Math.ceil((COLOUR_STEPS * mm) / this.tolerance);
       return colours.get(step) ?? colours.set(step, colourOf(step / COLOUR_STEPS)).get(step);
     };
-    return this.accepted.map(({ row, p }) => (this.u95 ? { points: p, colors: this.u95[row].map(colour) } : { points: p, color: UNKNOWN_ERROR }));
+    return this.accepted.map(({ row, p }) =>
+      this.u95 ? { points: p, colors: this.u95[row].map(colour) } : { points: p, color: UNKNOWN_ERROR },
+    );
   }
 
   colourSeams(u95) {
@@ -123,15 +136,34 @@ export class Scene {
   show(rows, { points = [], features = {}, u95_mm = null }) {
     const byRow = new Map(points.map((point) => [point.row, point]));
     const picks = rows.rows
-      .map((row, index) => ({ row, point: byRow.get(index), feature: this.featureNamed(row.feature || features[index]) }))
+      .map((row, index) => ({
+        row,
+        point: byRow.get(index),
+        feature: this.featureNamed(row.feature || features[index]),
+      }))
       .map((pick) => ({ ...pick, p: pick.point?.p_part_mm ?? pick.feature?.p_mm }))
       .filter(({ p }) => p);
     this.picks = picks;
     this.viewer.clear("picked");
-    const colour = ({ row, point }) => (point ? (point.use === "check" ? CHECKED : FITTED) : row.use === "no" ? CANDIDATE : WAITING);
-    if (picks.length) this.viewer.addPoints("picked", picks.map((pick) => ({ p: pick.p, color: colour(pick) })), { size: 14 });
-    this.viewer.addTargets("picked", picks.map(({ p }) => p), { picks }, { priority: 0, radius: REACH_PX });
-    this.viewer.addLabels("picked", picks.map(({ p, row }) => ({ p, text: row.name })), { className: "of-point", priority: 1 });
+    const colour = ({ row, point }) =>
+      point ? (point.use === "check" ? CHECKED : FITTED) : row.use === "no" ? CANDIDATE : WAITING;
+    if (picks.length)
+      this.viewer.addPoints(
+        "picked",
+        picks.map((pick) => ({ p: pick.p, color: colour(pick) })),
+        { size: 14 },
+      );
+    this.viewer.addTargets(
+      "picked",
+      picks.map(({ p }) => p),
+      { picks },
+      { priority: 0, radius: REACH_PX },
+    );
+    this.viewer.addLabels(
+      "picked",
+      picks.map(({ p, row }) => ({ p, text: row.name })),
+      { className: "of-point", priority: 1 },
+    );
     this.select(this.selected);
     this.drawResiduals(points);
     this.colourSeams(u95_mm);
@@ -139,7 +171,10 @@ export class Scene {
 
   drawResiduals(points) {
     this.viewer.clear("residuals");
-    const factor = fittingFactor(points.map(({ distance_mm }) => distance_mm), this.radius);
+    const factor = fittingFactor(
+      points.map(({ distance_mm }) => distance_mm),
+      this.radius,
+    );
     const along = ({ p_part_mm, residual_part_mm }) => arrow(p_part_mm, residual_part_mm, factor);
     if (points.length) this.viewer.addPaths("residuals", points.flatMap(along), { width: 3 });
     this.factor.textContent = points.length ? `residuals drawn × ${factor}` : "";

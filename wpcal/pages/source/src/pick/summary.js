@@ -1,45 +1,70 @@
-// What the rows are worth: verdict, the two figures, what is wrong or odd, and the error of every seam.
-import { el, fixed, short, table } from "../dom.js";
+// What the rows are worth: the verdict, the two figures, what is wrong or missing, and the error of every seam.
+import { el, fixed, table } from "../dom.js";
 import { bar, gauge } from "../shares.js";
+import { plural, verdictText } from "../words.js";
+import { FAULTS } from "./link.js";
 
 const LEAST_POINTS = 3;
+const FIRST_STEP =
+  "Click a feature on the part, and type the coordinates that the robot shows there. " +
+  "Or drop a table or a robot program here.";
 
-/** The line below the heading: what is missing, or wrong, or that all is well. */
+/**
+ * The line below the heading: what is missing, what is wrong, or the verdict.
+ *
+ * @param {Rows} rows
+ * @param {{answer: object|null, fault: object|null}} answered  by the server
+ * @param {object[]} seams
+ * @returns {{kind: "wrong"|"hint"|"pass"|"fail", text: string}}
+ */
 export function stateOf(rows, { answer, fault }, seams) {
-  if (fault && (fault.row !== null || fault.isGone)) return { kind: "wrong", text: fault.message };
-  const waiting = rows.rows.filter((row) => rows.isWaiting(row)).length;
-  const ready = rows.rows.filter((row) => !rows.isWaiting(row) && row.use === "yes").length;
-  if (!rows.rows.length)
-    return { kind: "hint", text: "Click a feature on the part, and type what the robot shows there. Or drop a table or a robot program here." };
-  if (ready < LEAST_POINTS && !("kind" in rows.rows[0])) {
-    const more = LEAST_POINTS - ready;
-    const what = waiting >= more ? `the coordinates of ${more} more point${more > 1 ? "s" : ""}` : `${more} more point${more > 1 ? "s" : ""}`;
-    return { kind: "hint", text: `A fit needs ${what} that do not lie on a line.` };
-  }
+  if (fault && (fault.row !== null || fault.code === FAULTS.noServer)) return { kind: "wrong", text: fault.message };
+  if (!rows.rows.length) return { kind: "hint", text: FIRST_STEP };
+  const missing = missingText(rows);
+  if (missing) return { kind: "hint", text: missing };
   if (fault) return { kind: "wrong", text: fault.message };
   if (!answer) return { kind: "hint", text: "" };
-  const wait = waiting ? ` ${waiting} row${waiting > 1 ? "s wait" : " waits"} for coordinates.` : "";
-  const word = answer.verdict === "PASS" ? "Every point is within" : "A point is off by more than";
+  return { kind: answer.verdict.toLowerCase(), text: answerText(rows, answer, seams) };
+}
+
+/** What a fit still needs, or null. Touches on faces are counted by wpcal, not here. */
+function missingText(rows) {
+  const ready = rows.rows.filter((row) => !rows.isWaiting(row) && row.use === "yes").length;
+  if (ready >= LEAST_POINTS || "kind" in rows.rows[0]) return null;
+  const points = plural(LEAST_POINTS - ready, "more point");
+  const isTyping = waitingIn(rows) >= LEAST_POINTS - ready;
+  return `A fit needs ${isTyping ? "the coordinates of " : ""}${points} that do not lie on one line.`;
+}
+
+function answerText(rows, answer, seams) {
   const count = worstOfSeams(answer, seams).filter(({ mm }) => mm > answer.tolerance_mm).length;
-  const beyond = count ? ` The predicted error of ${count} seam${count > 1 ? "s" : ""} is larger.` : "";
-  return { kind: answer.verdict.toLowerCase(), text: `${word} the tolerance of ${short(answer.tolerance_mm)} mm.${beyond}${wait}` };
+  const beyond = count ? ` The predicted error of ${plural(count, "seam")} is larger.` : "";
+  const waiting = waitingIn(rows);
+  const wait = waiting ? ` ${plural(waiting, "row")} ${waiting === 1 ? "has" : "have"} no coordinates yet.` : "";
+  return `${verdictText(answer)}${beyond}${wait}`;
+}
+
+function waitingIn(rows) {
+  return rows.rows.filter((row) => rows.isWaiting(row)).length;
 }
 
 /** Largest residual and largest predicted error of a seam. */
 export function gauges(answer, seams) {
   if (!answer) return [];
-  const point = answer.points.reduce((worst, one) => (one.distance_mm > (worst?.distance_mm ?? -1) ? one : worst), null);
+  const { points, tolerance_mm: tolerance } = answer;
+  const point = points.reduce((worst, one) => (one.distance_mm > (worst?.distance_mm ?? -1) ? one : worst), null);
   const worst = worstOfSeams(answer, seams).sort((a, b) => b.mm - a.mm)[0];
   return [
-    point && gauge("largest residual", point.distance_mm, answer.tolerance_mm, `at ${point.name}`),
-    worst && gauge("largest 95 % error of a seam", worst.mm, answer.tolerance_mm, `on ${worst.seam.name}`),
+    point && gauge("largest residual", point.distance_mm, tolerance, `at ${point.name}`),
+    worst && gauge("largest 95 % error of a seam", worst.mm, tolerance, `on ${worst.seam.name}`),
   ].filter(Boolean);
 }
 
 /** The table of seams, made once: {element, show(answer)}. */
 export function seamTable(seams, tolerance, focus) {
-  const cells = new Map(); // of what follows from an answer
-  const cellsOf = (row) => cells.get(row) ?? cells.set(row, { error: el("span", {}, "–"), share: el("span", {}) }).get(row);
+  const cells = new Map(); // row -> the elements that an answer changes
+  const newCells = () => ({ error: el("span", {}, "–"), share: el("span", {}) });
+  const cellsOf = (row) => cells.get(row) ?? cells.set(row, newCells()).get(row);
   const rows = seams.map((seam, row) => ({ ...seam, row })).filter(({ accepted }) => accepted);
   const button = ({ name, row }) => el("button", { type: "button", class: "name", onclick: () => focus(row) }, name);
   const columns = [
@@ -63,7 +88,5 @@ export function seamTable(seams, tolerance, focus) {
 }
 
 function worstOfSeams({ u95_mm }, seams) {
-  return seams
-    .map((seam, row) => ({ seam, row, mm: Math.max(...u95_mm[row]) }))
-    .filter(({ seam }) => seam.accepted);
+  return seams.map((seam, row) => ({ seam, row, mm: Math.max(...u95_mm[row]) })).filter(({ seam }) => seam.accepted);
 }

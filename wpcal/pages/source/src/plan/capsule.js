@@ -22,7 +22,12 @@ export function capsuleMesh(p, q, radius) {
   for (let ring = 0; ring + 1 < rings.length; ring += 1) {
     for (let k = 0; k < AROUND; k += 1) {
       const next = (k + 1) % AROUND;
-      const [a, b, c, d] = [ring * AROUND + k, ring * AROUND + next, (ring + 1) * AROUND + k, (ring + 1) * AROUND + next];
+      const [a, b, c, d] = [
+        ring * AROUND + k,
+        ring * AROUND + next,
+        (ring + 1) * AROUND + k,
+        (ring + 1) * AROUND + next,
+      ];
       indices.push(a, b, d, a, d, c);
     }
   }

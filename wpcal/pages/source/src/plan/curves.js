@@ -1,6 +1,7 @@
 // The curves of one plan: joints of both robots, how the seam lies and the torch stands, and how far bodies are apart.
 import { el, fixed } from "../dom.js";
-import { rowAt, timeChart } from "./chart.js";
+import { timeChart } from "./time_chart.js";
+import { rowAt } from "./times.js";
 
 /** Returns {element, show(plan), cursor(t)}; `onSeek(t)` is called for a click in a chart. */
 export function buildCurves(data, onSeek) {
@@ -10,7 +11,12 @@ export function buildCurves(data, onSeek) {
     element,
     show(plan) {
       const common = { burns: [plan.t[plan.first], plan.t[plan.last]], onSeek };
-      charts = [joints(data, plan, 1, common), joints(data, plan, 2, common), attitude(plan, common), clearance(data, plan, common)];
+      charts = [
+        joints(data, plan, 1, common),
+        joints(data, plan, 2, common),
+        attitude(plan, common),
+        clearance(data, plan, common),
+      ];
       element.replaceChildren(...charts.map((chart) => chart.element));
     },
     cursor: (t) => charts.forEach((chart) => chart.cursor(t)),
@@ -18,7 +24,11 @@ export function buildCurves(data, onSeek) {
 }
 
 function joints(data, plan, robot, common) {
-  const series = data.joints[robot - 1].map((name, i) => ({ name, t: plan.t, values: plan[`joints${robot}`].map((q) => q[i]) }));
+  const series = data.joints[robot - 1].map((name, i) => ({
+    name,
+    t: plan.t,
+    values: plan[`joints${robot}`].map((q) => q[i]),
+  }));
   return timeChart(`Robot ${robot}: joints, deg`, series, common);
 }
 
@@ -30,7 +40,8 @@ function attitude(plan, common) {
 /** The least margin over all pairs of bodies; the line below says which pair it is. */
 function clearance(data, plan, common) {
   const { checked } = plan;
-  if (!checked) return timeChart("Clearance, mm", [{ name: "margin", t: plan.t, values: plan.t.map(() => null) }], common);
+  if (!checked)
+    return timeChart("Clearance, mm", [{ name: "margin", t: plan.t, values: plan.t.map(() => null) }], common);
   const says = (t) => {
     const row = rowAt(checked.t, t);
     const pair = data.pairs[checked.pair[row]];

@@ -1,114 +1,80 @@
-// The plans between which one chooses: a chart to click in, and a table of the same.
-import { colourOf, ramp } from "../viewer.js";
-import { el, fixed, short, svg, table } from "../dom.js";
-import { linear } from "./chart.js";
+// The trade-off plans to choose from: a chart to click in, and a table of the same plans.
+import { el, fixed, short, table } from "../dom.js";
+import { ramp } from "../viewer.js";
+import { frontChart, titleOf } from "./front_chart.js";
 
-const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [520, 330, 62, 18, 16, 46];
-const RADIUS = 7;
-
-/** "motion_deg_per_mm" as people write it. */
-function titleOf(name) {
-  return name.replace("_deg_per_mm", ", deg/mm").replace("_deg", ", deg").replace("_mm", ", mm").replaceAll("_", " ");
-}
-
-/** Returns {element, show(row)}; `onPick(row)` is called for a click. */
+/**
+ * The section of the page.
+ *
+ * @param {object} data  of the page
+ * @param {function(number)} onPick  called with the row of a plan that is clicked
+ * @returns {{element, show(row)}}
+ */
 export function buildFront(data, onPick) {
-  const { plans, names } = data;
-  const [xName, yName] = [names[0], names.at(-1)];
-  const third = names.length > 2 ? names[1] : null;
-  const values = (name) => plans.map((plan) => plan.objectives[name]);
-  const behind = data.fronts.flatMap((front) => front.values);
-  const x = linear(padded([...values(xName), ...behind.map((row) => row[0])]), [LEFT, WIDTH - RIGHT]);
-  const y = linear(padded([...values(yName), ...behind.map((row) => row.at(-1))]), [HEIGHT - BOTTOM, TOP]);
-  const shades = third ? shadesOf(values(third)) : plans.map(() => colourOf(0));
-  const marks = plans.map((plan, row) => mark(plan, row, x.at(plan.objectives[xName]), y.at(plan.objectives[yName]), shades[row], onPick));
-  const chart = svg("svg", { class: "chart front", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "group", "aria-label": "the front" }, axes(x, y, xName, yName), data.fronts.map((front, i) => crosses(front, i, x, y)), marks);
-  const rows = [];
-  const list = table(columns(names), plans.map((plan, row) => ({ plan, row })), { rowOf: ({ row }) => ({ "data-row": row, tabindex: 0, class: "link" }) });
-  for (const line of list.querySelectorAll("tbody tr")) {
-    const row = Number(line.dataset.row);
-    rows[row] = line;
-    line.addEventListener("click", () => onPick(row));
-    line.addEventListener("keydown", (event) => event.key === "Enter" && onPick(row));
-  }
-  const element = el("section", { id: "front" }, el("h2", {}, "Plans"), chart, third && legend(third, values(third)), data.fronts.map(found), list);
+  const { marks, element: chart } = frontChart(data, onPick);
+  const { lines, element: list } = planTable(data, onPick);
+  const { colour } = data.axes;
+  const element = el(
+    "section",
+    { id: "front" },
+    el("h2", {}, "Plans"),
+    chart,
+    colour &&
+      legend(
+        colour,
+        data.plans.map(({ objectives }) => objectives[colour]),
+      ),
+    data.fronts.map(found),
+    list,
+  );
   return {
     element,
     show(chosen) {
-      marks.forEach((node, row) => node.classList.toggle("chosen", row === chosen));
-      rows.forEach((node, row) => node.classList.toggle("chosen", row === chosen));
-      list.scrollTop = rows[chosen].offsetTop - list.clientHeight / 2;
+      for (const nodes of [marks, lines]) {
+        nodes.forEach((node, row) => node.classList.toggle("chosen", row === chosen));
+      }
+      list.scrollTop = lines[chosen].offsetTop - list.clientHeight / 2;
     },
   };
 }
 
-/** What one method found by itself, as small crosses behind the plans. */
-function crosses({ name, values }, i, x, y) {
-  const cross = (row) => {
-    const [px, py] = [x.at(row[0]), y.at(row.at(-1))];
-    const d = i === 0 ? `M ${px - 4} ${py} h 8 M ${px} ${py - 4} v 8` : `M ${px - 3} ${py - 3} l 6 6 M ${px + 3} ${py - 3} l -6 6`;
-    return svg("path", { d });
-  };
-  return svg("g", { class: "found", "data-series": i, "data-front": name }, svg("title", {}, `found by ${name}`), values.map(cross));
-}
-
-function found({ name, values, hypervolume }, i) {
-  const text = `${values.length} plans by itself, hypervolume ${fixed(hypervolume, 1)}`;
-  return el("p", { class: "names" }, el("span", { class: "name", "data-series": i }, i === 0 ? "+ " : "× ", name), text);
+function planTable({ plans, names }, onPick) {
+  const rows = plans.map((plan, row) => ({ plan, row }));
+  const element = table(columns(names), rows, {
+    rowOf: ({ row }) => ({ "data-row": row, tabindex: 0, class: "link" }),
+  });
+  const lines = [...element.querySelectorAll("tbody tr")];
+  lines.forEach((line, row) => {
+    line.addEventListener("click", () => onPick(row));
+    line.addEventListener("keydown", (event) => event.key === "Enter" && onPick(row));
+  });
+  return { element, lines };
 }
 
 function columns(names) {
+  const margin = ({ check }) => (check?.between ? short(check.least_margin_mm) : "–");
   return [
     { title: "plan", cell: ({ row }) => String(row + 1) },
     ...names.map((name) => ({ title: titleOf(name), number: true, cell: ({ plan }) => short(plan.objectives[name]) })),
-    { title: "margin, mm", number: true, cell: ({ plan }) => (plan.check?.between ? short(plan.check.least_margin_mm) : "–") },
+    { title: "margin, mm", number: true, cell: ({ plan }) => margin(plan) },
     { title: "path", cell: ({ plan }) => plan.freedom },
     { title: "found by", cell: ({ plan }) => plan.found_by },
   ];
 }
 
-function padded(values) {
-  const [low, high] = [Math.min(...values), Math.max(...values)];
-  const air = (high - low || Math.abs(high) || 1) * 0.08;
-  return [low - air, high + air];
+/** How many plans one method found by itself. */
+function found({ name, values, hypervolume }, i) {
+  const text = `${values.length} plans by itself, hypervolume ${fixed(hypervolume, 1)}`;
+  const named = el("span", { class: "name", "data-series": i }, i === 0 ? "+ " : "× ", name);
+  return el("p", { class: "names" }, named, text);
 }
 
-function shadesOf(values) {
-  const [low, high] = [Math.min(...values), Math.max(...values)];
-  return values.map((value) => colourOf((value - low) / (high - low || 1)));
-}
-
-/** A disc for a path of the ladder, a diamond for any other; hollow where the path is not known to be free. */
-function mark(plan, row, px, py, shade, onPick) {
-  const shape = { class: "shape", fill: plan.freedom === "free" ? shade : "none", stroke: shade };
-  const drawn =
-    plan.found_by === "ladder"
-      ? svg("circle", { ...shape, cx: px, cy: py, r: RADIUS })
-      : svg("path", { ...shape, d: `M ${px} ${py - RADIUS - 2} l ${RADIUS + 1} ${RADIUS + 2} l ${-RADIUS - 1} ${RADIUS + 2} l ${-RADIUS - 1} ${-RADIUS - 2} z` });
-  const halo = svg("circle", { class: "halo", cx: px, cy: py, r: RADIUS + 5 });
-  const text = `plan ${row + 1}, ${plan.freedom}`;
-  const node = svg("g", { class: "plan", tabindex: 0, role: "button", "aria-label": text, "data-plan": row }, halo, drawn, svg("title", {}, text));
-  node.addEventListener("click", () => onPick(row));
-  node.addEventListener("keydown", (event) => event.key === "Enter" && onPick(row));
-  return node;
-}
-
-function axes(x, y, xName, yName) {
-  const [right, bottom] = [WIDTH - RIGHT, HEIGHT - BOTTOM];
-  return [
-    ...y.ticks.map((v) => svg("line", { class: "grid", x1: LEFT, x2: right, y1: y.at(v), y2: y.at(v) })),
-    ...y.ticks.map((v) => svg("text", { x: LEFT - 8, y: y.at(v) + 4, "text-anchor": "end" }, short(v))),
-    ...x.ticks.map((v) => svg("line", { class: "grid", x1: x.at(v), x2: x.at(v), y1: TOP, y2: bottom })),
-    ...x.ticks.map((v) => svg("text", { x: x.at(v), y: bottom + 18, "text-anchor": "middle" }, short(v))),
-    svg("line", { class: "base", x1: LEFT, x2: right, y1: bottom, y2: bottom }),
-    svg("text", { x: (LEFT + right) / 2, y: HEIGHT - 6, "text-anchor": "middle" }, titleOf(xName)),
-    svg("text", { transform: `translate(14 ${(TOP + bottom) / 2}) rotate(-90)`, "text-anchor": "middle" }, titleOf(yName)),
-  ];
-}
-
+/** The colours of the third objective, and what the shapes mean. */
 function legend(name, values) {
   const bar = el("span", { class: "ramp" });
   bar.style.background = ramp();
   const [low, high] = [Math.min(...values), Math.max(...values)].map(short);
-  return el("p", { class: "colours" }, el("span", {}, titleOf(name)), el("span", {}, low), bar, el("span", {}, high), el("span", {}, "disc: ladder, diamond: other; hollow: not known to be free"));
+  const words = (text) => el("span", {}, text);
+  const shapes = "disc: ladder, diamond: other method; hollow: not known to be free of collisions";
+  return el("p", { class: "colours" }, words(titleOf(name)), words(low), bar, words(high), words(shapes));
 }

@@ -5,9 +5,21 @@ const SPEEDS = [1, 2, 5, 10];
 
 /** `onTime(t)` is called whenever the time changes, s. */
 export function buildPlayer(onTime) {
-  const slider = el("input", { type: "range", min: 0, max: 1, step: "any", value: 0, "aria-label": "time, s", "data-test": "time" });
+  const slider = el("input", {
+    type: "range",
+    min: 0,
+    max: 1,
+    step: "any",
+    value: 0,
+    "aria-label": "time, s",
+    "data-test": "time",
+  });
   const button = el("button", { type: "button", class: "play", "data-test": "play" }, "play");
-  const speed = el("select", { "aria-label": "times as fast" }, SPEEDS.map((factor) => el("option", { value: factor }, `${factor} ×`)));
+  const speed = el(
+    "select",
+    { "aria-label": "times as fast" },
+    SPEEDS.map((factor) => el("option", { value: factor }, `${factor} ×`)),
+  );
   const clock = el("output", { "data-test": "clock" });
   const place = el("output", { class: "place", "data-test": "place" });
   const element = el("div", { class: "player" }, button, slider, clock, place, speed);

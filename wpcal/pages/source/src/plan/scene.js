@@ -1,7 +1,8 @@
 // The cell in 3-D: every body in a layer of the frame that carries it; a pose moves the layers.
-import { createViewer } from "../viewer.js";
+
 import { sides, toggles } from "../controls.js";
 import { el } from "../dom.js";
+import { createViewer } from "../viewer.js";
 import { capsuleMesh } from "./capsule.js";
 
 const NUMBERS = 12; // of a frame: three rows of four
@@ -29,15 +30,34 @@ export function buildScene(host, data, part) {
     viewer.addPart(part);
     ["part", "part edges"].forEach((layer) => carried.set(layer, data.carriers.part));
   }
-  viewer.addPaths("wire", [{ points: [[0, 0, 0], [0, 0, -data.wire_mm]], color: WIRE }], { width: 3 });
+  viewer.addPaths(
+    "wire",
+    [
+      {
+        points: [
+          [0, 0, 0],
+          [0, 0, -data.wire_mm],
+        ],
+        color: WIRE,
+      },
+    ],
+    { width: 3 },
+  );
   viewer.addPoints("tip", [{ p: [0, 0, 0], color: TIP }], { size: 11 });
   ["wire", "tip"].forEach((layer) => carried.set(layer, data.carriers.tool));
   carried.set("seam", data.carriers.part);
   addFloor(viewer, data.bases);
-  viewer.addLabels("names", data.bases.map((p, i) => ({ p: [p[0], p[1] - BESIDE_MM, 0], text: `robot ${i + 1}` })));
+  viewer.addLabels(
+    "names",
+    data.bases.map((p, i) => ({ p: [p[0], p[1] - BESIDE_MM, 0], text: `robot ${i + 1}` })),
+  );
   const near = ["tip", "seam", "part", ...data.bodies.filter((body) => body.group === "part").map(layerOf)];
   const bodies = ["part", ...new Set(data.bodies.map(layerOf))];
-  const closer = el("button", { type: "button", "data-test": "closer", onclick: () => viewer.view(FROM, near) }, "torch");
+  const closer = el(
+    "button",
+    { type: "button", "data-test": "closer", onclick: () => viewer.view(FROM, near) },
+    "torch",
+  );
   const looks = sides(viewer);
   looks.append(closer);
   stage.append(looks);
@@ -90,10 +110,20 @@ function addFloor(viewer, bases) {
   };
   const [xs, ys] = [range(0), range(1)];
   const lines = [
-    ...xs.map((x) => [[x, ys[0], 0], [x, ys.at(-1), 0]]),
-    ...ys.map((y) => [[xs[0], y, 0], [xs.at(-1), y, 0]]),
+    ...xs.map((x) => [
+      [x, ys[0], 0],
+      [x, ys.at(-1), 0],
+    ]),
+    ...ys.map((y) => [
+      [xs[0], y, 0],
+      [xs.at(-1), y, 0],
+    ]),
   ];
-  viewer.addPaths("floor", lines.map((points) => ({ points, color: GRID_COLOUR })), { width: 1, opacity: 0.35 });
+  viewer.addPaths(
+    "floor",
+    lines.map((points) => ({ points, color: GRID_COLOUR })),
+    { width: 1, opacity: 0.35 },
+  );
 }
 
 /** Moves every layer to where its carrier is between two states. */

@@ -1,6 +1,7 @@
 // What the view says in words: tooltips and the legend of its colours.
-import { BEYOND, ramp } from "../viewer.js";
+
 import { el, facts, fixed, short, signed } from "../dom.js";
+import { BEYOND, ramp } from "../viewer.js";
 
 function place(p) {
   return p.map((v) => fixed(v)).join(", ");
@@ -40,6 +41,13 @@ export function legend(tolerance) {
   const ticks = [0, 0.5, 1].map((share) => el("span", {}, short(share * tolerance)));
   const beyond = el("div", { class: "ramp" });
   beyond.style.background = BEYOND;
-  const scale = el("div", { class: "scale" }, bar, beyond, el("div", { class: "ticks" }, ticks), el("span", {}, "more"));
+  const scale = el(
+    "div",
+    { class: "scale" },
+    bar,
+    beyond,
+    el("div", { class: "ticks" }, ticks),
+    el("span", {}, "more"),
+  );
   return el("div", { class: "legend" }, el("div", {}, "95 % error of the seam, mm"), scale);
 }

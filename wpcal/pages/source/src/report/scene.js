@@ -1,8 +1,9 @@
 // The report's 3-D view: the part where it stands, the seams in the colour of their error, what was taught.
-import { colourOf, createViewer } from "../viewer.js";
+
 import { sides, toggles, tooltip } from "../controls.js";
 import { el } from "../dom.js";
 import { arrow, FACTORS, fittingFactor } from "../residuals.js";
+import { colourOf, createViewer } from "../viewer.js";
 import { legend, pointTip, seamTip } from "./explain.js";
 
 const FITTED = "#1d3f94";
@@ -47,7 +48,11 @@ export function lookAtSeam(viewer, { p, R }) {
   const outward = [0, 1, 2].map((row) => R.reduce((sum, axes) => sum + axes[row][2], 0) / R.length);
   const isRound = Math.hypot(...outward) < 0.3; // around a pipe the directions cancel
   const room = ROUND_A_SEAM * viewer.extent().radius;
-  const steps = [-room, room].flatMap((d) => [[d, 0, 0], [0, d, 0], [0, 0, d]]);
+  const steps = [-room, room].flatMap((d) => [
+    [d, 0, 0],
+    [0, d, 0],
+    [0, 0, d],
+  ]);
   const around = p.flatMap((place) => steps.map((step) => place.map((v, i) => v + step[i])));
   const aside = [0, 1, 2].map((row) => R[0][row][0]); // a little along the seam: straight on, edges hide each other
   viewer.lookAt(around, isRound ? [-0.62, -0.68, 0.5] : outward.map((v, i) => v + 0.35 * aside[i]));
@@ -83,24 +88,46 @@ function addSeams(viewer, seams, frames, tolerance) {
 function addPoints(viewer, points) {
   const places = points.map(({ p_base_mm: p, use }) => ({ p, color: use === "yes" ? FITTED : CHECKED }));
   viewer.addPoints("points", places, { size: 13 });
-  viewer.addTargets("points", points.map(({ p_base_mm }) => p_base_mm), { kind: "point", points }, { priority: 1 });
-  viewer.addLabels("names", points.map(({ p_base_mm: p, name: text }) => ({ p, text })), { className: "of-point" });
+  viewer.addTargets(
+    "points",
+    points.map(({ p_base_mm }) => p_base_mm),
+    { kind: "point", points },
+    { priority: 1 },
+  );
+  viewer.addLabels(
+    "names",
+    points.map(({ p_base_mm: p, name: text }) => ({ p, text })),
+    { className: "of-point" },
+  );
 }
 
 function addFrames(viewer, frames, length) {
   const all = frames.flatMap(({ p, R }) => p.map((place, i) => ({ p: place, R: R[i] })));
   const step = Math.ceil(all.length / MOST_TRIADS);
-  viewer.addTriads("frames", all.filter((_, i) => i % step === 0), length);
+  viewer.addTriads(
+    "frames",
+    all.filter((_, i) => i % step === 0),
+    length,
+  );
 }
 
 /** A slider for the factor by which residuals are drawn longer than they are. */
 function residualControl(viewer, points, radius) {
-  const start = FACTORS.indexOf(fittingFactor(points.map(({ distance_mm }) => distance_mm), radius));
+  const start = FACTORS.indexOf(
+    fittingFactor(
+      points.map(({ distance_mm }) => distance_mm),
+      radius,
+    ),
+  );
   const output = el("output", { "data-test": "factor" });
   const draw = (factor) => {
     const wasShown = viewer.isShown("residuals");
     viewer.clear("residuals");
-    viewer.addPaths("residuals", points.flatMap((point) => arrow(fittedPlace(point), point.residual_mm, factor)), { width: 3 });
+    viewer.addPaths(
+      "residuals",
+      points.flatMap((point) => arrow(fittedPlace(point), point.residual_mm, factor)),
+      { width: 3 },
+    );
     viewer.show("residuals", wasShown);
     output.textContent = `× ${factor}`;
   };

@@ -81,10 +81,20 @@ export function fitSection(record) {
     ["correction α, β, γ", `${[c.alpha_rad, c.beta_rad, c.gamma_rad].map((v) => fixed(v, 7)).join(", ")} rad`],
   ];
   const cells = (row) => row.map((v) => el("td", { class: "number" }, fixed(v, 6)));
-  const matrix = el("table", { class: "matrix" }, T_base_part.map((row) => el("tr", {}, cells(row))));
+  const matrix = el(
+    "table",
+    { class: "matrix" },
+    T_base_part.map((row) => el("tr", {}, cells(row))),
+  );
   const trace = solver.trace && annealingPlot(solver.trace, record.objective_mm);
   const pose = "T_base_part: columns are the part's axes in the robot's base, then its origin in mm.";
-  const numbers = el("div", {}, facts(rows), el("p", { class: "caption" }, pose), el("div", { class: "table-scroll" }, matrix));
+  const numbers = el(
+    "div",
+    {},
+    facts(rows),
+    el("p", { class: "caption" }, pose),
+    el("div", { class: "table-scroll" }, matrix),
+  );
   const legend =
     "Annealing: the largest distance at the end of each temperature (faint) and the best so far; " +
     "the line is the answer after the polish.";
@@ -94,7 +104,15 @@ export function fitSection(record) {
 
 export function notesSection({ issues }) {
   if (!issues.length) return null;
-  return section("notes", "Notes on the data", el("ul", {}, issues.map(({ message }) => el("li", {}, message))));
+  return section(
+    "notes",
+    "Notes on the data",
+    el(
+      "ul",
+      {},
+      issues.map(({ message }) => el("li", {}, message)),
+    ),
+  );
 }
 
 function teachingError({ sigma_mm, bound_mm }) {
@@ -113,7 +131,12 @@ export function sourcesSection(record, mesh) {
     ["tolerance", `${record.tolerance_mm} mm`],
     ["teaching error", teachingError(record.teaching_error)],
     ["robot space", record.robot_space],
-    ["versions", Object.entries(record.versions).map(([name, version]) => `${name} ${version}`).join(", ")],
+    [
+      "versions",
+      Object.entries(record.versions)
+        .map(([name, version]) => `${name} ${version}`)
+        .join(", "),
+    ],
   ];
   if (mesh) rows.push(["triangles of the view", `within ${fixed(mesh.deflection_mm, 3)} mm of the model`]);
   return section("sources", "Where this came from", table(columns, files), facts(rows));

@@ -1,6 +1,7 @@
-// What counts first: does the fit hold the tolerance, and how sure are the seams.
-import { el, fixed, short } from "../dom.js";
+// The head of the report: does the fit hold the tolerance, and how large are the predicted errors of the seams.
+import { el, fixed } from "../dom.js";
 import { gauge } from "../shares.js";
+import { plural, verdictText } from "../words.js";
 
 /** The largest distance of a point, fitted or checked. */
 function worstPoint(points) {
@@ -21,10 +22,9 @@ export function verdict(calibration, seams, frames) {
   const accepted = seams.filter((one) => one.accepted);
   const length = accepted.reduce((sum, one) => sum + one.length_mm, 0);
   const checked = points.filter(({ use }) => use === "check").length;
-  const what = passed ? "Every point is within" : "A point is off by more than";
   const counts = [
-    `${points.length - checked} points fitted${checked ? `, ${checked} checked` : ""}`,
-    `${accepted.length} seam${accepted.length === 1 ? "" : "s"}, ${fixed(length, 0)} mm`,
+    `${plural(points.length - checked, "point")} fitted${checked ? `, ${checked} checked` : ""}`,
+    `${plural(accepted.length, "seam")}, ${fixed(length, 0)} mm`,
   ];
   return el(
     "header",
@@ -40,7 +40,7 @@ export function verdict(calibration, seams, frames) {
       "div",
       { class: "verdict" },
       el("span", { class: "stamp" }, calibration.verdict),
-      el("p", {}, `${what} the tolerance of ${short(tolerance)} mm.`),
+      el("p", {}, verdictText(calibration)),
     ),
     el(
       "div",

@@ -1,0 +1,59 @@
+// The elements of the picker's page and where they are.
+import { el } from "../dom.js";
+
+/**
+ * Fills `root` and returns the elements that change: {view, state, gauges, suggestButton, addButton, showNotes(texts)}.
+ *
+ * @param {object} data  of the page
+ * @param {{table: HTMLElement, frameForm: HTMLElement, status: HTMLElement, seams: HTMLElement}} parts
+ * @param {{onSave: function, onAdd: function, onSuggest: function, onFiles: function(File[]), onCopy: function}} actions
+ */
+export function buildLayout(root, data, parts, actions) {
+  const view = el("section", { id: "view", "aria-label": "3-D view" });
+  const state = el("p", { id: "state", role: "status" });
+  const gauges = el("div", { class: "gauges" });
+  const addButton = button("add", "Add point", actions.onAdd);
+  const suggestButton = button("suggest", "Suggest points", actions.onSuggest);
+  const file = fileInput(actions.onFiles);
+  const buttons = el(
+    "div",
+    { class: "buttons" },
+    el("button", { type: "button", id: "save", class: "main", onclick: actions.onSave }, `Save ${data.saves_to}`),
+    addButton,
+    suggestButton,
+    button("open", "Open file …", () => file.click()),
+    button("copy", "Copy", actions.onCopy),
+    file,
+  );
+  const list = el("ul", {});
+  const notes = el("section", { id: "notes" }, list);
+  root.append(
+    view,
+    el(
+      "div",
+      { id: "side" },
+      el("header", {}, el("h1", {}, data.file), state, gauges),
+      el("section", { id: "points" }, parts.table, buttons, parts.frameForm, parts.status),
+      el("section", { id: "seams" }, parts.seams),
+      notes,
+    ),
+  );
+  const showNotes = (texts) => {
+    list.replaceChildren(...texts.map((text) => el("li", {}, text)));
+    notes.hidden = !texts.length;
+  };
+  return { view, state, gauges, addButton, suggestButton, showNotes };
+}
+
+function button(id, text, onclick) {
+  return el("button", { type: "button", id, onclick: () => onclick() }, text);
+}
+
+function fileInput(onFiles) {
+  const input = el("input", { type: "file", id: "file", multiple: true, hidden: true });
+  input.addEventListener("change", () => {
+    onFiles([...input.files]);
+    input.value = ""; // so that the same file can be opened again
+  });
+  return input;
+}
