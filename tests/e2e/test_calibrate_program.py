@@ -81,8 +81,8 @@ def test_a_frame_without_values_is_asked_for(tmp_path: Path, command: tuple[str,
     done = run_here(command[0], TEE / "tee.step", program, *options)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
-    assert "teach.dat, line 2: point P1: stands in user frame 7" in done.stderr
-    assert "--uframe 7=X,Y,Z,A,B,C" in done.stderr
+    assert "teach.dat, line 2: point P1: is in user frame 7" in done.stderr
+    assert "give the user frame as 7=X,Y,Z,A,B,C (--uframe)" in done.stderr
     assert not (tmp_path / "out").exists()
 
 
@@ -94,7 +94,7 @@ def test_a_program_with_a_home_position_is_read_by_naming_the_others(tmp_path: P
     done = run_here("calibrate", TEE / "tee.step", program, "-o", tmp_path / "out")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "HOME: is stored as joint angles" in done.stderr
-    assert "name the points to read with --points" in done.stderr
+    assert "or name the points to read (--robot and --tool, or --points)" in done.stderr
     names = ",".join(row["name"] for row in taught_rows())
     assert_same(calibrated(program, tmp_path / "out", "--points", names), from_table(tmp_path))
 

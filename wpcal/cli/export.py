@@ -30,8 +30,8 @@ def export(
 
     Ends with code 1 when the calibration missed its tolerance; the files are written and say so.
     """
-    from wpcal.controllers.registry import exporter_named
     from wpcal.core.records import check_writable, new_directory
+    from wpcal.formats.registry import exporter_named
 
     if "list" in formats:
         return _list_formats(as_json=as_json)
@@ -53,7 +53,7 @@ def export(
 
 
 def _list_formats(*, as_json: bool) -> int:
-    from wpcal.controllers.registry import exporter_named, exporter_names
+    from wpcal.formats.registry import exporter_named, exporter_names
 
     titles = {name: exporter_named(name).title for name in exporter_names()}
     if as_json:

@@ -47,9 +47,9 @@ class ProgramFlags:
         InputError
             When the file cannot be used, or an option for programs is given with a table.
         """
+        from wpcal.controllers.taught_program import is_program, read_taught_program
         from wpcal.core.errors import InputError
         from wpcal.taught.table import read_taught
-        from wpcal.taught.user_frames import is_program, read_taught_program
 
         reading = self.to_reading()
         if is_program(path):

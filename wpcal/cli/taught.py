@@ -22,8 +22,9 @@ def taught(*, program: Path, out: Path | None, reading: ProgramFlags, force: boo
     The column feature repeats the point's name: put the name of the feature there that was touched. `wpcal calibrate`
     reads a program by itself; this shows what it reads.
     """
+    from wpcal.controllers.taught_program import require_program
     from wpcal.core.records import to_json, write_file
-    from wpcal.taught.user_frames import require_program, taught_csv
+    from wpcal.taught.table import taught_csv
 
     require_program(program)
     read = reading.read_taught(program)
