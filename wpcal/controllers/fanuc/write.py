@@ -25,7 +25,7 @@ from wpcal.core.transform import RigidTransform
 NAMES = NameRules("FANUC", 32, "aux com1 com2 con lpt1 lpt2 nul prn")
 """Names of programs have up to 36 characters. A file must not have the name of a device of the controller."""
 DECIMALS = 3
-"""What the controller prints, of mm and of degrees."""
+"""As the controller prints mm and degrees."""
 LONGEST_REMARK = 32
 MOST_LINES = 9999
 """Line numbers have four digits."""
@@ -39,8 +39,6 @@ CONFIGURATION = ConfigurationRule(
 """For example N U T, 0, 0, 0: flip, (left, right,) up, front, and the turns of three joints."""
 JOINT_PERCENT = 10
 """Of the first move to a seam. Slow, because the arm can come from anywhere."""
-
-
 LANGUAGE = JobLanguage(
     names=NAMES,
     suffix=".ls",
@@ -129,7 +127,7 @@ def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
 
 
 def _speed(mm_s: float) -> str:
-    """Write a speed, which TP knows as whole mm/sec or whole cm/min."""
+    """Write a speed; TP has whole mm/sec and whole cm/min."""
     for value, unit in ((mm_s, "mm/sec"), (mm_s * 6.0, "cm/min")):
         if value >= 1 and abs(value - round(value)) < 1e-6:  # a rest below that is round-off of the factor 6
             return f"{round(value)}{unit}"

@@ -29,7 +29,7 @@ DEG_DECIMALS = 4
 """What the controller writes into its own jobs."""
 LONGEST_COMMENT = 32
 MOST_LINES = 9999
-"""Of a job; the numbers of its positions have as many."""
+"""Of a job. It can have as many positions."""
 CONFIGURATION = ConfigurationRule(
     word="RCONF",
     pattern=re.compile(r"\d+(?:,\d+)+"),
