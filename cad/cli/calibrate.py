@@ -111,6 +111,6 @@ def show_written(written: WrittenCalibration, out: Path) -> None:
     if "left_out" in written.record:
         listed = ", ".join(written.record["left_out"])
         console.print(f"note: left out by hand (use no): {listed}", highlight=False, markup=False)
-    for issue in written.record["issues"][len(written.result.warnings) :]:
-        console.print(f"note: {issue['message']}", highlight=False, markup=False)
+    for issue in written.notes:
+        console.print(f"note: {issue.message}", highlight=False, markup=False)
     console.print(f"wrote {', '.join(written.files)} to {out}", highlight=False, markup=False)

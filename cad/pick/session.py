@@ -85,8 +85,8 @@ class PickSession:
             taught = _taught(rows)
             workpiece, options = self.part.workpiece, self.options
             named = name_taught(taught, workpiece.features, options=options, T_nominal_part=self.T_nominal_part)
-            fit = prepare_fit(named.taught, workpiece, T_nominal_part=self.T_nominal_part, certify=options.certify)
-            result, u95 = run_fit(fit, self.part.seams, options=options, T_nominal_part=self.T_nominal_part)
+            observed = prepare_fit(named.taught, workpiece, T_nominal_part=self.T_nominal_part)
+            result, u95 = run_fit(observed, self.part.seams, options=options, T_nominal_part=self.T_nominal_part)
         return _fit_record(rows, named.taught, result, u95)
 
     def save(self, rows: Rows) -> dict[str, Any]:
