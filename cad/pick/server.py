@@ -28,7 +28,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from cad.pick.rows import Rows
 from cad.pick.session import PickSession, fault_record
-from wpcal.core.errors import InputError, WpcalError
+from wpcal.core.errors import ErrorCode, InputError, WpcalError
 
 LOCAL = "127.0.0.1"
 LARGEST_BYTES = 8_000_000
@@ -78,7 +78,7 @@ class PickServer:
         except (OSError, OverflowError) as error:
             self._socket.close()
             reason = (getattr(error, "strerror", None) or str(error)).lower()
-            raise InputError(f"--port {port}: {reason}") from None
+            raise InputError(f"port {port}: {reason}", code=ErrorCode.PORT_UNUSABLE) from None
         host = f"{LOCAL}:{self._socket.getsockname()[1]}"
         token = secrets.token_urlsafe(TOKEN_BYTES)
         self.url = f"http://{host}/{token}/"

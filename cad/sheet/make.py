@@ -13,7 +13,7 @@ from cad.draw.dxf import reproducible
 from cad.sheet.paper import A3, Paper, SheetLayout, lay_out, scale_words
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal import __version__
-from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features import ReferenceFeature, feature_named
 
@@ -130,7 +130,7 @@ def _features(workpiece: Workpiece, options: SheetOptions, progress: Progress) -
     try:
         found = advise_workpiece(workpiece, options=chosen, seam_options=SeamOptions(), progress=progress)
     except GeometryError as error:
-        raise GeometryError(f"{error}; or name the points with --points") from None
+        raise GeometryError(f"{error}; or name the features", code=ErrorCode.FEATURES_NOT_CHOSEN) from None
     return found.chosen.features
 
 

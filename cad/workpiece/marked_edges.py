@@ -18,7 +18,7 @@ from wpcal.brep.curves import edge_polylines, evaluate_edges
 from wpcal.brep.extend import FreeEdge, add_edges
 from wpcal.brep.trim import distance_to_segments
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import InputError
+from wpcal.core.errors import ErrorCode, InputError
 from wpcal.features import ReferenceFeature, feature_named
 from wpcal.seam.find.marked import MarkedEdges
 
@@ -66,7 +66,8 @@ def find_marked(
     for pattern in patterns:
         fitting = [mark for mark in marks if mark.kind in ("edge", "wire") and _fits(mark, pattern)]
         if not fitting:
-            raise InputError(f"--marked {pattern!r}: no edge or wire has such a name, layer or colour{_hint(marks)}")
+            what = f"no edge or wire has the name, layer or colour {pattern!r}{_hint(marks)}"
+            raise InputError(what, code=ErrorCode.MARK_UNKNOWN)
         found += [(edge, mark.name or pattern) for mark in fitting for edge in _edges(mark.shape)]
     graph, numbers = _numbered(graph, [edge for edge, _ in found])
     labels = dict(zip(numbers, (label for _, label in found), strict=True))
@@ -135,7 +136,8 @@ def _point(place: str, features: Sequence[ReferenceFeature]) -> FloatArray:
     try:
         x, y, z = (float(part) for part in parts)
     except ValueError:
-        raise InputError(f"--edge {place!r}: expected x,y,z in mm or the name of a feature") from None
+        what = f"the edge {place!r}: expected x,y,z in mm or the name of a feature"
+        raise InputError(what, code=ErrorCode.EDGE_UNKNOWN) from None
     return np.array([x, y, z])
 
 
@@ -148,6 +150,7 @@ def _nearest_edge(graph: BrepGraph, p: FloatArray, place: str) -> int:
     nearest = int(np.argmin(off))
     if off[nearest] > PICK_MM:
         raise InputError(
-            f"--edge {place}: no edge is nearer than {PICK_MM:g} mm, the nearest is {off[nearest]:.1f} mm off"
+            f"no edge is within {PICK_MM:g} mm of {place}; the nearest is {off[nearest]:.1f} mm away",
+            code=ErrorCode.EDGE_UNKNOWN,
         )
     return int(of_point[inner[nearest]])
