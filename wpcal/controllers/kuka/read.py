@@ -1,7 +1,8 @@
 """Taught points from a KUKA data list (``.dat``): E6POS, POS and FRAME with the base that FDAT names.
 
-A point ``XP1`` taught in line form has its base and tool in ``FP1`` (FDAT): ``BASE_NO``, ``TOOL_NO``, ``IPO_FRAME``.
-It is called ``P1``, as on the pendant. ``BASE_DATA[n]`` and FRAME variables of the same file give values of frames.
+A point ``XP1`` taught in an inline form has its base and tool in ``FP1`` (FDAT): ``BASE_NO``, ``TOOL_NO`` and
+``IPO_FRAME``. Its name is ``P1``, as on the pendant. ``BASE_DATA[n]`` and FRAME variables of the same file give the
+values of frames.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ from wpcal.core.transform import RigidTransform
 from wpcal.taught.programs import (
     BASE,
     JointValues,
-    ProgramLanguage,
     ProgramPoint,
     ProgramPoints,
+    ProgramReader,
     frame_from_xyz_angles,
     joint_values,
     unusable_point,
@@ -73,7 +74,7 @@ def _pose(fields: dict[str, str], name: str, path: str, line: int) -> RigidTrans
     try:
         x, y, z, a, b, c = (float(fields[key]) for key in PLACE)
     except ValueError:
-        raise FormatError(f"{name} holds a coordinate that is no number", path=path, line=line) from None
+        raise FormatError(f"{name} holds a coordinate that is not a number", path=path, line=line) from None
     alpha, beta, gamma = np.radians([c, b, a])
     return RigidTransform(rotation_from_zyx(alpha, beta, gamma), np.array([x, y, z]), "base", "frame")
 
@@ -95,4 +96,4 @@ def _pendant_frame(values: Sequence[float]) -> RigidTransform:
     return frame_from_xyz_angles([*values[:3], *values[:2:-1]])  # A, B, C turn about z, y, x
 
 
-LANGUAGE = ProgramLanguage("KUKA KRL", read_krl, _pendant_frame, "X,Y,Z,A,B,C")
+READER = ProgramReader(read_krl, _pendant_frame, "X,Y,Z,A,B,C")

@@ -1,7 +1,7 @@
 """Taught points from a Yaskawa INFORM job (``.jbi``): Cartesian positions (``///RECTAN``) of its header.
 
-``///POSTYPE ROBOT`` and ``BASE`` are the base of a robot that stands still; ``USER`` names a user frame by number only.
-Positions as pulses hold no coordinates without the robot's own data.
+``///POSTYPE ROBOT`` and ``BASE`` mean the base of a robot that does not move on an axis. ``USER`` names a user frame by
+number only. Positions stored as pulses need the arm to become coordinates.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from wpcal.core.errors import FormatError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.taught.programs import (
     BASE,
-    ProgramLanguage,
     ProgramPoint,
     ProgramPoints,
+    ProgramReader,
     frame_from_xyz_angles,
     joint_values,
     unusable_point,
@@ -55,9 +55,9 @@ def _point(name: str, values: str, settings: dict[str, str], path: str, line: in
     if kind == "PULSE":
         return unusable_point(name, line, IN_PULSES, joint_values(values.split(","), in_pulses=True))
     if kind not in ("ROBOT", "BASE", "USER"):
-        return unusable_point(name, line, f"stands in POSTYPE {kind or 'none'}; expected ROBOT, BASE or USER")
+        return unusable_point(name, line, f"is in POSTYPE {kind or 'none'}; expected ROBOT, BASE or USER")
     if kind == "BASE" and _has_base_axes(settings.get("NPOS", "")):
-        return unusable_point(name, line, "stands in BASE of a robot that a base axis moves")
+        return unusable_point(name, line, "is in BASE of a robot that a base axis moves")
     try:
         x, y, z, *angles = (float(value) for value in values.split(","))
         alpha, beta, gamma = np.radians(angles)
@@ -73,4 +73,4 @@ def _has_base_axes(npos: str) -> bool:
     return any(count.strip() not in ("", "0") for count in (counts[1:2] + counts[4:5]))
 
 
-LANGUAGE = ProgramLanguage("Yaskawa INFORM", read_inform, frame_from_xyz_angles, "X,Y,Z,Rx,Ry,Rz")
+READER = ProgramReader(read_inform, frame_from_xyz_angles, "X,Y,Z,Rx,Ry,Rz")

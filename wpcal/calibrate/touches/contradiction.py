@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtri, fdtri
 
-from wpcal.calibrate.points.diagnose import CLEAR_FACTOR
-from wpcal.calibrate.points.robust import FALSE_ALARM, FLOOR_MM, LEAST_SIGMA_MM
-from wpcal.calibrate.touches.fit import Pose, fit_least_squares, scaled_jacobian
+from wpcal.calibrate.criteria import BLUNDER
+from wpcal.calibrate.outlier_limits import CLEAR_FACTOR, FALSE_ALARM, FLOOR_MM, LEAST_SIGMA_MM
+from wpcal.calibrate.touches.fit import Pose, fit_squares, scaled_jacobian
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray
 from wpcal.core.issue import Issue
@@ -21,7 +21,7 @@ HELD = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Doubt:
+class ContradictedTouch:
     """A touch that the others contradict.
 
     Parameters
@@ -49,7 +49,7 @@ class _Without:
         return self.total / self.freedom
 
 
-def find_distrusted(touches: Touches, pose: Pose, sigma_mm: float | None) -> Doubt | None:
+def find_contradicted(touches: Touches, pose: Pose, sigma_mm: float | None) -> ContradictedTouch | None:
     """Name the touch without which the rest agree, where one stands out.
 
     Parameters
@@ -64,11 +64,11 @@ def find_distrusted(touches: Touches, pose: Pose, sigma_mm: float | None) -> Dou
 
     Returns
     -------
-    Doubt or None
+    ContradictedTouch or None
         None also where two touches could be the wrong one.
     """
     stated = touches.covariances is not None
-    pose = fit_least_squares(touches, pose, weighted=stated)
+    pose = fit_squares(touches, pose, weighted=stated)
     unit = 1.0 if stated or sigma_mm is None else max(sigma_mm, LEAST_SIGMA_MM)
     whole, squares = int(pose.at.rank.sum()) - 6, _squares(touches, pose)
     tried = []
@@ -76,7 +76,7 @@ def find_distrusted(touches: Touches, pose: Pose, sigma_mm: float | None) -> Dou
         freedom = whole - int(pose.at.rank[row])
         others = touches.select(np.delete(np.arange(len(touches)), row))
         if freedom >= 1 and _is_held(others, pose):
-            rest = fit_least_squares(others, pose, weighted=stated)
+            rest = fit_squares(others, pose, weighted=stated)
             tried.append(_Without(int(row), rest, float(_squares(others, rest).sum()) / unit**2, freedom))
     if not tried:
         return None
@@ -86,16 +86,16 @@ def find_distrusted(touches: Touches, pose: Pose, sigma_mm: float | None) -> Dou
     if named is None:
         return None
     off = float(touches.select([named.row]).linearised(named.pose.R, named.pose.t).distances[0])
-    return Doubt(named.row, off) if off > FLOOR_MM else None
+    return ContradictedTouch(named.row, off) if off > FLOOR_MM else None
 
 
-def doubt_issues(touches: Touches, doubt: Doubt | None) -> tuple[Issue, ...]:
+def contradiction_issues(touches: Touches, found: ContradictedTouch | None) -> tuple[Issue, ...]:
     """Say which touch is distrusted."""
-    if doubt is None:
+    if found is None:
         return ()
-    name = touches.names[doubt.row]
-    message = f"the other touches contradict {name} ({doubt.off_mm:.3g} mm off their fit): touch it again"
-    return (Issue("blunder", message, (name,)),)
+    name = touches.names[found.row]
+    message = f"the other touches contradict {name} ({found.off_mm:.3g} mm off their fit): touch it again"
+    return (Issue(BLUNDER, message, (name,)),)
 
 
 def _squares(touches: Touches, pose: Pose) -> FloatArray:

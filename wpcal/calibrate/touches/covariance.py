@@ -14,16 +14,15 @@ Lawson (1961), Contributions to the Theory of Linear Least Maximum Approximation
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from wpcal.calibrate.criteria import Criterion
-from wpcal.calibrate.touches.fit import Pose, fit_least_squares, scaled_jacobian
+from wpcal.calibrate.touches.fit import Pose, fit_squares, scaled_jacobian
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import EXCESS_SAMPLES, TeachingError
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import InputError
+from wpcal.core.errors import ErrorCode, InputError
 from wpcal.core.tangent import translation_adjoint
 
 LAWSON_STEPS = 400
@@ -32,57 +31,44 @@ LEAST_WEIGHT = 1e-12
 """Below this a touch plays no part in a simulated fit; zero could not be divided by."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Spread:
-    """How far the answer may be off.
-
-    Parameters
-    ----------
-    covariance : ndarray, shape (6, 6)
-        Of ξ about the base's origin, as in `CalibrationResult`.
-    degrees_of_freedom : float
-        Behind its scale; infinite where the teaching error is stated.
-    """
-
-    covariance: FloatArray
-    degrees_of_freedom: float
-
-
-def predict_spread(
+def propagate_covariance(
     touches: Touches, pose: Pose, criterion: Criterion, teaching: TeachingError, *, seed: int = 0
-) -> Spread:
-    """Predict the covariance of a fit.
+) -> tuple[FloatArray, float]:
+    """Propagate the errors of the touches to the covariance of a fit.
 
     Parameters
     ----------
     touches : Touches
-        Those that were fitted. Where they carry covariances, these say how far each may be off.
+        Those that were fitted. If they carry covariances, these say how far each may be off.
     pose : Pose
         The fit.
     criterion : Criterion
     teaching : TeachingError
-        Of touches without covariances; the residuals of the least-squares fit tell where it states nothing.
+        Of touches without covariances. If it states nothing, the residuals of the least-squares fit tell.
     seed : int
 
     Returns
     -------
-    Spread
+    covariance : ndarray, shape (6, 6)
+        Of ξ about the base's origin, as in `CalibrationResult`.
+    degrees_of_freedom : float
+        Behind its scale. Infinite if the teaching error is stated.
 
     Raises
     ------
     InputError
-        When nothing is stated and no residual is left to tell.
+        When nothing is stated and there are as many touches as freedoms.
     """
     J, pivot, length = scaled_jacobian(touches, pose)
     to_origin = translation_adjoint(pivot) / np.repeat([length, 1.0], 3)  # of (L ω, v)
     if touches.covariances is not None:
         scaled = _of_stated_errors(J, pose, touches.covariances, criterion, seed)
-        return Spread(to_origin @ scaled @ to_origin.T, math.inf)
+        return to_origin @ scaled @ to_origin.T, math.inf
     sigma, freedom = _sigma(touches, pose, teaching)
     scaled = np.linalg.inv(np.einsum("nik,nil->kl", J, J))
     if criterion is Criterion.MINIMAX and sigma > 0:
         scaled = scaled + _excess(J, pose, bounded=teaching.is_bounded, seed=seed)
-    return Spread(sigma**2 * to_origin @ scaled @ to_origin.T, freedom)
+    return sigma**2 * to_origin @ scaled @ to_origin.T, freedom
 
 
 def _of_stated_errors(
@@ -108,9 +94,10 @@ def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> tuple[float
     if freedom <= 0:
         raise InputError(
             "the touches are as many as the freedoms, so no residual tells how well they were made: state the teaching "
-            "error with --sigma-mm or a column sigma_mm, or touch once more"
+            "error (sigma_mm, for all touches or as a column), or touch once more",
+            code=ErrorCode.TEACHING_ERROR_MISSING,
         )
-    squares = fit_least_squares(touches, pose).at.d
+    squares = fit_squares(touches, pose).at.d
     return float(np.sqrt(np.sum(squares**2) / freedom)), freedom
 
 
@@ -130,13 +117,13 @@ def _excess(J: FloatArray, pose: Pose, *, bounded: bool, seed: int) -> FloatArra
 def _simulated(J: FloatArray, pose: Pose, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Scaled motions by least squares and by minimax of errors (m, n, 3), shapes (m, 6)."""
     m, n = errors.shape[:2]
-    seen = np.einsum("nij,mnj->mni", pose.at.A, errors)
-    first = _solve(J, seen, np.ones((m, n)))
+    residuals = np.einsum("nij,mnj->mni", pose.at.A, errors)
+    first = _solve(J, residuals, np.ones((m, n)))
     weights = np.full((m, n), 1.0 / n)
-    best, least = first, np.linalg.norm(seen + np.einsum("nik,mk->mni", J, first), axis=2).max(axis=1)
+    best, least = first, np.linalg.norm(residuals + np.einsum("nik,mk->mni", J, first), axis=2).max(axis=1)
     for _ in range(LAWSON_STEPS):
-        motion = _solve(J, seen, weights)
-        size = np.linalg.norm(seen + np.einsum("nik,mk->mni", J, motion), axis=2)
+        motion = _solve(J, residuals, weights)
+        size = np.linalg.norm(residuals + np.einsum("nik,mk->mni", J, motion), axis=2)
         better = size.max(axis=1) < least
         best, least = np.where(better[:, None], motion, best), np.where(better, size.max(axis=1), least)
         weights = np.maximum(weights * size, LEAST_WEIGHT)
@@ -144,8 +131,8 @@ def _simulated(J: FloatArray, pose: Pose, errors: FloatArray) -> tuple[FloatArra
     return first, best
 
 
-def _solve(J: FloatArray, seen: FloatArray, weights: FloatArray) -> FloatArray:
+def _solve(J: FloatArray, residuals: FloatArray, weights: FloatArray) -> FloatArray:
     """Weighted least-squares motions of all samples, shape (m, 6)."""
     information = np.einsum("mn,nik,nil->mkl", weights, J, J)
-    gradient = np.einsum("mn,nik,mni->mk", weights, J, seen)
+    gradient = np.einsum("mn,nik,mni->mk", weights, J, residuals)
     return np.asarray(-np.linalg.solve(information, gradient[..., None])[..., 0])

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.calibrate.result import Freedom
+from wpcal.calibrate.touches.evidence import HeldMotion
 from wpcal.calibrate.touches.fit import Pose, scaled_jacobian
-from wpcal.calibrate.touches.touches import Touches
+from wpcal.calibrate.touches.touches import NamedAxis, Touches
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
 
@@ -31,30 +31,15 @@ ON_AXIS_MM = 0.1
 PARALLEL = 1.0 - 1e-6
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NamedAxis:
-    """An axis of the part that has a name: of a hole or a cylinder.
-
-    Parameters
-    ----------
-    name : str
-    point, direction : ndarray, shape (3,)
-        In `part`; mm and a unit vector.
-    """
-
-    name: str
-    point: FloatArray
-    direction: FloatArray
-
-
-def held_freedoms(touches: Touches, pose: Pose, axes: Sequence[NamedAxis] = ()) -> tuple[Freedom, ...]:
-    """Return the six freedoms, the best held first, with the touches that hold each.
+def held_motions(touches: Touches, pose: Pose) -> tuple[HeldMotion, ...]:
+    """Return the six motions of the part, the best held first, with the touches that hold each.
 
     Raises
     ------
     GeometryError
         When a motion is free; it is named.
     """
+    axes = touches.axes
     J, pivot, length = scaled_jacobian(touches, pose)
     n = len(touches)
     U, values, Vt = np.linalg.svd(J.reshape(3 * n, 6), full_matrices=False)
@@ -68,7 +53,7 @@ def held_freedoms(touches: Touches, pose: Pose, axes: Sequence[NamedAxis] = ()) 
         )
     shares = np.sum(U.reshape(n, 3, 6) ** 2, axis=1)
     return tuple(
-        Freedom(
+        HeldMotion(
             _motion(to_part, Vt[k], axes),
             float(values[k]),
             tuple(touches.names[i] for i in np.argsort(-shares[:, k], kind="stable") if shares[i, k] >= HOLDS),
