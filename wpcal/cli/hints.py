@@ -5,6 +5,10 @@ from __future__ import annotations
 from wpcal.core.errors import ErrorCode, WpcalError
 
 HINTS = {
+    ErrorCode.EXISTS: "--force writes over it",
+    ErrorCode.NOTHING_ACCEPTED: "--all takes candidates, too",
+    ErrorCode.ROBOT_MISSING: "--robot",
+    ErrorCode.ROBOT_UNWANTED: "without --robot",
     ErrorCode.USER_FRAME_MISSING: "--uframe",
     ErrorCode.TOOL_MISSING: "--tool",
     ErrorCode.ARM_MISSING: "--robot and --tool, or --points",

@@ -13,7 +13,7 @@ def require_new(path: Path, *, overwrite: bool) -> None:
     InputError
         If the file exists and `overwrite` is false.
     """
-    from wpcal.core.errors import InputError
+    from wpcal.core.errors import ErrorCode, InputError
 
     if path.exists() and not overwrite:
-        raise InputError(f"{path}: exists; give --force to overwrite it")
+        raise InputError(f"{path}: exists", code=ErrorCode.EXISTS)
