@@ -94,14 +94,14 @@ def require_table(out: Path, part_step: Path, *, overwrite: bool) -> None:
     InputError
         If it is a folder, the part itself, in a folder that does not exist, or a file that must not be overwritten.
     """
-    from wpcal.core.errors import ErrorCode, InputError
+    from wpcal.core.errors import InputError
 
     if out.is_dir():
         raise InputError(f"{out}: is a directory; expected the name of a table to save")
     if out.exists() and part_step.exists() and out.samefile(part_step):
         raise InputError(f"{out}: is the part itself; give -o and another name")
     if out.exists() and not overwrite:
-        raise InputError(f"{out}: exists; give another name with -o", code=ErrorCode.EXISTS)
+        raise InputError(f"{out}: exists; give --force to overwrite it, or -o and another name")
     if not out.parent.is_dir():
         raise InputError(f"{out.parent}: no such folder to save into")
 

@@ -209,10 +209,7 @@ def test_when_the_server_has_ended_the_table_stays(start: Any, open_page: Any) -
         (["missing.step"], "missing.step"),
         ([TEE / "tee.step", "missing.csv"], "missing.csv: no such file"),
         ([TEE / "tee.step", TEE / "tee.step", "-o", "x.csv"], "is a STEP file, expected a table"),
-        (
-            [TEE / "tee.step", "-o", "there.csv"],
-            "there.csv: exists; give another name with -o (--force writes over it)",
-        ),
+        ([TEE / "tee.step", "-o", "there.csv"], "there.csv: exists; give --force"),
         ([TEE / "tee.step", "-o", "no/such/x.csv"], "no such folder"),
         ([TEE / "truth.json"], "truth.json"),
     ],

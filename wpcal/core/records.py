@@ -115,7 +115,8 @@ def check_writable(path: Path, *, overwrite: bool) -> None:
     if path.exists() and not path.is_dir():
         raise InputError(f"{path}: is a file, expected a folder to write into")
     if path.is_dir() and any(path.iterdir()) and not overwrite:
-        raise InputError(f"{path}: exists and is not empty", code=ErrorCode.EXISTS)
+        what = "exists and is not empty; allow overwriting to write into it"
+        raise InputError(f"{path}: {what}", code=ErrorCode.EXISTS)
 
 
 def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
@@ -127,7 +128,7 @@ def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
         When it exists and `overwrite` is false, or it cannot be written.
     """
     if path.exists() and not overwrite:
-        raise InputError(f"{path}: exists", code=ErrorCode.EXISTS)
+        raise InputError(f"{path}: exists; allow overwriting to replace it", code=ErrorCode.EXISTS)
     temporary = path.with_name(f".{path.name}.part")
     try:
         temporary.write_bytes(data.encode("utf-8") if isinstance(data, str) else data)

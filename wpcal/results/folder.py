@@ -22,18 +22,11 @@ CALIBRATION_FILE, SEAMS_FILE, PART_FILE = "calibration.json", "seams.json", "par
 RECORD_SCHEMAS = {CALIBRATION_FILE: CALIBRATION_SCHEMA, SEAMS_FILE: SEAMS_SCHEMA}
 """The records of a result folder and what they are."""
 _WRONG_SPACE = {
-    RobotSpace.IDENTIFIED: (
-        ErrorCode.ROBOT_MISSING,
-        "the points were taught through an identified robot; give its file. Otherwise the robot's error comes back "
-        "when the controller replays the seams with its nominal model",
-    ),
-    RobotSpace.NOMINAL: (
-        ErrorCode.ROBOT_UNWANTED,
-        "the points were taught through the controller's own nominal model; give no identified robot. If only the "
-        "targets are corrected and the points are not, the robot's error comes back",
-    ),
+    RobotSpace.IDENTIFIED: "the points were taught through an identified robot; give the file of that robot, or the "
+    "robot's error comes back when the controller replays the seams with its nominal model",
+    RobotSpace.NOMINAL: "the points were taught through the controller's own nominal model; give no robot file: "
+    "corrected at one end only, the robot's error comes back",
 }
-"""For each robot space of a file that is not the expected one: the code and the message."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,8 +93,10 @@ class FinishedCalibration:
             if (seam.name in names if names is not None else everything or seam.accepted)
         ]
         if not rows:
-            what = f"none of the {len(known)} seams is accepted" if known else "the calibration has no seams"
-            raise InputError(f"{what}; nothing to export", code=ErrorCode.NOTHING_ACCEPTED)
+            if not known:
+                raise InputError("the calibration has no seams; nothing to export")
+            what = f"none of the {len(known)} seams is accepted; nothing to export except candidates"
+            raise InputError(what, code=ErrorCode.NOTHING_ACCEPTED)
         seams = tuple(self.seams[row] for row in rows)
         return replace(self, seams=seams, u95_mm=tuple(self.u95_mm[row] for row in rows))
 
@@ -179,8 +174,7 @@ def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> Fi
     path = folder / SEAMS_FILE
     stated = RobotSpace.parse(found.seams["robot_space"])
     if stated is not space:
-        code, what = _WRONG_SPACE[stated]
-        raise FrameError(f"{path}: {what}", code=code)
+        raise FrameError(f"{path}: {_WRONG_SPACE[stated]}", code=ErrorCode.ROBOT_SPACE)
     seams = seams_from_record(found.seams, path=str(path))
     return FinishedCalibration(found.T_base_part, seams, _errors(found.seams), found.calibration, found.part_glb)
 
