@@ -1,4 +1,4 @@
-"""Which edges a person means: marked in the STEP file by name, layer or colour, or picked by a place on the part."""
+"""The edges that a person chose: marked in the STEP file by name, layer or colour, or picked by a place on the part."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ from wpcal.features import ReferenceFeature, feature_named
 from wpcal.seam.find.marked import MarkedEdges
 
 SAME_EDGE_MM = 1e-3
-"""Middles and ends of the same edge, read twice; kernels keep vertices to this or better."""
+"""An edge of the file and an edge of the graph are the same if their middles and ends agree within this. Kernels keep
+vertices at least this exactly."""
 PICK_MM = 2.0
-"""A place picked on a screen or typed with one decimal is this near to the edge it means."""
+"""A place picked on a screen, or typed with one decimal, is within this distance of its edge."""
 SAME_COLOUR = 1.5 / 255
-"""Colours as #rrggbb are rounded to 1/255."""
+"""Colours are equal within this: #rrggbb is rounded to 1/255."""
 MOST_NAMES = 6
 """Names shown in a message."""
 
@@ -40,7 +41,7 @@ def find_marked(
     patterns: Sequence[str],
     places: Sequence[str],
 ) -> tuple[BrepGraph, MarkedEdges]:
-    """Find marked and picked edges in a graph; wires that bound no face are added to it.
+    """Find marked and picked edges in a graph. Marked wires that bound no face are added to the graph.
 
     Parameters
     ----------
@@ -48,9 +49,9 @@ def find_marked(
     marks : sequence of StepMark
     features : sequence of ReferenceFeature
     patterns : sequence of str
-        Each the name or layer of edges or wires, with ``*`` and ``?``, or a colour ``#rrggbb``.
+        Each is the name or layer of edges or wires, with ``*`` and ``?``, or a colour ``#rrggbb``.
     places : sequence of str
-        Each ``x,y,z`` in `part`, mm, or the name of a feature on the edge: ``M12``.
+        Each is ``x,y,z`` in `part`, mm, or the name of a feature on the edge, such as ``M12``.
 
     Returns
     -------
@@ -60,7 +61,7 @@ def find_marked(
     Raises
     ------
     InputError
-        When a pattern fits no edge, or a place is none or near none.
+        When a pattern fits no edge, or a place is not readable or not near an edge.
     """
     found: list[tuple[FreeEdge, str]] = []
     for pattern in patterns:
@@ -100,7 +101,7 @@ def _edges(shape: Any) -> Iterator[FreeEdge]:
 
 
 def _numbered(graph: BrepGraph, edges: Sequence[FreeEdge]) -> tuple[BrepGraph, list[int]]:
-    """Return the number of each edge in the graph; one that is not there is added."""
+    """Return the number of each edge in the graph. An edge that the graph does not have is added."""
     if not edges:
         return graph, []
     wider, added = add_edges(graph, edges)
