@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/python -m pytest
 
-.PHONY: demo test check deep bench docs fixtures viewer shots lint clean
+.PHONY: demo test check js deep bench docs fixtures viewer shots lint clean
 
 demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 	rm -rf out
@@ -13,13 +13,16 @@ demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 test: $(VENV)/ready ## the tests, without the slow ones
 	$(PYTEST) -n 2 -m "not deep"
 
-check: lint docs test ## what CI runs
+check: lint js docs test ## what CI runs
 
 lint: $(VENV)/ready
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+js: ## format, lint and unit tests of the pages' JavaScript; skipped, and says so, without Node
+	sh .ci/javascript
 
 docs: $(VENV)/ready ## the pages and the reference as HTML in docs/_build; a warning is an error
 	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build
@@ -34,7 +37,7 @@ fixtures: $(VENV)/ready ## write fixtures/ anew (golden results only with tests/
 	$(BIN)/python -m cad.samples.parts fixtures
 	$(BIN)/python docs/make_controller_files.py
 
-viewer: ## build the bundles of the 3-D view anew; needs Node
+viewer: ## build the pages' JavaScript anew; needs Node
 	cd wpcal/pages/source && npm ci --ignore-scripts --no-audit --no-fund && node build.mjs
 
 shots: $(VENV)/ready ## photograph the pages for docs/; needs chromium

@@ -53,7 +53,7 @@ export class Table {
     this.callbacks.onChange();
   }
 
-  /** A cell is complete: it shows the text as it was understood. A row with an automatic name takes its feature's name. */
+  /** A cell is complete: it shows the text as understood. A row with an automatic name takes its feature's name. */
   settle(row, name, input) {
     if (!this.rows.rows.includes(row)) return; // the row was removed meanwhile
     const feature = name === "feature" && this.byName.get(row.feature.toLowerCase());
