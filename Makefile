@@ -4,14 +4,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/python -m pytest
 
-.PHONY: demo test check js deep bench docs fixtures viewer shots lint clean
+.PHONY: demo test check js other-pythons deep bench docs fixtures viewer shots lint clean
 
 demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 	rm -rf out
 	$(BIN)/wpcal demo -o out
 
-test: $(VENV)/ready ## the tests, without the slow ones
-	$(PYTEST) -n 2 -m "not deep"
+test: $(VENV)/ready ## the tests, without the slow ones; in CI no test may be skipped for a new reason
+	$(PYTEST) -n 2 -m "not deep" $(if $(CI),--assert-skips)
 
 check: lint js docs test ## what CI runs
 
@@ -20,12 +20,16 @@ lint: $(VENV)/ready
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m tests.lint.docstrings
 
 js: ## format, lint and unit tests of the pages' JavaScript; skipped, and says so, without Node
 	sh .ci/javascript
 
 docs: $(VENV)/ready ## the pages and the reference as HTML in docs/_build; a warning is an error
 	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build
+
+other-pythons: ## the demo and the tests without the kernel on the other supported versions of Python found here
+	sh .ci/other-pythons
 
 deep: $(VENV)/ready ## the slow tests
 	$(PYTEST) -n 2 -m deep
@@ -35,6 +39,7 @@ bench: $(VENV)/ready ## ratios against named peers, measured in this run
 
 fixtures: $(VENV)/ready ## write fixtures/ anew (golden results only with tests/golden --regenerate), and the files in docs/how-to
 	$(BIN)/python -m cad.samples.parts fixtures
+	$(BIN)/python -m cad.samples.graphs fixtures/graphs
 	$(BIN)/python docs/make_controller_files.py
 
 viewer: ## build the pages' JavaScript anew; needs Node

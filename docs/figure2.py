@@ -27,7 +27,7 @@ def main() -> None:
         "default, 128 chains": AnnealingSchedule(),
     }
     for axis, (title, schedule) in zip(axes, schedules.items(), strict=True):
-        _, report, _ = anneal_pairs(pairs, schedule=schedule, seed=0)
+        _, report = anneal_pairs(pairs, schedule=schedule, seed=0)
         axis.semilogy(report.trace.cost, color="0.6", lw=1, label="f after each temperature")
         axis.semilogy(report.trace.best_cost, color="C0", lw=1.6, label="best f so far")
         axis.axhline(PAPER_MM, color="C3", lw=0.8, ls="--", label=f"the paper's {PAPER_MM} mm")

@@ -1,4 +1,4 @@
-"""What all tests share.
+"""What all tests share: hypothesis profiles, checked records, one browser, and a limit on skipped tests.
 
 Hypothesis tries the same examples at every run in CI, and new ones elsewhere. Every record that the code under test
 writes as JSON must follow the schema it names. There is one browser.
@@ -15,6 +15,7 @@ import jsonschema
 import pytest
 from hypothesis import settings
 
+from tests.lint.skips import unexpected_skips
 from wpcal.core import records
 
 settings.register_profile("ci", derandomize=True, deadline=None)
@@ -51,6 +52,25 @@ FLAGS = [
     "--disable-component-update",
     "--no-first-run",
 ]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--assert-skips", action="store_true", help="fail when more tests are skipped than MOST_SKIPS allows"
+    )
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if reporter is None or not session.config.getoption("--assert-skips"):
+        return
+    reasons = [report.longrepr[2].removeprefix("Skipped: ") for report in reporter.stats.get("skipped", [])]
+    rows = unexpected_skips(reasons)
+    if rows:
+        reporter.write_line("")
+        reporter.write_line("\n".join(rows), red=True)
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 @pytest.fixture(scope="session")

@@ -2,71 +2,113 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from cad.cli.options import POINT_LETTERS, marked_options, seam_options, to_seam_choice, to_seam_options
+from cad.cli.options import POINT_LETTERS, MarkedFlags, SeamFlags
+from wpcal.cli.option_groups import option, takes
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from cad.workpiece.advise import AdviseOptions
     from wpcal.advise import Advice
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AdviseFlags:
+    """How many points are advised, for which seams, and from which features."""
+
+    points: int = option("--points", type=int, default=4, show_default=True, help="How many to teach, --have included.")
+    seams: tuple[str, ...] = option(
+        "--seams",
+        metavar="W1,W2|FILE",
+        multiple=True,
+        help="Where the error counts (default: on all accepted seams), or a seams.json with edits.",
+    )
+    sigma_mm: float = option("--sigma-mm", type=float, default=0.3, show_default=True, help="Teaching error per axis.")
+    criterion: str = option(
+        "--criterion",
+        type=click.Choice(["minimax", "least_squares"]),
+        default="minimax",
+        show_default=True,
+        help="That of `wpcal calibrate`.",
+    )
+    have: str = option("--have", metavar="V1,V4", default="", help="Features that are taught anyway.")
+    exclude: str = option("--exclude", metavar="V3,H2", default="", help="Features not to be advised.")
+    near: str | None = option("--near", metavar="X,Y,Z,R", help="Only features within R mm of this point of the part.")
+    kind: tuple[str, ...] = option("--kind", type=click.Choice(POINT_LETTERS), multiple=True, help="Only these kinds.")
+
+    def to_options(self) -> AdviseOptions:
+        """Return the options as the advice takes them."""
+        from cad.workpiece.advise import AdviseOptions
+        from wpcal.calibrate import Criterion
+        from wpcal.features import POINT_KINDS, FeatureKind
+
+        return AdviseOptions(
+            points=self.points,
+            seams=_names(",".join(word for word in self.seams if not word.endswith(".json"))),
+            sigma_mm=self.sigma_mm,
+            criterion=Criterion(self.criterion),
+            have=_names(self.have),
+            exclude=_names(self.exclude),
+            near=None if self.near is None else _sphere(self.near),
+            kinds=tuple(FeatureKind(letter) for letter in self.kind) or POINT_KINDS,
+        )
+
+    def seams_file(self) -> Path | None:
+        """Return the file with edits among the words of ``--seams``.
+
+        Raises
+        ------
+        InputError
+            When there are several.
+        """
+        from wpcal.core.errors import InputError
+
+        files = [word for word in self.seams if word.endswith(".json")]
+        if len(files) > 1:
+            raise InputError(f"--seams: expected one file with edits, got {', '.join(files)}")
+        return Path(files[0]) if files else None
 
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.option("--points", type=int, default=4, show_default=True, help="How many to teach, --have included.")
-@click.option(
-    "--seams",
-    metavar="W1,W2|FILE",
-    multiple=True,
-    help="Where the error counts (default: on all accepted seams), or a seams.json with edits.",
-)
-@click.option("--sigma-mm", type=float, default=0.3, show_default=True, help="Teaching error per axis.")
-@click.option(
-    "--criterion",
-    type=click.Choice(["minimax", "least_squares"]),
-    default="minimax",
-    show_default=True,
-    help="That of `wpcal calibrate`.",
-)
-@click.option("--have", metavar="V1,V4", default="", help="Features that are taught anyway.")
-@click.option("--exclude", metavar="V3,H2", default="", help="Features not to be advised.")
-@click.option("--near", metavar="X,Y,Z,R", help="Only features within R mm of this point of the part.")
-@click.option("--kind", type=click.Choice(POINT_LETTERS), multiple=True, help="Only these kinds.")
-@seam_options
-@marked_options
+@takes("advice", AdviseFlags)
+@takes("seams", SeamFlags)
+@takes("marks", MarkedFlags)
 @click.option("-o", "--out", metavar="TEMPLATE.csv", type=click.Path(path_type=Path), help="Taught file to fill in.")
 @click.option("--force", is_flag=True, help="Overwrite TEMPLATE.csv.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
-def advise(*, part_step: Path, out: Path | None, force: bool, as_json: bool, **values: Any) -> int:
+def advise(
+    *,
+    part_step: Path,
+    advice: AdviseFlags,
+    seams: SeamFlags,
+    marks: MarkedFlags,
+    out: Path | None,
+    force: bool,
+    as_json: bool,
+) -> int:
     """Choose the features of PART.step to teach, so that the largest predicted 95 % error along the seams is smallest.
 
     The figure is the one that `wpcal calibrate` reports with the same --sigma-mm. Shows what three to six points
     promise and which point to add. Free sharp corners and holes come first; other features only where these are too
     few.
     """
-    from cad.cli.progress import shown_progress
-    from cad.kernel.child import run_in_child
-    from wpcal.core.errors import InputError
+    from cad.cli.kernel_work import run_on_part
+    from wpcal.cli.outputs import require_new
 
-    found_by = to_seam_options(values)
-    options = _options(values)
-    files = [Path(word) for word in values["seams"] if word.endswith(".json")]
-    if len(files) > 1:
-        raise InputError(f"--seams: expected one file with edits, got {', '.join(map(str, files))}")
-    choice = to_seam_choice({**values, "seams_file": files[0] if files else None})
-    if out is not None and out.exists() and not force:
-        raise InputError(f"{out}: exists; give --force to overwrite it")
-    with shown_progress() as progress:
-        found: Advice = run_in_child(
-            "cad.workpiece.advise:advise_points",
-            {"step": part_step, "options": options, "seam_options": found_by, "choice": choice},
-            what=f"advising for {part_step}",
-            progress=progress,
-        )
+    arguments = {"seam_options": seams.to_options(), "options": advice.to_options()}
+    arguments |= {"choice": marks.to_choice(advice.seams_file())}
+    if out is not None:
+        require_new(out, overwrite=force)
+    found: Advice = run_on_part(
+        "cad.workpiece.advise:advise_points", part_step, arguments, what=f"advising for {part_step}"
+    )
     if out is not None:
         from wpcal.advise import template_csv
         from wpcal.core.records import write_file
@@ -79,23 +121,6 @@ def advise(*, part_step: Path, out: Path | None, force: bool, as_json: bool, **v
     else:
         _show(found, part_step.name, out)
     return 0
-
-
-def _options(values: dict[str, Any]) -> Any:
-    from cad.workpiece.advise import AdviseOptions
-    from wpcal.calibrate import Criterion
-    from wpcal.features import POINT_KINDS, FeatureKind
-
-    return AdviseOptions(
-        points=values["points"],
-        seams=_names(",".join(word for word in values["seams"] if not word.endswith(".json"))),
-        sigma_mm=values["sigma_mm"],
-        criterion=Criterion(values["criterion"]),
-        have=_names(values["have"]),
-        exclude=_names(values["exclude"]),
-        near=None if values["near"] is None else _sphere(values["near"]),
-        kinds=tuple(FeatureKind(letter) for letter in values["kind"]) or POINT_KINDS,
-    )
 
 
 def _names(text: str) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ import click
 def demo(*, out: Path, force: bool) -> int:
     """Make a sample part with taught points and calibrate it; writes both and the results into one folder."""
     from cad.cli.calibrate import show_written
-    from cad.cli.progress import shown_progress
+    from cad.cli.kernel_work import shown_progress
     from cad.kernel.child import run_in_child
     from wpcal.core.records import check_writable
 

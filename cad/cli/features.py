@@ -31,15 +31,11 @@ def features(
     B: bosses, pins and the outsides of pipes. L: slots. X: corners that a round took away. E: ends of edges that are no
     corners. P: datum planes. A: cylinder axes. The easiest to touch come first: sharp, round, hidden, vague, indirect.
     """
-    from cad.cli.progress import shown_progress
-    from cad.kernel.child import run_in_child
+    from cad.cli.kernel_work import run_on_part
     from wpcal.features import FeatureKind, choose_features
 
     place = None if near is None else _place(near)
-    with shown_progress() as progress:
-        judged = run_in_child(
-            "cad.workpiece.features:list_features", {"step": part_step}, what=f"reading {part_step}", progress=progress
-        )
+    judged = run_on_part("cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}")
     kinds = [FeatureKind(letter) for letter in kind]
     chosen = choose_features(
         [item.feature for item in judged], kinds=kinds, solid=solid, min_diameter_mm=min_diameter_mm, near=place

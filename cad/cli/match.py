@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from cad.cli.options import POINT_LETTERS, read_pose
-from wpcal.cli.program_options import program_options, read_touched
+from wpcal.cli.option_groups import takes
+from wpcal.cli.program_options import ProgramFlags
 
 if TYPE_CHECKING:
     from wpcal.match import Match
@@ -32,7 +33,7 @@ MOST_SHOWN = 20
     multiple=True,
     help="Points without a name are of these kinds.  [default: all]",
 )
-@program_options
+@takes("reading", ProgramFlags)
 @click.option("--json", "as_json", is_flag=True, help="Print all answers as JSON on stdout.")
 def match(
     *,
@@ -41,8 +42,8 @@ def match(
     sigma_mm: float | None,
     nominal: str | None,
     kind: tuple[str, ...],
+    reading: ProgramFlags,
     as_json: bool,
-    **values: Any,
 ) -> int:
     """Find which feature of PART.step each point of TAUGHT is, from the distances between the points.
 
@@ -51,21 +52,16 @@ def match(
     error can explain. Ends with code 2 when it cannot be told which of them is true; the line on stderr then says what
     would settle it.
     """
-    from cad.cli.progress import shown_progress
-    from cad.kernel.child import run_in_child
+    from cad.cli.kernel_work import run_on_part
     from wpcal.features import POINT_KINDS, FeatureKind
 
     arguments = {
-        "step": part_step,
-        "taught": read_touched(taught, values),
+        "taught": reading.read_taught(taught),
         "sigma_mm": sigma_mm,
         "T_nominal_part": None if nominal is None else read_pose(nominal),
         "kinds": tuple(FeatureKind(letter) for letter in kind) or POINT_KINDS,
     }
-    with shown_progress() as progress:
-        found: Match = run_in_child(
-            "cad.workpiece.calibrate:match_taught", arguments, what=f"matching {taught}", progress=progress
-        )
+    found: Match = run_on_part("cad.workpiece.calibrate:match_taught", part_step, arguments, what=f"matching {taught}")
     if as_json:
         from wpcal.core.records import to_json
 

@@ -6,17 +6,15 @@ import os
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from cad.cli.options import fit_options, seam_choice_options, seam_options, to_calibrate_options
-from wpcal.cli.program_options import PROGRAM_VALUES, program_options, to_program_reading
+from cad.cli.options import CalibrateFlags, SeamChoiceFlags
+from wpcal.cli.option_groups import option_names, takes
+from wpcal.cli.program_options import ProgramFlags
 
-if TYPE_CHECKING:
-    from cad.pick.session import PickSession
-
-NOT_CALIBRATE = ("part_step", "taught", "out", "port", "browser", "force", *PROGRAM_VALUES)
+NOT_CALIBRATE = ("part_step", "taught", "out", "port", "browser", "force", *option_names(ProgramFlags))
 """Arguments that `wpcal calibrate` does not have, or has otherwise, or that the saved table no longer needs."""
 
 
@@ -35,10 +33,9 @@ NOT_CALIBRATE = ("part_step", "taught", "out", "port", "browser", "force", *PROG
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Of the page's address.  [default: a free one]")
 @click.option("--browser/--no-browser", default=True, help="Open the page, or only print its address.")
 @click.option("--force", is_flag=True, help="Overwrite FILE.")
-@fit_options
-@seam_options
-@seam_choice_options
-@program_options
+@takes("calibration", CalibrateFlags)
+@takes("choice", SeamChoiceFlags)
+@takes("reading", ProgramFlags)
 @click.pass_context
 def pick(
     ctx: click.Context,
@@ -50,7 +47,9 @@ def pick(
     port: int,
     browser: bool,
     force: bool,
-    **values: Any,
+    calibration: CalibrateFlags,
+    choice: SeamChoiceFlags,
+    reading: ProgramFlags,
 ) -> int:
     """Click features of PART.step in the browser and type what the robot shows.
 
@@ -59,12 +58,21 @@ def pick(
     at the beginning. The page saves the table that `wpcal calibrate` reads, and is served to this machine only, until
     Ctrl-C.
     """
+    from cad.cli.kernel_work import run_on_part
     from cad.pick.page import build_pick_page
     from cad.pick.rows import Rows
     from cad.pick.server import PickServer
+    from cad.pick.session import PickSession
+    from wpcal.core.records import read_bytes
 
     command = calibrate_command(ctx, part_step, out)
-    session, initial = open_session(part_step, taught, out, overwrite=force, values=values)
+    options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
+    program = reading.to_reading()
+    require_table(out, part_step, overwrite=force)
+    initial = None if taught is None else read_bytes(taught)
+    arguments = {"options": options.seams, "choice": options.choice}
+    part = run_on_part("cad.pick.part:read_pick_part", part_step, arguments, what=f"reading {part_step}")
+    session = PickSession(part, out, options, nominal, program, overwrite=force)
     rows, left_out = (Rows(), ()) if initial is None else session.read(initial, name=str(taught))
     for point in left_out:
         click.echo(f"note: left out {point}", err=True)
@@ -78,18 +86,16 @@ def pick(
     return 0
 
 
-def open_session(
-    part_step: Path, taught: Path | None, out: Path, *, overwrite: bool, values: dict[str, Any]
-) -> tuple[PickSession, bytes | None]:
-    """Check what can be checked without the kernel, then read the part in a child process; with the bytes of TAUGHT."""
-    from cad.cli.progress import shown_progress
-    from cad.kernel.child import run_in_child
-    from cad.pick.session import PickSession
-    from wpcal.core.errors import InputError
-    from wpcal.core.records import read_bytes
+def require_table(out: Path, part_step: Path, *, overwrite: bool) -> None:
+    """Refuse a name under which the page could not save its table, before the part is read.
 
-    options, nominal = to_calibrate_options(values)
-    program = to_program_reading(values)
+    Raises
+    ------
+    InputError
+        If it is a folder, the part itself, in a folder that does not exist, or a file that must not be overwritten.
+    """
+    from wpcal.core.errors import InputError
+
     if out.is_dir():
         raise InputError(f"{out}: is a directory; expected the name of a table to save")
     if out.exists() and part_step.exists() and out.samefile(part_step):
@@ -98,16 +104,6 @@ def open_session(
         raise InputError(f"{out}: exists; give --force to overwrite it, or -o and another name")
     if not out.parent.is_dir():
         raise InputError(f"{out.parent}: no such folder to save into")
-    initial = None if taught is None else read_bytes(taught)
-    with shown_progress() as progress:
-        part = run_in_child(
-            "cad.pick.part:read_pick_part",
-            {"step": part_step, "options": options.seams, "choice": options.choice},
-            what=f"reading {part_step}",
-            progress=progress,
-        )
-    session = PickSession(part, out, options, nominal, program, overwrite=overwrite)
-    return session, initial
 
 
 def calibrate_command(ctx: click.Context, part_step: Path, taught: Path) -> str:

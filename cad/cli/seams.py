@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import click
 
-from cad.cli.options import seam_choice_options, seam_options, to_seam_choice, to_seam_options
+from cad.cli.options import SeamChoiceFlags, SeamFlags
+from wpcal.cli.option_groups import takes
 
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@seam_options
-@seam_choice_options
+@takes("finding", SeamFlags)
+@takes("choice", SeamChoiceFlags)
 @click.option(
     "--png", metavar="FILE", type=click.Path(path_type=Path), help="Write a picture of the part and its seams."
 )
@@ -22,31 +22,34 @@ from cad.cli.options import seam_choice_options, seam_options, to_seam_choice, t
 )
 @click.option("--force", is_flag=True, help="Overwrite the picture and the page.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout, in the form of seams.json, frame part.")
-def seams(*, part_step: Path, png: Path | None, html: Path | None, force: bool, as_json: bool, **values: Any) -> int:
+def seams(
+    *,
+    part_step: Path,
+    finding: SeamFlags,
+    choice: SeamChoiceFlags,
+    png: Path | None,
+    html: Path | None,
+    force: bool,
+    as_json: bool,
+) -> int:
     """List the weld seams of PART.step: contacts between solids, and concave edges inside one.
 
     Every candidate has a confidence; those below 50 % are listed apart with what speaks against them.
     """
-    from cad.cli.progress import shown_progress
-    from cad.kernel.child import run_in_child
+    from cad.cli.kernel_work import run_on_part
     from wpcal.core.records import write_file
     from wpcal.seam.record import seams_record
 
-    options, choice = to_seam_options(values), to_seam_choice(values)
+    arguments = {
+        "options": finding.to_options(),
+        "choice": choice.to_choice(),
+        "picture": png is not None,
+        "mesh": html is not None,
+    }
     _check_drawings(png, html, overwrite=force)
-    with shown_progress() as progress:
-        found, picture, part_glb = run_in_child(
-            "cad.workpiece.seams:list_seams",
-            {
-                "step": part_step,
-                "options": options,
-                "choice": choice,
-                "picture": png is not None,
-                "mesh": html is not None,
-            },
-            what=f"finding the seams of {part_step}",
-            progress=progress,
-        )
+    found, picture, part_glb = run_on_part(
+        "cad.workpiece.seams:list_seams", part_step, arguments, what=f"finding the seams of {part_step}"
+    )
     if png is not None:
         write_file(png, picture, overwrite=force)
     if html is not None:
@@ -73,10 +76,11 @@ def _check_drawings(png: Path | None, html: Path | None, *, overwrite: bool) -> 
     """Refuse before any work is done what cannot be drawn or written."""
     from importlib.util import find_spec
 
+    from wpcal.cli.outputs import require_new
     from wpcal.core.errors import InputError
 
     if png is not None and find_spec("matplotlib") is None:
         raise InputError("--png needs matplotlib: install wpcal[plots]")
     for file in (png, html):
-        if file is not None and file.exists() and not overwrite:
-            raise InputError(f"{file}: exists; give --force to overwrite it")
+        if file is not None:
+            require_new(file, overwrite=overwrite)

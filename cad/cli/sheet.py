@@ -32,21 +32,13 @@ def sheet(*, part_step: Path, out: Path, points: str, paper: str, force: bool, a
     Front, left side, top and a view from above, without hidden lines. The points have the names that `wpcal features`,
     `advise` and `calibrate` use.
     """
-    from cad.cli.progress import shown_progress
-    from cad.kernel.child import run_in_child
-    from wpcal.core.errors import InputError
+    from cad.cli.kernel_work import run_on_part
+    from wpcal.cli.outputs import require_new
     from wpcal.core.records import write_file
 
     options = _options(out, points, paper)
-    if out.exists() and not force:
-        raise InputError(f"{out}: exists; give --force to overwrite it")
-    with shown_progress() as progress:
-        made: Sheet = run_in_child(
-            "cad.sheet:make_sheet",
-            {"step": part_step, "options": options},
-            what=f"drawing {part_step}",
-            progress=progress,
-        )
+    require_new(out, overwrite=force)
+    made: Sheet = run_on_part("cad.sheet:make_sheet", part_step, {"options": options}, what=f"drawing {part_step}")
     write_file(out, made.data, overwrite=force)
     if as_json:
         from wpcal.core.records import to_json

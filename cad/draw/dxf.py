@@ -17,9 +17,9 @@ import numpy as np
 
 from wpcal.controllers.naming import NameRules, printable, safe_name, safe_names
 from wpcal.controllers.program import WeldProgram
-from wpcal.controllers.registry import Exporter
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import KernelError
+from wpcal.formats.registry import Exporter
 from wpcal.seam.seam import JointType
 
 NAMES = NameRules("DXF", 60, "0 defpoints reference_points taught_points residuals_x100")

@@ -14,9 +14,9 @@ from wpcal.brep.mesh import PartMesh
 from wpcal.brep.mesh_glb import PART_RGB, linear_light, read_part_glb
 from wpcal.controllers.naming import NameRules, safe_name
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.controllers.registry import Exporter
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
+from wpcal.formats.registry import Exporter
 
 NAMES = NameRules("GLB", 60)
 """The name of the file; glTF itself sets no limit."""

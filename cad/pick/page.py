@@ -10,7 +10,8 @@ from cad.workpiece.fit_taught import CalibrateOptions
 from wpcal.pages.html import build_page, json_blob
 from wpcal.pages.report import seam_columns
 from wpcal.seam.record import seams_record
-from wpcal.taught.table import USES, TouchKind
+from wpcal.taught.columns import USES
+from wpcal.taught.kinds import KINDS
 
 BODY = """
 <main id="page"></main>
@@ -44,7 +45,7 @@ def build_pick_page(part: PickPart, rows: Rows, options: CalibrateOptions, *, sa
         "notes": list(part.notes),
         "seams": [{key: seam[key] for key in SHOWN} for seam in record["seams"]],
         "table": rows.to_record(),
-        "choices": {"use": list(USES), "kind": [kind.value for kind in TouchKind]},
+        "choices": {"use": list(USES), "kind": list(KINDS)},
         "tolerance_mm": options.tolerance_mm,
         "saves_to": saves_to,
         "command": command,

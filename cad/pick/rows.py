@@ -10,7 +10,7 @@ from typing import Any
 
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.tables import Table, parse_table
-from wpcal.taught.table import MODEL_COLUMNS, TAUGHT_COLUMNS
+from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS
 
 NEW_COLUMNS = ("name", *TAUGHT_COLUMNS, "feature", "use")
 """Of a table that begins empty."""

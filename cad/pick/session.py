@@ -16,23 +16,16 @@ from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit,
 from wpcal.advise import advise_set
 from wpcal.calibrate import CalibrationResult, Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
+from wpcal.controllers.taught_program import is_program, parse_program
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.records import write_file
 from wpcal.core.tables import parse_table
 from wpcal.core.transform import RigidTransform
 from wpcal.features import ReferenceFeature, feature_named
-from wpcal.taught.table import TaughtPoints, taught_from_table
-from wpcal.taught.user_frames import (
-    ProgramReading,
-    is_program,
-    names_as_features,
-    parse_program,
-    parse_uframes,
-    points_in_base,
-    taught_csv,
-    usable_points,
-)
+from wpcal.taught.programs import names_as_features
+from wpcal.taught.table import TaughtPoints, taught_csv, taught_from_table
+from wpcal.taught.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
 
 NO_FILE = ""
 """Rows in the page are in no file: messages about them begin with the row."""
@@ -92,8 +85,8 @@ class PickSession:
             taught = _taught(rows)
             workpiece, options = self.part.workpiece, self.options
             named = name_taught(taught, workpiece.features, options=options, T_nominal_part=self.T_nominal_part)
-            fit = prepare_fit(named.taught, workpiece, T_nominal_part=self.T_nominal_part, certify=options.certify)
-            result, u95 = run_fit(fit, self.part.seams, options=options, T_nominal_part=self.T_nominal_part)
+            observed = prepare_fit(named.taught, workpiece, T_nominal_part=self.T_nominal_part)
+            result, u95 = run_fit(observed, self.part.seams, options=options, T_nominal_part=self.T_nominal_part)
         return _fit_record(rows, named.taught, result, u95)
 
     def save(self, rows: Rows) -> dict[str, Any]:
@@ -147,7 +140,7 @@ class PickSession:
         Raises
         ------
         InputError
-            As `wpcal.match.read_taught` or `wpcal.taught.user_frames.read_taught_program`.
+            As `wpcal.taught.read_taught` or `wpcal.controllers.read_taught_program`.
         """
         path = Path(name)
         if not is_program(path):
@@ -161,7 +154,7 @@ class PickSession:
             usable, faults = usable_points(found, arm=reading.arm)
             reading = replace(reading, points=usable or None)
             left_out = tuple(f"{point}: {fault}" for point, fault in faults.items())
-        taught = names_as_features(points_in_base(found, path, reading), self.part.workpiece.features)
+        taught = names_as_features(points_in_base(found, reading), self.part.workpiece.features)
         return read_rows(taught_csv(taught).encode("utf-8"), path=name), left_out
 
     def suggest(self, rows: Rows) -> dict[str, Any]:

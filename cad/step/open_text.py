@@ -24,11 +24,29 @@ SIGNATURES = (
     (b"<!DOCTYPE html", "an HTML page"),
     (b"<html", "an HTML page"),
 )
-"""What people pass by mistake, by the first bytes of the file."""
+"""Files that people pass by mistake, by their first bytes."""
 
 START_MARK = b"ISO-10303-21"
 START_SEARCH_BYTES = 1024
-"""The mark stands first, save for a byte order mark, blanks or a comment."""
+"""The mark is the first word. Only a byte order mark, blanks or a comment may precede it."""
+
+
+def require_step_file(path: Path) -> None:
+    """Refuse by its first bytes what cannot be a STEP file. Costs no more than opening the file.
+
+    Parameters
+    ----------
+    path : Path
+        The file as the user named it.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is a folder, empty or not readable.
+    FormatError
+        If it is not ISO 10303-21 text.
+    """
+    _require_step_start(_read(path, START_SEARCH_BYTES), path)
 
 
 def read_step_text(path: Path) -> Part21File:
@@ -46,29 +64,40 @@ def read_step_text(path: Path) -> Part21File:
     Raises
     ------
     InputError
-        When there is no such file, or it is a folder, empty or not readable.
+        If there is no such file, or it is a folder, empty or not readable.
     FormatError
-        When it is something else than ISO 10303-21 text, or is cut off.
+        If it is not ISO 10303-21 text, or is cut off.
     """
+    text = _read(path)
+    _require_step_start(text, path)
+    file = index_part21(text, name=str(path))
+    if not len(file.ids):
+        raise FormatError("the data section is empty", path=str(path))
+    return replace(file, name=path.name)  # messages about it go into results, which must not depend on the folder
+
+
+def _read(path: Path, most_bytes: int = -1) -> bytes:
+    """Return the first bytes of a file; all of them if `most_bytes` is negative."""
     try:
-        text = path.read_bytes()
+        with path.open("rb") as file:
+            return file.read(most_bytes)
     except IsADirectoryError:
         raise InputError(f"{path}: is a folder, expected a STEP file") from None
     except (OSError, ValueError) as error:  # ValueError: a null character in the name
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"{path}: {reason.lower()}") from None
+
+
+def _require_step_start(text: bytes, path: Path) -> None:
+    """Check the first bytes of a file, or all of them."""
     if not text.strip():
         raise InputError(f"{path}: is empty, expected a STEP file")
     if START_MARK not in text[:START_SEARCH_BYTES]:
         raise FormatError(f"is {_what_it_is(text)}; expected a STEP file (ISO-10303-21)", path=str(path))
-    file = index_part21(text, name=str(path))
-    if not len(file.ids):
-        raise FormatError("the data section is empty", path=str(path))
-    return replace(file, name=path.name)  # what is said of it later goes into results, where a path has no place
 
 
 def _what_it_is(text: bytes) -> str:
     for signature, what in SIGNATURES:
         if text[: len(signature)].lower() == signature.lower():
             return what
-    return "no STEP text"
+    return "not STEP text"

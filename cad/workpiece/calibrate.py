@@ -26,8 +26,8 @@ from wpcal.features import FeatureKind
 from wpcal.match import Match, match_points
 from wpcal.seam import Seam
 from wpcal.seam.record import seams_csv, seams_record
+from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, read_taught
-from wpcal.taught.user_frames import names_as_features
 
 SEAM_RGB = (0.9, 0.2, 0.1)
 """Colour of seams that are written as edges into the moved STEP file (sRGB)."""
@@ -150,12 +150,12 @@ def calibrate_workpiece(
     given = read_taught(Path(taught)) if isinstance(taught, str | Path) else taught
     workpiece = open_workpiece(step, progress=progress)
     named = name_taught(given, workpiece.features, options=options, T_nominal_part=T_nominal_part, progress=progress)
-    fit = prepare_fit(named.taught, workpiece, T_nominal_part=T_nominal_part, certify=options.certify)
+    observed = prepare_fit(named.taught, workpiece, T_nominal_part=T_nominal_part)
     progress("finding seams")
     seams, workpiece = find_seams(workpiece, options.seams, options.choice)
     progress("fitting")
     with blamed_on(named.taught.path):
-        result, u95 = run_fit(fit, seams, options=options, T_nominal_part=T_nominal_part)
+        result, u95 = run_fit(observed, seams, options=options, T_nominal_part=T_nominal_part)
     return WorkpieceCalibration(workpiece, result, seams, u95, named.taught, found_names=named.found_names)
 
 
@@ -173,6 +173,8 @@ class WrittenCalibration:
         The record of ``calibration.json``.
     files : tuple of str
         Names of the files written.
+    notes : tuple of Issue
+        What is odd about the part, and what went wrong with writing.
     """
 
     result: CalibrationResult
@@ -180,6 +182,7 @@ class WrittenCalibration:
     u95_mm: tuple[FloatArray, ...]
     record: dict[str, Any]
     files: tuple[str, ...]
+    notes: tuple[Issue, ...] = ()
 
 
 def calibrate_files(
@@ -247,7 +250,8 @@ def calibrate_files(
             (folder / "part.glb").write_bytes(part_glb)
         (folder / "report.html").write_text(build_report(record, seams, part_glb), encoding="utf-8")
         files = ("calibration.json", *sorted(file.name for file in folder.iterdir() if file.name != "calibration.json"))
-    return WrittenCalibration(found.result, found.seams, found.u95_mm, record, files)
+    notes = (*found.workpiece.issues, *issues, *mesh_issues)
+    return WrittenCalibration(found.result, found.seams, found.u95_mm, record, files, notes)
 
 
 def match_taught(

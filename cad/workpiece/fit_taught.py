@@ -5,26 +5,26 @@ The main job and the picker both take these steps, so that their numbers are the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
 from cad.workpiece.seams import SeamChoice
 from cad.workpiece.workpiece import Workpiece
-from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, calibrate
-from wpcal.calibrate.touches.solve import calibrate_touches
+from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, Touches, calibrate
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import blamed_on
+from wpcal.core.pairs import PointPairs
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
 from wpcal.features import ReferenceFeature
 from wpcal.match import name_points
 from wpcal.seam import Seam, SeamOptions
+from wpcal.taught.programs import names_as_features
 from wpcal.taught.resolve import named_axes, touches_of
 from wpcal.taught.table import TaughtPoints, pair_points
-from wpcal.taught.user_frames import names_as_features
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,10 +98,25 @@ def name_taught(
     return NamedPoints(points, points is not asked)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Observed:
+    """Taught rows with what each of them lies on: ready to be fitted.
+
+    Parameters
+    ----------
+    fitted : PointPairs or Touches
+    check : PointPairs or Touches or None
+        Rows that are not fitted; they test the fit.
+    """
+
+    fitted: PointPairs | Touches
+    check: PointPairs | Touches | None
+
+
 def prepare_fit(
-    taught: TaughtPoints, workpiece: Workpiece, *, T_nominal_part: RigidTransform | None = None, certify: bool = False
-) -> Callable[..., CalibrationResult]:
-    """Find what every taught row lies on, and return the fit that waits for its options.
+    taught: TaughtPoints, workpiece: Workpiece, *, T_nominal_part: RigidTransform | None = None
+) -> Observed:
+    """Find what every taught row lies on.
 
     Parameters
     ----------
@@ -110,43 +125,39 @@ def prepare_fit(
     workpiece : Workpiece
     T_nominal_part : RigidTransform, optional
         Where the cell's model has the part: finds the face of touches that name none.
-    certify : bool
-        As in `wpcal.calibrate.calibrate`; there is no such proof for touches.
 
     Returns
     -------
-    callable
-        `wpcal.calibrate.calibrate` or `wpcal.calibrate.touches.calibrate_touches` without its first argument.
+    Observed
 
     Raises
     ------
     FormatError
         Naming the row whose feature or face the part does not have.
     """
-    if not taught.has_touches:
-        pairs, check = pair_points(taught, workpiece.features)
-        return partial(calibrate, pairs, check=check, certify=certify)
     features = workpiece.features
+    if not taught.has_touches:
+        return Observed(*pair_points(taught, features))
     find = partial(touches_of, taught, workpiece.trimmed, features, T_nominal_part=T_nominal_part)
     checked = find(use="check") if "check" in taught.use else None
-    return partial(calibrate_touches, find(use="yes"), check=checked, axes=named_axes(features))
+    return Observed(replace(find(use="yes"), axes=named_axes(features)), checked)
 
 
 def run_fit(
-    fit: Callable[..., CalibrationResult],
+    observed: Observed,
     seams: Sequence[Seam],
     *,
     options: CalibrateOptions,
     T_nominal_part: RigidTransform | None = None,
 ) -> tuple[CalibrationResult, tuple[FloatArray, ...]]:
-    """Run a prepared fit, and predict the error that each seam will see.
+    """Fit what was observed, and predict the error that each seam will see.
 
     Parameters
     ----------
-    fit : callable
-        Of `prepare_fit`.
+    observed : Observed
+        From `prepare_fit`.
     seams : sequence of Seam
-        With frames in `part`; the accepted ones judge the criteria.
+        With frames in `part`; the criteria are compared at the accepted ones.
     options : CalibrateOptions
     T_nominal_part : RigidTransform, optional
 
@@ -154,21 +165,24 @@ def run_fit(
     -------
     result : CalibrationResult
     u95_mm : tuple of ndarray
-        95 % error at every frame of each seam, mm.
+        95 % error at every frame of each seam, mm; one array of shape (frames,) per seam.
 
     Raises
     ------
     GeometryError, UnitError
-        When the points cannot be fitted.
+        When the observations cannot be fitted.
     """
     frames = [seam.frames.p for seam in seams if seam.accepted]
-    result = fit(
+    result = calibrate(
+        observed.fitted,
+        check=observed.check,
         criterion=options.criterion,
         solver=options.solver,
         seed=options.seed,
         tolerance_mm=options.tolerance_mm,
         T_nominal_part=T_nominal_part,
         teaching=options.teaching,
+        certify=options.certify,
         seam_points=np.concatenate(frames) if frames else None,
     )
     if not seams:

@@ -11,7 +11,8 @@ from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
 from wpcal.advise import advise
 from wpcal.calibrate import Criterion
-from wpcal.calibrate.uncertainty import COVERAGE, error_95, minimax_covariance
+from wpcal.calibrate.points.covariance import minimax_covariance
+from wpcal.calibrate.uncertainty import COVERAGE, error_95
 from wpcal.core.arrays import FloatArray
 from wpcal.features import FeatureKind, judge_features
 from wpcal.match import Places

@@ -15,8 +15,8 @@ from rich.table import Table
 from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.controllers.registry import exporter_named, exporter_names
 from wpcal.core.transform import RigidTransform
+from wpcal.formats.registry import exporter_named, exporter_names
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
 REPEATS = 3

@@ -1,261 +1,33 @@
-"""Reference features of parts whose every size is known: a milled block, rounded boxes, brackets, and real files."""
+"""Reference features of files; `unit/features/test_features.py` has the rules, on saved graphs."""
 
-from __future__ import annotations
-
-import dataclasses
-import math
 from collections import Counter
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import pytest
-from build123d import Align, Axis, Box, Cone, Cylinder, Pos, Rot, SlotOverall, extrude, fillet
 
-from cad.kernel.geometry import to_location
-from cad.kernel.to_brep import to_brep
 from cad.workpiece.features import list_features
 from cad.workpiece.workpiece import open_workpiece
-from wpcal.brep import BrepGraph, SurfaceKind
-from wpcal.core.arrays import IntArray
-from wpcal.core.transform import RigidTransform
-from wpcal.features import Ease, FeatureKind, HoleForm, ReferenceFeature, feature_named, find_features, judge_features
+from wpcal.features import Ease, FeatureKind, HoleForm, feature_named
 
 ROUND_OFF_MM = 1e-9
 """Coordinates of some hundred mm through a few products in double precision."""
-FAR_MM = 1000.0
-"""Five times the tee."""
-CHORD_AREA_MM2 = 2.0
-"""Circles as polylines with a sag of 0.01 mm: at most two thirds of it along 250 mm of rims."""
-LOW, ON_TOP = (Align.MIN, Align.MIN, Align.MIN), (Align.CENTER, Align.CENTER, Align.MIN)
-
-
-def graph_of(part: Any) -> BrepGraph:
-    return to_brep([("block", part.solid().wrapped)])
-
-
-def pin(x: float, y: float, z: float, radius: float, height: float) -> Any:
-    return Pos(x, y, z) * Cylinder(radius, height, align=ON_TOP)
-
-
-def block() -> Any:
-    """200 x 100 x 20 with a counterbored, a blind, a through and a countersunk hole, a boss and a slot."""
-    part = Box(200, 100, 20, align=LOW) + pin(50, 70, 20, 10, 15)
-    holes = pin(30, 30, 0, 5, 20), pin(30, 30, 14, 9, 6), pin(70, 30, 8, 4, 12), pin(110, 30, 0, 6, 20)
-    for cut in (*holes, pin(150, 30, 0, 3, 20)):
-        part -= cut
-    part -= Pos(150, 30, 17) * Cone(3, 6, 3, align=ON_TOP)
-    return part - Pos(130, 70, 0) * extrude(SlotOverall(40, 12), 20)
-
-
-def of_kind(features: tuple[ReferenceFeature, ...], kind: FeatureKind) -> list[ReferenceFeature]:
-    return [feature for feature in features if feature.kind is kind]
-
-
-def steps(hole: ReferenceFeature) -> list[tuple[float, float, float]]:
-    return [(step.diameter_mm, step.from_mm, step.to_mm) for step in hole.steps]
-
-
-def test_holes_have_entry_depth_and_form() -> None:
-    graph = graph_of(block())
-    holes = of_kind(find_features(graph), FeatureKind.HOLE)
-    counterbored, blind, through, sunk = holes
-    p = np.array([[30, 30, 20], [70, 30, 20], [110, 30, 20], [150, 30, 17]])
-    np.testing.assert_allclose([hole.p_mm for hole in holes], p, rtol=0, atol=ROUND_OFF_MM)
-    np.testing.assert_allclose([hole.direction for hole in holes], [[0, 0, 1]] * 4, rtol=0, atol=ROUND_OFF_MM)
-    np.testing.assert_allclose([hole.diameter_mm for hole in holes], [18, 8, 12, 6], rtol=0, atol=ROUND_OFF_MM)
-    np.testing.assert_allclose([hole.depth_mm for hole in holes], [20, 12, 20, 20], rtol=0, atol=ROUND_OFF_MM)
-    assert [hole.is_through for hole in holes] == [True, False, True, True]
-    plain = HoleForm.PLAIN
-    assert [hole.form for hole in holes] == [HoleForm.COUNTERBORE, plain, plain, HoleForm.COUNTERSINK]
-    np.testing.assert_allclose(steps(counterbored), [(18, 0, 6), (10, 6, 20)], rtol=0, atol=ROUND_OFF_MM)
-    np.testing.assert_allclose(steps(sunk), [(6, 3, 20)], rtol=0, atol=ROUND_OFF_MM)
-    for hole in (counterbored, blind, through):
-        assert (graph.face_kind[list(hole.faces)] == SurfaceKind.CYLINDER).all()
-        assert 2 * graph.face_param[hole.faces[0], 0] == pytest.approx(hole.diameter_mm, rel=0, abs=ROUND_OFF_MM)
-
-
-def test_a_boss_is_no_hole() -> None:
-    (boss,) = of_kind(find_features(graph_of(block())), FeatureKind.BOSS)
-    np.testing.assert_allclose(boss.p_mm, [50, 70, 35], rtol=0, atol=ROUND_OFF_MM)
-    np.testing.assert_allclose([boss.diameter_mm, boss.length_mm], [20, 15], rtol=0, atol=ROUND_OFF_MM)
-
-
-def test_slot() -> None:
-    (slot,) = of_kind(find_features(graph_of(block())), FeatureKind.SLOT)
-    np.testing.assert_allclose(slot.p_mm, [130, 70, 20], rtol=0, atol=ROUND_OFF_MM)
-    sizes = [slot.diameter_mm, slot.length_mm, slot.depth_mm]
-    np.testing.assert_allclose(sizes, [12, 40, 20], rtol=0, atol=ROUND_OFF_MM)
-    assert slot.is_through
-    assert len(slot.faces) == 4
-
-
-def test_datum_planes_and_axes_carry_their_faces() -> None:
-    graph = graph_of(block())
-    features = find_features(graph)
-    planes, axes = of_kind(features, FeatureKind.PLANE), of_kind(features, FeatureKind.AXIS)
-    low = next(plane for plane in planes if plane.direction is not None and plane.direction[2] < -0.5)
-    slot = 28 * 12 + math.pi * 36
-    bottom = 200 * 100 - math.pi * (25 + 36 + 9) - slot
-    assert low.area_mm2 == pytest.approx(bottom, rel=0, abs=CHORD_AREA_MM2)
-    assert sorted(round(axis.diameter_mm or 0, 9) for axis in axes) == [6, 8, 10, 12, 12, 12, 18, 20]
-    for feature, kind in [*((p, SurfaceKind.PLANE) for p in planes), *((a, SurfaceKind.CYLINDER) for a in axes)]:
-        assert feature.faces
-        assert (graph.face_kind[list(feature.faces)] == kind).all()
-
-
-def test_faces_in_one_plane_are_one_datum() -> None:
-    comb = Box(100, 40, 20, align=LOW) - Pos(40, 0, 10) * Box(20, 40, 10, align=LOW)
-    planes = of_kind(find_features(graph_of(comb)), FeatureKind.PLANE)
-    (top,) = [plane for plane in planes if plane.p_mm[2] > 20 - ROUND_OFF_MM]
-    assert len(top.faces) == 2
-    assert top.area_mm2 == pytest.approx(80 * 40, rel=0, abs=ROUND_OFF_MM)
-    np.testing.assert_allclose(top.p_mm, [50, 20, 20], rtol=0, atol=ROUND_OFF_MM)
-
-
-def corners(x: float, y: float, z: float) -> set[tuple[float, ...]]:
-    return {(a, b, c) for a in (0.0, x) for b in (0.0, y) for c in (0.0, z)}
-
-
-@pytest.mark.parametrize("rounded", ["upright edges", "all edges", "upright edges and top"])
-def test_rounds_leave_virtual_corners(rounded: str) -> None:
-    part: Any = Box(80, 60, 40, align=LOW)
-    part = fillet(part.edges().filter_by(Axis.Z) if rounded != "all edges" else part.edges(), 8)
-    if rounded == "upright edges and top":
-        part = fillet(part.edges().group_by(Axis.Z)[-1], 3)
-    features = find_features(graph_of(part))
-    virtual = of_kind(features, FeatureKind.VIRTUAL_CORNER)
-    assert {tuple((feature.p_mm.round(9) + 0.0).tolist()) for feature in virtual} == corners(80, 60, 40)
-    assert len(virtual) == 8
-    assert all(len(feature.faces) == 3 for feature in virtual)
-    judged = judge_features(graph_of(part), features)
-    assert all(item.ease is Ease.INDIRECT for item in judged if item.feature in virtual)
-    assert all(item.ease is Ease.VAGUE for item in judged if item.feature.kind is FeatureKind.VERTEX)
-
-
-def test_a_sharp_box_has_no_virtual_corner() -> None:
-    features = find_features(graph_of(Box(80, 60, 40)))
-    kinds = Counter(feature.kind for feature in features)
-    assert kinds == {FeatureKind.VERTEX: 8, FeatureKind.EDGE_MIDPOINT: 12, FeatureKind.PLANE: 6}
-
-
-def test_the_two_flanges_of_a_bracket_have_two_holes_and_one_axis() -> None:
-    bracket = Box(60, 60, 40, align=LOW) - Pos(10, 0, 10) * Box(40, 60, 30, align=LOW)
-    bracket -= Pos(0, 30, 25) * Rot(0, 90, 0) * Cylinder(6, 60, align=ON_TOP)
-    features = find_features(graph_of(bracket))
-    left, right = of_kind(features, FeatureKind.HOLE)
-    np.testing.assert_allclose([left.depth_mm, right.depth_mm], [10, 10], rtol=0, atol=ROUND_OFF_MM)
-    (axis,) = of_kind(features, FeatureKind.AXIS)
-    assert sorted(axis.faces) == sorted(left.faces + right.faces)
-    assert axis.length_mm == pytest.approx(60, rel=0, abs=ROUND_OFF_MM)
-
-
-def test_a_cross_hole_does_not_make_a_blind_hole_through() -> None:
-    part = Box(60, 60, 40, align=LOW) - pin(30, 30, 10, 8, 30)
-    part -= Pos(0, 30, 16) * Rot(0, 90, 0) * Cylinder(2, 30, align=ON_TOP)
-    wide = next(h for h in of_kind(find_features(graph_of(part)), FeatureKind.HOLE) if h.diameter_mm == 16)
-    assert wide.is_through is False
-
-
-def test_a_drill_point_is_not_counted_as_depth() -> None:
-    part = Box(60, 60, 40, align=LOW) - pin(30, 30, 15, 6, 25)
-    part -= Pos(30, 30, 11) * Cone(0, 6, 4, align=ON_TOP)
-    (hole,) = of_kind(find_features(graph_of(part)), FeatureKind.HOLE)
-    assert hole.depth_mm == pytest.approx(25, rel=0, abs=ROUND_OFF_MM)
-    assert hole.is_through is False
-    assert hole.form is HoleForm.PLAIN
-
-
-def shuffled(graph: BrepGraph, seed: int) -> tuple[BrepGraph, IntArray]:
-    """The same part with its faces, edges and coedges in another order; and the new number of each face."""
-    rng = np.random.default_rng(seed)
-    face, edge, coedge = (rng.permutation(n) for n in (graph.face_count, graph.edge_count, len(graph.coedge_face)))
-    names = [field.name for field in dataclasses.fields(graph)]
-    columns: dict[str, Any] = {n: getattr(graph, n)[face] for n in names if n.startswith("face_")}
-    columns |= {n: getattr(graph, n)[edge] for n in names if n.startswith("edge_")}
-    columns["coedge_face"] = np.argsort(face)[graph.coedge_face][coedge]
-    columns["coedge_edge"] = np.argsort(edge)[graph.coedge_edge][coedge]
-    columns["coedge_forward"] = graph.coedge_forward[coedge]
-    return dataclasses.replace(graph, **columns), np.argsort(face)
-
-
-def same(a: ReferenceFeature, b: ReferenceFeature) -> bool:
-    sizes = [(f.diameter_mm, f.length_mm, f.depth_mm, f.area_mm2) for f in (a, b)]
-    close = [
-        (x is None and y is None) or (x is not None and y is not None and abs(x - y) <= ROUND_OFF_MM * max(1.0, x))
-        for x, y in zip(*sizes, strict=True)
-    ]
-    return a.name == b.name and a.form is b.form and a.is_through == b.is_through and all(close)
-
-
-def test_the_order_of_faces_changes_no_name() -> None:
-    graph = graph_of(block())
-    other, number = shuffled(graph, 4)
-    for a, b in zip(find_features(graph), find_features(other), strict=True):
-        assert same(a, b)
-        np.testing.assert_allclose(a.p_mm, b.p_mm, rtol=0, atol=ROUND_OFF_MM)
-        assert sorted(number[list(a.faces)].tolist()) == sorted(b.faces)
-
-
-def test_a_shifted_part_has_the_same_names() -> None:
-    shift = (312.5, -77.25, 40.125)
-    features, moved = find_features(graph_of(block())), find_features(graph_of(Pos(*shift) * block()))
-    for a, b in zip(features, moved, strict=True):
-        assert same(a, b)
-        np.testing.assert_allclose(a.p_mm + shift, b.p_mm, rtol=0, atol=ROUND_OFF_MM)
-
-
-def test_a_turned_part_has_turned_features() -> None:
-    pose = Pos(31, -7, 44) * Rot(20, -35, 70)
-    T = np.array(matrix(pose))
-    features, turned = find_features(graph_of(block())), find_features(graph_of(pose * block()))
-    assert Counter(f.kind for f in features) == Counter(f.kind for f in turned)
-    for kind in FeatureKind:  # a through hole's entry is the upper one: turned, it may be the other
-        p = np.array([f.p_mm for f in of_kind(features, kind) if kind is not FeatureKind.HOLE]).reshape(-1, 3)
-        q = np.array([f.p_mm for f in of_kind(turned, kind)]).reshape(-1, 3)
-        for place in p @ T[:3, :3].T + T[:3, 3]:
-            assert np.linalg.norm(q - place, axis=1).min() <= ROUND_OFF_MM
-
-
-def matrix(pose: Any) -> list[list[float]]:
-    t = pose.wrapped.Transformation()
-    return [[t.Value(i, j) for j in range(1, 5)] for i in range(1, 4)]
+TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 
 
 def test_nist_ftc_06_has_twelve_holes_and_eight_bosses(shared_step: Path) -> None:
     features = open_workpiece(shared_step / "nist_ftc_06_asme1_ap242-e2.stp").features
-    holes = of_kind(features, FeatureKind.HOLE)
-    assert len(of_kind(features, FeatureKind.BOSS)) == 8
+    kinds = Counter(feature.kind for feature in features)
+    assert kinds[FeatureKind.BOSS] == 8
+    holes = [feature for feature in features if feature.kind is FeatureKind.HOLE]
     assert Counter((hole.form, hole.is_through) for hole in holes) == {
         (HoleForm.COUNTERBORE, True): 10,
         (HoleForm.PLAIN, False): 2,
     }
-    inch = feature_named(features, "H1")
-    np.testing.assert_allclose([s[0] / 25.4 for s in steps(inch)], [0.625, 0.415], rtol=0, atol=ROUND_OFF_MM)
-
-
-TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
+    diameters = [step.diameter_mm / 25.4 for step in feature_named(features, "H1").steps]
+    np.testing.assert_allclose(diameters, [0.625, 0.415], rtol=0, atol=ROUND_OFF_MM)
 
 
 def test_the_easiest_come_first() -> None:
     judged = list_features(TEE)
     assert [item.ease for item in judged] == sorted(item.ease for item in judged)
     assert {item.feature.kind for item in judged if item.ease is Ease.SHARP} == {FeatureKind.VERTEX, FeatureKind.HOLE}
-
-
-def test_a_copy_far_away_changes_nothing() -> None:
-    """What meets at a corner, lies against it or stands before it is found by place among all that there is."""
-    solids = [(solid.name, solid.shape) for solid in open_workpiece(TEE).source.solids]
-    T = RigidTransform(np.eye(3), [FAR_MM, 0.0, 0.0], target="base", source="part")
-    copies = [(f"{name} far", shape.Moved(to_location(T))) for name, shape in solids]
-    alone, both = (judged_at(to_brep(some), FAR_MM) for some in (solids, [*copies, *solids]))
-    assert both == {place: ease + ease for place, ease in alone.items()}
-
-
-def judged_at(graph: BrepGraph, pitch_mm: float) -> dict[tuple[Any, ...], list[Ease]]:
-    """The ease of what is at a place, copies at the pitch counted as there."""
-    found: dict[tuple[Any, ...], list[Ease]] = {}
-    for item in judge_features(graph, find_features(graph)):
-        place = item.feature.p_mm - [pitch_mm * (item.feature.p_mm[0] > pitch_mm / 2), 0.0, 0.0]
-        found.setdefault((item.feature.kind, *np.round(place, 6)), []).append(item.ease)
-    return found

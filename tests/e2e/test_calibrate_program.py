@@ -86,8 +86,8 @@ def test_a_frame_without_values_is_asked_for(tmp_path: Path, command: tuple[str,
     done = run_wpcal(command[0], TEE / "tee.step", program, *options)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
-    assert "teach.dat, line 2: point P1: stands in user frame 7" in done.stderr
-    assert "--uframe 7=X,Y,Z,A,B,C" in done.stderr
+    assert "teach.dat, line 2: point P1: is in user frame 7" in done.stderr
+    assert "give the user frame as 7=X,Y,Z,A,B,C (--uframe)" in done.stderr
     assert not (tmp_path / "out").exists()
 
 
@@ -99,7 +99,7 @@ def test_a_program_with_a_home_position_is_read_by_naming_the_others(tmp_path: P
     done = run_wpcal("calibrate", TEE / "tee.step", program, "-o", tmp_path / "out")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "HOME: is stored as joint angles" in done.stderr
-    assert "name the points to read with --points" in done.stderr
+    assert "or name the points to read (--robot and --tool, or --points)" in done.stderr
     names = ",".join(row["name"] for row in taught_rows())
     assert_same(calibrated(program, tmp_path / "out", "--points", names), from_table(tmp_path))
 
@@ -107,4 +107,4 @@ def test_a_program_with_a_home_position_is_read_by_naming_the_others(tmp_path: P
 def test_options_for_programs_are_refused_with_a_table(tmp_path: Path) -> None:
     done = run_wpcal("calibrate", TEE / "tee.step", TEE / "taught.csv", "-o", tmp_path / "out", "--tool", "0,0,1")
     assert done.returncode == 2
-    assert "is no controller program: --tool cannot be used with it" in done.stderr
+    assert "is not a controller program: --tool cannot be used with it" in done.stderr

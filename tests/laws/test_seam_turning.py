@@ -1,13 +1,11 @@
 """Laws of frames along a seam: they turn no faster than asked, they do not flip, opposed faces leave a free side."""
 
-from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 
-from cad.kernel.to_brep import to_brep
-from cad.samples.parts import SAMPLES, box, cylinder
+from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
@@ -25,18 +23,11 @@ LENGTH_MM = 1e-9
 """Lengths are integrals over the same pieces, cut finer."""
 
 
-@cache
-def graph_of(name: str) -> BrepGraph:
-    if name == "small rod":
-        return to_brep([("plate", box(60, 60, 10, (-30, -30, 0))), ("rod", cylinder(3, 30, (0, 0, 10), (0, 0, 1)))])
-    return to_brep((member, shape) for member, shape, _ in SAMPLES[name].build())
-
-
 @pytest.mark.parametrize("turn_deg", [1.0, 5.0, 20.0])
-@pytest.mark.parametrize("name", ["saddle", "small rod", "tee"])
+@pytest.mark.parametrize("name", ["saddle", "small-rod", "tee"])
 def test_frames_turn_no_faster_than_asked(name: str, turn_deg: float) -> None:
-    loose = detect_seams(graph_of(name), SeamOptions(steps=StepOptions(turn_rad=np.pi)))
-    limited = detect_seams(graph_of(name), SeamOptions(steps=StepOptions(turn_rad=np.radians(turn_deg))))
+    loose = detect_seams(saved_graph(name), SeamOptions(steps=StepOptions(turn_rad=np.pi)))
+    limited = detect_seams(saved_graph(name), SeamOptions(steps=StepOptions(turn_rad=np.radians(turn_deg))))
     for wide, seam in zip(loose, limited, strict=True):
         R = seam.frames.R
         assert np.degrees(rotation_angles(R[:-1], R[1:])).max() <= turn_deg + ROUND_OFF_RAD
@@ -50,7 +41,7 @@ def test_frames_turn_no_faster_than_asked(name: str, turn_deg: float) -> None:
 
 
 def test_a_small_rod_gets_the_points_that_its_turn_asks_for() -> None:
-    (seam,) = detect_seams(graph_of("small rod"), SeamOptions(steps=StepOptions(1.0, 0.0, 100.0, np.radians(10.0))))
+    (seam,) = detect_seams(saved_graph("small-rod"), SeamOptions(steps=StepOptions(1.0, 0.0, 100.0, np.radians(10.0))))
     assert len(seam.frames) - 1 >= 36
     assert len(seam.frames) - 1 <= 72  # halving oversteps by a factor of two at most
 
@@ -70,7 +61,7 @@ def faces_with_normal(graph: BrepGraph, solid: int, normal: FloatArray) -> int:
 
 def crack(upside_down: bool) -> tuple[BrepGraph, TrimmedFaces, Any]:
     """Two plates end to end; a seam along the edge of their faces that meet, on top or below."""
-    graph = to_brep([("left", box(50, 80, 8, (-50, 0, 0))), ("right", box(50, 80, 8, (0, 0, 0)))])
+    graph = saved_graph("crack")
     wall, base = (faces_with_normal(graph, s, np.array([x, 0.0, 0.0])) for s, x in ((0, 1.0), (1, -1.0)))
     z = 0.0 if upside_down else 8.0
     p = graph.vertex_p[graph.edge_vertices]
@@ -98,7 +89,7 @@ def test_opposed_faces_leave_the_free_side(upside_down: bool) -> None:
 
 
 def test_a_seam_with_a_bisector_is_left_alone() -> None:
-    graph = graph_of("saddle")
+    graph = saved_graph("saddle")
     trimmed = TrimmedFaces.of(graph)
     seams = detect_seams(graph)
     assert all(face_free_space(graph, trimmed, seam) is seam for seam in seams)

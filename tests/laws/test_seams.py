@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.kernel.to_brep import to_brep
-from cad.samples.parts import SAMPLES, box, cylinder
+from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.trim import distance_to_segments
@@ -35,13 +34,8 @@ NAMES = ("tee", "lap", "saddle", "frame")
 
 
 @cache
-def graph_of(name: str) -> BrepGraph:
-    return to_brep((member, shape) for member, shape, _ in SAMPLES[name].build())
-
-
-@cache
 def seams_of(name: str) -> tuple[Seam, ...]:
-    return detect_seams(graph_of(name))
+    return detect_seams(saved_graph(name))
 
 
 def moved(graph: BrepGraph, T: RigidTransform) -> BrepGraph:
@@ -65,7 +59,7 @@ def key(seam: Seam) -> tuple[Any, ...]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_shifted_part_gives_shifted_seams_of_the_same_names(name: str) -> None:
-    for there, here in zip(detect_seams(moved(graph_of(name), SHIFT)), seams_of(name), strict=True):
+    for there, here in zip(detect_seams(moved(saved_graph(name), SHIFT)), seams_of(name), strict=True):
         assert (there.name, *key(there)) == (here.name, *key(here))
         np.testing.assert_allclose(there.frames.p, SHIFT.apply(here.frames.p), rtol=0, atol=ROUND_OFF_MM)
         np.testing.assert_allclose(there.frames.R, here.frames.R, rtol=0, atol=ROUND_OFF_RAD)
@@ -75,10 +69,10 @@ def test_a_shifted_part_gives_shifted_seams_of_the_same_names(name: str) -> None
 @pytest.mark.parametrize("name", NAMES)
 def test_a_moved_part_gives_the_same_seams_there(name: str, T: RigidTransform) -> None:
     """Names and directions follow x, y, z; what is joined, and where, does not."""
-    here, there = list(seams_of(name)), list(detect_seams(moved(graph_of(name), T)))
+    here, there = list(seams_of(name)), list(detect_seams(moved(saved_graph(name), T)))
     assert sorted(map(repr, map(key, here))) == sorted(map(repr, map(key, there)))
     for seam in here:
-        path = dense_path(graph_of(name), seam)[0]
+        path = dense_path(saved_graph(name), seam)[0]
         twin = min(there, key=lambda other: distance_from(T.apply(path), other.frames.p) + (key(other) != key(seam)))
         assert distance_from(T.apply(path), twin.frames.p) <= 1e-3  # the path is a polyline of 4000 pieces
         there.remove(twin)
@@ -98,10 +92,10 @@ def test_a_moved_part_gives_the_same_seams_there(name: str, T: RigidTransform) -
 @pytest.mark.parametrize("name", NAMES)
 def test_a_moved_part_has_moved_features(name: str, T: RigidTransform) -> None:
     identity = RigidTransform.identity(target="moved", source="part")
-    there, here = listed(moved(graph_of(name), T), identity), listed(graph_of(name), T)
+    there, here = listed(moved(saved_graph(name), T), identity), listed(saved_graph(name), T)
     assert there == here
     rims = {row[1:] for row in there if row[0] == "C"}
-    assert all(row[1:] in rims for row in listed(moved(graph_of(name), T), identity, with_entry=True))
+    assert all(row[1:] in rims for row in listed(moved(saved_graph(name), T), identity, with_entry=True))
 
 
 WITH_ENTRY = (FeatureKind.HOLE, FeatureKind.BOSS)
@@ -141,8 +135,8 @@ STEPS = [StepOptions(), StepOptions(0.01, 0.0, 50.0), StepOptions(0.5, 2.0, 7.0)
 @pytest.mark.parametrize("steps", STEPS, ids=str)
 @pytest.mark.parametrize("name", NAMES)
 def test_chord_error_and_step_are_as_asked(name: str, steps: StepOptions) -> None:
-    for seam in detect_seams(graph_of(name), SeamOptions(steps=steps)):
-        path, along = dense_path(graph_of(name), seam)
+    for seam in detect_seams(saved_graph(name), SeamOptions(steps=steps)):
+        path, along = dense_path(saved_graph(name), seam)
         s, p = seam.frames.s_mm, seam.frames.p
         step = np.clip(np.searchsorted(s, along, side="right") - 1, 0, len(s) - 2)
         chord = distance_to_segments(path, p[step], p[step + 1])
@@ -155,7 +149,7 @@ def test_chord_error_and_step_are_as_asked(name: str, steps: StepOptions) -> Non
 
 def test_a_finer_chord_gives_more_points() -> None:
     counts = [
-        len(detect_seams(graph_of("saddle"), SeamOptions(steps=StepOptions(chord, 0.0, 100.0)))[0].frames)
+        len(detect_seams(saved_graph("saddle"), SeamOptions(steps=StepOptions(chord, 0.0, 100.0)))[0].frames)
         for chord in (1.0, 0.1, 0.01)
     ]
     # the step goes with the root of the chord error: a factor of 3.16 each
@@ -163,26 +157,12 @@ def test_a_finer_chord_gives_more_points() -> None:
     assert counts[2] / counts[1] == pytest.approx(np.sqrt(10), rel=0.1)
 
 
-def many_short_arcs(count: int) -> BrepGraph:
-    """A round plate on a larger one, its rim cut into so many arcs."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
-    from OCP.gp import gp_Ax2, gp_Circ, gp_Dir, gp_Pnt, gp_Vec
-
-    circle, wire = gp_Circ(gp_Ax2(gp_Pnt(0, 0, 10), gp_Dir(0, 0, 1)), 25.0), BRepBuilderAPI_MakeWire()
-    turn = 2 * np.pi / count
-    for i in range(count):
-        wire.Add(BRepBuilderAPI_MakeEdge(circle, i * turn, (i + 1) * turn).Edge())
-    prism = BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(wire.Wire()).Face(), gp_Vec(0, 0, 30)).Shape()
-    return to_brep([("plate", box(100, 100, 10, (-50, -50, 0))), ("disc", prism)])
-
-
 def test_points_that_are_too_close_are_thinned_where_the_chord_allows() -> None:
-    arcs = 80
+    graph, arcs = saved_graph("disc-of-arcs"), 80
     # two arcs of 1.96 mm have a chord error of 0.077 mm, three of 0.17 mm
-    (thinned,) = detect_seams(many_short_arcs(arcs), SeamOptions(steps=StepOptions(0.1, 3.0, 10.0)))
+    (thinned,) = detect_seams(graph, SeamOptions(steps=StepOptions(0.1, 3.0, 10.0)))
     assert np.diff(thinned.frames.s_mm).min() >= 3.0
-    (kept,) = detect_seams(many_short_arcs(arcs), SeamOptions(steps=StepOptions(0.05, 3.0, 10.0)))
+    (kept,) = detect_seams(graph, SeamOptions(steps=StepOptions(0.05, 3.0, 10.0)))
     assert len(kept.frames) == arcs + 1
 
 
@@ -199,7 +179,7 @@ def test_frames_are_right_handed_and_orthonormal(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("T", [SHIFT, *MOTIONS])
 def test_seams_run_as_the_conventions_say(name: str, T: RigidTransform) -> None:
-    graph = moved(graph_of(name), T)
+    graph = moved(saved_graph(name), T)
     for seam in detect_seams(graph):
         p = seam.frames.p
         chords = np.diff(p, axis=0)
@@ -218,8 +198,7 @@ def test_seams_run_as_the_conventions_say(name: str, T: RigidTransform) -> None:
 
 
 def test_the_order_of_the_solids_changes_no_seam() -> None:
-    members = SAMPLES["frame"].build()
-    back = detect_seams(to_brep((name, shape) for name, shape, _ in reversed(members)))
+    back = detect_seams(saved_graph("frame-backwards"))
     for here, there in zip(seams_of("frame"), back, strict=True):
         assert (here.joint, here.weld, set(here.solids)) == (there.joint, there.weld, set(there.solids))
         np.testing.assert_allclose(there.frames.p, here.frames.p, rtol=0, atol=ROUND_OFF_MM)
@@ -227,7 +206,6 @@ def test_the_order_of_the_solids_changes_no_seam() -> None:
 
 
 def test_a_rod_on_a_plate_has_one_loop() -> None:
-    graph = to_brep([("plate", box(100, 100, 10, (-50, -50, 0))), ("rod", cylinder(25, 30, (0, 0, 10), (0, 0, 1)))])
-    (seam,) = detect_seams(graph)
+    (seam,) = detect_seams(saved_graph("rod-on-plate"))
     assert seam.closed
     np.testing.assert_allclose(seam.frames.p[0], [-25, 0, 10], rtol=0, atol=1e-6)

@@ -13,7 +13,8 @@ import numpy as np
 
 from wpcal.advise.design import Design, least_swap, spread_rows
 from wpcal.calibrate.criteria import Criterion
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, error_95, isotropic_covariance, minimax_covariance
+from wpcal.calibrate.points.covariance import isotropic_covariance, minimax_covariance
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, error_95
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress

@@ -1,13 +1,18 @@
-"""From point pairs to the part's place: fits, their proof, their error, and what is wrong with the points."""
+"""From taught points or touches to the pose of the part: fits, their proof, their error, and wrong observations."""
 
-from wpcal.calibrate.criteria import CriteriaComparison, Criterion
-from wpcal.calibrate.distrust import Distrusted, FitSummary, compare_without
+from wpcal.calibrate.criteria import CriteriaComparison, Criterion, FitProblem, FitSummary
+from wpcal.calibrate.distrust import Distrusted, compare_without
+from wpcal.calibrate.points.annealed import anneal_pairs
 from wpcal.calibrate.points.least_squares import fit_least_squares, weighted_rms_bound
 from wpcal.calibrate.points.minimax import MinimaxSolution, solve_minimax
+from wpcal.calibrate.points.problem import PointProblem
 from wpcal.calibrate.points.robust import RobustSolution, fit_robust
 from wpcal.calibrate.points.weighted import fit_weighted
-from wpcal.calibrate.result import CalibrationResult, Solver, SolverReport
-from wpcal.calibrate.solve import anneal_pairs, calibrate
+from wpcal.calibrate.result import CalibrationResult
+from wpcal.calibrate.solve import calibrate
+from wpcal.calibrate.solver_report import Solver, SolverReport
+from wpcal.calibrate.touches import Touches
+from wpcal.calibrate.touches.evidence import HeldMotion, StartsEvidence, TouchEvidence
 from wpcal.calibrate.uncertainty import TeachingError
 
 __all__ = [
@@ -15,12 +20,18 @@ __all__ = [
     "CriteriaComparison",
     "Criterion",
     "Distrusted",
+    "FitProblem",
     "FitSummary",
+    "HeldMotion",
     "MinimaxSolution",
+    "PointProblem",
     "RobustSolution",
     "Solver",
     "SolverReport",
+    "StartsEvidence",
     "TeachingError",
+    "TouchEvidence",
+    "Touches",
     "anneal_pairs",
     "calibrate",
     "compare_without",

@@ -1,4 +1,4 @@
-"""The points that the others contradict, and the answer with them and without them."""
+"""The points or touches that the others contradict, and the answer with them and without them."""
 
 from __future__ import annotations
 
@@ -8,45 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.calibrate.criteria import Criterion, CriterionFit, fit_criterion
-from wpcal.calibrate.uncertainty import POSTURE_FACTOR, TeachingError
+from wpcal.calibrate.criteria import Criterion, CriterionFit, FitProblem, FitSummary
 from wpcal.core.arrays import FloatArray
-from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.tangent import log_rotation
 
 
 @dataclass(frozen=True, slots=True)
-class FitSummary:
-    """One of two fits that are compared.
-
-    Parameters
-    ----------
-    points : int
-        Points the fit rests on.
-    largest_mm, rms_mm : float
-        Residuals of these points.
-    seam_error_95_mm : float
-        Largest predicted 95 % error along the seams.
-    """
-
-    points: int
-    largest_mm: float
-    rms_mm: float
-    seam_error_95_mm: float
-
-    def to_record(self) -> dict[str, Any]:
-        """Return plain values for a JSON file."""
-        return {
-            "points": self.points,
-            "largest_mm": self.largest_mm,
-            "rms_mm": self.rms_mm,
-            "seam_error_95_mm": self.seam_error_95_mm,
-        }
-
-
-@dataclass(frozen=True, slots=True)
 class Distrusted:
-    """Points that the others contradict, and what leaving them out changes.
+    """Observations that the others contradict, and what leaving them out changes.
 
     Parameters
     ----------
@@ -59,7 +28,7 @@ class Distrusted:
     shift_mm : float
         The furthest that leaving them out moves a point of the seams.
     turn_rad : float
-        The angle by which it turns the part.
+        The angle by which leaving them out turns the part.
     """
 
     names: tuple[str, ...]
@@ -84,31 +53,27 @@ class Distrusted:
 
 
 def compare_without(
-    pairs: PointPairs,
+    problem: FitProblem,
     names: Sequence[str],
     criterion: Criterion,
     *,
-    teaching: TeachingError,
     seam_points: FloatArray,
     known: Sequence[CriterionFit] = (),
-    seed: int = 0,
 ) -> Distrusted:
-    """Fit with and without points that are distrusted, by the same criterion.
+    """Fit with and without observations that are distrusted, by the same criterion.
 
     Parameters
     ----------
-    pairs : PointPairs
-        mm. Those that are left fix a rotation.
+    problem : FitProblem
+        Those of its observations that remain must fix a rotation.
     names : sequence of str
-        The points to leave out.
+        The observations to leave out.
     criterion : Criterion
-        `ROBUST` leaves the points out itself: the two fits are then least squares.
-    teaching : TeachingError
+        `ROBUST` leaves the observations out itself: the two fits are then least squares.
     seam_points : ndarray, shape (k, 3)
         Part frame, mm.
     known : sequence of CriterionFit
-        Fits of all points that need not be made again.
-    seed : int
+        Fits of all observations that need not be made again.
 
     Returns
     -------
@@ -117,27 +82,21 @@ def compare_without(
     Raises
     ------
     GeometryError
-        When the points that are left do not fix a rotation.
+        When the observations that remain do not fix a rotation.
     """
     used = Criterion.LEAST_SQUARES if criterion is Criterion.ROBUST else criterion
-    out = [pairs.names.index(name) for name in names]
-    rest = pairs.select(np.setdiff1d(np.arange(len(pairs)), out))
+    out = np.array([problem.names.index(name) for name in names], dtype=np.int64)
+    rest = problem.select(np.setdiff1d(np.arange(len(problem.names)), out))
     fits = {fit.criterion: fit for fit in known}
-    first = fits.get(used) or fit_criterion(pairs, used, teaching=teaching, seed=seed)
-    second = fit_criterion(rest, used, teaching=teaching, seed=seed)
+    first = fits.get(used) or problem.fit(used)
+    second = rest.fit(used)
     moved = second.T.apply(seam_points) - first.T.apply(seam_points)
     return Distrusted(
         tuple(names),
-        tuple(float(d) for d in Residuals.of(pairs.select(out), second.T).norms_mm),
+        tuple(float(d) for d in problem.select(out).distances_mm(second.T)),
         used,
-        _summary(pairs, first, teaching, seam_points),
-        _summary(rest, second, teaching, seam_points),
+        FitSummary.of(problem, first, seam_points),
+        FitSummary.of(rest, second, seam_points),
         float(np.linalg.norm(moved, axis=1).max()),
         float(np.linalg.norm(log_rotation(second.T.R @ first.T.R.T))),
     )
-
-
-def _summary(pairs: PointPairs, fit: CriterionFit, teaching: TeachingError, seam_points: FloatArray) -> FitSummary:
-    residuals = Residuals.of(pairs, fit.T)
-    error = float(fit.error_95_mm(seam_points).max()) + POSTURE_FACTOR * teaching.tcp_bias_mm
-    return FitSummary(len(pairs), residuals.largest_mm, residuals.rms_mm, error)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -12,122 +11,15 @@ from numpy.typing import ArrayLike
 from wpcal.calibrate.criteria import CriteriaComparison, Criterion
 from wpcal.calibrate.distrust import Distrusted
 from wpcal.calibrate.points.minimax import CERTIFIED_MM
+from wpcal.calibrate.solver_report import SolverReport
+from wpcal.calibrate.touches.evidence import TouchEvidence
 from wpcal.calibrate.uncertainty import POSTURE_FACTOR, TeachingError, error_95
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.transform import RigidTransform
-from wpcal.optim.annealing import AnnealingTrace
 
 SCHEMA = "wpcal/calibration/1"
-
-
-class Solver(Enum):
-    """Where the minimax search starts."""
-
-    ANNEALING = "annealing"
-    """The published annealer over the whole box, its best then polished to the optimum."""
-
-    EXACT = "exact"
-    """The least-squares fit, polished to the optimum."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SolverReport:
-    """How the answer was found.
-
-    Parameters
-    ----------
-    solver : Solver
-    method : str
-        In words.
-    seed : int
-        Of every random number used.
-    evaluations : int
-        Largest distances computed by the annealer.
-    temperatures : int
-    starts : int
-        Local solves of the polish.
-    schedule : str or None
-        ``default``, ``yin2003`` or ``custom`` for the annealer.
-    trace : AnnealingTrace or None
-        f and best f per temperature: the paper's figure 2.
-    """
-
-    solver: Solver
-    method: str
-    seed: int
-    evaluations: int = 0
-    temperatures: int = 0
-    starts: int = 0
-    schedule: str | None = None
-    trace: AnnealingTrace | None = None
-
-    def to_record(self) -> dict[str, Any]:
-        """Return plain values for a JSON file."""
-        record: dict[str, Any] = {
-            "name": self.solver.value,
-            "method": self.method,
-            "schedule": self.schedule,
-            "seed": self.seed,
-            "evaluations": self.evaluations,
-            "temperatures": self.temperatures,
-            "starts": self.starts,
-        }
-        if self.trace is not None:
-            columns = {
-                "temperature_mm": "temperature",
-                "f_mm": "cost",
-                "best_f_mm": "best_cost",
-                "accepted": "accepted",
-            }
-            record["trace"] = {key: getattr(self.trace, name).tolist() for key, name in columns.items()}
-        return record
-
-
-@dataclass(frozen=True, slots=True)
-class StartsEvidence:
-    """What many starts say where nothing is proved: for touches on faces and edges.
-
-    Parameters
-    ----------
-    starts : int
-    agreeing : int
-        Starts that ended at the answer.
-    next_best_rms_mm : float or None
-        Root mean square residual of the best other place where a start came to rest; None where there is none.
-    """
-
-    starts: int
-    agreeing: int
-    next_best_rms_mm: float | None
-
-    def to_record(self) -> dict[str, Any]:
-        """Return plain values for a JSON file."""
-        return {"starts": self.starts, "agreeing": self.agreeing, "next_best_rms_mm": self.next_best_rms_mm}
-
-
-@dataclass(frozen=True, slots=True)
-class Freedom:
-    """One of the part's six freedoms, and what holds it.
-
-    Parameters
-    ----------
-    motion : str
-        In words, in coordinates of the part.
-    singular_value : float
-        Change of all residuals, mm, by 1 mm of that motion at the touches' own radius.
-    held_by : tuple of str
-        Touches, the one that holds most first.
-    """
-
-    motion: str
-    singular_value: float
-    held_by: tuple[str, ...]
-
-    def to_record(self) -> dict[str, Any]:
-        """Return plain values for a JSON file."""
-        return {"motion": self.motion, "singular_value": self.singular_value, "held_by": list(self.held_by)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,8 +35,6 @@ class CalibrationResult:
     criterion : Criterion
     objective_mm : float
         What the criterion makes small: the largest distance (minimax) or a root mean square.
-    annealed_objective_mm : float or None
-        The raw best of the annealer, before the polish.
     lower_bound_mm : float
         No rigid transform has a smaller objective.
     covariance : ndarray, shape (6, 6)
@@ -156,18 +46,15 @@ class CalibrationResult:
     solver : SolverReport
     criteria : CriteriaComparison or None
         None for very large clouds.
-    warnings : tuple of Issue
+    issues : tuple of Issue
+        What is wrong with the observations, what they cannot show, and what exceeds the tolerance.
     tolerance_mm : float
     versions : dict of str to str
         wpcal, numpy, scipy.
     distrusted : Distrusted or None
         The points that the others contradict, and the answer with and without them.
-    evidence : StartsEvidence or None
-        Of touches on faces and edges, for which the lower bound is zero.
-    freedoms : tuple of Freedom
-        Six for touches on faces and edges, else none.
-    lies_on : tuple of str
-        What each fitted touch lies on, in words; empty for points alone.
+    touches : TouchEvidence or None
+        What only touches on faces and edges have; their lower bound is zero. None for points.
     """
 
     pairs: PointPairs
@@ -177,20 +64,17 @@ class CalibrationResult:
     T_base_nominal: RigidTransform
     criterion: Criterion
     objective_mm: float
-    annealed_objective_mm: float | None
     lower_bound_mm: float
     covariance: FloatArray
     degrees_of_freedom: float
     teaching: TeachingError
     solver: SolverReport
     criteria: CriteriaComparison | None
-    warnings: tuple[Issue, ...]
+    issues: tuple[Issue, ...]
     tolerance_mm: float
     versions: dict[str, str]
     distrusted: Distrusted | None = None
-    evidence: StartsEvidence | None = None
-    freedoms: tuple[Freedom, ...] = ()
-    lies_on: tuple[str, ...] = ()
+    touches: TouchEvidence | None = None
 
     @property
     def residuals(self) -> Residuals:
@@ -210,7 +94,7 @@ class CalibrationResult:
     @property
     def certified(self) -> bool:
         """Whether the bound proves that no rigid transform is better by more than 1e-6 mm; of points only."""
-        return self.evidence is None and self.gap_mm <= CERTIFIED_MM
+        return self.touches is None and self.gap_mm <= CERTIFIED_MM
 
     @property
     def rms_mm(self) -> float:
@@ -258,22 +142,10 @@ class CalibrationResult:
 
     def to_record(self) -> dict[str, Any]:
         """Return the record of ``calibration.json``, without the fields of the part's file."""
-        issues = [issue.to_record() for issue in self.warnings]
-        return {**self._record(issues), **self._touch_record()}
+        touches = {} if self.touches is None else {"touches": self.touches.to_record(self.pairs.names)}
+        return {**self._record(), **touches}
 
-    def _touch_record(self) -> dict[str, Any]:
-        """What only touches on faces and edges have."""
-        if self.evidence is None:
-            return {}
-        return {
-            "touches": {
-                "lies_on": dict(zip(self.pairs.names, self.lies_on, strict=True)),
-                "evidence": self.evidence.to_record(),
-                "freedoms": [freedom.to_record() for freedom in self.freedoms],
-            }
-        }
-
-    def _record(self, issues: list[dict[str, Any]]) -> dict[str, Any]:
+    def _record(self) -> dict[str, Any]:
         return {
             "schema": SCHEMA,
             "robot_space": self.pairs.space.value,
@@ -281,7 +153,7 @@ class CalibrationResult:
             "tolerance_mm": self.tolerance_mm,
             "criterion": self.criterion.value,
             "objective_mm": self.objective_mm,
-            "annealed_objective_mm": self.annealed_objective_mm,
+            "annealed_objective_mm": self.solver.annealed_objective_mm,
             "lower_bound_mm": self.lower_bound_mm,
             "gap_mm": self.gap_mm,
             "certified": self.certified,
@@ -306,8 +178,7 @@ class CalibrationResult:
             },
             "criteria": None if self.criteria is None else self.criteria.to_record(),
             "distrusted": None if self.distrusted is None else self.distrusted.to_record(),
-            "warnings": issues,
-            "issues": issues,
+            "issues": [issue.to_record() for issue in self.issues],
             "solver": self.solver.to_record(),
             "seed": self.solver.seed,
             "versions": self.versions,

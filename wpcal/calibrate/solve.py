@@ -1,4 +1,4 @@
-"""`calibrate`: point pairs in, the part's place with its proof and its error out."""
+"""`calibrate`: taught points or touches in; the pose of the part, its proof or evidence and its error out."""
 
 from __future__ import annotations
 
@@ -7,13 +7,23 @@ import scipy
 from numpy.typing import ArrayLike
 
 from wpcal import __version__
-from wpcal.calibrate.criteria import CriteriaComparison, Criterion, CriterionFit, compare_criteria, fit_criterion
+from wpcal.calibrate.criteria import (
+    BLUNDER,
+    CriteriaComparison,
+    Criterion,
+    CriterionFit,
+    FitProblem,
+    compare_criteria,
+)
 from wpcal.calibrate.distrust import Distrusted, compare_without
-from wpcal.calibrate.points.annealed import SearchProblem, about_centroid, about_origin
-from wpcal.calibrate.points.diagnose import find_issues, require_plausible_units
-from wpcal.calibrate.points.least_squares import distances, require_spread
-from wpcal.calibrate.points.minimax import MinimaxSolution, core_subset, solve_minimax
-from wpcal.calibrate.result import CalibrationResult, Solver, SolverReport
+from wpcal.calibrate.points.diagnose import require_plausible_units
+from wpcal.calibrate.points.least_squares import require_spread
+from wpcal.calibrate.points.problem import PointProblem, search_points
+from wpcal.calibrate.result import CalibrationResult
+from wpcal.calibrate.solver_report import Solver, SolverReport
+from wpcal.calibrate.touches.evidence import TouchEvidence
+from wpcal.calibrate.touches.problem import search_touches
+from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import TeachingError
 from wpcal.calibrate.verdict import bias_advice, verdict_issues
 from wpcal.core.arrays import FloatArray, as_points
@@ -21,14 +31,15 @@ from wpcal.core.errors import FrameError, InputError
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
 from wpcal.core.transform import RigidTransform
-from wpcal.optim.annealing import AnnealingReport, AnnealingSchedule, anneal
+from wpcal.optim.annealing import AnnealingSchedule
 
 COMPARED = 20_000
-"""Largest set whose criteria are compared and whose blunders are looked for: some tenths of a second."""
+"""Above this number the criteria are not compared and blunders are not searched for: at this number both take some
+tenths of a second."""
 
 
 def calibrate(
-    pairs: PointPairs,
+    observed: PointPairs | Touches,
     *,
     criterion: Criterion = Criterion.MINIMAX,
     solver: Solver = Solver.ANNEALING,
@@ -37,51 +48,59 @@ def calibrate(
     tolerance_mm: float = 0.5,
     T_nominal_part: RigidTransform | None = None,
     teaching: TeachingError | None = None,
-    check: PointPairs | None = None,
+    check: PointPairs | Touches | None = None,
     certify: bool = False,
     seam_points: ArrayLike | None = None,
 ) -> CalibrationResult:
-    """Find where the real part stands.
+    """Find the pose of the real part.
 
     Parameters
     ----------
-    pairs : PointPairs
-        Points of the model (frame ``part``) and as taught on the real part (frame ``base``), mm.
+    observed : PointPairs or Touches
+        Points of the model (frame ``part``) with the same points as taught (frame ``base``), mm; or touches on points,
+        edges and faces of the part. The residual of a touch is its distance from what it lies on. In the result each
+        touch is the pair of where it was made and where it should have been.
     criterion : Criterion
-        What is made small; the paper's is the largest distance.
+        What is minimised; the paper's is the largest distance. ``ROBUST`` leaves out what the others contradict.
     solver : Solver
-        Where the minimax search starts. The other criteria need no search.
+        Where the search starts: for points that of the minimax fit (the other criteria need no search), for touches
+        that of every fit.
     schedule : AnnealingSchedule, optional
-        `AnnealingSchedule.yin2003` for the published one: it then moves the six-tuple itself from the nominal place.
+        `AnnealingSchedule.yin2003` for the published one. Points are then searched by the six-tuple itself, from the
+        nominal place.
     seed : int
         Of every random number.
     tolerance_mm : float
-        A point further off than this makes the verdict ``FAIL``.
+        A residual above this makes the verdict ``FAIL``.
     T_nominal_part : RigidTransform, optional
-        Where the cell's model has the part; the identity where not given.
+        Where the cell's model has the part. By default the identity; touches then must hold the part in one place.
     teaching : TeachingError, optional
-        The residuals tell where not given.
-    check : PointPairs, optional
-        Points touched to judge the fit, left out of it.
+        If it is not given, it is estimated from the residuals.
+    check : PointPairs or Touches, optional
+        Observations that are not fitted; they test the fit.
     certify : bool
-        Close a gap between answer and bound by branch and bound over all rotations, which may take minutes.
+        Close a gap between answer and bound by branch and bound over all rotations, which may take minutes. No such
+        proof exists for touches, and this option does not change their fit.
     seam_points : array_like, shape (k, 3), optional
-        Part frame, mm: where the criteria are compared. The points of the model where not given.
+        Part frame, mm: where the criteria are compared. By default the fitted points of the model.
 
     Returns
     -------
     CalibrationResult
+        For touches the lower bound is zero, because nothing is proved; its `touches` says what the starts found.
 
     Raises
     ------
     GeometryError
-        When there are fewer than three pairs, or they are collinear or coincident.
+        When there are fewer than three pairs, or they are collinear or coincident; when touches leave a motion of the
+        part free (the message names it) or fit two places equally well.
     UnitError
         When the two sides are in different units.
     FrameError
         When pairs or the nominal place are in other frames than ``part``, ``base`` and ``nominal``.
     InputError
-        When the tolerance is not a positive length, or the weighted criterion finds no covariances.
+        When the tolerance is not a positive length, the weighted criterion finds no covariances, or the touches are
+        exactly as many as the freedoms and no teaching error is stated.
 
     Notes
     -----
@@ -92,143 +111,75 @@ def calibrate(
     Yin, Chen, Lu (2003), eq. (1) to (9).
     """
     nominal = RigidTransform.identity(target="nominal", source="part") if T_nominal_part is None else T_nominal_part
-    _require_usable(pairs, nominal, tolerance_mm)
+    _require_usable(observed, nominal, tolerance_mm)
     model = teaching or TeachingError()
-    minimax, annealed, report = None, None, SolverReport(Solver.EXACT, "closed form and local refinement", seed)
-    if criterion is Criterion.MINIMAX:
-        minimax, annealed, report = _search(pairs, nominal, solver, schedule, seed, certify=certify)
-    fit = fit_criterion(pairs, criterion, teaching=model, seed=seed, minimax=minimax)
+    problem: FitProblem
+    evidence: TouchEvidence | None = None
+    if isinstance(observed, Touches):
+        problem, report, evidence = search_touches(
+            observed, nominal=T_nominal_part, solver=solver, schedule=schedule, seed=seed, teaching=model
+        )
+    else:
+        minimax, report = None, SolverReport(Solver.EXACT, "closed form and local refinement", seed)
+        if criterion is Criterion.MINIMAX:
+            minimax, report = search_points(
+                observed, nominal=nominal, solver=solver, schedule=schedule, seed=seed, certify=certify
+            )
+        problem = PointProblem(observed, model, seed, minimax)
+    fit = problem.fit(criterion)
+    pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
     points = pairs.p_source if seam_points is None else as_points(seam_points, name="seam points")
-    criteria, issues, distrusted = _assess(pairs, fit, model, points, seed)
-    T_base_nominal = fit.T @ nominal.inverse()
+    criteria, issues, distrusted = _assess(problem, fit, points)
     return CalibrationResult(
         pairs=pairs,
-        check=check,
+        check=check_pairs,
         T_base_part=fit.T,
         T_nominal_part=nominal,
-        T_base_nominal=T_base_nominal,
+        T_base_nominal=fit.T @ nominal.inverse(),
         criterion=criterion,
         objective_mm=fit.objective_mm,
-        annealed_objective_mm=annealed,
         lower_bound_mm=fit.lower_bound_mm,
         covariance=fit.covariance,
         degrees_of_freedom=fit.degrees_of_freedom,
         teaching=model,
         solver=report,
         criteria=criteria,
-        warnings=(*issues, *verdict_issues(pairs, check, fit.T, tolerance_mm), *bias_advice(model)),
+        issues=(*issues, *verdict_issues(pairs, check_pairs, fit.T, tolerance_mm), *bias_advice(model)),
         tolerance_mm=tolerance_mm,
         versions={"wpcal": __version__, "numpy": np.__version__, "scipy": scipy.__version__},
         distrusted=distrusted,
+        touches=evidence,
     )
 
 
-def _require_usable(pairs: PointPairs, nominal: RigidTransform, tolerance_mm: float) -> None:
-    if (pairs.source, pairs.target) != ("part", "base"):
-        raise FrameError(f"expected pairs of part and base, got {pairs.source} and {pairs.target}")
+def _require_usable(observed: PointPairs | Touches, nominal: RigidTransform, tolerance_mm: float) -> None:
     if (nominal.target, nominal.source) != ("nominal", "part"):
         raise FrameError(f"expected T_nominal_part, got T_{nominal.target}_{nominal.source}")
     if not (np.isfinite(tolerance_mm) and tolerance_mm > 0):
         raise InputError(f"the tolerance is a positive length, got {tolerance_mm} mm")
-    require_spread(pairs)
-    require_plausible_units(pairs)
+    if isinstance(observed, Touches):
+        return
+    if (observed.source, observed.target) != ("part", "base"):
+        raise FrameError(f"expected pairs of part and base, got {observed.source} and {observed.target}")
+    require_spread(observed)
+    require_plausible_units(observed)
 
 
-def _search(
-    pairs: PointPairs,
-    nominal: RigidTransform,
-    solver: Solver,
-    schedule: AnnealingSchedule | None,
-    seed: int,
-    *,
-    certify: bool,
-) -> tuple[MinimaxSolution, float | None, SolverReport]:
-    """Anneal where asked for, and polish to the certified optimum."""
-    if solver is Solver.EXACT:
-        found = solve_minimax(pairs, certify=certify)
-        return found, None, SolverReport(solver, "interior point", seed, starts=found.starts)
-    T, run, problem_schedule = anneal_pairs(pairs, nominal=nominal, schedule=schedule, seed=seed)
-    found = solve_minimax(pairs, start=T, certify=certify)
-    raw = float(distances(pairs.p_source, pairs.p_target, T.R, T.t_mm).max())
-    report = SolverReport(
-        solver,
-        "simulated annealing, then interior point",
-        seed,
-        evaluations=run.evaluations,
-        temperatures=run.temperatures,
-        starts=found.starts,
-        schedule=problem_schedule,
-        trace=run.trace,
-    )
-    return found, raw, report
-
-
-def anneal_pairs(
-    pairs: PointPairs,
-    *,
-    nominal: RigidTransform | None = None,
-    schedule: AnnealingSchedule | None = None,
-    seed: int = 0,
-) -> tuple[RigidTransform, AnnealingReport, str]:
-    """Search the least largest distance by annealing alone.
-
-    Parameters
-    ----------
-    pairs : PointPairs
-        mm. Of more than 64 pairs the annealer sees the 64 that matter most.
-    nominal : RigidTransform, optional
-        ``T_nominal_part``; used by the published schedule, which starts from there.
-    schedule : AnnealingSchedule, optional
-    seed : int
-
-    Returns
-    -------
-    T : RigidTransform
-        ``T_target_source``, not polished.
-    report : AnnealingReport
-    name : str
-        ``default``, ``yin2003`` or ``custom``.
-    """
-    chosen = schedule or AnnealingSchedule()
-    names = {AnnealingSchedule(): "default", AnnealingSchedule.yin2003(): "yin2003"}
-    name = names.get(chosen, "custom")
-    rows = core_subset(pairs.p_source, pairs.p_target)
-    p, q = pairs.p_source[rows], pairs.p_target[rows]
-    if name == "yin2003":
-        place = nominal or RigidTransform.identity(target="nominal", source=pairs.source)
-        problem = about_origin(place.apply(p), q)
-        run = _run(problem, chosen, seed)
-        R, t = problem.motion(run.state)
-        return RigidTransform(R, t, pairs.target, place.target) @ place, run, name
-    problem = about_centroid(p, q)
-    run = _run(problem, chosen, seed)
-    return RigidTransform(*problem.motion(run.state), pairs.target, pairs.source), run, name
-
-
-def _run(problem: SearchProblem, schedule: AnnealingSchedule, seed: int) -> AnnealingReport:
-    return anneal(
-        problem.cost,
-        problem.lower,
-        problem.upper,
-        rng=np.random.default_rng(seed),
-        schedule=schedule,
-        start=problem.start,
-        periodic=problem.periodic,
-    )
+def _paired(observed: PointPairs | Touches, T_base_part: RigidTransform) -> PointPairs:
+    return observed.paired(T_base_part) if isinstance(observed, Touches) else observed
 
 
 def _assess(
-    pairs: PointPairs, fit: CriterionFit, teaching: TeachingError, points: FloatArray, seed: int
+    problem: FitProblem, fit: CriterionFit, seam_points: FloatArray
 ) -> tuple[CriteriaComparison | None, tuple[Issue, ...], Distrusted | None]:
-    if len(pairs) > COMPARED:
-        message = f"{len(pairs)} pairs: blunders are not looked for and the criteria not compared above {COMPARED}"
+    """Compare the criteria, find what is wrong with the observations, and fit without those that are named."""
+    n = len(problem.names)
+    if n > COMPARED:
+        message = f"{n} pairs: blunders are not looked for and the criteria not compared above {COMPARED}"
         return None, (Issue("not-compared", message),), None
-    issues = find_issues(pairs, sigma_mm=teaching.per_axis_mm, seed=seed)
-    comparison = compare_criteria(pairs, teaching=teaching, seam_points=points, issues=issues, known=(fit,), seed=seed)
-    wrong = [issue.ids for issue in issues if issue.code == "blunder"]
+    issues = problem.find_issues(fit)
+    comparison = compare_criteria(problem, seam_points=seam_points, issues=issues, known=(fit,))
+    wrong = [issue.ids for issue in issues if issue.code == BLUNDER]
     if not wrong:
         return comparison, issues, None
-    distrusted = compare_without(
-        pairs, wrong[0], fit.criterion, teaching=teaching, seam_points=points, known=(fit,), seed=seed
-    )
-    return comparison, issues, distrusted
+    return comparison, issues, compare_without(problem, wrong[0], fit.criterion, seam_points=seam_points, known=(fit,))

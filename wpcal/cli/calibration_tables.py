@@ -11,8 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from wpcal.calibrate import CalibrationResult, Distrusted
-    from wpcal.calibrate.result import Freedom, StartsEvidence
+    from wpcal.calibrate import CalibrationResult, Distrusted, HeldMotion, StartsEvidence
 
 MOST_ROWS = 60
 """Points shown: more than a person has taught; of a larger set those that fit worst."""
@@ -25,14 +24,14 @@ def show_calibration(result: CalibrationResult, console: Console) -> None:
     """Print a calibration: one row a point, the proof, the correction, the criteria and the warnings."""
     console.print(_points(result))
     console.print(_verdict(result))
-    if result.freedoms:
-        console.print(_freedoms(result.freedoms))
+    if result.touches is not None:
+        console.print(_motions(result.touches.motions))
     if result.criteria is not None:
         console.print(_criteria(result))
         console.print(f"least predicted error: {result.criteria.best.value} ({result.criteria.why})")
     if result.distrusted is not None:
         console.print(_distrusted(result.distrusted))
-    for issue in result.warnings:
+    for issue in result.issues:
         console.print(f"warning: {issue.message}", highlight=False, markup=False)
     colour = "green" if result.verdict == "PASS" else "red"
     what = f"largest residual {result.largest_mm:.4f} mm at {result.worst}, tolerance {result.tolerance_mm:g} mm"
@@ -66,13 +65,13 @@ def _verdict(result: CalibrationResult) -> Table:
     six = result.T_base_nominal.six_tuple
     table.add_row("criterion", result.criterion.value)
     table.add_row("objective", f"{result.objective_mm:.9f} mm")
-    if result.annealed_objective_mm is not None:
-        table.add_row("annealed, before the polish", f"{result.annealed_objective_mm:.9f} mm")
-    if result.evidence is None:
+    if result.solver.annealed_objective_mm is not None:
+        table.add_row("annealed, before the polish", f"{result.solver.annealed_objective_mm:.9f} mm")
+    if result.touches is None:
         table.add_row("no rigid fit is below", f"{result.lower_bound_mm:.9f} mm")
         table.add_row("gap", f"{result.gap_mm:.2e} mm ({'certified' if result.certified else 'not certified'})")
     else:
-        table.add_row("starts that agree", _evidence(result.evidence))
+        table.add_row("starts that agree", _evidence(result.touches.starts))
     table.add_row("RMS", f"{result.rms_mm:.6f} mm")
     table.add_row("correction x, y, z", f"{six.x_mm:.6f}, {six.y_mm:.6f}, {six.z_mm:.6f} mm")
     table.add_row("correction α, β, γ", f"{six.alpha_rad:.8f}, {six.beta_rad:.8f}, {six.gamma_rad:.8f} rad")
@@ -85,12 +84,12 @@ def _evidence(found: StartsEvidence) -> str:
     return f"{found.agreeing} of {found.starts}; {rest} (not proved)"
 
 
-def _freedoms(freedoms: Sequence[Freedom]) -> Table:
+def _motions(motions: Sequence[HeldMotion]) -> Table:
     table = Table(title="What holds the part")
     for heading in ("motion", "singular value", "held by"):
         table.add_column(heading)
-    for freedom in freedoms:
-        table.add_row(freedom.motion, f"{freedom.singular_value:.3f}", ", ".join(freedom.held_by[:MOST_NAMED]))
+    for held in motions:
+        table.add_row(held.motion, f"{held.singular_value:.3f}", ", ".join(held.held_by[:MOST_NAMED]))
     return table
 
 

@@ -26,14 +26,14 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
     the robot space of the arm: seams that come from identified points must be written with
     `wpcal export --robot`, or the robot's error comes back.
     """
-    from wpcal.core.errors import InputError
+    from wpcal.cli.outputs import require_new
     from wpcal.core.records import write_file
     from wpcal.robot.compensation import correct_points
     from wpcal.robot.identify.poses_file import corrected_table, parse_tool, read_taught_joints
     from wpcal.robot.kinematics.arm_file import find_arm
 
-    if output is not None and output.exists() and not force:
-        raise InputError(f"{output}: exists; give --force to overwrite it")
+    if output is not None:
+        require_new(output, overwrite=force)
     arm = find_arm(robot)
     names, joints, others = read_taught_joints(taught_csv, arm)
     points = correct_points(arm, joints, T_flange_tool=parse_tool(tool))

@@ -6,6 +6,9 @@ from pathlib import Path
 
 import click
 
+from wpcal.cli.option_groups import takes
+from wpcal.cli.teaching_options import TeachingFlags
+
 
 @click.command()
 @click.argument("pairs_csv", metavar="PAIRS.csv", type=click.Path(path_type=Path))
@@ -21,9 +24,7 @@ import click
 @click.option("--schedule", type=click.Choice(["default", "yin2003"]), default="default", show_default=True)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number.")
 @click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1.")
-@click.option("--sigma-mm", type=float, help="Teaching error: standard deviation per axis.")
-@click.option("--bound-mm", type=float, help="Teaching error: greatest error per axis.")
-@click.option("--tcp-bias-mm", type=float, default=0.0, show_default=True, help="Error of the tool centre point.")
+@takes("teaching", TeachingFlags)
 @click.option("--certify", is_flag=True, help="Close a gap by branch and bound over all rotations (slow).")
 @click.option("--json", "as_json", is_flag=True, help="Print the record of calibration.json on stdout.")
 def fit(
@@ -34,9 +35,7 @@ def fit(
     schedule: str,
     seed: int,
     tolerance_mm: float,
-    sigma_mm: float | None,
-    bound_mm: float | None,
-    tcp_bias_mm: float,
+    teaching: TeachingFlags,
     certify: bool,
     as_json: bool,
 ) -> int:
@@ -46,7 +45,7 @@ def fit(
     check, no) and sigma_mm, or cov_xx_mm2, cov_xy_mm2, cov_xz_mm2, cov_yy_mm2, cov_yz_mm2, cov_zz_mm2 in its place.
     Ends with code 1 when a residual is larger than the tolerance.
     """
-    from wpcal.calibrate import Criterion, Solver, TeachingError, calibrate
+    from wpcal.calibrate import Criterion, Solver, calibrate
     from wpcal.core.errors import blamed_on
     from wpcal.core.records import to_json
     from wpcal.optim import AnnealingSchedule
@@ -54,7 +53,7 @@ def fit(
 
     if schedule != "default" and (solver, criterion) != ("annealing", "minimax"):
         raise click.UsageError("--schedule is one of the annealer: it needs --solver annealing and --criterion minimax")
-    teaching = TeachingError(sigma_mm=sigma_mm, bound_mm=bound_mm, tcp_bias_mm=tcp_bias_mm)
+    error = teaching.to_error()
     pairs, check = read_pairs(pairs_csv)
     with blamed_on(str(pairs_csv)):
         result = calibrate(
@@ -64,7 +63,7 @@ def fit(
             schedule=AnnealingSchedule.yin2003() if schedule == "yin2003" else None,
             seed=seed,
             tolerance_mm=tolerance_mm,
-            teaching=teaching,
+            teaching=error,
             check=check,
             certify=certify,
         )

@@ -2,49 +2,120 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from wpcal.cli.option_groups import option, takes
+
 if TYPE_CHECKING:
+    from wpcal.robot.identify.identifiability import Noise
     from wpcal.robot.identify.identification import Identification, IdentifyOptions
     from wpcal.robot.kinematics.arm import Arm
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitFlags:
+    """What is identified, by which solver, and how it is judged."""
+
+    solver: str = option(
+        "--solver", type=click.Choice(["least-squares", "ga-tabu"]), default="least-squares", show_default=True
+    )
+    unknown_base: bool = option(
+        "--unknown-base", is_flag=True, help="The frame of the measurement is not the robot's base: find it, too."
+    )
+    unknown_tool: bool = option(
+        "--unknown-tool", is_flag=True, help="What was measured hangs at an unknown place on the flange: find it."
+    )
+    parameters: str | None = option(
+        "--parameters", metavar="NAMES", help="Link parameters to identify, as theta1,d1,…; all unless given."
+    )
+    folds: int | None = option(
+        "--folds", type=click.IntRange(min=2), help="Judge by so many folds instead of one set of test poses."
+    )
+    noise_mm: float | None = option(
+        "--noise-mm", type=click.FloatRange(min=0, min_open=True), help="Of a measured coordinate (one sigma)."
+    )
+    noise_deg: float | None = option(
+        "--noise-deg", type=click.FloatRange(min=0, min_open=True), help="Of a measured turn (one sigma)."
+    )
+    expected_mm: float = option(
+        "--expected-mm",
+        type=click.FloatRange(min=0, min_open=True),
+        default=2.0,
+        show_default=True,
+        help="Expected error of a length; ga-tabu searches three times as far.",
+    )
+    expected_deg: float = option(
+        "--expected-deg",
+        type=click.FloatRange(min=0, min_open=True),
+        default=0.2,
+        show_default=True,
+        help="Expected error of an angle; ga-tabu searches three times as far.",
+    )
+    seed: int = option(
+        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number."
+    )
+
+    def to_noise(self) -> Noise | None:
+        """Return the stated noise of a measurement, in millimetres and radians.
+
+        Raises
+        ------
+        InputError
+            When only one of its two values was given.
+        """
+        from wpcal.core.errors import InputError
+        from wpcal.robot.identify.identifiability import Noise
+
+        if self.noise_mm is not None and self.noise_deg is not None:
+            return Noise(self.noise_mm, math.radians(self.noise_deg))
+        if self.noise_mm is not None or self.noise_deg is not None:
+            raise InputError("give --noise-mm and --noise-deg together, or neither")
+        return None
+
+    def to_options(self) -> IdentifyOptions:
+        """Return the options as the identification takes them, in millimetres and radians."""
+        from wpcal.robot.identify.identification import IdentificationSolver, IdentifyOptions
+
+        names = self.parameters
+        return IdentifyOptions(
+            solver=IdentificationSolver(self.solver),
+            free_base=self.unknown_base,
+            free_tool=self.unknown_tool,
+            parameters=None if names is None else tuple(name.strip() for name in names.split(",")),
+            noise=self.to_noise(),
+            folds=self.folds,
+            seed=self.seed,
+            expected_mm=self.expected_mm,
+            expected_rad=math.radians(self.expected_deg),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PosePlanFlags:
+    """How many poses to pick for a measurement, and where they may be."""
+
+    count: int | None = option(
+        "--plan", metavar="N", type=click.IntRange(min=1), help="Pick N poses to measure instead."
+    )
+    positions_only: bool = option(
+        "--positions-only", is_flag=True, help="With --plan: the instrument gives no orientations."
+    )
+    above_mm: float | None = option(
+        "--above-mm", type=float, help="With --plan: height in the base that the flange stays above."
+    )
 
 
 @click.command()
 @click.argument("robot", metavar="ROBOT")
 @click.argument("poses_csv", metavar="[POSES.csv]", type=click.Path(path_type=Path), required=False)
 @click.option("-o", "--output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Folder to write.")
-@click.option("--solver", type=click.Choice(["least-squares", "ga-tabu"]), default="least-squares", show_default=True)
-@click.option(
-    "--unknown-base", is_flag=True, help="The frame of the measurement is not the robot's base: find it, too."
-)
-@click.option(
-    "--unknown-tool", is_flag=True, help="What was measured hangs at an unknown place on the flange: find it."
-)
-@click.option("--parameters", metavar="NAMES", help="Link parameters to identify, as theta1,d1,…; all unless given.")
-@click.option("--folds", type=click.IntRange(min=2), help="Judge by so many folds instead of one set of test poses.")
-@click.option("--noise-mm", type=click.FloatRange(min=0, min_open=True), help="Of a measured coordinate (one sigma).")
-@click.option("--noise-deg", type=click.FloatRange(min=0, min_open=True), help="Of a measured turn (one sigma).")
-@click.option(
-    "--expected-mm",
-    type=click.FloatRange(min=0, min_open=True),
-    default=2.0,
-    show_default=True,
-    help="Expected error of a length; ga-tabu searches three times as far.",
-)
-@click.option(
-    "--expected-deg",
-    type=click.FloatRange(min=0, min_open=True),
-    default=0.2,
-    show_default=True,
-    help="Expected error of an angle; ga-tabu searches three times as far.",
-)
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number.")
-@click.option("--plan", metavar="N", type=click.IntRange(min=1), help="Pick N poses to measure instead.")
-@click.option("--positions-only", is_flag=True, help="With --plan: the instrument gives no orientations.")
-@click.option("--above-mm", type=float, help="With --plan: height in the base that the flange stays above.")
+@takes("fit", FitFlags)
+@takes("plan", PosePlanFlags)
 @click.option("--charts/--no-charts", default=True, show_default=True)
 @click.option("--force", is_flag=True, help="Write into a folder that holds something.")
 @click.option("--json", "as_json", is_flag=True, help="Print the record of identification.json on stdout.")
@@ -53,19 +124,8 @@ def identify(
     robot: str,
     poses_csv: Path | None,
     output: Path,
-    solver: str,
-    unknown_base: bool,
-    unknown_tool: bool,
-    parameters: str | None,
-    folds: int | None,
-    noise_mm: float | None,
-    noise_deg: float | None,
-    expected_mm: float,
-    expected_deg: float,
-    seed: int,
-    plan: int | None,
-    positions_only: bool,
-    above_mm: float | None,
+    fit: FitFlags,
+    plan: PosePlanFlags,
     charts: bool,
     force: bool,
     as_json: bool,
@@ -79,34 +139,17 @@ def identify(
     Writes identified.json (an arm file), identification.json and charts. Ends with code 1, without identified.json,
     when the test poses show no improvement.
     """
-    import numpy as np
-
     from wpcal.core.errors import InputError
     from wpcal.core.records import check_writable
-    from wpcal.robot.identify.identifiability import Noise
-    from wpcal.robot.identify.identification import IdentificationSolver, IdentifyOptions
     from wpcal.robot.kinematics.arm_file import find_arm
 
-    if (noise_mm is None) != (noise_deg is None):
-        raise InputError("give --noise-mm and --noise-deg together, or neither")
+    options = fit.to_options()
     check_writable(output, overwrite=force)
     arm = find_arm(robot)
-    names = None if parameters is None else tuple(name.strip() for name in parameters.split(","))
-    options = IdentifyOptions(
-        solver=IdentificationSolver(solver),
-        free_base=unknown_base,
-        free_tool=unknown_tool,
-        parameters=names,
-        noise=None if noise_mm is None or noise_deg is None else Noise(noise_mm, float(np.deg2rad(noise_deg))),
-        folds=folds,
-        seed=seed,
-        expected_mm=expected_mm,
-        expected_rad=float(np.deg2rad(expected_deg)),
-    )
-    if plan is not None:
+    if plan.count is not None:
         if poses_csv is not None:
             raise InputError("--plan picks poses to measure; leave out POSES.csv")
-        return _plan(arm, plan, options, output, positions_only=positions_only, above_mm=above_mm, force=force)
+        return _plan(arm, plan.count, options, plan, output, force=force)
     if poses_csv is None:
         raise InputError("POSES.csv is missing; give the measured poses, or --plan N to pick some")
     return _identify(arm, poses_csv, options, output, charts=charts, force=force, as_json=as_json)
@@ -155,16 +198,7 @@ def _write(result: Identification, record: str, output: Path, *, charts: bool, f
             write_charts(result, folder)
 
 
-def _plan(
-    arm: Arm,
-    count: int,
-    options: IdentifyOptions,
-    output: Path,
-    *,
-    positions_only: bool,
-    above_mm: float | None,
-    force: bool,
-) -> int:
+def _plan(arm: Arm, count: int, options: IdentifyOptions, flags: PosePlanFlags, output: Path, *, force: bool) -> int:
     import numpy as np
     from rich.console import Console
 
@@ -176,15 +210,15 @@ def _plan(
 
     nominal = arm.as_nominal()
     surroundings = surrounding_parameters(
-        free_base=options.free_base, free_tool=options.free_tool, reflectors=("",) if positions_only else None
+        free_base=options.free_base, free_tool=options.free_tool, reflectors=("",) if flags.positions_only else None
     )
     plan = plan_poses(
         nominal,
         count,
         parameters=(*surroundings, *last_link_first(nominal.chain, options.parameters)),
         rng=np.random.default_rng(options.seed),
-        positions_only=positions_only,
-        above_mm=above_mm,
+        positions_only=flags.positions_only,
+        above_mm=flags.above_mm,
     )
     with new_directory(output, overwrite=force) as folder:
         write_file(folder / "plan.csv", plan_table(nominal, plan.joints), overwrite=True)

@@ -73,10 +73,11 @@ def _run(arguments: list[str] | None) -> int:
 
 
 def _say_error(error: Exception) -> int:
+    from wpcal.cli.hints import with_hint
     from wpcal.core.errors import WpcalError
 
     if isinstance(error, WpcalError):
-        return _say(str(error), error.exit_code)
+        return _say(with_hint(error), error.exit_code)
     if os.environ.get("WPCAL_DEBUG"):
         raise error
     kind = type(error).__name__

@@ -53,14 +53,14 @@ def study(
     The real points are those of the least-squares fit; every trial adds errors of at most the bound to them.
     """
     from wpcal.calibrate import Criterion, fit_least_squares
-    from wpcal.core.errors import InputError
+    from wpcal.cli.outputs import require_new
     from wpcal.core.records import to_json, write_file
     from wpcal.study import ErrorPlace, run_error_study
     from wpcal.taught.pairs import read_pairs
 
     pairs, _ = read_pairs(pairs_csv)
-    if output is not None and output.exists() and not force:
-        raise InputError(f"{output}: exists; give --force to overwrite it")
+    if output is not None:
+        require_new(output, overwrite=force)
     with _Progress(trials) as progress:
         result = run_error_study(
             pairs.p_source,

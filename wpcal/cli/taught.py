@@ -3,37 +3,31 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import click
 
-from wpcal.cli.program_options import program_options, read_touched
+from wpcal.cli.option_groups import takes
+from wpcal.cli.program_options import ProgramFlags
 
 
 @click.command()
 @click.argument("program", metavar="PROGRAM", type=click.Path(path_type=Path))
 @click.option("-o", "--out", metavar="TAUGHT.csv", type=click.Path(path_type=Path), help="[default: stdout]")
-@program_options
+@takes("reading", ProgramFlags)
 @click.option("--force", is_flag=True, help="Overwrite TAUGHT.csv.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
-def taught(
-    *,
-    program: Path,
-    out: Path | None,
-    force: bool,
-    as_json: bool,
-    **values: Any,
-) -> int:
+def taught(*, program: Path, out: Path | None, reading: ProgramFlags, force: bool, as_json: bool) -> int:
     """Read taught points from PROGRAM (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi) in base coordinates.
 
     The column feature repeats the point's name: put the name of the feature there that was touched. `wpcal calibrate`
     reads a program by itself; this shows what it reads.
     """
+    from wpcal.controllers.taught_program import require_program
     from wpcal.core.records import to_json, write_file
-    from wpcal.taught.user_frames import require_program, taught_csv
+    from wpcal.taught.table import taught_csv
 
     require_program(program)
-    read = read_touched(program, values)
+    read = reading.read_taught(program)
     if out is not None:
         write_file(out, taught_csv(read), overwrite=force)
     if as_json:

@@ -1,22 +1,22 @@
-"""What leaves wpcal for a controller, and taught points that come from one."""
+"""Robot controllers: programs written for them, and taught points read from theirs; one folder per brand."""
 
 from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldPath, WeldProgram, build_program
-from wpcal.controllers.registry import Exporter, exporter_named, exporter_names
+from wpcal.controllers.registry import Controller, controller_named, controller_names, controllers
+from wpcal.controllers.taught_program import read_taught_program
 from wpcal.controllers.torch import ToolAxis, TorchSettings, measure_torch, tool_rotations, wire_directions
-from wpcal.taught.user_frames import ProgramReading, read_taught_program
 
 __all__ = [
+    "Controller",
     "ControllerSettings",
-    "Exporter",
     "MotionSettings",
-    "ProgramReading",
     "ToolAxis",
     "TorchSettings",
     "WeldPath",
     "WeldProgram",
     "build_program",
-    "exporter_named",
-    "exporter_names",
+    "controller_named",
+    "controller_names",
+    "controllers",
     "measure_torch",
     "read_taught_program",
     "tool_rotations",

@@ -1,54 +1,171 @@
-"""The formats that wpcal can write, found by entry point `wpcal.exporters`; others add theirs in the same way."""
+"""The robot controllers that wpcal knows: one record each, found by the entry points ``wpcal.controllers``.
+
+To add a controller, make one folder and one entry-point line. The folder holds `write.py` and, where wpcal can do more,
+`read.py` (taught points) and `sync.py` (two robots in step). Its `__init__.py` holds the `Controller`:
+
+.. code-block:: toml
+
+    [project.entry-points."wpcal.controllers"]
+    rapid = "wpcal.controllers.abb:RAPID"
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import Any
 
 from wpcal.controllers.program import WeldProgram
+from wpcal.controllers.sync_program import DualProgram
 from wpcal.core.errors import InputError
+from wpcal.taught.programs import ProgramReader
 
-ENTRY_POINT_GROUP = "wpcal.exporters"
+CONTROLLERS = "wpcal.controllers"
+"""The entry-point group."""
 
 
 @dataclass(frozen=True, slots=True)
-class Exporter:
-    """One format.
+class Controller:
+    """What wpcal can do in the language of one controller.
+
+    Functions are given as ``package.module:name`` and imported when they are first used: the record of a controller
+    costs nothing until a program is written or read.
 
     Parameters
     ----------
     name : str
-        As given to ``--format``.
+        The format's name in `wpcal export`; the same as the name of the entry point.
     title : str
-        One line for people: the controller and the files.
-    write : callable
-        From a `WeldProgram` to file names and their contents (text is written as UTF-8). It checks every limit of its
-        format and raises `InputError` before it returns anything.
-    """
-
-    name: str
-    title: str
-    write: Callable[[WeldProgram], Mapping[str, str | bytes]]
-
-
-def exporter_names() -> tuple[str, ...]:
-    """Return the names of the formats that are installed, sorted."""
-    return tuple(sorted(entry_points(group=ENTRY_POINT_GROUP).names))
-
-
-def exporter_named(name: str) -> Exporter:
-    """Load one format.
+        One line for people: the controller, and the files that are written.
+    writer : str
+        A function from `WeldProgram` to file names and contents (text is written as UTF-8). It checks every limit of
+        the language and raises `InputError` before it returns.
+    suffixes : tuple of str
+        Suffixes of the files that `reader` reads: lower case, with the dot.
+    reader : str, optional
+        A `wpcal.taught.programs.ProgramReader`.
+    sync_writer : str, optional
+        A function from `DualProgram` to file names and contents.
 
     Raises
     ------
     InputError
-        When there is none of that name (with the known ones), or what is registered is no `Exporter`.
+        When there are suffixes without a reader, a reader without suffixes, or a suffix is not ``.lowercase``.
     """
-    found = entry_points(group=ENTRY_POINT_GROUP, name=name)
+
+    name: str
+    title: str
+    writer: str
+    suffixes: tuple[str, ...] = ()
+    reader: str | None = None
+    sync_writer: str | None = None
+
+    def __post_init__(self) -> None:
+        if (self.reader is None) != (not self.suffixes):
+            raise InputError(f"controller {self.name!r}: a reader needs suffixes, and suffixes need a reader")
+        for suffix in self.suffixes:
+            if not suffix.startswith(".") or suffix != suffix.lower():
+                raise InputError(f"controller {self.name!r}: expected a suffix as .abc, lower case, got {suffix!r}")
+
+    def write(self, program: WeldProgram) -> Mapping[str, str | bytes]:
+        """Return the files of a weld program: names and contents.
+
+        Raises
+        ------
+        InputError
+            When the language cannot hold the program.
+        """
+        write: Callable[[WeldProgram], Mapping[str, str | bytes]] = self._load(self.writer)
+        return write(program)
+
+    def write_sync(self, program: DualProgram) -> Mapping[str, str]:
+        """Return the files of a program of two robots: names and contents.
+
+        Raises
+        ------
+        InputError
+            When the controller has no such programs, or cannot hold this one.
+        """
+        if self.sync_writer is None:
+            raise InputError(f"{self.name} has no programs of two robots")
+        write: Callable[[DualProgram], Mapping[str, str]] = self._load(self.sync_writer)
+        return write(program)
+
+    def load_reader(self) -> ProgramReader:
+        """Return what reads the taught points of this controller's files.
+
+        Raises
+        ------
+        InputError
+            When the controller has no reader.
+        """
+        if self.reader is None:
+            raise InputError(f"{self.name}: taught points cannot be read from files of this controller")
+        reader = self._load(self.reader)
+        if not isinstance(reader, ProgramReader):
+            raise InputError(f"controller {self.name!r}: {self.reader} is not a wpcal.taught.ProgramReader")
+        return reader
+
+    def _load(self, reference: str) -> Any:
+        try:
+            return resolve_name(reference)
+        except (ImportError, AttributeError, ValueError) as error:
+            raise InputError(f"controller {self.name!r}: {reference} cannot be loaded: {error}") from None
+
+
+def controller_names() -> tuple[str, ...]:
+    """Return the names of the installed controllers, sorted."""
+    return tuple(sorted(entry_points(group=CONTROLLERS).names))
+
+
+def controllers() -> tuple[Controller, ...]:
+    """Return the installed controllers, sorted by name.
+
+    Raises
+    ------
+    InputError
+        When an entry point is not a `Controller` of that name.
+    """
+    return tuple(_record(entry) for entry in sorted(entry_points(group=CONTROLLERS), key=lambda entry: entry.name))
+
+
+def controller_named(name: str) -> Controller:
+    """Return one controller.
+
+    Raises
+    ------
+    InputError
+        When no controller has this name, with the known names.
+    """
+    found = entry_points(group=CONTROLLERS, name=name)
     if not found:
-        raise InputError(f"unknown format {name!r}; known: {', '.join(exporter_names())}")
-    exporter = next(iter(found)).load()
-    if not isinstance(exporter, Exporter):
-        raise InputError(f"format {name!r}: the entry point {next(iter(found)).value} is no wpcal.controllers.Exporter")
-    return exporter
+        raise InputError(f"unknown controller {name!r}; known: {', '.join(controller_names())}")
+    return _record(next(iter(found)))
+
+
+def controller_of_file(path: Path) -> Controller | None:
+    """Return the controller whose taught points a file holds, by its suffix; None when no controller claims it.
+
+    Raises
+    ------
+    InputError
+        When two controllers claim the suffix.
+    """
+    suffix = path.suffix.lower()
+    claims = [controller for controller in controllers() if suffix in controller.suffixes]
+    if len(claims) > 1:
+        raise InputError(f"{path}: {suffix} files are claimed by {' and '.join(claim.name for claim in claims)}")
+    return claims[0] if claims else None
+
+
+def _record(entry: EntryPoint) -> Controller:
+    try:
+        record = entry.load()
+    except (ImportError, AttributeError) as error:
+        raise InputError(f"controller {entry.name!r}: {entry.value} cannot be loaded: {error}") from None
+    if not isinstance(record, Controller) or record.name != entry.name:
+        raise InputError(f"controller {entry.name!r}: {entry.value} is not a wpcal.controllers.Controller of this name")
+    return record

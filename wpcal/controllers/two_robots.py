@@ -1,27 +1,19 @@
-"""From a run of both robots to their programs, in every language that can hold them."""
+"""From a run of two robots to their programs, for every controller that can hold them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Sequence
 
 import numpy as np
 
 from wpcal import __version__
-from wpcal.controllers.abb.sync import write_dual_rapid
 from wpcal.controllers.program import ControllerSettings
+from wpcal.controllers.registry import controller_named, controllers
 from wpcal.controllers.sync_program import DualProgram
-from wpcal.controllers.yaskawa.sync import write_dual_inform
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.robot_cell import RobotCell
-from wpcal.planning.plan.output import freedom_of
-from wpcal.planning.plan.plan import Freedom
+from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.run import CellRun
-
-DUAL_WRITERS: Mapping[str, Callable[[DualProgram], dict[str, str]]] = {
-    "inform": write_dual_inform,
-    "rapid": write_dual_rapid,
-}
-"""Languages of programs for two robots, by name."""
 
 
 def dual_program(run: CellRun, cell: RobotCell, *, controller: ControllerSettings | None = None) -> DualProgram:
@@ -32,15 +24,15 @@ def dual_program(run: CellRun, cell: RobotCell, *, controller: ControllerSetting
     run : CellRun
     cell : RobotCell
     controller : ControllerSettings, optional
-        Without it the program is called after the seam, so that those of several seams can be loaded together.
+        By default the program is named after the seam, so that programs of several seams can be loaded together.
 
     Raises
     ------
     InputError
-        When the run was checked and is not free: a program that is known to collide is not written.
+        When the run was checked and is not free: wpcal never writes a program that is known to collide.
     """
-    freedom = freedom_of(run)
-    if freedom is Freedom.NOT_FREE and run.check is not None:
+    freedom = run.verdict
+    if freedom is CollisionVerdict.NOT_FREE and run.check is not None:
         raise InputError(
             f"seam {run.plan.seam}: no program is written for a path that is not free: {run.check.describe()}"
         )
@@ -57,25 +49,38 @@ def dual_program(run: CellRun, cell: RobotCell, *, controller: ControllerSetting
     )
 
 
-def write_programs(program: DualProgram, languages: tuple[str, ...] = tuple(sorted(DUAL_WRITERS))) -> dict[str, str]:
-    """Return the files of a program in some languages, by name.
+def sync_languages() -> tuple[str, ...]:
+    """Return the names of the controllers that can hold programs of two robots."""
+    return tuple(controller.name for controller in controllers() if controller.sync_writer is not None)
+
+
+def write_programs(program: DualProgram, languages: Sequence[str] | None = None) -> dict[str, str]:
+    """Return the files of a program: names and contents.
+
+    Parameters
+    ----------
+    program : DualProgram
+    languages : sequence of str, optional
+        Names of controllers; all of `sync_languages` if not given.
 
     Raises
     ------
     InputError
-        When a language is not known, or the program is beyond what a language can hold.
+        When a language is not known, or cannot hold the program.
     """
-    unknown = [name for name in languages if name not in DUAL_WRITERS]
+    known = sync_languages()
+    chosen = known if languages is None else languages
+    unknown = [name for name in chosen if name not in known]
     if unknown:
-        raise InputError(f"programs of two robots: unknown language {unknown[0]!r}; known: {', '.join(DUAL_WRITERS)}")
-    return {file: text for name in languages for file, text in DUAL_WRITERS[name](program).items()}
+        raise InputError(f"programs of two robots: unknown language {unknown[0]!r}; known: {', '.join(known)}")
+    return {file: text for name in chosen for file, text in controller_named(name).write_sync(program).items()}
 
 
 def possible_programs(program: DualProgram) -> tuple[dict[str, str], list[str]]:
-    """Return the files of all languages that can hold a program, and why the others cannot."""
+    """Return the files in all languages that can hold a program, and why the other languages cannot."""
     files: dict[str, str] = {}
     refusals: list[str] = []
-    for name in sorted(DUAL_WRITERS):
+    for name in sync_languages():
         try:
             files |= write_programs(program, (name,))
         except InputError as error:

@@ -33,6 +33,14 @@ class ErrorCode(StrEnum):
     """An output file or folder already exists; the caller must allow overwriting."""
     USER_FRAME_MISSING = "user-frame-missing"
     """A program does not contain the values of its user frame; the caller must give them."""
+    TOOL_MISSING = "tool-missing"
+    """A position is that of the flange or of the joints; the caller must give the tool."""
+    ARM_MISSING = "arm-missing"
+    """A position is stored as joint values; the caller must give the arm and the tool."""
+    POINT_UNUSABLE = "point-unusable"
+    """A program stores a point without a usable position; the caller can name the points to read."""
+    NOMINAL_MISSING = "nominal-missing"
+    """The nominal place of the part would resolve this; the caller must give it."""
 
 
 class WpcalError(Exception):

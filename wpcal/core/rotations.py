@@ -161,3 +161,13 @@ def cross_matrix(v: ArrayLike) -> FloatArray:
     K[..., 1, 0], K[..., 1, 2] = a[..., 2], -a[..., 0]
     K[..., 2, 0], K[..., 2, 1] = -a[..., 1], a[..., 0]
     return K
+
+
+def cube_rotations() -> FloatArray:
+    """Return the 24 rotations of a cube, shape (24, 3, 3): no rotation is further than 62.8° from one of them."""
+    half = np.sqrt(0.5)
+    quarter = [
+        [half * (k == i) + half * (k == j) * s for k in range(4)] for i in range(4) for j in range(i) for s in (1, -1)
+    ]
+    third = [[a, b, c, 0.5] for a in (-0.5, 0.5) for b in (-0.5, 0.5) for c in (-0.5, 0.5)]
+    return rotation_from_quaternion(np.array([*np.eye(4), *quarter, *third]))

@@ -14,8 +14,8 @@ from typing import Any
 
 from wpcal.controllers.naming import NameRules, safe_name
 from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
-from wpcal.controllers.registry import Exporter
 from wpcal.core.records import to_json
+from wpcal.formats.registry import Exporter
 
 NAMES = NameRules("COMPAS", 60)
 """The name of the file; COMPAS itself sets no such limit."""

@@ -15,9 +15,9 @@ import numpy as np
 
 from wpcal.controllers.naming import NameRules, safe_name
 from wpcal.controllers.program import WeldPath, WeldProgram, describe
-from wpcal.controllers.registry import Exporter
 from wpcal.core.records import to_json
 from wpcal.core.rotations import quaternion_from_rotation
+from wpcal.formats.registry import Exporter
 from wpcal.results.schemas import schema_file, schema_text
 
 NAMES = NameRules("plain text", 60)

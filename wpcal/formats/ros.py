@@ -14,10 +14,10 @@ import json
 
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
 from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
-from wpcal.controllers.registry import Exporter
 from wpcal.controllers.rounding import rounded
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation
+from wpcal.formats.registry import Exporter
 
 NAMES = NameRules("ROS", 60)
 """Names of files here; ROS itself sets no such limit."""

@@ -15,9 +15,9 @@ import numpy as np
 
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name
 from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
-from wpcal.controllers.registry import Exporter
 from wpcal.controllers.rounding import rounded
 from wpcal.core.rotations import quaternion_from_rotation
+from wpcal.formats.registry import Exporter
 
 NAMES = NameRules(
     "Python",

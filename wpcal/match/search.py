@@ -21,8 +21,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 from scipy.special import chdtri
 
+from wpcal.calibrate.points.covariance import isotropic_covariance
 from wpcal.calibrate.points.least_squares import kabsch
-from wpcal.calibrate.uncertainty import isotropic_covariance
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray, as_points, frozen
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress

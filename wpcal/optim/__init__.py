@@ -5,6 +5,7 @@ from wpcal.optim.annealing import (
     AnnealingSchedule,
     AnnealingTrace,
     Neighbourhood,
+    StateVariables,
     StopReason,
     anneal,
 )
@@ -18,6 +19,7 @@ __all__ = [
     "GeneticOptions",
     "GeneticResult",
     "Neighbourhood",
+    "StateVariables",
     "StopReason",
     "TabuOptions",
     "TabuResult",

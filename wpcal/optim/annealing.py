@@ -42,6 +42,16 @@ class Neighbourhood(Enum):
     """By a factor, and only while few moves are accepted: a wide box stays as long as it is of use."""
 
 
+class StateVariables(Enum):
+    """Which six variables of a rigid motion make a state. The solver does not read this; the cost's author does."""
+
+    ABOUT_CENTROID = "about_centroid"
+    """The rotation about the centroid of the points and the shift of the centroid: a small angle is a small motion."""
+
+    ABOUT_ORIGIN = "about_origin"
+    """The six-tuple of Yin 2003: rotation and translation about the origin of the base, from the nominal place."""
+
+
 class StopReason(Enum):
     """Why a run ended."""
 
@@ -82,6 +92,10 @@ class AnnealingSchedule:
         ``ACCEPTANCE`` shrinks K while a smaller share of the moves is accepted.
     redraw : bool
         Redraw the chains between temperatures in proportion to exp(-f / t).
+    variables : StateVariables
+        What a state of a rigid motion consists of.
+    name : str
+        What reports call the schedule.
     """
 
     # Found by trial on the paper's table and five random parts: fewer chains or a faster cooling leave some seeds in a
@@ -102,6 +116,8 @@ class AnnealingSchedule:
     step_change: float = 0.55
     target_acceptance: float = 0.3
     redraw: bool = True
+    variables: StateVariables = StateVariables.ABOUT_CENTROID
+    name: str = "custom"
 
     def __post_init__(self) -> None:
         counts = ("chains", "samples", "least_moves", "most_moves", "most_acceptances", "most_temperatures")
@@ -115,6 +131,11 @@ class AnnealingSchedule:
             raise InputError("annealing schedule: a least count is larger than its greatest")
         if not 0 < self.least_step <= self.first_step:
             raise InputError("annealing schedule: expected 0 < least_step <= first_step")
+
+    @classmethod
+    def default(cls) -> AnnealingSchedule:
+        """Return the default values under the name ``default``."""
+        return cls(name="default")
 
     @classmethod
     def yin2003(cls) -> AnnealingSchedule:
@@ -140,6 +161,8 @@ class AnnealingSchedule:
             least_step=0.0002,  # K falls while it is above 0.03: 1.00, 0.98, … 0.04, 0.02
             step_change=0.0002,
             redraw=False,
+            variables=StateVariables.ABOUT_ORIGIN,
+            name="yin2003",
         )
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
@@ -115,6 +116,18 @@ class SeamFrames:
 
     def __len__(self) -> int:
         return len(self.s_mm)
+
+    @property
+    def matrices(self) -> FloatArray:
+        """Homogeneous matrices, shape (n, 4, 4), mm: each carries points of the seam's frame to `frame`."""
+        matrices = np.zeros((len(self), 4, 4))
+        matrices[:, :3, :3], matrices[:, :3, 3], matrices[:, 3, 3] = self.R, self.p, 1.0
+        return matrices
+
+    @property
+    def rotations(self) -> Rotation:
+        """The n rotations for SciPy, which converts them to any other form; each carries the seam's axes to `frame`."""
+        return Rotation.from_matrix(self.R)
 
     def rows(self, first: int, end: int) -> SeamFrames:
         """Return the frames from `first` to before `end`."""

@@ -1,9 +1,9 @@
-"""What a controller's file says of taught points, before it is known where its frames stand."""
+"""What the programs of all controllers have in common: stored points, in the frames that a file names."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,11 +11,13 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
+from wpcal.features.reference import ReferenceFeature
+from wpcal.taught.table import TaughtPoints
 
 LEAST_JOINTS = 4
-"""Arms that weld have six joints, palletising arms four; fewer numbers are a line that was cut."""
+"""Welding arms have six joints, palletising arms four. With fewer numbers, the line was cut."""
 BASE = "base"
-"""Label of the frame that is the robot's base itself."""
+"""Name of the user frame that is the robot's base itself."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,7 +27,7 @@ class JointValues:
     Parameters
     ----------
     values : ndarray, shape (n,)
-        Shown angles, deg, or encoder pulses.
+        Angles as shown on the pendant, deg, or encoder pulses.
     in_pulses : bool
     """
 
@@ -43,17 +45,17 @@ class ProgramPoint:
     line : int
         In the file, counted from 1.
     p_mm : ndarray, shape (3,)
-        Of the tool centre point in `frame`, mm; NaN where `fault` says why there is none.
+        The tool centre point in `frame`, mm; NaN if there is a `fault`.
     R : ndarray, shape (3, 3)
-        Axes of the tool in `frame`.
+        The axes of the tool, as columns, in `frame`.
     frame : str or None
-        Name or number of the user frame, `BASE`, or None where the file does not say.
+        Name or number of the user frame, or `BASE`; None if the file does not say.
     at_flange : bool
-        Recorded without a tool: the position is the flange's.
+        Recorded without a tool: the position is that of the flange.
     fault : str or None
-        Why the position cannot be used as it is: joint angles, pulses.
+        Why the position cannot be used as it is, for example because it is stored as joint angles.
     joints : JointValues or None
-        The shown angles or pulses, where the file holds these instead of coordinates.
+        Joint values, if the file holds these instead of coordinates.
     """
 
     name: str
@@ -68,7 +70,7 @@ class ProgramPoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProgramPoints:
-    """The positions of a file and the values of user frames that it carries.
+    """The positions in a file, and the user frames whose values it contains.
 
     Parameters
     ----------
@@ -82,33 +84,49 @@ class ProgramPoints:
 
 
 @dataclass(frozen=True, slots=True)
-class ProgramLanguage:
-    """A language whose files hold taught points.
+class ProgramReader:
+    """How taught points are read from the files of one controller.
 
     Parameters
     ----------
-    title : str
     read : callable
-        From text and path to `ProgramPoints`; raises `FormatError`.
-    pose : callable
-        From numbers in the order of the pendant to ``T_base_frame``; raises `InputError`.
-    pose_words : str
-        That order, for messages.
+        From a file's text and its path (for messages) to `ProgramPoints`. It raises `FormatError`.
+    frame_of_pendant : callable
+        From the numbers of a user frame, in the pendant's order, to ``T_base_frame``. It raises `InputError`.
+    pendant_order : str
+        That order for messages, for example ``X,Y,Z,A,B,C``.
     """
 
-    title: str
     read: Callable[[str, str], ProgramPoints]
-    pose: Callable[[Sequence[float]], RigidTransform]
-    pose_words: str
+    frame_of_pendant: Callable[[Sequence[float]], RigidTransform]
+    pendant_order: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TaughtProgram:
+    """A program as read, in the frames that it names.
+
+    Parameters
+    ----------
+    path : str
+        The file, for messages.
+    reader : ProgramReader
+        Of the controller that wrote the file.
+    found : ProgramPoints
+    """
+
+    path: str
+    reader: ProgramReader
+    found: ProgramPoints
 
 
 def unusable_point(name: str, line: int, fault: str, joints: JointValues | None = None) -> ProgramPoint:
-    """Return a point that the file holds in a form without coordinates."""
+    """Return a point that the file stores without usable coordinates, with the reason."""
     return ProgramPoint(name, line, np.full(3, np.nan), np.eye(3), fault=fault, joints=joints)
 
 
 def joint_values(values: Sequence[object], *, in_pulses: bool = False) -> JointValues | None:
-    """Return joint values; None where something else than finite numbers stands there (asterisks, a joint missing)."""
+    """Return joint values; None unless all are finite numbers (a file can hold asterisks or lack a joint)."""
     try:
         found = np.array([float(str(value)) for value in values])
     except ValueError:
@@ -128,3 +146,21 @@ def frame_from_xyz_angles(values: Sequence[float]) -> RigidTransform:
         raise InputError(f"expected 6 numbers, got {len(values)}")
     alpha, beta, gamma = np.radians(values[3:])
     return RigidTransform(rotation_from_zyx(alpha, beta, gamma), np.asarray(values[:3]), "base", "frame")
+
+
+def names_as_features(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> TaughtPoints:
+    """Keep the names of a program's points as features where the part has such a feature, and clear the others.
+
+    Controllers number their points (``P1``, ``C00003``), and only some controllers let a person name them. A name says
+    nothing if the part does not have it, or has it for a plane or an axis. Points of a table are returned as they are.
+
+    Parameters
+    ----------
+    taught : TaughtPoints
+    features : sequence of ReferenceFeature
+        Of the part.
+    """
+    if not taught.is_from_program:
+        return taught
+    known = {feature.name.lower() for feature in features if feature.kind.is_point}
+    return replace(taught, features=tuple(name if name.lower() in known else "" for name in taught.features))

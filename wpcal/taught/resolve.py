@@ -11,29 +11,24 @@ from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.nearest_on_edges import project_to_edges
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
-from wpcal.calibrate.touches.freedoms import NamedAxis
 from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
-from wpcal.calibrate.touches.touches import Touches
+from wpcal.calibrate.touches.touches import NamedAxis, Touches
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.core.errors import FormatError, InputError
+from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.features.reference import FeatureKind, ReferenceFeature, feature_named
-from wpcal.taught.table import TaughtPoints, TouchKind
+from wpcal.taught.columns import MODEL_COLUMNS
+from wpcal.taught.kinds import TouchKind
+from wpcal.taught.table import TaughtPoints
 
 ON_SURFACE_MM = 1e-3
-"""A feature lies on a surface when it is this near: the rounding by which features are named."""
-ALIKE = 1e-3
-"""Directions and diameters agree within this."""
-AS_NEAR_MM = 0.5
-"""A model point whose second nearest face is less than this further away could mean either."""
-
-SURFACES = {
-    TouchKind.PLANE: (SurfaceKind.PLANE,),
-    TouchKind.HOLE: (SurfaceKind.CYLINDER,),
-    TouchKind.CYLINDER: (SurfaceKind.CYLINDER,),
-    TouchKind.SPHERE: (SurfaceKind.SPHERE,),
-    TouchKind.SURFACE: tuple(kind for kind in SurfaceKind if kind is not SurfaceKind.NONE),
-}
+"""A feature lies on a surface if it is this near: features are named after rounding to this."""
+SAME_SIZE_MM = 1e-3
+"""Radii of a feature and of a face agree within this: files are written with three decimals."""
+SAME_DIRECTION = 1.0 - 1e-3
+"""Least cosine between directions that are the same: 2.6 degrees, far less than between two faces of a corner."""
+AMBIGUOUS_MM = 0.5
+"""If the second nearest face is less than this further away than the nearest, a model point could mean either."""
 
 
 def touches_of(
@@ -56,7 +51,7 @@ def touches_of(
     use : str
         The rows to take: ``yes`` or ``check``.
     T_nominal_part : RigidTransform, optional
-        Where the cell's model has the part: for rows that name neither a feature nor a model point.
+        The part in the model of the cell, for rows that name neither a feature nor a model point.
 
     Returns
     -------
@@ -65,8 +60,8 @@ def touches_of(
     Raises
     ------
     FormatError
-        Naming file and line: when a feature is unknown or has no such face, a model point is as near to two faces, or a
-        row says nothing and no nominal place is given.
+        With file and line: when a feature is unknown or has no such face, when a model point is equally near to two
+        faces, or when a row names nothing and `T_nominal_part` is not given.
     """
     rows = [i for i, word in enumerate(taught.use) if word == use]
     finder = _Finder(taught, trimmed, features, T_nominal_part)
@@ -90,7 +85,7 @@ def touches_of(
 
 
 def named_axes(features: Sequence[ReferenceFeature]) -> tuple[NamedAxis, ...]:
-    """Return the axes of holes and rims, by which a free turn is spoken of."""
+    """Return the axes of holes and rims: they name the rotations that touches leave free."""
     kinds = (FeatureKind.HOLE, FeatureKind.CIRCLE)
     ordered = sorted((f for f in features if f.kind in kinds), key=lambda f: kinds.index(f.kind))
     return tuple(NamedAxis(f.name, f.p_mm, f.direction) for f in ordered if f.direction is not None)
@@ -117,19 +112,19 @@ class _Finder:
         """Return kind, index and point of a row's target."""
         kind, nowhere = self.taught.kind_of(row), np.full(3, np.nan)
         feature = self._feature(row)
-        if kind is TouchKind.POINT:
-            point = self._model_point(row) if feature is None else feature.p_mm
-            return TargetKind.POINT, -1, point
-        if kind is TouchKind.EDGE:
-            return TargetKind.EDGE, self._edge(row, feature), nowhere
-        return TargetKind.FACE, self._face(row, kind, feature), nowhere
+        if kind.target is TargetKind.POINT:
+            return kind.target, -1, self._model_point(row) if feature is None else feature.p_mm
+        if kind.target is TargetKind.EDGE:
+            return kind.target, self._edge(row, feature), nowhere
+        return kind.target, self._face(row, kind, feature), nowhere
 
     def words(self, row: int, index: int) -> str:
-        """Say what a row lies on: by the feature's name, or the solid of its face."""
+        """Say what a row lies on: the name of its feature, or the solid of its face or edge."""
         kind, name = self.taught.kind_of(row), self.taught.features[row]
-        if name or kind is TouchKind.POINT:
+        if name or kind.target is TargetKind.POINT:
             return f"{kind.value} {name}".strip()
-        solid = self.graph.edge_solid[index] if kind is TouchKind.EDGE else self.graph.face_solid[index]
+        solids = self.graph.edge_solid if kind.target is TargetKind.EDGE else self.graph.face_solid
+        solid = solids[index]
         return f"{kind.value} of {self.graph.solid_names[solid]}"
 
     def _feature(self, row: int) -> ReferenceFeature | None:
@@ -145,21 +140,19 @@ class _Finder:
         point = np.asarray(self.taught.p_part[row])
         if not np.isnan(point).any():
             return point
-        if self.taught.kind_of(row) is TouchKind.POINT:
+        if self.taught.kind_of(row).target is TargetKind.POINT:
             raise self._fault(row, "a point among touches needs its feature or its model point", "feature")
         if self.to_part is None:
+            what = f"names no feature and no model point ({', '.join(MODEL_COLUMNS)}); to find the face without them, "
             raise self._fault(
-                row,
-                "names no feature and no model point (model_x_mm, model_y_mm, model_z_mm); with --nominal the face is "
-                "found",
-                "feature",
+                row, f"{what}give the nominal place of the part", "feature", code=ErrorCode.NOMINAL_MISSING
             )
         return np.asarray(self.to_part.apply(self.taught.p_base[row][None])[0])
 
     def _face(self, row: int, kind: TouchKind, feature: ReferenceFeature | None) -> int:
-        faces = np.flatnonzero(np.isin(self.graph.face_kind, SURFACES[kind]))
-        if kind is TouchKind.HOLE:
-            faces = faces[self.graph.face_outward[faces] < 0]  # a hole's wall looks at its axis
+        faces = np.flatnonzero(np.isin(self.graph.face_kind, kind.surfaces))
+        if kind.is_inside:
+            faces = faces[self.graph.face_outward[faces] < 0]  # the wall of a hole faces its axis
         if feature is not None:
             faces = faces[self._carries(faces, feature)]
             if len(faces) == 0:
@@ -175,25 +168,27 @@ class _Finder:
         distance = np.linalg.norm(foot.p - at, axis=1)
         distance[~inside] = self.trimmed.boundary_distance(faces[~inside], at[~inside])
         best = int(np.argmin(distance))
-        rivals = np.flatnonzero(distance < distance[best] + AS_NEAR_MM)
+        rivals = np.flatnonzero(distance < distance[best] + AMBIGUOUS_MM)
         if not self._same_surface(faces[rivals], foot.p[best], foot.normal[best]).all():
-            raise self._fault(row, "the model point is as near to two faces: give one further from their edge", "kind")
+            raise self._fault(
+                row, "the model point is equally near to two faces: give one further from their edge", "kind"
+            )
         return int(faces[best])
 
     def _within_reach(self, faces: IntArray, point: FloatArray) -> BoolArray:
-        """Tell which faces can be the nearest, by the boxes around them."""
+        """Tell which faces can be the nearest, from their bounding boxes."""
         low, high = (corner[faces] for corner in self.trimmed.face_box)
         least = np.linalg.norm(np.maximum(np.maximum(low - point, point - high), 0.0), axis=1)
         most = np.linalg.norm(np.maximum(np.abs(point - low), np.abs(point - high)), axis=1)
-        return np.asarray(least <= most.min() + AS_NEAR_MM, dtype=bool)
+        return np.asarray(least <= most.min() + AMBIGUOUS_MM, dtype=bool)
 
     def _same_surface(self, faces: IntArray, p: FloatArray, normal: FloatArray) -> BoolArray:
         foot = project_to_faces(self.graph, faces, np.tile(p, (len(faces), 1)))
         near = np.linalg.norm(foot.p - p, axis=1) <= ON_SURFACE_MM
-        return np.asarray(near & (foot.normal @ normal >= 1.0 - ALIKE), dtype=bool)
+        return np.asarray(near & (foot.normal @ normal >= SAME_DIRECTION), dtype=bool)
 
     def _carries(self, faces: IntArray, feature: ReferenceFeature) -> BoolArray:
-        """Tell which faces are a feature's: a plane through it, a wall about its axis, a ball about its centre."""
+        """Tell which faces a feature has: a plane through it, a wall about its axis, a sphere about its centre."""
         graph, p = self.graph, feature.p_mm
         kind, frame, size = graph.face_kind[faces], graph.face_frame[faces], graph.face_param[faces, 0]
         arm, axis = p - frame[:, 0], frame[:, 3]
@@ -201,9 +196,9 @@ class _Finder:
         off = np.linalg.norm(arm - height[:, None] * axis, axis=1)
         along = np.ones(len(faces), dtype=bool)
         if feature.direction is not None:
-            along = np.abs(axis @ feature.direction) >= 1.0 - ALIKE
+            along = np.abs(axis @ feature.direction) >= SAME_DIRECTION
         radius = size if feature.diameter_mm is None else feature.diameter_mm / 2
-        sized = np.abs(size - radius) <= ALIKE
+        sized = np.abs(size - radius) <= SAME_SIZE_MM
         solid = np.array([graph.solid_names[s] == feature.solid for s in graph.face_solid[faces]])
         plane = (kind == SurfaceKind.PLANE) & (np.abs(height) <= ON_SURFACE_MM) & along
         wall = (kind == SurfaceKind.CYLINDER) & (off <= ON_SURFACE_MM) & along & sized
@@ -217,18 +212,18 @@ class _Finder:
         edge = np.searchsorted(start, pieces, side="right") - 1
         distance = distance_to_segments(np.tile(point, (len(pieces), 1)), samples[pieces], samples[pieces + 1])
         best = int(np.argmin(distance))
-        rivals = np.unique(edge[distance < distance[best] + AS_NEAR_MM])
+        rivals = np.unique(edge[distance < distance[best] + AMBIGUOUS_MM])
         p, tangent = project_to_edges(self.graph, rivals, np.tile(point, (len(rivals), 1)))
         mine = int(np.flatnonzero(rivals == edge[best])[0])
         near = np.linalg.norm(p - p[mine], axis=1) <= ON_SURFACE_MM
-        if not (near & (np.abs(tangent @ tangent[mine]) >= 1.0 - ALIKE)).all():
+        if not (near & (np.abs(tangent @ tangent[mine]) >= SAME_DIRECTION)).all():
             raise self._fault(
-                row, "the model point is as near to two edges: give one further from their corner", "kind"
+                row, "the model point is equally near to two edges: give one further from their corner", "kind"
             )
         if self.graph.edge_kind[edge[best]] == CurveKind.DEGENERATE:
             raise self._fault(row, "there is no edge to touch", "kind")
         return int(edge[best])
 
-    def _fault(self, row: int, what: str, column: str) -> FormatError:
-        taught = self.taught
-        return FormatError(what, path=taught.path, line=taught.lines[row] if taught.path else None, column=column)
+    def _fault(self, row: int, what: str, column: str, *, code: str | None = None) -> FormatError:
+        line = self.taught.lines[row] if self.taught.path else None
+        return FormatError(what, path=self.taught.path, line=line, column=column, code=code)

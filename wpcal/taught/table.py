@@ -1,10 +1,11 @@
-"""The file of taught points, and which point of the model each of them is."""
+"""Taught points: the table that holds them, and the point of the model that each of them is."""
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from pathlib import Path
 
 import numpy as np
@@ -16,30 +17,8 @@ from wpcal.core.pairs import PointPairs
 from wpcal.core.robot_space import RobotSpace, space_of_table
 from wpcal.core.tables import Table, read_table
 from wpcal.features.reference import ReferenceFeature, point_named
-from wpcal.taught.pairs import covariances_of_table
-
-TAUGHT_COLUMNS = ("x_mm", "y_mm", "z_mm")
-MODEL_COLUMNS = ("model_x_mm", "model_y_mm", "model_z_mm")
-USES = ("yes", "check", "no")
-
-
-class TouchKind(Enum):
-    """What a row of the file was touched on."""
-
-    POINT = "point"
-    """A corner, the centre of a hole: the tip stood at the feature itself."""
-    PLANE = "plane"
-    EDGE = "edge"
-    HOLE = "hole"
-    """On the wall of a hole; three or more touches give its axis."""
-    CYLINDER = "cylinder"
-    SPHERE = "sphere"
-    SURFACE = "surface"
-    """Any face, free-form ones as well."""
-
-
-NO_RADIUS = (TouchKind.POINT, TouchKind.EDGE)
-"""A ball does not sit at a corner or on an edge: where its centre then is depends on the angle of the faces."""
+from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS, USES, covariances_of_table
+from wpcal.taught.kinds import KINDS, TouchKind
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,23 +31,25 @@ class TaughtPoints:
     p_base : ndarray, shape (n, 3)
         As read from the robot, in `base`, mm.
     features : tuple of str, length n
-        Name of the feature that each point is; empty where `p_part` says it.
+        Name of the feature that each point is; empty if the point has model coordinates or its feature is not known.
     p_part : ndarray, shape (n, 3)
-        Model coordinates in `part`, mm; NaN where `features` says it.
+        Model coordinates in `part`, mm; NaN if the point has none.
     use : tuple of str, length n
-        ``yes``: fitted; ``check``: reported against the fit; ``no``: left out.
+        ``yes``: fitted; ``check``: not fitted, tests the fit; ``no``: left out.
     path : str
         The file, for messages.
     lines : tuple of int, length n
         Line of each point in the file.
     space : RobotSpace
-        With which model of the robot the points were computed.
+        The model of the robot with which the points were computed.
     covariances : ndarray, shape (n, 3, 3), or None
         Of the taught points in `base`, mm².
     kinds : tuple of TouchKind, length n, or empty
-        What each was touched on; points alone where empty.
+        What each row was touched on; empty if all rows are points.
     radius_mm : ndarray, shape (n,), or None
-        Of touches on faces: how far the controlled point stood off along the outward normal (radius of the ball).
+        Distance of the controlled point from the touched face along its outward normal, mm: the radius of the ball.
+    is_from_program : bool
+        The names come from a controller's program, which names points in its own way: they need not be features.
     """
 
     names: tuple[str, ...]
@@ -82,18 +63,19 @@ class TaughtPoints:
     covariances: FloatArray | None = None
     kinds: tuple[TouchKind, ...] = ()
     radius_mm: FloatArray | None = None
+    is_from_program: bool = False
 
     @property
     def has_touches(self) -> bool:
-        """Whether a row that is used was touched on an edge or a face."""
+        """Whether any row in use was touched on an edge or a face."""
         return any(k is not TouchKind.POINT and u != "no" for k, u in zip(self.kinds, self.use, strict=False))
 
     def kind_of(self, row: int) -> TouchKind:
-        """What a row was touched on."""
+        """Return what a row was touched on."""
         return self.kinds[row] if self.kinds else TouchKind.POINT
 
     def with_ball(self, radius_mm: float) -> TaughtPoints:
-        """Return the touches with a ball of this radius on every face row that states none.
+        """Return the touches with this radius of the ball for all rows on faces that state none.
 
         Raises
         ------
@@ -101,14 +83,14 @@ class TaughtPoints:
             When the radius is negative.
         """
         if not radius_mm >= 0:
-            raise InputError(f"the radius of a ball is a length that is not negative, got {radius_mm} mm")
+            raise InputError(f"radius of the ball: expected 0 mm or more, got {radius_mm} mm")
         stated = np.full(len(self.names), np.nan) if self.radius_mm is None else self.radius_mm
-        on_face = np.array([self.kind_of(row) not in NO_RADIUS for row in range(len(self.names))])
+        on_face = np.array([self.kind_of(row).takes_radius for row in range(len(self.names))])
         return replace(self, radius_mm=np.where(np.isnan(stated), np.where(on_face, radius_mm, 0.0), stated))
 
     @classmethod
     def of_features(cls, names: Sequence[str], p_base: ArrayLike) -> TaughtPoints:
-        """Return touched features of a part, for scripts that have them in hand.
+        """Return touched features of a part, for scripts that already have them.
 
         Parameters
         ----------
@@ -132,25 +114,33 @@ class TaughtPoints:
 def read_taught(path: Path) -> TaughtPoints:
     """Read ``name,x_mm,y_mm,z_mm[,feature][,model_x_mm,model_y_mm,model_z_mm][,use][,sigma_mm][,robot_space]``.
 
-    In place of ``sigma_mm`` the six columns of a covariance may stand, see
-    `wpcal.taught.pairs.covariances_of_table`. Without the columns `feature` and `model_…` the name is the
-    feature's name. With a column `kind` rows may be touched on edges and faces, `radius_mm` is that of the ball, and
-    each row may name its feature, or a model point near its face, or neither.
+    Six columns of a covariance can replace ``sigma_mm``, see `wpcal.taught.columns.covariances_of_table`. If the file
+    has neither a column `feature` nor the columns `model_…`, each name is the name of a feature. With a column `kind`,
+    rows can be touched on edges and faces: `radius_mm` is the radius of the ball, and a row can name its feature, or
+    give a model point near its face, or neither.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    TaughtPoints
 
     Raises
     ------
     InputError
         When the file cannot be opened.
     FormatError
-        When a column is missing or misspelt, a number is none, a name appears twice or a word of `use` is unknown.
+        When a column is missing or misspelt, a cell is not a number, a name appears twice or a word is unknown.
     FrameError
-        When points of the nominal and of the identified robot stand in one file.
+        When one file holds points of the nominal and of the identified robot.
     """
     return taught_from_table(read_table(path))
 
 
 def taught_from_table(table: Table) -> TaughtPoints:
-    """Return the taught points of a table; columns and errors as in `read_taught`."""
+    """Return the taught points of a table; columns and errors are those of `read_taught`."""
     table.require(("name", *TAUGHT_COLUMNS))
     table.refuse_misspelt(("feature", *MODEL_COLUMNS, "use", "robot_space", "kind", "radius_mm"))
     if any(column in table.columns for column in MODEL_COLUMNS):
@@ -176,20 +166,20 @@ def taught_from_table(table: Table) -> TaughtPoints:
 
 
 def _points_own_names(names: Sequence[str], kinds: Sequence[TouchKind], p_part: FloatArray) -> tuple[str, ...]:
-    """Take the names of points without model coordinates for their features, as in a file without kinds."""
+    """Use the names of points without model coordinates as their features, as in a file without kinds."""
     own = [kind is TouchKind.POINT and bool(np.isnan(p).any()) for kind, p in zip(kinds, p_part, strict=True)]
     return tuple(name if is_own else "" for name, is_own in zip(names, own, strict=True))
 
 
 def _touch_columns(table: Table) -> tuple[tuple[TouchKind, ...], FloatArray]:
-    """Kinds, and radii with NaN where none is stated."""
-    kinds = tuple(TouchKind(word) for word in table.choices("kind", [k.value for k in TouchKind], default="point"))
+    """Return kinds and radii; the radius is NaN where the row states none."""
+    kinds = tuple(KINDS[word] for word in table.choices("kind", tuple(KINDS), default=TouchKind.POINT.value))
     if not table.has("radius_mm"):
         return kinds, np.full(len(kinds), np.nan)
     radius = table.numbers_where_given(["radius_mm"])[:, 0]
     for line, kind, value in zip(table.lines, kinds, radius, strict=True):
-        if value < 0 or (value > 0 and kind in NO_RADIUS):
-            what = f"expected a radius that is not negative, got {value:g}"
+        if value < 0 or (value > 0 and not kind.takes_radius):
+            what = f"expected a radius of 0 mm or more, got {value:g}"
             if value > 0:
                 what = f"a ball has no radius at a {kind.value}; touch it with the wire tip, or touch its faces"
             raise FormatError(what, path=table.path, line=line, column="radius_mm")
@@ -208,14 +198,14 @@ def pair_points(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> t
     Returns
     -------
     pairs : PointPairs
-        The points to fit.
+        The points to fit, mm.
     check : PointPairs or None
-        The points to report against the fit.
+        The points that test the fit.
 
     Raises
     ------
     FormatError
-        When a feature's name is unknown (with the nearest names), or fewer than 3 points are to be fitted.
+        When a feature's name is unknown (with the nearest names), or fewer than 3 points have use ``yes``.
     """
     p_part = np.array(taught.p_part)
     for row, (name, use) in enumerate(zip(taught.features, taught.use, strict=True)):
@@ -245,3 +235,19 @@ def _feature_point(taught: TaughtPoints, features: Sequence[ReferenceFeature], n
         return point_named(features, name)
     except InputError as error:
         raise FormatError(str(error), path=taught.path, line=line) from None
+
+
+def taught_csv(taught: TaughtPoints) -> str:
+    """Return the table that `read_taught` reads: name, coordinates in `base`, feature, and `robot_space` if identified.
+
+    Parameters
+    ----------
+    taught : TaughtPoints
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    space = [] if taught.space is RobotSpace.NOMINAL else [taught.space.value]
+    writer.writerow(("name", *TAUGHT_COLUMNS, "feature", *(["robot_space"] if space else [])))
+    for name, p, feature in zip(taught.names, taught.p_base, taught.features, strict=True):
+        writer.writerow([name, *(f"{v:.6f}" for v in p), feature, *space])
+    return text.getvalue()

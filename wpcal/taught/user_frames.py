@@ -1,65 +1,43 @@
-"""Taught points from a program on the controller: coordinates turned into the robot's base, or said what is missing."""
+"""Points of a controller's program in the robot's base: user frames, tools and joint values."""
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from importlib import import_module
-from pathlib import Path
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import ErrorCode, FormatError, InputError
-from wpcal.core.records import read_bytes
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
-from wpcal.features.reference import ReferenceFeature
 from wpcal.robot.kinematics.arm import Arm
-from wpcal.taught.programs import BASE, JointValues, ProgramLanguage, ProgramPoint, ProgramPoints
+from wpcal.taught.programs import BASE, JointValues, ProgramPoint, TaughtProgram
 from wpcal.taught.table import TaughtPoints
 
-LANGUAGES = {
-    ".mod": "wpcal.controllers.abb.read",
-    ".prg": "wpcal.controllers.abb.read",
-    ".sys": "wpcal.controllers.abb.read",
-    ".dat": "wpcal.controllers.kuka.read",
-    ".ls": "wpcal.controllers.fanuc.read",
-    ".jbi": "wpcal.controllers.yaskawa.read",
-}
-"""Suffix of a file and the module that reads it; the module's `LANGUAGE` is a `ProgramLanguage`."""
 ANY_FRAME = ""
-"""Key of the user frame that holds for every point whose frame is not known otherwise."""
-ENCODING = "latin-1"
-"""Controllers write one byte a character; every byte is a character of Latin-1, and only names can hold such bytes."""
-
-
-def is_program(path: Path) -> bool:
-    """Tell by the suffix whether a file is a controller's program."""
-    return path.suffix.lower() in LANGUAGES
+"""Key of the user frame for all points whose own frame is not known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProgramReading:
-    """Which points of a program are wanted, and how they come into the base.
+    """Which points of a program are read, and what brings them into the base.
 
     Parameters
     ----------
     uframes : mapping of str to (sequence of float or str)
-        User frames by name or number as the program calls them; the key ``""`` holds for every point whose frame is not
-        known otherwise. Values are numbers in the order of that controller's pendant (mm and degrees; RAPID: mm and
-        q1 to q4), ``base``, or the name of a frame that the file carries.
+        User frames by the name or number that the program uses. The key ``""`` is for all points whose frame is not
+        known otherwise. A value is a list of numbers in the order of that controller's pendant (mm and degrees; RAPID:
+        mm and q1 to q4), the word ``base``, or the name of a frame that the file contains.
     tool : sequence of float, optional
         x, y, z of the tool centre point in the flange, mm, for points recorded without a tool.
     arm : Arm, optional
-        For points stored as joint angles or pulses; they need `tool` as well. With an identified arm all points must be
-        of this kind: coordinates in a program were computed with the controller's nominal model.
+        For points stored as joint angles or pulses, which need `tool` as well. With an identified arm, all points must
+        be of this kind: the controller computed coordinates with its own nominal model.
     points : sequence of str, optional
-        Only these.
+        Read only these points.
     """
 
     uframes: Mapping[str, str | Sequence[float]] = field(default_factory=dict)
@@ -68,143 +46,21 @@ class ProgramReading:
     points: Sequence[str] | None = None
 
 
-def read_taught_program(path: Path, reading: ProgramReading | None = None) -> TaughtPoints:
-    """Read the taught points of a program as points in `base`.
-
-    Parameters
-    ----------
-    path : Path
-        RAPID ``.mod``, KRL ``.dat``, FANUC ``.ls`` or INFORM ``.jbi``.
-    reading : ProgramReading, optional
-
-    Returns
-    -------
-    TaughtPoints
-        The name of each point is its feature; all are to be used.
-
-    Raises
-    ------
-    InputError
-        When the file cannot be opened, its suffix is unknown, or what is given is not usable.
-    FormatError
-        When it breaks its format, holds no points or no such points, or does not say in which frame a point stands.
-    """
-    require_program(path)
-    return points_in_base(parse_program(read_bytes(path), path), path, reading or ProgramReading())
-
-
-def parse_program(raw: bytes, path: Path) -> ProgramPoints:
-    """Return what the bytes of a program hold, in the frames that it names; unusable points as well.
-
-    Parameters
-    ----------
-    raw : bytes
-    path : Path
-        Its suffix tells the language; messages name it.
-
-    Raises
-    ------
-    InputError
-        When the suffix is unknown.
-    FormatError
-        When the program breaks its format.
-    """
-    return _language(path).read(raw.decode(ENCODING), str(path))
-
-
-def usable_points(found: ProgramPoints, *, arm: Arm | None = None) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Return the names of the points that have coordinates (or joints, with an arm), and why the others have none."""
-    count = Counter(point.name for point in found.points)
-    faults = {
-        point.name: f"appears {count[point.name]} times" if count[point.name] > 1 else point.fault or ""
-        for point in found.points
-        if count[point.name] > 1 or (point.fault and not (arm is not None and point.joints is not None))
-    }
-    return tuple(name for name in count if name not in faults), faults
-
-
-def points_in_base(found: ProgramPoints, path: Path, reading: ProgramReading) -> TaughtPoints:
-    """Return the points of a program in `base`; errors as in `read_taught_program`.
-
-    Parameters
-    ----------
-    found : ProgramPoints
-        From `parse_program` of the same path.
-    path : Path
-    reading : ProgramReading
-    """
-    language, shown = _language(path), str(path)
-    tool, arm = reading.tool, reading.arm
-    chosen = _chosen(found, reading.points, shown)
-    given = {key: _given_frame(key, value, language, found) for key, value in reading.uframes.items()}
-    if tool is not None and (len(tool) != 3 or not all(math.isfinite(v) for v in tool)):
-        raise InputError(f"tool: expected x, y, z in mm, got {list(tool)}")
-    _require_one_space(chosen, arm, shown)
-    p_base = [
-        _through_arm(point, point.joints, arm, tool, shown)
-        if arm is not None and point.joints is not None
-        else _in_base(point, given, tool, found, language, shown)
-        for point in chosen
-    ]
-    names = tuple(point.name for point in chosen)
-    return TaughtPoints(
-        names,
-        frozen(p_base),
-        names,
-        frozen(np.full((len(names), 3), np.nan)),
-        ("yes",) * len(names),
-        shown,
-        tuple(point.line for point in chosen),
-        RobotSpace.NOMINAL if arm is None else arm.space,
-    )
-
-
-def names_as_features(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> TaughtPoints:
-    """Take the names of a program's points for features where the part has them, and leave the others to be found.
-
-    Controllers number their points (``P1``, ``C00003``), and only some can be named: a name that the part has
-    not, or has for a plane or an axis, says nothing. Points that do not come from a program are returned as they are.
-
-    Parameters
-    ----------
-    taught : TaughtPoints
-    features : sequence of ReferenceFeature
-        Of the part.
-    """
-    if not is_program(Path(taught.path)):
-        return taught
-    known = {feature.name.lower() for feature in features if feature.kind.is_point}
-    return replace(taught, features=tuple(name if name.lower() in known else "" for name in taught.features))
-
-
-def require_program(path: Path) -> None:
-    """Refuse a file that no language claims.
-
-    Raises
-    ------
-    InputError
-        Naming the known suffixes.
-    """
-    if not is_program(path):
-        known = ", ".join(LANGUAGES)
-        raise InputError(f"{path}: unknown kind of program {path.suffix or '(no suffix)'!r}; known: {known}")
-
-
 def parse_uframes(texts: Sequence[str]) -> dict[str, str | Sequence[float]]:
-    """Read ``[NAME=]VALUES``: numbers with commas between them, or a word.
+    """Read user frames that a person typed as ``[NAME=]VALUES``: numbers separated by commas, or a word.
 
     Raises
     ------
     InputError
-        When the same frame is given twice or VALUES is empty.
+        When a frame is given twice or VALUES is empty.
     """
     frames: dict[str, str | Sequence[float]] = {}
     for text in texts:
         name, _, values = text.rpartition("=")
         if not values.strip():
-            raise InputError(f"--uframe: expected [NAME=]VALUES, got {text!r}")
+            raise InputError(f"user frame: expected [NAME=]VALUES, got {text!r}")
         if name.strip() in frames:
-            raise InputError(f"--uframe: {name.strip() or 'the frame without a name'} is given twice")
+            raise InputError(f"user frame: {name.strip() or 'the frame without a name'} is given twice")
         try:
             frames[name.strip()] = [float(value) for value in values.split(",")]
         except ValueError:
@@ -212,129 +68,166 @@ def parse_uframes(texts: Sequence[str]) -> dict[str, str | Sequence[float]]:
     return frames
 
 
-def taught_csv(taught: TaughtPoints) -> str:
-    """Return the table that `wpcal calibrate` reads: name, coordinates in `base`, feature (robot_space)."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    space = [] if taught.space is RobotSpace.NOMINAL else [taught.space.value]
-    writer.writerow(("name", "x_mm", "y_mm", "z_mm", "feature", *(["robot_space"] if space else [])))
-    for name, p, feature in zip(taught.names, taught.p_base, taught.features, strict=True):
-        writer.writerow([name, *(f"{v:.6f}" for v in p), feature, *space])
-    return text.getvalue()
+def usable_points(program: TaughtProgram, *, arm: Arm | None = None) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Return the names of the points that can be used, and why each of the others cannot.
+
+    Parameters
+    ----------
+    program : TaughtProgram
+    arm : Arm, optional
+        Makes joint values usable.
+    """
+    points = program.found.points
+    count = Counter(point.name for point in points)
+    faults = {
+        point.name: f"appears {count[point.name]} times" if count[point.name] > 1 else point.fault or ""
+        for point in points
+        if count[point.name] > 1 or (point.fault and not (arm is not None and point.joints is not None))
+    }
+    return tuple(name for name in count if name not in faults), faults
 
 
-def _language(path: Path) -> ProgramLanguage:
-    require_program(path)
-    language: ProgramLanguage = import_module(LANGUAGES[path.suffix.lower()]).LANGUAGE
-    return language
+def points_in_base(program: TaughtProgram, reading: ProgramReading) -> TaughtPoints:
+    """Return the points of a program in `base`.
+
+    Parameters
+    ----------
+    program : TaughtProgram
+    reading : ProgramReading
+
+    Returns
+    -------
+    TaughtPoints
+        Each point's name is also its feature. All points have use ``yes``.
+
+    Raises
+    ------
+    InputError
+        When `reading` cannot be used.
+    FormatError
+        When the program holds no points or not the points asked for, or a point lacks its user frame (with the code
+        `ErrorCode.USER_FRAME_MISSING`), its tool or its arm.
+    """
+    chosen = _chosen(program, reading.points)
+    places = _Places(program, reading)
+    places.require_one_space(chosen)
+    p_base = frozen([places.in_base(point) for point in chosen])
+    names = tuple(point.name for point in chosen)
+    return TaughtPoints(
+        names,
+        p_base,
+        names,
+        frozen(np.full((len(names), 3), np.nan)),
+        ("yes",) * len(names),
+        program.path,
+        tuple(point.line for point in chosen),
+        RobotSpace.NOMINAL if reading.arm is None else reading.arm.space,
+        is_from_program=True,
+    )
 
 
-def _chosen(found: ProgramPoints, points: Sequence[str] | None, path: str) -> list[ProgramPoint]:
-    if not found.points:
+def _chosen(program: TaughtProgram, names: Sequence[str] | None) -> list[ProgramPoint]:
+    points, path = program.found.points, program.path
+    if not points:
         raise FormatError("holds no stored positions", path=path)
-    seen: dict[str, int] = {}
-    for point in found.points:
-        if point.name in seen and (points is None or point.name in points):
-            what = f"the point {point.name!r} appears twice, first in line {seen[point.name]}"
-            raise FormatError(what, path=path, line=point.line)
-        seen[point.name] = point.line
-    missing = [name for name in points or () if name not in seen]
-    if missing:
-        raise FormatError(f"has no point {', '.join(missing)}; it has {', '.join(seen)}", path=path)
-    return [point for point in found.points if points is None or point.name in points]
-
-
-def _given_frame(
-    key: str, value: str | Sequence[float], language: ProgramLanguage, found: ProgramPoints
-) -> RigidTransform:
-    if isinstance(value, str):
-        if value == BASE:
-            return RigidTransform.identity(target="base", source="frame")
-        if value not in found.frames:
-            carried = ", ".join(found.frames) or "none"
-            raise InputError(f"user frame {value!r}: the file carries no such frame; it carries {carried}")
-        return found.frames[value]
-    try:
-        return language.pose([float(v) for v in value])
-    except InputError as error:
-        what = f"user frame {key or list(value)}: {error}"
-        raise InputError(f"{what}; expected {language.pose_words} as on the pendant") from None
-
-
-def _in_base(
-    point: ProgramPoint,
-    given: Mapping[str, RigidTransform],
-    tool: Sequence[float] | None,
-    found: ProgramPoints,
-    language: ProgramLanguage,
-    path: str,
-) -> FloatArray:
-    if point.fault:
-        what = f"point {point.name}: {point.fault}"
-        what += "" if point.joints is None else "; or give the arm with --robot, and --tool"
-        what += "; or name the points to read with --points"
-        raise FormatError(what, path=path, line=point.line)
-    p = point.p_mm
-    if point.at_flange:
-        if tool is None:
-            what = "was recorded without a tool, so that its position is the flange's; give --tool X,Y,Z"
-            raise FormatError(
-                f"point {point.name}: {what} of the tool centre point in the flange", path=path, line=point.line
-            )
-        p = p + point.R @ np.asarray(tool, dtype=np.float64)
-    return _frame_of(point, given, found, language, path).apply(p)
-
-
-def _require_one_space(points: Sequence[ProgramPoint], arm: Arm | None, path: str) -> None:
-    if arm is None or arm.space is RobotSpace.NOMINAL:
-        return
+    lines: dict[str, int] = {}
     for point in points:
-        if point.joints is None:
-            what = f"point {point.name}: holds coordinates, which the controller computed with its nominal model; "
-            what += f"{arm.name} is an identified arm and needs joint angles or pulses"
+        if point.name in lines and (names is None or point.name in names):
+            what = f"the point {point.name!r} appears twice, first in line {lines[point.name]}"
             raise FormatError(what, path=path, line=point.line)
+        lines[point.name] = point.line
+    missing = [name for name in names or () if name not in lines]
+    if missing:
+        raise FormatError(f"has no point {', '.join(missing)}; it has {', '.join(lines)}", path=path)
+    return [point for point in points if names is None or point.name in names]
 
 
-def _through_arm(
-    point: ProgramPoint, joints: JointValues, arm: Arm, tool: Sequence[float] | None, path: str
-) -> FloatArray:
-    """Return where the tool tip was, by the forward kinematics of the arm."""
-    if tool is None:
-        what = "is stored as joint values; give --tool X,Y,Z of the tool centre point in the flange"
-        raise FormatError(f"point {point.name}: {what}", path=path, line=point.line)
-    try:
-        q = arm.angles_from_pulses(joints.values) if joints.in_pulses else np.deg2rad(joints.values)
-        T = arm.forward(q[None])[0]
-    except (InputError, ValueError) as error:
-        raise FormatError(f"point {point.name}: {error}", path=path, line=point.line) from None
-    if not arm.within_limits(q):
-        what = f"its joint values are beyond the limits of {arm.name}: another arm, or other pulses per degree"
-        raise FormatError(f"point {point.name}: {what}", path=path, line=point.line)
-    return np.asarray(T[:3, :3] @ np.asarray(tool, dtype=np.float64) + T[:3, 3], dtype=np.float64)
+class _Places:
+    """Puts the points of one program into `base`."""
 
+    def __init__(self, program: TaughtProgram, reading: ProgramReading) -> None:
+        self.program, self.arm, self.tool = program, reading.arm, reading.tool
+        self.given = {key: self._given_frame(key, value) for key, value in reading.uframes.items()}
+        if self.tool is not None and (len(self.tool) != 3 or not all(math.isfinite(v) for v in self.tool)):
+            raise InputError(f"tool: expected x, y, z in mm, got {list(self.tool)}")
 
-def _frame_of(
-    point: ProgramPoint,
-    given: Mapping[str, RigidTransform],
-    found: ProgramPoints,
-    language: ProgramLanguage,
-    path: str,
-) -> RigidTransform:
-    """Find ``T_base_frame``: given by its name, base, carried by the file, given for any; in this order."""
-    if point.frame is not None and point.frame in given:
-        return given[point.frame]
-    if point.frame == BASE:
-        return RigidTransform.identity(target="base", source="frame")
-    if point.frame is not None and point.frame in found.frames:
-        return found.frames[point.frame]
-    if ANY_FRAME in given:
-        return given[ANY_FRAME]
-    if point.frame is None:
-        what = f"the file does not say its user frame; give --uframe {language.pose_words} or --uframe base"
-        if found.frames:
-            what += f", or one that the file carries: {', '.join(found.frames)}"
-    else:
-        what = f"stands in user frame {point.frame}, whose values the file does not carry; "
-        what += f"give --uframe {point.frame}={language.pose_words}"
-    code = ErrorCode.USER_FRAME_MISSING
-    raise FormatError(f"point {point.name}: {what}", path=path, line=point.line, code=code)
+    def require_one_space(self, points: Sequence[ProgramPoint]) -> None:
+        """Refuse coordinates among points that an identified arm puts into the base."""
+        if self.arm is None or self.arm.space is RobotSpace.NOMINAL:
+            return
+        for point in points:
+            if point.joints is None:
+                what = "holds coordinates, which the controller computed with its nominal model; "
+                raise self._fault(point, f"{what}{self.arm.name} is an identified arm and needs joint angles or pulses")
+
+    def in_base(self, point: ProgramPoint) -> FloatArray:
+        """Return where the tool centre point was, mm."""
+        if point.joints is not None and self.arm is not None:
+            return self._through_arm(point, point.joints, self.arm)
+        if point.fault and point.joints is not None:
+            what = f"{point.fault}, or give the arm and the tool, or name the points to read"
+            raise self._fault(point, what, code=ErrorCode.ARM_MISSING)
+        if point.fault:
+            raise self._fault(point, f"{point.fault}; name the points to read", code=ErrorCode.POINT_UNUSABLE)
+        p = point.p_mm
+        if point.at_flange:
+            what = "was recorded without a tool, so that its position is the flange's"
+            p = p + point.R @ self._tool_of(point, what)
+        return self._frame_of(point).apply(p)
+
+    def _through_arm(self, point: ProgramPoint, joints: JointValues, arm: Arm) -> FloatArray:
+        """Return the tool centre point by the forward kinematics of the arm."""
+        tool = self._tool_of(point, "is stored as joint values")
+        try:
+            q = arm.angles_from_pulses(joints.values) if joints.in_pulses else np.deg2rad(joints.values)
+            T = arm.forward(q[None])[0]
+        except (InputError, ValueError) as error:
+            raise self._fault(point, str(error)) from None
+        if not arm.within_limits(q):
+            what = f"its joint values are beyond the limits of {arm.name}: another arm, or other pulses per degree"
+            raise self._fault(point, what)
+        return np.asarray(T[:3, :3] @ tool + T[:3, 3], dtype=np.float64)
+
+    def _tool_of(self, point: ProgramPoint, why: str) -> FloatArray:
+        if self.tool is None:
+            what = f"{why}; give the tool: X,Y,Z of the tool centre point in the flange"
+            raise self._fault(point, what, code=ErrorCode.TOOL_MISSING)
+        return np.asarray(self.tool, dtype=np.float64)
+
+    def _frame_of(self, point: ProgramPoint) -> RigidTransform:
+        """Find ``T_base_frame``: given by its name, base, in the file, given for any frame; in this order."""
+        frame, carried = point.frame, self.program.found.frames
+        if frame is not None and frame in self.given:
+            return self.given[frame]
+        if frame == BASE:
+            return RigidTransform.identity(target="base", source="frame")
+        if frame is not None and frame in carried:
+            return carried[frame]
+        if ANY_FRAME in self.given:
+            return self.given[ANY_FRAME]
+        order = self.program.reader.pendant_order
+        if frame is None:
+            what = f"the file does not say its user frame; give it as {order} or as base"
+            what += f", or as one that the file contains: {', '.join(carried)}" if carried else ""
+        else:
+            what = f"is in user frame {frame}, whose values the file does not contain; "
+            what += f"give the user frame as {frame}={order}"
+        raise self._fault(point, what, code=ErrorCode.USER_FRAME_MISSING)
+
+    def _given_frame(self, key: str, value: str | Sequence[float]) -> RigidTransform:
+        reader, carried = self.program.reader, self.program.found.frames
+        if isinstance(value, str):
+            if value == BASE:
+                return RigidTransform.identity(target="base", source="frame")
+            if value not in carried:
+                known = ", ".join(carried) or "none"
+                raise InputError(f"user frame {value!r}: the file contains no such frame; it contains {known}")
+            return carried[value]
+        try:
+            return reader.frame_of_pendant([float(v) for v in value])
+        except InputError as error:
+            what = f"user frame {key or list(value)}: {error}"
+            raise InputError(f"{what}; expected {reader.pendant_order} as on the pendant") from None
+
+    def _fault(self, point: ProgramPoint, what: str, *, code: str | None = None) -> FormatError:
+        return FormatError(f"point {point.name}: {what}", path=self.program.path, line=point.line, code=code)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from wpcal.advise.design import Design, least_swap, spread_rows
-from wpcal.calibrate.uncertainty import error_95, isotropic_covariance
+from wpcal.calibrate.points.covariance import isotropic_covariance
+from wpcal.calibrate.uncertainty import error_95
 from wpcal.core.progress import no_progress
 from wpcal.core.tangent import exp_rotation
 

@@ -80,7 +80,7 @@ def test_one_corner_off_the_plane_leaves_a_quarter_at_all_four_and_no_name():
     pairs = pairs_of(PLATE, off, noise_mm=0.0)
     result = calibrate(pairs)
     assert np.allclose(result.residuals.norms_mm, 0.5, rtol=0, atol=0.001)
-    found = [issue.code for issue in result.warnings]
+    found = [issue.code for issue in result.issues]
     assert "four-coplanar" in found
     assert "blunder" not in found
     assert fit_robust(pairs, sigma_mm=0.1).inlier.all()

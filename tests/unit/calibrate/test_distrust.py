@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wpcal.calibrate import Criterion, calibrate, compare_without
+from wpcal.calibrate import Criterion, PointProblem, calibrate, compare_without
 from wpcal.calibrate.uncertainty import TeachingError
 from wpcal.core import GeometryError, PointPairs
 from wpcal.core.tangent import exp_rotation
@@ -67,14 +67,15 @@ def test_the_record_holds_both_fits():
 
 
 def test_the_angle_between_the_fits_is_that_of_the_turn():
-    pairs = touched()
+    problem = PointProblem(touched(), TeachingError())
     names = ("a", "b")
-    same = compare_without(pairs, (), Criterion.LEAST_SQUARES, teaching=TeachingError(), seam_points=SEAM)
+    same = compare_without(problem, (), Criterion.LEAST_SQUARES, seam_points=SEAM)
     np.testing.assert_allclose((same.turn_rad, same.shift_mm), 0, rtol=0, atol=ROUND_OFF_MM)
-    other = compare_without(pairs, names, Criterion.LEAST_SQUARES, teaching=TeachingError(), seam_points=SEAM)
+    other = compare_without(problem, names, Criterion.LEAST_SQUARES, seam_points=SEAM)
     assert other.turn_rad > 1e-5
 
 
 def test_too_few_left_are_refused():
+    problem = PointProblem(touched(), TeachingError())
     with pytest.raises(GeometryError, match="at least 3"):
-        compare_without(touched(), tuple("abcd"), Criterion.MINIMAX, teaching=TeachingError(), seam_points=SEAM)
+        compare_without(problem, tuple("abcd"), Criterion.MINIMAX, seam_points=SEAM)

@@ -3,8 +3,8 @@ import pytest
 
 from wpcal.calibrate import fit_least_squares, solve_minimax
 from wpcal.calibrate.points.branch_and_bound import bound_cells
-from wpcal.calibrate.points.minimax import cube_rotations
 from wpcal.core import PointPairs
+from wpcal.core.rotations import cube_rotations
 from wpcal.core.tangent import exp_rotation, log_rotation
 
 ROUND_OFF_MM = 1e-9

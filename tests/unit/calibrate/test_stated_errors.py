@@ -5,6 +5,7 @@ import pytest
 
 from wpcal.calibrate import (
     Criterion,
+    PointProblem,
     TeachingError,
     calibrate,
     fit_least_squares,
@@ -12,9 +13,9 @@ from wpcal.calibrate import (
     fit_weighted,
     solve_minimax,
 )
-from wpcal.calibrate.criteria import fit_criterion
+from wpcal.calibrate.points.covariance import isotropic_covariance, propagated_covariance
 from wpcal.calibrate.points.diagnose import find_issues
-from wpcal.calibrate.uncertainty import error_95, isotropic_covariance, propagated_covariance
+from wpcal.calibrate.uncertainty import error_95
 from wpcal.core import PointPairs
 from wpcal.core.tangent import exp_rotation, log_rotation
 
@@ -111,7 +112,7 @@ LINEAR = [(criterion, which) for criterion in (Criterion.LEAST_SQUARES, Criterio
 def test_the_predicted_error_of_unequal_points_holds_95_percent_of_simulated_fits(criterion, which):
     row_mm = UNEQUAL[which]
     exact = pairs_of(np.zeros(BODY.shape), row_mm)
-    predicted = fit_criterion(exact, criterion, teaching=TeachingError()).error_95_mm(SEAM)[0]
+    predicted = PointProblem(exact, TeachingError()).fit(criterion).error_95_mm(SEAM)[0]
     true = SEAM @ R.T + [1000, -200, 300]
     errors = [np.linalg.norm(FITS[criterion](noisy(row_mm, seed)).apply(SEAM) - true) for seed in range(2000)]
     assert 0.92 <= np.mean(np.array(errors) <= predicted) <= 0.98

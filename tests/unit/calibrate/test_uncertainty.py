@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import Criterion, TeachingError, calibrate, fit_least_squares
-from wpcal.calibrate.uncertainty import error_95, isotropic_covariance, minimax_covariance, weighted_covariance
+from wpcal.calibrate.points.covariance import isotropic_covariance, minimax_covariance, weighted_covariance
+from wpcal.calibrate.uncertainty import error_95
 from wpcal.core import InputError, PointPairs
 from wpcal.core.tangent import log_rotation
 from wpcal.study import run_coverage_study
@@ -69,7 +70,7 @@ def test_a_stated_tcp_bias_adds_to_every_point_and_gives_the_advice():
     biased = calibrate(pairs, teaching=TeachingError(sigma_mm=SIGMA_MM, tcp_bias_mm=1.0))
     more = biased.predict_error_mm(BODY) - plain.predict_error_mm(BODY)
     assert np.allclose(more, np.sqrt(2.0), rtol=0, atol=1e-12)
-    assert "posture" in next(issue.message for issue in biased.warnings if issue.code == "tcp-bias")
+    assert "posture" in next(issue.message for issue in biased.issues if issue.code == "tcp-bias")
 
 
 def test_a_bound_is_an_even_spread():

@@ -26,7 +26,7 @@ def test_fit_prints_the_record_of_a_calibration():
     assert [point["name"] for point in record["points"]] == ["1", "2", "3", "4"]
     assert record["solver"]["evaluations"] > 0
     assert len(record["solver"]["trace"]["best_f_mm"]) == record["solver"]["temperatures"]
-    assert {"warnings", "criteria", "versions", "seed", "issues", "verdict"} <= record.keys()
+    assert {"criteria", "versions", "seed", "issues", "verdict"} <= record.keys()
 
 
 def test_the_same_fit_in_two_processes_is_the_same_bytes():

@@ -78,7 +78,7 @@ def test_taught_points_become_a_table(tmp_path, capsys):
     table = tmp_path / "taught.csv"
     code, _, err = call(capsys, "taught", program, "-o", table)
     assert code == 2
-    assert "does not say its user frame" in err
+    assert "does not say its user frame; give it as X,Y,Z,A,B,C or as base (--uframe)" in err
     assert not table.exists()
     assert call(capsys, "taught", program, "--uframe", "100,0,0,90,0,0", "-o", table)[0] == 0
     assert table.read_text() == "name,x_mm,y_mm,z_mm,feature\nXP1,80.000000,10.000000,30.000000,XP1\n"
@@ -89,7 +89,7 @@ def test_taught_points_become_a_table(tmp_path, capsys):
     [
         (["--uframe", "base", "--uframe", "base"], "is given twice"),
         (["--uframe", "3="], "expected [NAME=]VALUES"),
-        (["--uframe", "wobj7"], "the file carries no such frame; it carries none"),
+        (["--uframe", "wobj7"], "the file contains no such frame; it contains none"),
         (["--uframe", "1,2"], "expected X,Y,Z,A,B,C as on the pendant"),
         (["--uframe", "base", "--tool", "1,2"], "expected x, y, z in mm"),
         (["--uframe", "base", "--points", "P9"], "has no point P9; it has XP1"),

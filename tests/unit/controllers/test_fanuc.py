@@ -10,8 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.fanuc.write import write_fanuc
 from wpcal.controllers.program import ControllerSettings, MotionSettings
+from wpcal.controllers.taught_program import read_taught_program
 from wpcal.core.errors import FormatError, InputError
-from wpcal.taught.user_frames import ProgramReading, read_taught_program
+from wpcal.taught.user_frames import ProgramReading
 
 ATOL_MM = 0.9e-3
 """Three decimals in three coordinates: √3/2 units."""
@@ -151,7 +152,7 @@ def test_a_comment_that_appears_twice_names_no_point(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("UF : 3", "UF : 4", "stands in user frame 4, .*--uframe 4=X,Y,Z,W,P,R"),
+        ("UF : 3", "UF : 4", "is in user frame 4, .*give the user frame as 4=X,Y,Z,W,P,R"),
         ("UF : 3", "UF : F", "does not say its user frame"),
         ("UT : 2,\t\tC", "UT : 0,\t\tC", "recorded without a tool"),
         ("X =    10.000  mm,\t", "", "lacks X"),

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.program import ControllerSettings, MotionSettings
+from wpcal.controllers.taught_program import read_taught_program
 from wpcal.controllers.yaskawa.write import write_inform
 from wpcal.core.errors import FormatError, InputError
-from wpcal.taught.user_frames import ProgramReading, read_taught_program
+from wpcal.taught.user_frames import ProgramReading
 
 ATOL_MM = 0.9e-3
 """Three decimals in three coordinates: √3/2 units."""
@@ -137,7 +138,7 @@ def test_the_order_of_angles_is_rx_ry_rz(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("///USER 3", "///USER 4", "line 12: .*user frame 4, .*--uframe 4=X,Y,Z,Rx,Ry,Rz"),
+        ("///USER 3", "///USER 4", "line 12: .*user frame 4, .*give the user frame as 4=X,Y,Z,Rx,Ry,Rz"),
         ("POSTYPE ROBOT\n///RECTAN", "POSTYPE PULSE\n///PULSE", "line 9: .*is stored as pulses"),
         ("POSTYPE ROBOT", "POSTYPE MTOOL", "line 9: .*POSTYPE MTOOL"),
         ("NPOS 3,0,0,0,0,0\n///TOOL 1\n///POSTYPE ROBOT", "NPOS 3,3,0,0,0,0\n///POSTYPE BASE", "a base axis moves"),

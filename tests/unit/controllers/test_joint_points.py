@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wpcal.core.errors import FormatError
+from wpcal.controllers.taught_program import read_taught_program
+from wpcal.core.errors import ErrorCode, FormatError
 from wpcal.core.robot_space import RobotSpace
 from wpcal.robot.kinematics.arm_file import find_arm
-from wpcal.taught.user_frames import ProgramReading, read_taught_program, taught_csv
+from wpcal.taught.table import taught_csv
+from wpcal.taught.user_frames import ProgramReading
 
 SAME_MM = 1e-9
 """The same products of rotations in another order."""
@@ -48,12 +50,13 @@ def test_the_tip_is_where_the_arm_puts_it(tmp_path, arm, name):
 
 @pytest.mark.parametrize("name", FILES)
 def test_without_an_arm_the_message_asks_for_it(tmp_path, name):
-    with pytest.raises(FormatError, match=r"or give the arm with --robot, and --tool"):
+    with pytest.raises(FormatError, match=r"or give the arm and the tool") as refused:
         read(tmp_path, name)
+    assert refused.value.code == ErrorCode.ARM_MISSING
 
 
 def test_what_does_not_fit_the_arm_is_refused(tmp_path, arm):
-    with pytest.raises(FormatError, match="give --tool"):
+    with pytest.raises(FormatError, match="give the tool"):
         read(tmp_path, "t.mod", arm=arm)
     with pytest.raises(FormatError, match="beyond the limits of YASKAWA MOTOMAN MH6"):
         read(tmp_path, "t.mod", FILES["t.mod"].replace("[10,", "[300,"), arm=arm, tool=TOOL)

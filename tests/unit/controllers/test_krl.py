@@ -10,8 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.kuka.write import write_krl
 from wpcal.controllers.program import ControllerSettings
+from wpcal.controllers.taught_program import read_taught_program
 from wpcal.core.errors import FormatError, InputError
-from wpcal.taught.user_frames import ProgramReading, read_taught_program
+from wpcal.taught.user_frames import ProgramReading
 
 ATOL_MM = 1e-5
 """Five decimals in three coordinates: 0.9e-5. The frame's own rounding does not count: points are relative to it."""
@@ -112,7 +113,9 @@ def test_taught_points_stand_in_the_base_that_fdat_names(tmp_path):
 
 
 def test_a_base_whose_values_are_not_there_is_asked_for(tmp_path):
-    with pytest.raises(FormatError, match=r"line 5: point P1: stands in user frame 3.*--uframe 3=X,Y,Z,A,B,C"):
+    with pytest.raises(
+        FormatError, match=r"line 5: point P1: is in user frame 3.*give the user frame as 3=X,Y,Z,A,B,C"
+    ):
         taught(tmp_path, TAUGHT)
     carried = TAUGHT.replace("ENDDAT", "BASE_DATA[3]={X 100,Y 0,Z 0,A 90,B 0,C 0}\nENDDAT")
     np.testing.assert_allclose(taught(tmp_path, carried).p_base[0], [80, 10, -30.5], rtol=0, atol=1e-9)
@@ -150,7 +153,9 @@ def test_our_own_data_list_is_read_in_the_frame_it_carries(tmp_path, make_progra
 def test_a_file_without_points_and_an_unknown_kind_are_refused(tmp_path):
     with pytest.raises(FormatError, match="holds no stored positions"):
         taught(tmp_path, "DEFDAT X\nENDDAT\n")
-    with pytest.raises(InputError, match=r"unknown kind of program '\.src'; known: \.mod"):
+    with pytest.raises(
+        InputError, match=r"unknown kind of program '\.src'; known: \.dat, \.jbi, \.ls, \.mod, \.prg, \.sys"
+    ):
         read_taught_program(tmp_path / "x.src")
     with pytest.raises(InputError, match="no such file"):
         read_taught_program(tmp_path / "x.dat")

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from wpcal.controllers.taught_program import read_taught_program
 from wpcal.core.errors import FormatError
-from wpcal.taught.user_frames import ProgramReading, read_taught_program
+from wpcal.taught.user_frames import ProgramReading
 
 PROGRAMS = Path(__file__).resolve().parents[4] / "shared" / "programs"
 NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"

@@ -10,8 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.abb.write import write_rapid
 from wpcal.controllers.program import ControllerSettings
-from wpcal.core.errors import FormatError, InputError
-from wpcal.taught.user_frames import ProgramReading, read_taught_program
+from wpcal.controllers.taught_program import read_taught_program
+from wpcal.core.errors import ErrorCode, FormatError, InputError
+from wpcal.taught.user_frames import ProgramReading
 
 ATOL_MM = 1e-5
 """Five decimals in three coordinates: 0.9e-5. The frame's own rounding does not count: targets are relative to it."""
@@ -75,11 +76,11 @@ def test_the_parser_takes_an_example_of_the_manual():
     np.testing.assert_allclose(R, [np.diag([-1.0, 1.0, -1.0])], rtol=0, atol=1e-12)
 
 
-def test_moves_come_in_order_and_the_arc_burns_along_the_seam_only(make_program):
+def test_moves_come_in_order_with_the_arc_along_the_seam(make_program):
     (text,) = write_rapid(make_program(n=5)).values()
     body = text[text.index("PROC weld_W1") :]
-    order = re.findall(r"W1_\w+|ARC \w+", body[: body.index("ENDPROC")])
-    assert order[1:] == ["W1_appr", "W1_0001", "ARC ON", "W1_0002", "W1_0003", "ARC OFF", "W1_retr"] or order == [
+    order = re.findall(r"Move[JL] (\w+)|(ARC \w+)", body[: body.index("ENDPROC")])
+    assert [label or mark for label, mark in order] == [
         "W1_appr", "W1_0001", "ARC ON", "W1_0002", "W1_0003", "ARC OFF", "W1_retr",
     ]  # fmt: skip
     assert "ConfL\\Off" in body
@@ -138,8 +139,9 @@ def test_the_object_frame_stands_in_the_user_frame(tmp_path):
 
 def test_without_moves_the_file_does_not_say_the_frame(tmp_path):
     data = "\n".join(TAUGHT.splitlines()[:6]) + "\nENDMODULE"
-    with pytest.raises(FormatError, match=r"point P1: .*--uframe X,Y,Z,Q1,Q2,Q3,Q4 or --uframe base.*fixture"):
+    with pytest.raises(FormatError, match=r"point P1: .*give it as X,Y,Z,Q1,Q2,Q3,Q4 or as base, .*fixture") as refused:
         taught(tmp_path, data)
+    assert refused.value.code == ErrorCode.USER_FRAME_MISSING
     np.testing.assert_array_equal(taught(tmp_path, data, uframes={"": "base"}).p_base[0], [10, 20, 30])
     turned = taught(tmp_path, data, uframes={"": "fixture"}).p_base[0]
     np.testing.assert_allclose(turned, [80, 10, 80], rtol=0, atol=1e-6)
@@ -147,7 +149,7 @@ def test_without_moves_the_file_does_not_say_the_frame(tmp_path):
 
 def test_a_work_object_that_is_not_in_the_file_is_asked_for(tmp_path):
     text = TAUGHT.replace("PERS wobjdata", "! PERS wobjdata")
-    with pytest.raises(FormatError, match="user frame fixture, whose values the file does not carry"):
+    with pytest.raises(FormatError, match="user frame fixture, whose values the file does not contain"):
         taught(tmp_path, text)
     given_one = taught(tmp_path, text, uframes={"fixture": [100, 0, 50, 0.5**0.5, 0, 0, 0.5**0.5]})
     np.testing.assert_allclose(given_one.p_base[0], [80, 10, 80], rtol=0, atol=1e-6)
@@ -157,8 +159,9 @@ def test_a_work_object_that_is_not_in_the_file_is_asked_for(tmp_path):
 
 def test_points_taught_with_tool0_need_the_tool(tmp_path):
     text = TAUGHT.replace("tTorch;", "tool0;")
-    with pytest.raises(FormatError, match="line 6: point P2: was recorded without a tool"):
+    with pytest.raises(FormatError, match="line 6: point P2: was recorded without a tool") as refused:
         taught(tmp_path, text)
+    assert refused.value.code == ErrorCode.TOOL_MISSING
     np.testing.assert_array_equal(taught(tmp_path, text, tool=[0, 0, 100]).p_base[1], [1, 2, 103])
     assert taught(tmp_path, text, points=["P1"]).names == ("P1",)
 

@@ -15,11 +15,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wpcal.calibrate.points.minimax import core_subset
 from wpcal.core.arrays import FloatArray
+from wpcal.core.pairs import PointPairs
 from wpcal.core.rotations import rotation_from_zyx
-from wpcal.optim.annealing import Cost
+from wpcal.core.transform import RigidTransform
+from wpcal.optim.annealing import AnnealingReport, AnnealingSchedule, Cost, StateVariables, anneal
 
 HALF_TURN = np.pi
+
+LEAST_RANGE_MM = 1.0
+"""A part that stands where it was modelled still needs a range to search: larger than any teaching error."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +59,57 @@ class SearchProblem:
         R = rotation_from_zyx(state[3], state[4], state[5])
         t = self.pivot_target + state[:3] - R @ self.pivot_source
         return R, np.asarray(t, dtype=np.float64)
+
+
+def anneal_pairs(
+    pairs: PointPairs,
+    *,
+    nominal: RigidTransform | None = None,
+    schedule: AnnealingSchedule | None = None,
+    seed: int = 0,
+) -> tuple[RigidTransform, AnnealingReport]:
+    """Search the least largest distance by annealing alone.
+
+    Parameters
+    ----------
+    pairs : PointPairs
+        mm. Of more than 64 pairs the annealer sees the 64 that matter most.
+    nominal : RigidTransform, optional
+        ``T_nominal_part``: where the published schedule starts.
+    schedule : AnnealingSchedule, optional
+        Its `variables` say which six variables are searched.
+    seed : int
+
+    Returns
+    -------
+    T : RigidTransform
+        ``T_target_source``, not polished.
+    report : AnnealingReport
+    """
+    chosen = schedule or AnnealingSchedule.default()
+    rows = core_subset(pairs.p_source, pairs.p_target)
+    p, q = pairs.p_source[rows], pairs.p_target[rows]
+    if chosen.variables is StateVariables.ABOUT_CENTROID:
+        problem = about_centroid(p, q)
+        run = _run(problem, chosen, seed)
+        return RigidTransform(*problem.motion(run.state), pairs.target, pairs.source), run
+    place = nominal or RigidTransform.identity(target="nominal", source=pairs.source)
+    problem = about_origin(place.apply(p), q)
+    run = _run(problem, chosen, seed)
+    R, t = problem.motion(run.state)
+    return RigidTransform(R, t, pairs.target, place.target) @ place, run
+
+
+def _run(problem: SearchProblem, schedule: AnnealingSchedule, seed: int) -> AnnealingReport:
+    return anneal(
+        problem.cost,
+        problem.lower,
+        problem.upper,
+        rng=np.random.default_rng(seed),
+        schedule=schedule,
+        start=problem.start,
+        periodic=problem.periodic,
+    )
 
 
 def about_centroid(p: FloatArray, q: FloatArray) -> SearchProblem:
@@ -95,10 +152,6 @@ def about_origin(p: FloatArray, q: FloatArray) -> SearchProblem:
     high = np.array([reach, reach, reach, angle, angle, angle])
     zero = np.zeros(3)
     return SearchProblem(largest_distance_cost(p, q), -high, high, (False,) * 6, np.zeros(6), zero, zero)
-
-
-LEAST_RANGE_MM = 1.0
-"""A part that stands where it was modelled still needs a range to search: larger than any teaching error."""
 
 
 def largest_distance_cost(p: FloatArray, q: FloatArray) -> Cost:

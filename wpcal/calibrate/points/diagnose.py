@@ -11,8 +11,10 @@ from itertools import combinations
 import numpy as np
 from scipy.special import chdtri, fdtri
 
+from wpcal.calibrate.criteria import BLUNDER
+from wpcal.calibrate.outlier_limits import CLEAR_FACTOR, FALSE_ALARM, FLOOR_MM
 from wpcal.calibrate.points.least_squares import centred, distances, kabsch
-from wpcal.calibrate.points.robust import FALSE_ALARM, FLOOR_MM, fit_robust
+from wpcal.calibrate.points.robust import fit_robust
 from wpcal.calibrate.points.weighted import gauss_newton_steps
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import UnitError
@@ -30,9 +32,6 @@ COPLANAR_RATIO = 0.02
 
 MOST_SWAP_POINTS = 40
 """Swaps are tried among this many points with the largest residuals: 780 swaps."""
-
-CLEAR_FACTOR = 4.0
-"""A rival explanation must leave this many times the sum of squares before the best one is named."""
 
 
 def require_plausible_units(pairs: PointPairs) -> None:
@@ -163,7 +162,7 @@ def _blunders(pairs: PointPairs, total: float, sigma_mm: float | None, seed: int
         listed = ", ".join(f"{pairs.names[i]} ({robust.deviation_mm[i]:.3g} mm off their fit)" for i in wrong[:6])
         more = f" and {len(wrong) - 6} more" if len(wrong) > 6 else ""
         message = f"the other points contradict {listed}{more}: teach again"
-        return (Issue("blunder", message, tuple(pairs.names[i] for i in wrong)),)
+        return (Issue(BLUNDER, message, tuple(pairs.names[i] for i in wrong)),)
     return _poor_fit(pairs, total, sigma_mm)
 
 

@@ -20,7 +20,7 @@ from wpcal.calibrate.points.least_squares import distances, kabsch, require_spre
 from wpcal.calibrate.points.tie_break import break_ties
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.pairs import PointPairs
-from wpcal.core.rotations import rotation_from_quaternion
+from wpcal.core.rotations import cube_rotations
 from wpcal.core.transform import RigidTransform
 
 CERTIFIED_MM = 1e-6
@@ -263,16 +263,6 @@ def raise_bound(p: FloatArray, q: FloatArray, seeds: FloatArray) -> tuple[FloatA
         w = w * np.exp(squares / squares.max() / np.sqrt(k))
         w = w / w.sum()
     return best_weights, best_bound
-
-
-def cube_rotations() -> FloatArray:
-    """Return the 24 rotations of a cube, shape (24, 3, 3): no rotation is further than 62.8° from one of them."""
-    half = np.sqrt(0.5)
-    quarter = [
-        [half * (k == i) + half * (k == j) * s for k in range(4)] for i in range(4) for j in range(i) for s in (1, -1)
-    ]
-    third = [[a, b, c, 0.5] for a in (-0.5, 0.5) for b in (-0.5, 0.5) for c in (-0.5, 0.5)]
-    return rotation_from_quaternion(np.array([*np.eye(4), *quarter, *third]))
 
 
 def _solve_batch(p: FloatArray, q: FloatArray, R: FloatArray, t: FloatArray) -> InteriorPointState:

@@ -17,6 +17,7 @@ from math import comb, inf
 import numpy as np
 from scipy.special import chdtri, fdtri
 
+from wpcal.calibrate.outlier_limits import FALSE_ALARM, FLOOR_MM, LEAST_SIGMA_MM
 from wpcal.calibrate.points.least_squares import (
     COLLINEAR_RATIO,
     centred,
@@ -43,17 +44,8 @@ CLOUD = 200
 CONCENTRATION_STEPS = 20
 """Each step keeps the nearest points and fits again; the sum falls and rests after a few."""
 
-FALSE_ALARM = 0.01
-"""Probability, over all points of one fit, of calling a good point wrong."""
-
-FLOOR_MM = 0.01
-"""Controllers print hundredths of a millimetre: a smaller difference is no evidence of anything."""
-
 ISOTROPIC = 1e-12
-"""Relative size of what of a matrix is no multiple of the identity but round-off."""
-
-LEAST_SIGMA_MM = 1e-6
-"""A smaller stated error counts as this: nothing a controller shows is so fine, and its inverse square stays finite."""
+"""A covariance counts as isotropic if it differs from a multiple of the identity by less than this (relative)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

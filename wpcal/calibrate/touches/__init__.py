@@ -1,7 +1,6 @@
 """Touches on points, faces and edges together: what each lies on, the fit, and what holds the part."""
 
-from wpcal.calibrate.touches.solve import calibrate_touches
 from wpcal.calibrate.touches.targets import GraphTargets
-from wpcal.calibrate.touches.touches import Nearest, Touches, TouchTargets
+from wpcal.calibrate.touches.touches import NamedAxis, Nearest, Touches, TouchTargets
 
-__all__ = ["GraphTargets", "Nearest", "TouchTargets", "Touches", "calibrate_touches"]
+__all__ = ["GraphTargets", "NamedAxis", "Nearest", "TouchTargets", "Touches"]

@@ -94,7 +94,7 @@ def scaled_jacobian(touches: Touches, pose: Pose) -> tuple[FloatArray, FloatArra
     return scale.jacobian(pose.at), scale.pivot, scale.length_mm
 
 
-def fit_least_squares(touches: Touches, start: Pose, *, weighted: bool = False) -> Pose:
+def fit_squares(touches: Touches, start: Pose, *, weighted: bool = False) -> Pose:
     """Find the pose of least (weighted) sum of squares near a start.
 
     Parameters

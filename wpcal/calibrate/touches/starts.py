@@ -11,13 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.calibrate.points.minimax import cube_rotations
-from wpcal.calibrate.result import StartsEvidence
-from wpcal.calibrate.touches.fit import Pose, fit_least_squares
+from wpcal.calibrate.touches.evidence import StartsEvidence
+from wpcal.calibrate.touches.fit import Pose, fit_squares
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import GeometryError
-from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.rotations import cube_rotations, rotation_from_zyx
 from wpcal.core.tangent import log_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.optim.annealing import AnnealingReport, AnnealingSchedule, anneal
@@ -35,7 +34,7 @@ SAME_SHIFT_MM = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Found:
+class PoseSearch:
     """The best pose by least squares, and what the starts say of it.
 
     Parameters
@@ -62,7 +61,7 @@ def search_pose(
     nominal: RigidTransform | None,
     schedule: AnnealingSchedule | None,
     seed: int,
-) -> Found:
+) -> PoseSearch:
     """Search the pose in which the touches lie on their targets.
 
     Parameters
@@ -76,7 +75,7 @@ def search_pose(
 
     Returns
     -------
-    Found
+    PoseSearch
     """
     starts = [] if nominal is None else [Pose.of(touches, nominal.R, nominal.t_mm)]
     run, annealed = None, None
@@ -86,7 +85,7 @@ def search_pose(
         first = _centred(touches, rotation_from_zyx(*run.state[3:]), run.state[:3])
         annealed = first
     starts += [first, *(_centred(touches, turn @ first.R) for turn in cube_rotations())]
-    ends = [fit_least_squares(touches, start) for start in starts]
+    ends = [fit_squares(touches, start) for start in starts]
     off = np.array([float(touches.targets.overhang(touches.rows, end.at.contact_part).max()) for end in ends])
     values = np.array([np.sqrt(np.mean(end.at.distances**2)) for end in ends])
     judged = np.where(off <= OFF_FACE_MM, values, values + off)
@@ -99,7 +98,7 @@ def search_pose(
     rival = ends[int(rivals[0])] if nominal is None and len(rivals) else None
     others = judged[~same]
     evidence = StartsEvidence(len(starts), int(agreeing.sum()), float(others.min()) if len(others) else None)
-    return Found(ends[best], annealed, run, evidence, rival)
+    return PoseSearch(ends[best], annealed, run, evidence, rival)
 
 
 def _centred(touches: Touches, R: FloatArray, shift: FloatArray | None = None) -> Pose:
@@ -112,15 +111,15 @@ def _anneal(touches: Touches, schedule: AnnealingSchedule, seed: int) -> Anneali
     """Anneal the largest rough distance over all rotations, the middles no further apart than the targets reach."""
     n = len(touches)
     rows = np.unique(np.linspace(0, n - 1, min(n, MOST_SEARCHED)).round().astype(np.int64))
-    seen = touches.select(rows)
-    targets, q = touches.targets, seen.p_base - seen.p_base.mean(axis=0)
+    searched = touches.select(rows)
+    targets, q = touches.targets, searched.p_base - searched.p_base.mean(axis=0)
 
     def cost(states: FloatArray) -> FloatArray:
         R = rotation_from_zyx(states[:, 3], states[:, 4], states[:, 5])
         x = (q[None] - states[:, None, :3]) @ R + targets.centre
         m = len(states)
-        tiled = np.tile(seen.rows, m)
-        far = targets.rough_distances(tiled, x.reshape(-1, 3), np.tile(seen.radius_mm, m))
+        tiled = np.tile(searched.rows, m)
+        far = targets.rough_distances(tiled, x.reshape(-1, 3), np.tile(searched.radius_mm, m))
         return np.asarray(far.reshape(m, -1).max(axis=1))
 
     reach = targets.reach_mm

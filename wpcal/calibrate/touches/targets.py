@@ -96,16 +96,16 @@ class GraphTargets:
     def nearest(self, rows: IntArray, points: FloatArray) -> Nearest:
         """As `TouchTargets.nearest`: on whole surfaces and curves."""
         p, normal = self.point[rows].copy(), np.zeros((len(rows), 3))
-        seen = np.tile(np.eye(3), (len(rows), 1, 1))
+        projector = np.tile(np.eye(3), (len(rows), 1, 1))
         on_face, on_edge = self.kind[rows] == TargetKind.FACE, self.kind[rows] == TargetKind.EDGE
         if on_face.any():
             foot = project_to_faces(self.graph, self.index[rows[on_face]], points[on_face])
             p[on_face], normal[on_face] = foot.p, foot.normal
-            seen[on_face] = foot.normal[:, :, None] * foot.normal[:, None, :]
+            projector[on_face] = foot.normal[:, :, None] * foot.normal[:, None, :]
         if on_edge.any():
             p[on_edge], tangent = project_to_edges(self.graph, self.index[rows[on_edge]], points[on_edge])
-            seen[on_edge] -= tangent[:, :, None] * tangent[:, None, :]
-        return Nearest(p, normal, seen)
+            projector[on_edge] -= tangent[:, :, None] * tangent[:, None, :]
+        return Nearest(p, normal, projector)
 
     def rough_distances(self, rows: IntArray, points: FloatArray, radius_mm: FloatArray) -> FloatArray:
         """As `TouchTargets.rough_distances`: a face reaches as far as the box around it in its own parameters."""
@@ -203,7 +203,7 @@ class GraphTargets:
 
     def _elementary_distances(self, rows: IntArray, points: FloatArray, radius_mm: FloatArray) -> FloatArray:
         near = self.nearest(rows, points)
-        d = np.einsum("nij,nj->ni", near.seen, points - near.p - radius_mm[:, None] * near.normal)
+        d = np.einsum("nij,nj->ni", near.projector, points - near.p - radius_mm[:, None] * near.normal)
         beyond = np.zeros(len(rows))
         face = np.flatnonzero(self.kind[rows] == TargetKind.FACE)
         if len(face):

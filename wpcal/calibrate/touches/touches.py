@@ -21,8 +21,10 @@ from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray, IntArray, as_points
 from wpcal.core.errors import InputError
+from wpcal.core.pairs import PointPairs
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.tangent import point_jacobian
+from wpcal.core.transform import RigidTransform
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,13 +37,13 @@ class Nearest:
         Nearest points, in `part`, mm.
     normal : ndarray, shape (m, 3)
         Outward unit normals in `part`; zero at points and on edges, where a ball is not allowed for.
-    seen : ndarray, shape (m, 3, 3)
-        Projectors A onto the directions in which the touch says something.
+    projector : ndarray, shape (m, 3, 3)
+        Projectors A onto the directions in which the touch constrains the part.
     """
 
     p: FloatArray
     normal: FloatArray
-    seen: FloatArray
+    projector: FloatArray
 
 
 class TouchTargets(Protocol):
@@ -70,6 +72,22 @@ class TouchTargets(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class NamedAxis:
+    """An axis of the part that has a name: of a hole or a cylinder.
+
+    Parameters
+    ----------
+    name : str
+    point, direction : ndarray, shape (3,)
+        In `part`; mm and a unit vector.
+    """
+
+    name: str
+    point: FloatArray
+    direction: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Touches:
     """n touches and what they lie on.
 
@@ -89,6 +107,8 @@ class Touches:
     space : RobotSpace
     rows : ndarray of int, shape (n,)
         The target of each touch.
+    axes : tuple of NamedAxis
+        Axes of the part by which messages name a motion.
 
     Raises
     ------
@@ -104,6 +124,7 @@ class Touches:
     covariances: FloatArray | None
     space: RobotSpace
     rows: IntArray
+    axes: tuple[NamedAxis, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(as_points(self.p_base, name="touches"))
@@ -128,6 +149,11 @@ class Touches:
             rows=self.rows[at],
         )
 
+    def paired(self, T_base_part: RigidTransform) -> PointPairs:
+        """Pair every touch with the point of the part where, at that pose, it should have been."""
+        contact = self.linearised(T_base_part.R, T_base_part.t_mm).contact_part
+        return PointPairs(self.names, contact, self.p_base, self.covariances, space=self.space)
+
     def linearised(self, R: FloatArray, t: FloatArray) -> Linearised:
         """Residuals at a pose ``T_base_part``, and how they change with a small motion of the part.
 
@@ -142,8 +168,8 @@ class Touches:
         x = (self.p_base - t) @ R
         near = self.targets.nearest(self.rows, x)
         contact = near.p + self.radius_mm[:, None] * near.normal
-        d = np.einsum("nij,nj->ni", near.seen, x - contact)
-        A = R @ near.seen @ R.T
+        d = np.einsum("nij,nj->ni", near.projector, x - contact)
+        A = R @ near.projector @ R.T
         return Linearised(contact, d @ R.T, A, contact @ R.T + t)
 
 

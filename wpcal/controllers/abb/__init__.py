@@ -1,1 +1,12 @@
-"""ABB RAPID: written, read, and for two robots in step."""
+"""ABB: RAPID modules."""
+
+from wpcal.controllers.registry import Controller
+
+RAPID = Controller(
+    name="rapid",
+    title="ABB RAPID: NAME.mod with wobjdata and robtargets",
+    writer="wpcal.controllers.abb.write:write_rapid",
+    suffixes=(".mod", ".prg", ".sys"),
+    reader="wpcal.controllers.abb.read:READER",
+    sync_writer="wpcal.controllers.abb.sync:write_dual_rapid",
+)

@@ -19,9 +19,9 @@ from wpcal.core.transform import RigidTransform
 from wpcal.taught.programs import (
     BASE,
     JointValues,
-    ProgramLanguage,
     ProgramPoint,
     ProgramPoints,
+    ProgramReader,
     joint_values,
     unusable_point,
 )
@@ -205,4 +205,4 @@ def _pendant_frame(values: Sequence[float]) -> RigidTransform:
     return _transform(np.asarray(values[:3]), np.asarray(values[3:]))
 
 
-LANGUAGE = ProgramLanguage("ABB RAPID", read_rapid, _pendant_frame, "X,Y,Z,Q1,Q2,Q3,Q4")
+READER = ProgramReader(read_rapid, _pendant_frame, "X,Y,Z,Q1,Q2,Q3,Q4")

@@ -15,7 +15,6 @@ import numpy as np
 
 from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_name, safe_names
 from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
-from wpcal.controllers.registry import Exporter
 from wpcal.controllers.rounding import rounded
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
@@ -139,6 +138,3 @@ def _procedure(path: WeldPath, stem: str, tool: str, width: int) -> list[str]:
         f"    MoveL {retract},vAir,fine,{end}",
         "  ENDPROC",
     ]
-
-
-RAPID = Exporter("rapid", "ABB RAPID: NAME.mod with wobjdata and robtargets", write_rapid)

@@ -1,1 +1,11 @@
-"""FANUC TP as ASCII: written and read."""
+"""FANUC: TP programs as ASCII."""
+
+from wpcal.controllers.registry import Controller
+
+FANUC = Controller(
+    name="fanuc",
+    title="FANUC TP: NAME.ls and one .ls per seam, relative to a user frame",
+    writer="wpcal.controllers.fanuc.write:write_fanuc",
+    suffixes=(".ls",),
+    reader="wpcal.controllers.fanuc.read:READER",
+)

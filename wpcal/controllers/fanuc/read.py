@@ -15,9 +15,9 @@ from wpcal.core.errors import FormatError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.taught.programs import (
     BASE,
-    ProgramLanguage,
     ProgramPoint,
     ProgramPoints,
+    ProgramReader,
     frame_from_xyz_angles,
     joint_values,
     unusable_point,
@@ -82,4 +82,4 @@ def _point(name: str, body: str, path: str, line: int) -> ProgramPoint:
     return ProgramPoint(name, line, np.array([x, y, z]), R, label, at_flange=tool is not None and tool[1] == "0")
 
 
-LANGUAGE = ProgramLanguage("FANUC TP", read_fanuc, frame_from_xyz_angles, "X,Y,Z,W,P,R")
+READER = ProgramReader(read_fanuc, frame_from_xyz_angles, "X,Y,Z,W,P,R")

@@ -16,7 +16,6 @@ import re
 
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
 from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
-from wpcal.controllers.registry import Exporter
 from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
@@ -166,6 +165,3 @@ def _coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:
         )
         for (x, y, z), (a, b, c) in zip(rounded(p, k).tolist(), angles.tolist(), strict=True)
     ]
-
-
-FANUC = Exporter("fanuc", "FANUC TP: NAME.ls and a .ls a seam, relative to a user frame", write_fanuc)

@@ -1,1 +1,11 @@
-"""KUKA KRL: written and read."""
+"""KUKA: KRL programs and data lists."""
+
+from wpcal.controllers.registry import Controller
+
+KRL = Controller(
+    name="krl",
+    title="KUKA KRL: NAME.src and NAME.dat with FRAME and E6POS",
+    writer="wpcal.controllers.kuka.write:write_krl",
+    suffixes=(".dat",),
+    reader="wpcal.controllers.kuka.read:READER",
+)

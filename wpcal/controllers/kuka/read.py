@@ -17,9 +17,9 @@ from wpcal.core.transform import RigidTransform
 from wpcal.taught.programs import (
     BASE,
     JointValues,
-    ProgramLanguage,
     ProgramPoint,
     ProgramPoints,
+    ProgramReader,
     frame_from_xyz_angles,
     joint_values,
     unusable_point,
@@ -95,4 +95,4 @@ def _pendant_frame(values: Sequence[float]) -> RigidTransform:
     return frame_from_xyz_angles([*values[:3], *values[:2:-1]])  # A, B, C turn about z, y, x
 
 
-LANGUAGE = ProgramLanguage("KUKA KRL", read_krl, _pendant_frame, "X,Y,Z,A,B,C")
+READER = ProgramReader(read_krl, _pendant_frame, "X,Y,Z,A,B,C")

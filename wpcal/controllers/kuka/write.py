@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
 from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
-from wpcal.controllers.registry import Exporter
 from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
 from wpcal.core.arrays import FloatArray
 
@@ -124,6 +123,3 @@ def _moves(path: WeldPath, stem: str, program: WeldProgram, width: int) -> list[
         f"$VEL.CP={air:g}",
         f"LIN {retract}",
     ]
-
-
-KRL = Exporter("krl", "KUKA KRL: NAME.src and NAME.dat with FRAME and E6POS", write_krl)

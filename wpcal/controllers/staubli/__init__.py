@@ -1,1 +1,9 @@
-"""Stäubli VAL 3: written."""
+"""Staubli: VAL3 applications."""
+
+from wpcal.controllers.registry import Controller
+
+VAL3 = Controller(
+    name="val3",
+    title="Staubli VAL3: NAME.pjx, NAME.dtx, start.pgx with the part's frame and points",
+    writer="wpcal.controllers.staubli.write:write_val3",
+)

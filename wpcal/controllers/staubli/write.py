@@ -15,7 +15,6 @@ import numpy as np
 
 from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_name, safe_names
 from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
-from wpcal.controllers.registry import Exporter
 from wpcal.controllers.rounding import rounded, zyx_degrees
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
@@ -184,6 +183,3 @@ def _moves(path: WeldPath, name: str, tool: str) -> list[str]:
         f"  movel({name}[{last}],{tool},mAir)",
         "  waitEndMove()",
     ]
-
-
-VAL3 = Exporter("val3", "Staubli VAL3: NAME.pjx, NAME.dtx, start.pgx with the part's frame and points", write_val3)

@@ -1,1 +1,9 @@
-"""Universal Robots URScript: written."""
+"""Universal Robots: URScript programs."""
+
+from wpcal.controllers.registry import Controller
+
+URSCRIPT = Controller(
+    name="urscript",
+    title="Universal Robots: NAME.script with the part's frame and poses",
+    writer="wpcal.controllers.ur.write:write_urscript",
+)

@@ -15,7 +15,6 @@ import numpy as np
 
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name
 from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
-from wpcal.controllers.registry import Exporter
 from wpcal.controllers.rounding import rounded
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation
@@ -92,6 +91,3 @@ def _moves(path: WeldPath, T_base_frame: RigidTransform, program: WeldProgram) -
         "  # ARC OFF",
         f"  movel({retract}, {air})",
     ]
-
-
-URSCRIPT = Exporter("urscript", "Universal Robots: NAME.script with the part's frame and poses", write_urscript)

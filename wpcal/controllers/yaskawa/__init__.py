@@ -1,1 +1,12 @@
-"""Yaskawa INFORM: written, read, and for two robots in step."""
+"""Yaskawa: INFORM jobs."""
+
+from wpcal.controllers.registry import Controller
+
+INFORM = Controller(
+    name="inform",
+    title="Yaskawa INFORM: NAME.jbi and one .jbi per seam, relative to a user frame",
+    writer="wpcal.controllers.yaskawa.write:write_inform",
+    suffixes=(".jbi",),
+    reader="wpcal.controllers.yaskawa.read:READER",
+    sync_writer="wpcal.controllers.yaskawa.sync:write_dual_inform",
+)

@@ -14,9 +14,9 @@ from wpcal.core.errors import FormatError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.taught.programs import (
     BASE,
-    ProgramLanguage,
     ProgramPoint,
     ProgramPoints,
+    ProgramReader,
     frame_from_xyz_angles,
     joint_values,
     unusable_point,
@@ -73,4 +73,4 @@ def _has_base_axes(npos: str) -> bool:
     return any(count.strip() not in ("", "0") for count in (counts[1:2] + counts[4:5]))
 
 
-LANGUAGE = ProgramLanguage("Yaskawa INFORM", read_inform, frame_from_xyz_angles, "X,Y,Z,Rx,Ry,Rz")
+READER = ProgramReader(read_inform, frame_from_xyz_angles, "X,Y,Z,Rx,Ry,Rz")

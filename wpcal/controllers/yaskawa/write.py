@@ -16,7 +16,6 @@ import re
 
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
 from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
-from wpcal.controllers.registry import Exporter
 from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
@@ -169,6 +168,3 @@ def _speed(mm_s: float) -> str:
     if mm_s < 0.1 or abs(mm_s - round(mm_s, 1)) > 1e-9:  # a rest below that is round-off of the decimal
         raise InputError(f"INFORM: {mm_s:g} mm/s is not a multiple of 0.1 mm/s")
     return f"V={mm_s:.1f}"
-
-
-INFORM = Exporter("inform", "Yaskawa INFORM: NAME.jbi and a .jbi a seam, relative to a user frame", write_inform)

@@ -1,0 +1,15 @@
+"""The saved graphs in fixtures/graphs, for tests that need no CAD kernel; `cad.samples.graphs` makes them."""
+
+from functools import cache
+from pathlib import Path
+
+from wpcal.brep import BrepGraph
+from wpcal.brep.graph_file import read_graph
+
+GRAPHS = Path(__file__).parents[1] / "fixtures" / "graphs"
+
+
+@cache
+def saved_graph(name: str) -> BrepGraph:
+    """Return a saved graph, read once in a process."""
+    return read_graph(GRAPHS / f"{name}.npz")

@@ -1,0 +1,55 @@
+"""Rays through a part: a turned box, for which the slabs give the answer."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.saved_graphs import saved_graph
+from wpcal.brep import BrepGraph
+from wpcal.brep.rays import is_blocked
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.rotations import rotation_from_zyx
+
+HALF_MM = np.array([40.0, 30.0, 20.0])
+"""Half the sides of the box around the origin."""
+CLEAR_MM = 1e-3
+"""Rays that pass an edge of the box within this are not asked about."""
+
+
+def turned_box(R: FloatArray) -> BrepGraph:
+    graph = saved_graph("sharp-box")
+    frames = {name: getattr(graph, name) @ R.T for name in ("face_frame", "edge_frame", "vertex_p")}
+    return replace(graph, **frames)
+
+
+def meets_box(origins: FloatArray, rays: FloatArray, length_mm: float, half: FloatArray) -> BoolArray:
+    """Tell which rays meet a box around the origin along the axes: they are in all three slabs at once."""
+    a, b = (-half - origins) / rays, (half - origins) / rays
+    enter = np.maximum(np.minimum(a, b).max(axis=1), 0.0)
+    leave = np.minimum(np.maximum(a, b).min(axis=1), length_mm)
+    return np.asarray(enter < leave, dtype=bool)
+
+
+@pytest.mark.parametrize("angles", [(0.0, 0.0, 0.0), (0.4, -0.7, 1.1), (2.0, 0.3, -0.5)])
+def test_rays_meet_a_turned_box_where_its_slabs_say(angles: tuple[float, float, float]) -> None:
+    rng, length_mm = np.random.default_rng(5), 400.0
+    R = rotation_from_zyx(*angles)
+    graph = turned_box(R)
+    directions = rng.normal(size=(4000, 3))
+    origins = 120.0 * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    rays = rng.uniform(-1.4, 1.4, (4000, 3)) * HALF_MM - origins  # towards the box or just past it
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    inner, outer = (meets_box(origins, rays, length_mm, HALF_MM + grown) for grown in (-CLEAR_MM, CLEAR_MM))
+    found = is_blocked(graph, TrimmedFaces.of(graph), origins @ R.T, rays @ R.T, length_mm=length_mm)
+    clear = inner == outer
+    assert 0.2 < inner[clear].mean() < 0.95
+    np.testing.assert_array_equal(found[clear], inner[clear])
+
+
+def test_a_ray_ends_at_its_length() -> None:
+    graph = saved_graph("sharp-box")
+    origins, rays = np.tile([0.0, 0.0, 100.0], (2, 1)), np.tile([0.0, 0.0, -1.0], (2, 1))
+    blocked = is_blocked(graph, TrimmedFaces.of(graph), origins, rays, length_mm=np.array([79.0, 81.0]))
+    assert blocked.tolist() == [False, True]

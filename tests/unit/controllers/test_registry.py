@@ -1,0 +1,181 @@
+"""The registry of controllers, and a controller that another package adds with one folder and one entry-point line."""
+
+import sys
+import textwrap
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wpcal.cli.main import run
+from wpcal.controllers import Controller, controller_named, controllers, read_taught_program
+from wpcal.controllers.registry import CONTROLLERS, controller_of_file
+from wpcal.controllers.sync_program import DualProgram
+from wpcal.controllers.two_robots import possible_programs, sync_languages, write_programs
+from wpcal.core.errors import FormatError, InputError
+from wpcal.formats import exporter_named, exporter_names
+from wpcal.robot.kinematics.arm_file import find_arm
+from wpcal.taught import ProgramReader
+
+FOLDER = {
+    "__init__.py": """
+        from wpcal.controllers import Controller
+
+        ACME = Controller(
+            name="acme",
+            title="Acme: NAME.acme",
+            writer="acme_robots.write:write",
+            suffixes=(".acme",),
+            reader="acme_robots.read:READER",
+            sync_writer="acme_robots.sync:write",
+        )
+        """,
+    "write.py": """
+        def write(program):
+            lines = [f"{path.seam.name} {p}" for path in program.paths for p in path.p_base.tolist()]
+            return {f"{program.controller.program_name}.acme": "\\n".join(lines)}
+        """,
+    "read.py": """
+        import numpy as np
+
+        from wpcal.taught import ProgramPoint, ProgramPoints, ProgramReader
+        from wpcal.taught.programs import frame_from_xyz_angles
+
+        def read(text, path):
+            rows = [line.split() for line in text.splitlines()]
+            points = [
+                ProgramPoint(name, line, np.array(p, dtype=float), np.eye(3), frame)
+                for line, (name, frame, *p) in enumerate(rows, start=1)
+            ]
+            return ProgramPoints(tuple(points))
+
+        READER = ProgramReader(read, frame_from_xyz_angles, "X,Y,Z,RX,RY,RZ")
+        """,
+    "sync.py": """
+        def write(program):
+            return {f"{program.seam}_R{robot}.acme": str(len(program)) for robot in (1, 2)}
+        """,
+}
+
+
+def install(folder: Path, monkeypatch, files, line: str) -> None:
+    """Lay out a package and its metadata as an installer does, for one test."""
+    for name in ("acme_robots", "acme_robots.write", "acme_robots.read", "acme_robots.sync"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.syspath_prepend(folder)
+    package = folder / "acme_robots"
+    package.mkdir()
+    for name, text in files.items():
+        (package / name).write_text(textwrap.dedent(text))
+    metadata = folder / "acme_robots-1.0.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: acme-robots\nVersion: 1.0\n")
+    (metadata / "entry_points.txt").write_text(f"[{CONTROLLERS}]\n{line}\n")
+
+
+@pytest.fixture
+def acme(tmp_path, monkeypatch):
+    install(tmp_path, monkeypatch, FOLDER, "acme = acme_robots:ACME")
+
+
+def two_robots() -> DualProgram:
+    arms = (find_arm("irb1600_6_12"), find_arm("mh6"))
+    return DualProgram("W1", arms, (np.zeros((4, 6)), np.zeros((4, 6))), np.ones(3), 1, 2)
+
+
+@pytest.mark.usefixtures("acme")
+def test_a_new_controller_is_listed_and_written(finished_folder, tmp_path, capsys):
+    assert "acme" in exporter_names()
+    with pytest.raises(SystemExit) as ended:
+        run(["export", str(finished_folder()), "-f", "acme", "-o", str(tmp_path / "out")])
+    assert ended.value.code == 0
+    assert (tmp_path / "out" / "acme" / "WPCAL.acme").read_text().startswith("W1 ")
+    with pytest.raises(SystemExit):
+        run(["export", str(tmp_path), "-f", "list"])
+    assert "acme       Acme: NAME.acme" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("acme")
+def test_taught_points_of_a_new_controller_are_read(tmp_path):
+    program = tmp_path / "TEACH.ACME"
+    program.write_text("V1 base 1 2 3\nV2 fixture 10 20 30\n")
+    with pytest.raises(FormatError, match=r"line 2: point V2: .*give the user frame as fixture=X,Y,Z,RX,RY,RZ"):
+        read_taught_program(program)
+    with pytest.raises(SystemExit) as ended:
+        run(["taught", str(program), "--uframe", "fixture=100,0,0,0,0,90", "-o", str(tmp_path / "taught.csv")])
+    assert ended.value.code == 0
+    rows = (tmp_path / "taught.csv").read_text().splitlines()
+    assert rows[1:] == ["V1,1.000000,2.000000,3.000000,V1", "V2,80.000000,10.000000,30.000000,V2"]
+
+
+@pytest.mark.usefixtures("acme")
+def test_a_new_controller_writes_programs_of_two_robots():
+    program = two_robots()
+    assert sync_languages() == ("acme", "inform", "rapid")
+    assert write_programs(program, ["acme"]) == {"W1_R1.acme": "4", "W1_R2.acme": "4"}
+    files, _ = possible_programs(program)
+    assert {"W1_R1.acme", "WPCAL_R1.mod"} <= set(files)
+
+
+def test_every_controller_of_wpcal_loads_what_it_names(make_program):
+    program, mine = make_program(), [entry for entry in entry_points(group=CONTROLLERS) if entry.dist.name == "wpcal"]
+    assert {entry.name for entry in mine} == {"fanuc", "inform", "krl", "rapid", "urscript", "val3"}
+    for controller in controllers():
+        assert exporter_named(controller.name) == controller
+        assert controller.write(program)
+        if controller.reader is not None:
+            assert isinstance(controller.load_reader(), ProgramReader)
+            assert all(controller_of_file(Path(f"x{suffix.upper()}")) == controller for suffix in controller.suffixes)
+        if controller.sync_writer is not None:
+            assert controller.write_sync(two_robots())
+
+
+def test_what_a_controller_cannot_do_is_refused():
+    with pytest.raises(InputError, match="urscript: taught points cannot be read"):
+        controller_named("urscript").load_reader()
+    with pytest.raises(InputError, match="krl has no programs of two robots"):
+        controller_named("krl").write_sync(two_robots())
+    with pytest.raises(InputError, match="unknown controller 'karel'; known: fanuc, inform, krl"):
+        controller_named("karel")
+    assert controller_of_file(Path("points.csv")) is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"suffixes": (".a",)}, "a reader needs suffixes, and suffixes need a reader"),
+        ({"reader": "m:R"}, "a reader needs suffixes, and suffixes need a reader"),
+        ({"reader": "m:R", "suffixes": (".A",)}, "expected a suffix as .abc, lower case, got '.A'"),
+        ({"reader": "m:R", "suffixes": ("a",)}, "expected a suffix as .abc, lower case, got 'a'"),
+    ],
+)
+def test_a_record_that_contradicts_itself_is_refused(changes, message):
+    with pytest.raises(InputError, match=message):
+        Controller("x", "title", "m:write", **changes)
+
+
+def use_everything(program) -> None:
+    for controller in controllers():
+        controller.write(program)
+        controller_of_file(Path("x.ls"))
+        if controller.reader is not None:
+            controller.load_reader()
+
+
+@pytest.mark.parametrize(
+    ("line", "old", "new", "message"),
+    [
+        ("acme = acme_robots:NOTHING", "", "", "'acme': acme_robots:NOTHING cannot be loaded"),
+        ("acme = acme_robots.read:READER", "", "", "is not a wpcal.controllers.Controller of this name"),
+        ("other = acme_robots:ACME", "", "", "is not a wpcal.controllers.Controller of this name"),
+        ("acme = acme_robots:ACME", "write:write", "no:write", "acme_robots.no:write cannot be loaded"),
+        ("acme = acme_robots:ACME", "read:READER", "write:write", "is not a wpcal.taught.ProgramReader"),
+        ("acme = acme_robots:ACME", '".acme"', '".ls"', ".ls files are claimed by acme and fanuc"),
+    ],
+)
+def test_a_package_that_is_wrong_is_named(tmp_path, monkeypatch, make_program, line, old, new, message):
+    files = {**FOLDER, "__init__.py": FOLDER["__init__.py"].replace(old, new) if old else FOLDER["__init__.py"]}
+    install(tmp_path, monkeypatch, files, line)
+    with pytest.raises(InputError, match=message):
+        use_everything(make_program())

@@ -1,0 +1,133 @@
+"""What a run leaves behind: table and record say the same, and no word of free where nothing was checked."""
+
+import csv
+import io
+import json
+import re
+from dataclasses import replace
+
+import jsonschema
+import numpy as np
+import pytest
+
+from wpcal.controllers.two_robots import dual_program, possible_programs, write_programs
+from wpcal.core.errors import InputError
+from wpcal.core.records import to_json
+from wpcal.planning.cell.robot_cell import Shape, part_in_world, tool_in_world
+from wpcal.planning.plan.run import build_run
+from wpcal.planning.plan.run_record import run_csv, run_record
+from wpcal.planning.plan.schedule import schedule_plan
+from wpcal.results.schemas import schema_text
+
+pytest.importorskip("fcl", reason="python-fcl is not installed")
+RELATIVE = 1e-9
+"""Ten significant digits."""
+CHAIN_MM = 0.02
+"""Five decimals of a degree: 9e-8 rad at 2 m in twelve joints are 2e-3 mm."""
+CLOSED_CHAIN_MM = 1e-6
+"""The issue's own number, for every point of every plan."""
+
+
+@pytest.fixture(scope="module")
+def run(cell, simple_plan):
+    return build_run(simple_plan, cell, schedule_plan(simple_plan, cell))
+
+
+def tip_in_part(cell, joints1, joints2):
+    return (np.linalg.inv(part_in_world(cell, joints2)) @ tool_in_world(cell, joints1))[:, :3, 3]
+
+
+def test_the_table_says_what_the_record_says(cell, run):
+    record = json.loads(to_json(run_record(run, cell)))
+    rows = list(csv.DictReader(io.StringIO(run_csv(run, cell))))
+    assert len(rows) == len(record["points"]) == len(run)
+    for row, point in zip(rows, record["points"], strict=True):
+        joints = [float(row[f"r{r}_{name}_deg"]) for r in (1, 2) for name in "SLURBT"]
+        np.testing.assert_allclose(joints, point["robot1_deg"] + point["robot2_deg"], rtol=RELATIVE, atol=0)
+        assert (row["mark"], row["phase"]) == (str(point["mark"]), point["phase"])
+        for name in ("s_mm", "slope_deg", "rotation_deg", "work_deg", "travel_deg", "clearance_mm"):
+            if point[name] is None:
+                assert row[name] == ""
+            else:
+                np.testing.assert_allclose(float(row[name]), point[name], rtol=RELATIVE, atol=0)
+
+
+def test_the_record_keeps_its_schema(cell, run):
+    schema = json.loads(schema_text("wpcal/plan/1"))
+    validator = jsonschema.Draft202012Validator(schema)
+    for one in (run, replace(run, check=None)):
+        record = json.loads(to_json(run_record(one, cell)))
+        validator.validate(record)
+    with pytest.raises(jsonschema.ValidationError):
+        validator.validate({**record, "freedom": "surely"})
+
+
+def test_the_record_puts_the_wire_on_the_seam(cell, run, simple_plan):
+    record = json.loads(to_json(run_record(run, cell)))
+    weld = [point for point in record["points"] if point["s_mm"] is not None]
+    joints = (np.radians([point[f"robot{robot}_deg"] for point in weld]) for robot in (1, 2))
+    expected = tip_in_part(cell, simple_plan.state.joints1, simple_plan.state.joints2)
+    np.testing.assert_allclose(tip_in_part(cell, *joints), expected, rtol=0, atol=CLOSED_CHAIN_MM)
+    times = np.array([point["t_s"] for point in weld])
+    np.testing.assert_allclose(
+        (weld[-1]["s_mm"] - weld[0]["s_mm"]) / (times[-1] - times[0]), record["speed_mm_s"], rtol=RELATIVE, atol=0
+    )
+
+
+def test_the_rapid_program_puts_the_wire_on_the_seam(cell, run, simple_plan):
+    programs = write_programs(dual_program(run, cell), ("rapid",))
+    joints = []
+    for robot in (1, 2):
+        rows = re.findall(r"jointtarget \w+:=\[\[([^\]]*)\]", programs[f"WPCAL_W1_R{robot}.mod"])
+        joints.append(np.radians([[float(v) for v in row.split(",")] for row in rows]))
+    tip = tip_in_part(cell, *joints)[run.first : run.last + 1]
+    expected = tip_in_part(cell, simple_plan.state.joints1, simple_plan.state.joints2)
+    np.testing.assert_allclose(tip, expected, rtol=0, atol=CHAIN_MM)
+
+
+def test_unchecked_is_said_and_never_free(cell, run, simple_plan):
+    unchecked = replace(run, check=None)
+    record = run_record(unchecked, cell)
+    assert record["freedom"] == "unchecked"
+    assert record["check"] is None
+    assert all(point["clearance_mm"] is None for point in record["points"])
+    for text in write_programs(dual_program(unchecked, cell)).values():
+        assert "free" not in text
+    assert "NOT CHECKED for collisions" in write_programs(dual_program(unchecked, cell))["WPCAL_W1_R1.mod"]
+    checked = run_record(run, cell)
+    assert checked["freedom"] == "free"
+    assert checked["check"]["states"] == (len(run) - 1) * 10 + 1
+    assert checked["check"]["least_margin_mm"] > 0
+
+
+def test_a_path_that_is_not_free_becomes_no_program(cell, run, simple_plan):
+    place = tool_in_world(cell, simple_plan.state.joints1[40:41])[0, :3, 3] + [0, 0, 60]
+    blocked = replace(cell, bench=(*cell.bench, Shape("clamp", [place], [place], [25.0])))
+    hit = build_run(simple_plan, blocked, schedule_plan(simple_plan, blocked))
+    record = run_record(hit, blocked)
+    assert record["freedom"] == "not free"
+    assert "clamp" in record["check"]["between"]
+    with pytest.raises(InputError, match=r"no program is written for a path that is not free: .* clamp"):
+        dual_program(hit, blocked)
+
+
+def test_a_language_that_cannot_hold_a_program_does_not_stop_the_others(cell, run):
+    silent = replace(cell.arm2, joints=tuple(replace(joint, speed_rad_s=None) for joint in cell.arm2.joints))
+    program = dual_program(run, replace(cell, arm2=silent))
+    programs, refusals = possible_programs(program)
+    assert sorted(programs) == ["WPCAL_W1_R1.mod", "WPCAL_W1_R2.mod"]
+    assert len(refusals) == 1
+    assert "does not state the speed of joint S" in refusals[0]
+
+
+def test_unknown_languages_are_refused(cell, run):
+    with pytest.raises(InputError, match="unknown language 'karel'; known: inform, rapid"):
+        write_programs(dual_program(run, cell), ("karel",))
+
+
+def test_the_same_run_gives_the_same_bytes(cell, simple_plan):
+    def everything():
+        run = build_run(simple_plan, cell, schedule_plan(simple_plan, cell))
+        return [run_csv(run, cell), to_json(run_record(run, cell)), write_programs(dual_program(run, cell))]
+
+    assert everything() == everything()

@@ -1,0 +1,89 @@
+"""What is taken for a weld and what is not, on parts whose answer anybody can tell; no solid has a telling name."""
+
+import math
+from typing import Any
+
+import pytest
+
+from tests.saved_graphs import saved_graph
+from wpcal.core.errors import InputError
+from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
+
+
+def seams_of(name: str, **options: Any) -> tuple[Seam, ...]:
+    return detect_seams(saved_graph(name), SeamOptions(**options))
+
+
+def accepted(seams: tuple[Seam, ...]) -> set[tuple[str, ...]]:
+    return {tuple(sorted(seam.solids)) for seam in seams if seam.accepted}
+
+
+def test_bolted_plates_may_be_welded_and_their_bolts_are_not() -> None:
+    seams = seams_of("bolted-plates")
+    assert accepted(seams) == {("S0", "S1")}
+    assert sum(seam.length_mm for seam in seams if seam.accepted) == pytest.approx(440.0, rel=0, abs=0.01)
+    whys = {why for seam in seams for why in seam.against}
+    assert {"S2 is a bolt or screw", "S3 is a nut or washer", "the members are also held by 4 fasteners"} <= whys
+
+
+def test_a_bar_through_plates_is_a_rod_only_with_nuts() -> None:
+    assert ("S0", "S2") in accepted(seams_of("bar-through-plates"))
+    assert accepted(seams_of("bar-with-nut")) == {("S0", "S1")}
+
+
+def test_a_collar_on_a_tube_is_a_weld() -> None:
+    seams = seams_of("collar-on-tube")
+    assert [seam.accepted for seam in seams] == [True, True]
+    assert all("a round member in a hole" in seam.against[0] for seam in seams)
+
+
+def test_corners_of_a_window_are_no_welds_and_those_of_a_fused_tee_are() -> None:
+    seams = seams_of("window")
+    assert [(seam.accepted, round(seam.length_mm, 6)) for seam in seams] == [(False, 10.0)] * 4
+    assert all(any("the corner of an opening" in why for why in seam.against) for seam in seams)
+    asked = seams_of("window", concave=ConcaveEdges.ALWAYS)
+    assert not any("opening" in why for seam in asked for why in seam.against)
+    assert [seam.accepted for seam in seams_of("thick-tee-in-one")] == [True] * 4
+
+
+def test_the_inside_of_a_closed_box_is_out_of_reach() -> None:
+    """Six sheets of 6 mm, 180 mm wide inside: a wire gets that far before it meets a wall, a torch not."""
+    a = 180.0
+    seams = seams_of("closed-box")
+    inside = [bool(((seam.frames.p > -1e-6) & (seam.frames.p < a + 1e-6)).all()) for seam in seams]
+    assert sum(inside) >= 8
+    assert not any(seam.reachable for seam, is_in in zip(seams, inside, strict=True) if is_in)
+    assert sum(seam.accepted for seam in seams) >= 12  # the edges of the box, from outside
+
+
+def test_a_seam_is_found_once_where_an_edge_lies_near_two_faces() -> None:
+    """A wall stands half on a plate and half 0.2 mm above its lower half: along each side there is one run."""
+    seams = seams_of("wall-on-step")
+    assert [round(seam.length_mm, 6) for seam in seams if seam.length_mm > 10] == [120.0, 120.0]
+    assert max(seam.gap_mm[2] for seam in seams) == pytest.approx(0.2, rel=0, abs=1e-9)
+
+
+def test_the_least_length_of_a_seam_is_an_option() -> None:
+    """The T-joint has two seams of 150 mm and two of 8 mm."""
+
+    def accepted_lengths(least_mm: float) -> list[float]:
+        return sorted(round(seam.length_mm, 6) for seam in seams_of("tee", min_length_mm=least_mm) if seam.accepted)
+
+    assert accepted_lengths(5.0) == [8.0, 8.0, 150.0, 150.0]
+    assert accepted_lengths(8.5) == [150.0, 150.0]
+    assert accepted_lengths(151.0) == []
+    (short, *_) = [seam for seam in seams_of("tee", min_length_mm=8.5) if not seam.accepted]
+    assert "8.0 mm is shorter than the least length of a seam, 8.5 mm" in short.against
+
+
+def test_a_larger_least_length_keeps_long_seams_of_short_edges() -> None:
+    """The rim of the disc is 80 arcs of 2 mm."""
+    (rim,) = seams_of("disc-of-arcs", min_length_mm=100.0)
+    assert rim.accepted
+    assert rim.length_mm == pytest.approx(2 * math.pi * 25, rel=0, abs=1e-6)
+
+
+@pytest.mark.parametrize("least_mm", [-1.0, math.nan, math.inf])
+def test_a_least_length_that_is_none_is_refused(least_mm: float) -> None:
+    with pytest.raises(InputError, match="min_length_mm must be 0 or more"):
+        SeamOptions(min_length_mm=least_mm)

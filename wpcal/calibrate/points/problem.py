@@ -1,0 +1,175 @@
+"""Point pairs as a problem that every criterion fits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from wpcal.calibrate.criteria import Criterion, CriterionFit
+from wpcal.calibrate.points.annealed import anneal_pairs
+from wpcal.calibrate.points.covariance import (
+    isotropic_covariance,
+    minimax_covariance,
+    propagated_covariance,
+    unequal_minimax_covariance,
+    weighted_covariance,
+)
+from wpcal.calibrate.points.diagnose import find_issues
+from wpcal.calibrate.points.least_squares import distances, fit_least_squares, kabsch
+from wpcal.calibrate.points.minimax import MinimaxSolution, solve_minimax
+from wpcal.calibrate.points.robust import fit_robust
+from wpcal.calibrate.points.weighted import fit_weighted, weighted_lower_bound, weighted_root_mean_square
+from wpcal.calibrate.solver_report import Solver, SolverReport
+from wpcal.calibrate.uncertainty import TeachingError, residual_sigma
+from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.issue import Issue
+from wpcal.core.pairs import PointPairs, Residuals
+from wpcal.core.transform import RigidTransform
+from wpcal.optim.annealing import AnnealingSchedule
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointProblem:
+    """A `FitProblem` of point pairs.
+
+    Parameters
+    ----------
+    pairs : PointPairs
+        mm.
+    teaching : TeachingError
+        Of points that state no covariances. If it states nothing, the residuals of the least-squares fit tell.
+    seed : int
+        Of the simulated part of the minimax covariance and of the triples of the robust fit.
+    minimax : MinimaxSolution, optional
+        If it is known already.
+    """
+
+    pairs: PointPairs
+    teaching: TeachingError
+    seed: int = 0
+    minimax: MinimaxSolution | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the points."""
+        return self.pairs.names
+
+    @property
+    def word(self) -> str:
+        """What one observation is called in messages."""
+        return "point"
+
+    @property
+    def has_covariances(self) -> bool:
+        """Whether every point states its own error."""
+        return self.pairs.covariances is not None
+
+    @property
+    def compared(self) -> tuple[Criterion, ...]:
+        """All criteria."""
+        return tuple(Criterion)
+
+    def fit(self, criterion: Criterion) -> CriterionFit:
+        """Fit by one criterion and compute the covariance of the fit.
+
+        Raises
+        ------
+        GeometryError
+            When the points do not fix a rotation.
+        InputError
+            When the weighted criterion finds no covariances.
+        """
+        pairs, rows = self.pairs, np.arange(len(self.pairs))
+        if criterion is Criterion.MINIMAX:
+            found = self.minimax or solve_minimax(pairs)
+            T, objective, bound = found.T, found.objective_mm, found.lower_bound_mm
+        elif criterion is Criterion.WEIGHTED:
+            T = fit_weighted(pairs)
+            objective, bound = weighted_root_mean_square(pairs, T), weighted_lower_bound(pairs)
+        else:
+            if criterion is Criterion.ROBUST:
+                rows = np.flatnonzero(fit_robust(pairs, sigma_mm=self.teaching.per_axis_mm, seed=self.seed).inlier)
+            T = fit_least_squares(pairs.select(rows)) if len(rows) < len(pairs) else fit_least_squares(pairs)
+            r = pairs.p_target[rows] - T.apply(pairs.p_source[rows])
+            objective = bound = float(np.sqrt(np.mean(np.sum(r**2, axis=1))))
+        covariance, freedom = self._covariance(criterion, T, rows)
+        return CriterionFit(criterion, T, objective, bound, frozen(covariance), freedom, rows)
+
+    def distances_mm(self, T: RigidTransform) -> FloatArray:
+        """Distances of the taught points from the moved model points, mm, shape (n,)."""
+        return Residuals.of(self.pairs, T).norms_mm
+
+    def select(self, rows: IntArray) -> Self:
+        """Return the problem of some of the points, indices of shape (m,)."""
+        return replace(self, pairs=self.pairs.select(rows), minimax=None)
+
+    def find_issues(self, fit: CriterionFit) -> tuple[Issue, ...]:
+        """Name swapped, mirrored and mis-taught points, and what the points cannot tell."""
+        return find_issues(self.pairs, sigma_mm=self.teaching.per_axis_mm, seed=self.seed)
+
+    def _covariance(self, criterion: Criterion, T: RigidTransform, rows: IntArray) -> tuple[FloatArray, float]:
+        pairs, moved = self.pairs, T.apply(self.pairs.p_source[rows])
+        if pairs.covariances is not None:
+            return self._stated_covariance(moved, pairs.covariances[rows], criterion), math.inf
+        sigma, freedom = self.teaching.per_axis_mm, math.inf
+        if sigma is None:
+            p, q = pairs.p_source[rows], pairs.p_target[rows]
+            if criterion is Criterion.MINIMAX:  # its residuals are not the ones whose sum of squares is χ²
+                R, t = kabsch(p, q, np.full(len(rows), 1.0 / len(rows)))
+                sigma, freedom = residual_sigma(q - p @ R.T - t)
+            else:
+                sigma, freedom = residual_sigma(q - moved)
+        if criterion is Criterion.MINIMAX:
+            return minimax_covariance(moved, sigma, bounded=self.teaching.is_bounded, seed=self.seed), freedom
+        return isotropic_covariance(moved, sigma), freedom
+
+    def _stated_covariance(self, moved: FloatArray, covariances: FloatArray, criterion: Criterion) -> FloatArray:
+        """Covariance of ξ if every point states its error."""
+        if criterion is Criterion.WEIGHTED:
+            return weighted_covariance(moved, covariances)
+        if criterion is Criterion.MINIMAX:
+            return unequal_minimax_covariance(moved, covariances, seed=self.seed)
+        return propagated_covariance(moved, covariances)
+
+
+def search_points(
+    pairs: PointPairs,
+    *,
+    nominal: RigidTransform,
+    solver: Solver,
+    schedule: AnnealingSchedule | None,
+    seed: int,
+    certify: bool,
+) -> tuple[MinimaxSolution, SolverReport]:
+    """Search the least largest distance and polish it to the certified optimum.
+
+    Parameters
+    ----------
+    pairs : PointPairs
+        mm.
+    nominal : RigidTransform
+        ``T_nominal_part``.
+    solver : Solver
+    schedule : AnnealingSchedule or None
+    seed : int
+    certify : bool
+        Close a gap between answer and bound by branch and bound over all rotations.
+    """
+    if solver is Solver.EXACT:
+        found = solve_minimax(pairs, certify=certify)
+        return found, SolverReport(solver, "interior point", seed, starts=found.starts)
+    chosen = schedule or AnnealingSchedule.default()
+    T, run = anneal_pairs(pairs, nominal=nominal, schedule=chosen, seed=seed)
+    found = solve_minimax(pairs, start=T, certify=certify)
+    report = SolverReport.of_run(
+        run,
+        chosen,
+        method="simulated annealing, then interior point",
+        seed=seed,
+        starts=found.starts,
+        annealed_objective_mm=float(distances(pairs.p_source, pairs.p_target, T.R, T.t_mm).max()),
+    )
+    return found, report

@@ -1,0 +1,137 @@
+r"""The covariance of a fit of touches.
+
+A touch is off by a random vector :math:`\delta_i`; its residual sees :math:`A_i \delta_i`. With
+:math:`d = A(\delta - J\xi)` linear and :math:`M = \sum J_i^\top A_i J_i`, least squares has
+:math:`C = M^{-1} (\sum J_i^\top A_i C_i A_i J_i) M^{-1}`, which is :math:`\sigma^2 M^{-1}` for equal errors, and the
+weighted fit the inverse of its information. The further motion of the minimax fit is simulated on the linear model with
+a fixed seed, all samples at once by Lawson's reweighting.
+
+References
+----------
+Lawson (1961), Contributions to the Theory of Linear Least Maximum Approximation, PhD thesis, UCLA.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from wpcal.calibrate.criteria import Criterion
+from wpcal.calibrate.touches.fit import Pose, fit_squares, scaled_jacobian
+from wpcal.calibrate.touches.touches import Touches
+from wpcal.calibrate.uncertainty import EXCESS_SAMPLES, TeachingError
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.core.tangent import translation_adjoint
+
+LAWSON_STEPS = 400
+"""Reweightings; the largest residual is then within a thousandth of the least, far below the sampling error."""
+LEAST_WEIGHT = 1e-12
+"""Below this a touch plays no part in a simulated fit; zero could not be divided by."""
+
+
+def propagate_covariance(
+    touches: Touches, pose: Pose, criterion: Criterion, teaching: TeachingError, *, seed: int = 0
+) -> tuple[FloatArray, float]:
+    """Propagate the errors of the touches to the covariance of a fit.
+
+    Parameters
+    ----------
+    touches : Touches
+        Those that were fitted. If they carry covariances, these say how far each may be off.
+    pose : Pose
+        The fit.
+    criterion : Criterion
+    teaching : TeachingError
+        Of touches without covariances. If it states nothing, the residuals of the least-squares fit tell.
+    seed : int
+
+    Returns
+    -------
+    covariance : ndarray, shape (6, 6)
+        Of ξ about the base's origin, as in `CalibrationResult`.
+    degrees_of_freedom : float
+        Behind its scale. Infinite if the teaching error is stated.
+
+    Raises
+    ------
+    InputError
+        When nothing is stated and there are as many touches as freedoms.
+    """
+    J, pivot, length = scaled_jacobian(touches, pose)
+    to_origin = translation_adjoint(pivot) / np.repeat([length, 1.0], 3)  # of (L ω, v)
+    if touches.covariances is not None:
+        scaled = _of_stated_errors(J, pose, touches.covariances, criterion, seed)
+        return to_origin @ scaled @ to_origin.T, math.inf
+    sigma, freedom = _sigma(touches, pose, teaching)
+    scaled = np.linalg.inv(np.einsum("nik,nil->kl", J, J))
+    if criterion is Criterion.MINIMAX and sigma > 0:
+        scaled = scaled + _excess(J, pose, bounded=teaching.is_bounded, seed=seed)
+    return sigma**2 * to_origin @ scaled @ to_origin.T, freedom
+
+
+def _of_stated_errors(
+    J: FloatArray, pose: Pose, covariances: FloatArray, criterion: Criterion, seed: int
+) -> FloatArray:
+    """Covariance of the scaled motion where every touch states its error, shape (6, 6)."""
+    if criterion is Criterion.WEIGHTED:
+        weights = pose.at.information(covariances)
+        return np.asarray(np.linalg.inv(np.einsum("nik,nij,njl->kl", J, weights, J)))
+    if criterion is Criterion.MINIMAX:  # its two parts are not independent then: the whole is simulated
+        draws = np.random.default_rng(seed).standard_normal((EXCESS_SAMPLES, len(J), 3))
+        _, motions = _simulated(J, pose, np.einsum("nij,mnj->mni", np.linalg.cholesky(covariances), draws))
+        return np.asarray(motions.T @ motions / EXCESS_SAMPLES)
+    change = np.linalg.inv(np.einsum("nik,nil->kl", J, J))
+    return np.asarray(change @ np.einsum("nik,nij,njl->kl", J, covariances, J) @ change)  # J = A J
+
+
+def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> tuple[float, float]:
+    """Teaching error per axis, mm, stated or from the residuals of least squares, and its degrees of freedom."""
+    if teaching.per_axis_mm is not None:
+        return teaching.per_axis_mm, math.inf
+    freedom = int(pose.at.rank.sum()) - 6
+    if freedom <= 0:
+        raise InputError(
+            "the touches are as many as the freedoms, so no residual tells how well they were made: state the teaching "
+            "error with --sigma-mm or a column sigma_mm, or touch once more"
+        )
+    squares = fit_squares(touches, pose).at.d
+    return float(np.sqrt(np.sum(squares**2) / freedom)), freedom
+
+
+def _excess(J: FloatArray, pose: Pose, *, bounded: bool, seed: int) -> FloatArray:
+    """What the motion from least squares to minimax adds to the scaled covariance of unit errors, shape (6, 6)."""
+    rng = np.random.default_rng(seed)
+    shape = (EXCESS_SAMPLES, len(J), 3)
+    errors = rng.uniform(-math.sqrt(3.0), math.sqrt(3.0), shape) if bounded else rng.standard_normal(shape)
+    first, motions = _simulated(J, pose, errors)
+    further = motions - first
+    excess = further.T @ further
+    if bounded:
+        excess += first.T @ further + further.T @ first
+    return np.asarray(excess / EXCESS_SAMPLES)
+
+
+def _simulated(J: FloatArray, pose: Pose, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Scaled motions by least squares and by minimax of errors (m, n, 3), shapes (m, 6)."""
+    m, n = errors.shape[:2]
+    residuals = np.einsum("nij,mnj->mni", pose.at.A, errors)
+    first = _solve(J, residuals, np.ones((m, n)))
+    weights = np.full((m, n), 1.0 / n)
+    best, least = first, np.linalg.norm(residuals + np.einsum("nik,mk->mni", J, first), axis=2).max(axis=1)
+    for _ in range(LAWSON_STEPS):
+        motion = _solve(J, residuals, weights)
+        size = np.linalg.norm(residuals + np.einsum("nik,mk->mni", J, motion), axis=2)
+        better = size.max(axis=1) < least
+        best, least = np.where(better[:, None], motion, best), np.where(better, size.max(axis=1), least)
+        weights = np.maximum(weights * size, LEAST_WEIGHT)
+        weights /= weights.sum(axis=1, keepdims=True)
+    return first, best
+
+
+def _solve(J: FloatArray, residuals: FloatArray, weights: FloatArray) -> FloatArray:
+    """Weighted least-squares motions of all samples, shape (m, 6)."""
+    information = np.einsum("mn,nik,nil->mkl", weights, J, J)
+    gradient = np.einsum("mn,nik,mni->mk", weights, J, residuals)
+    return np.asarray(-np.linalg.solve(information, gradient[..., None])[..., 0])

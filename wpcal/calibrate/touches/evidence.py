@@ -1,0 +1,78 @@
+"""What only a fit of touches has: what each touch lies on, what holds the part, and what many starts found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class StartsEvidence:
+    """What many starts found. It takes the place of a proof, which exists for points only.
+
+    Parameters
+    ----------
+    starts : int
+    agreeing : int
+        Starts that ended at the answer.
+    next_best_rms_mm : float or None
+        Root mean square residual of the best other place where a start ended. None if there is no other place.
+    """
+
+    starts: int
+    agreeing: int
+    next_best_rms_mm: float | None
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        return {"starts": self.starts, "agreeing": self.agreeing, "next_best_rms_mm": self.next_best_rms_mm}
+
+
+@dataclass(frozen=True, slots=True)
+class HeldMotion:
+    """One of the six motions of the part, and the touches that hold it.
+
+    Parameters
+    ----------
+    motion : str
+        In words, in coordinates of the part.
+    singular_value : float
+        Change of all residuals, mm, by 1 mm of that motion at the touches' own radius.
+    held_by : tuple of str
+        Names of touches. The one that holds most comes first.
+    """
+
+    motion: str
+    singular_value: float
+    held_by: tuple[str, ...]
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        return {"motion": self.motion, "singular_value": self.singular_value, "held_by": list(self.held_by)}
+
+
+@dataclass(frozen=True, slots=True)
+class TouchEvidence:
+    """The part of a `CalibrationResult` that only touches on faces and edges have.
+
+    Parameters
+    ----------
+    lies_on : tuple of str, length n
+        What each fitted touch lies on, in words.
+    starts : StartsEvidence
+    motions : tuple of HeldMotion, length 6
+        The best held motion comes first.
+    """
+
+    lies_on: tuple[str, ...]
+    starts: StartsEvidence
+    motions: tuple[HeldMotion, ...]
+
+    def to_record(self, names: Sequence[str]) -> dict[str, Any]:
+        """Return plain values for a JSON file; `names` are those of the fitted touches."""
+        return {
+            "lies_on": dict(zip(names, self.lies_on, strict=True)),
+            "evidence": self.starts.to_record(),
+            "freedoms": [motion.to_record() for motion in self.motions],
+        }

@@ -1,0 +1,115 @@
+r"""Which of the part's six freedoms the touches hold, and the name of a motion that none of them hinders.
+
+The residuals change with a small motion by :math:`J\xi`. Its singular values, with rotations in mm at the touches'
+own radius, say how strongly each motion is held: a motion of 1 mm changes the residuals by that many mm in all. A
+singular value of nearly zero is a free motion, and its singular vector says which.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.calibrate.touches.evidence import HeldMotion
+from wpcal.calibrate.touches.fit import Pose, scaled_jacobian
+from wpcal.calibrate.touches.touches import NamedAxis, Touches
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import GeometryError
+
+FREE = 1e-3
+"""Below this share of the largest singular value a teaching error comes back a thousandfold: the motion is free."""
+HOLDS = 0.1
+"""A touch that makes up a tenth of a held motion's residuals is named as one that holds it."""
+SLIDES = 1e-6
+"""A motion that turns by less than this share is a sliding."""
+PITCH = 1e-3
+"""A turn that advances less than this share of its arc is a turn and no screw."""
+ON_AXIS_MM = 0.1
+"""An axis this near to a named one is spoken of by its name."""
+PARALLEL = 1.0 - 1e-6
+
+
+def held_motions(touches: Touches, pose: Pose) -> tuple[HeldMotion, ...]:
+    """Return the six motions of the part, the best held first, with the touches that hold each.
+
+    Raises
+    ------
+    GeometryError
+        When a motion is free; it is named.
+    """
+    axes = touches.axes
+    J, pivot, length = scaled_jacobian(touches, pose)
+    n = len(touches)
+    U, values, Vt = np.linalg.svd(J.reshape(3 * n, 6), full_matrices=False)
+    free = values <= FREE * values[0]
+    to_part = _ToPart(pose, pivot, length)
+    if free.any():
+        words = "; ".join(_motion(to_part, xi, axes) for xi in _spoken(Vt[free]))
+        raise GeometryError(
+            f"the touches leave the part free: it {words}. They hold {int((~free).sum())} of six freedoms; touch a "
+            "face that hinders this"
+        )
+    shares = np.sum(U.reshape(n, 3, 6) ** 2, axis=1)
+    return tuple(
+        HeldMotion(
+            _motion(to_part, Vt[k], axes),
+            float(values[k]),
+            tuple(touches.names[i] for i in np.argsort(-shares[:, k], kind="stable") if shares[i, k] >= HOLDS),
+        )
+        for k in range(6)
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _ToPart:
+    """From a scaled motion about the pivot in `base` to the part's own coordinates."""
+
+    pose: Pose
+    pivot: FloatArray
+    length_mm: float
+
+    def __call__(self, xi: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return ω (per mm of motion), v and the pivot in `part`."""
+        R, t = self.pose.R, self.pose.t
+        return R.T @ xi[:3] / self.length_mm, R.T @ xi[3:], R.T @ (self.pivot - t)
+
+
+def _spoken(free: FloatArray) -> list[FloatArray]:
+    """Choose a basis of the free motions that can be said: slidings apart from turns."""
+    _, _, coefficients = np.linalg.svd(free[:, :3].T)  # the last rows combine to no turn at all
+    return list(coefficients @ free)
+
+
+def _motion(to_part: _ToPart, xi: FloatArray, axes: Sequence[NamedAxis]) -> str:
+    """Say a motion: a sliding, a turn about an axis, or a screw."""
+    omega, v, pivot = to_part(xi)
+    speed = float(np.linalg.norm(omega))
+    if speed * to_part.length_mm <= SLIDES:
+        return f"slides along ({_numbers(_upright(v / np.linalg.norm(v)))})"
+    direction = _upright(omega / speed)
+    point = pivot + np.cross(omega, v) / speed**2
+    advance = abs(float(v @ omega)) / speed**2
+    about = _axis_words(point, direction, axes)
+    if advance <= PITCH * to_part.length_mm:
+        return f"turns about {about}"
+    return f"screws about {about}, {2 * np.pi * advance:.3g} mm a turn"
+
+
+def _axis_words(point: FloatArray, direction: FloatArray, axes: Sequence[NamedAxis]) -> str:
+    for axis in axes:
+        off = np.linalg.norm(np.cross(point - axis.point, axis.direction))
+        if off <= ON_AXIS_MM and abs(float(direction @ axis.direction)) >= PARALLEL:
+            return f"the axis of {axis.name}"
+    foot = point - (point @ direction) * direction
+    return f"the axis ({_numbers(direction)}) through ({_numbers(foot)})"
+
+
+def _upright(direction: FloatArray) -> FloatArray:
+    """Turn a direction so that its largest component is positive."""
+    return np.asarray(direction * np.sign(direction[np.argmax(np.abs(direction))]))
+
+
+def _numbers(vector: FloatArray) -> str:
+    return " ".join(f"{round(float(value), 3) + 0.0:g}" for value in vector)

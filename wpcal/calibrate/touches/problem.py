@@ -1,0 +1,189 @@
+"""Touches on points, edges and faces as a problem that every criterion fits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from wpcal.calibrate.criteria import Criterion, CriterionFit
+from wpcal.calibrate.solver_report import Solver, SolverReport
+from wpcal.calibrate.touches.contradiction import ContradictedTouch, contradiction_issues, find_contradicted
+from wpcal.calibrate.touches.covariance import propagate_covariance
+from wpcal.calibrate.touches.evidence import TouchEvidence
+from wpcal.calibrate.touches.fit import Pose, fit_minimax, fit_squares
+from wpcal.calibrate.touches.held_motions import held_motions
+from wpcal.calibrate.touches.starts import PoseSearch, search_pose, two_places
+from wpcal.calibrate.touches.touches import Touches
+from wpcal.calibrate.uncertainty import TeachingError
+from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.issue import Issue
+from wpcal.core.transform import RigidTransform
+from wpcal.optim.annealing import AnnealingSchedule
+
+BESIDE_MM = 1.0
+"""A contact further than this beyond the border of its face is reported: a teaching error does not explain it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TouchProblem:
+    """A `FitProblem` of touches, with the poses from which the fits start.
+
+    Parameters
+    ----------
+    touches : Touches
+    teaching : TeachingError
+        Of touches that state no covariances. If it states nothing, the residuals of the least-squares fit tell.
+    seed : int
+        Of the simulated part of the minimax covariance.
+    start : Pose
+        The least-squares fit of all touches.
+    annealed : Pose or None
+        The annealer's best pose: a second start of the minimax fit.
+    contradicted : ContradictedTouch or None
+        The touch that `Criterion.ROBUST` leaves out.
+    """
+
+    touches: Touches
+    teaching: TeachingError
+    seed: int
+    start: Pose
+    annealed: Pose | None
+    contradicted: ContradictedTouch | None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the touches."""
+        return self.touches.names
+
+    @property
+    def word(self) -> str:
+        """What one observation is called in messages."""
+        return "touch"
+
+    @property
+    def has_covariances(self) -> bool:
+        """Whether every touch states its own error."""
+        return self.touches.covariances is not None
+
+    @property
+    def compared(self) -> tuple[Criterion, ...]:
+        """All criteria but the robust one, which is least squares if no touch is contradicted."""
+        return (Criterion.MINIMAX, Criterion.LEAST_SQUARES, Criterion.WEIGHTED)
+
+    def fit(self, criterion: Criterion) -> CriterionFit:
+        """Fit by one criterion and compute the covariance of the fit; nothing is proved, so the bound is zero.
+
+        Raises
+        ------
+        InputError
+            When the touches are exactly as many as the freedoms and no teaching error is stated, or the weighted
+            criterion finds no covariances.
+        """
+        if criterion is Criterion.WEIGHTED and not self.has_covariances:
+            raise InputError("the weighted criterion needs an error for every touch: a column sigma_mm")
+        kept = np.arange(len(self.touches))
+        if criterion is Criterion.ROBUST and self.contradicted is not None:
+            kept = np.delete(kept, self.contradicted.row)
+        fitted = self.touches.select(kept)
+        pose, objective = self._pose(fitted, criterion)
+        covariance, freedom = propagate_covariance(fitted, pose, criterion, self.teaching, seed=self.seed)
+        T = RigidTransform(pose.R, pose.t, "base", "part")
+        return CriterionFit(criterion, T, objective, 0.0, frozen(covariance), freedom, kept)
+
+    def distances_mm(self, T: RigidTransform) -> FloatArray:
+        """Distances of the touches from what they lie on, mm, shape (n,)."""
+        return self.touches.linearised(T.R, T.t_mm).distances
+
+    def select(self, rows: IntArray) -> Self:
+        """Return the problem of some of the touches, indices of shape (m,)."""
+        return replace(self, touches=self.touches.select(rows), contradicted=None)
+
+    def find_issues(self, fit: CriterionFit) -> tuple[Issue, ...]:
+        """Name the touch that the others contradict, and the fitted touches beyond the border of their face."""
+        fitted = self.touches.select(fit.rows)
+        return (*contradiction_issues(self.touches, self.contradicted), *_border_issues(fitted, fit.T))
+
+    def _pose(self, touches: Touches, criterion: Criterion) -> tuple[Pose, float]:
+        """Fit by one criterion; the value is the largest residual or a root mean square, mm."""
+        if criterion is Criterion.MINIMAX:
+            pose = fit_minimax(touches, fit_squares(touches, self.start))
+            annealed = self.annealed
+            if annealed is not None and Pose.of(touches, annealed.R, annealed.t).largest_mm < pose.largest_mm:
+                pose = fit_minimax(touches, annealed)
+            return pose, pose.largest_mm
+        if criterion is Criterion.WEIGHTED:
+            pose = fit_squares(touches, self.start, weighted=True)
+            weights = pose.at.information(touches.covariances)
+            squares = np.einsum("ni,nij,nj->", pose.at.d, weights, pose.at.d)
+            return pose, math.sqrt(squares / np.trace(weights, axis1=1, axis2=2).sum())
+        pose = fit_squares(touches, self.start)
+        return pose, math.sqrt(np.mean(pose.at.distances**2))
+
+
+def search_touches(
+    touches: Touches,
+    *,
+    nominal: RigidTransform | None,
+    solver: Solver,
+    schedule: AnnealingSchedule | None,
+    seed: int,
+    teaching: TeachingError,
+) -> tuple[TouchProblem, SolverReport, TouchEvidence]:
+    """Search the pose of the touches, and check that they hold the part in one place.
+
+    Parameters
+    ----------
+    touches : Touches
+        At least three.
+    nominal : RigidTransform or None
+        ``T_nominal_part``.
+    solver : Solver
+        ``ANNEALING`` searches all poses; ``EXACT`` starts from the rotations of a cube only.
+    schedule : AnnealingSchedule or None
+    seed : int
+    teaching : TeachingError
+
+    Raises
+    ------
+    GeometryError
+        When a motion of the part is not held (the message names it), or two places fit equally well.
+    """
+    if len(touches) < 3:
+        raise GeometryError(f"{len(touches)} touches cannot hold a part; six on three faces do (3-2-1)")
+    place = None if nominal is None else RigidTransform(nominal.R, nominal.t_mm, "base", "part")
+    chosen = (schedule or AnnealingSchedule.default()) if solver is Solver.ANNEALING else None
+    found = search_pose(touches, nominal=place, schedule=chosen, seed=seed)
+    motions = held_motions(touches, found.pose)
+    if found.rival is not None:
+        raise two_places(touches, found.pose, found.rival)
+    contradicted = find_contradicted(touches, found.pose, teaching.per_axis_mm)
+    problem = TouchProblem(touches, teaching, seed, found.pose, found.annealed, contradicted)
+    return problem, _report(found, chosen, seed), TouchEvidence(touches.words, found.evidence, motions)
+
+
+def _report(found: PoseSearch, schedule: AnnealingSchedule | None, seed: int) -> SolverReport:
+    polish, starts = "damped Gauss-Newton from many starts, then an active set", found.evidence.starts
+    if found.run is None or found.annealed is None or schedule is None:
+        return SolverReport(Solver.EXACT, polish, seed, starts=starts)
+    return SolverReport.of_run(
+        found.run,
+        schedule,
+        method=f"simulated annealing, {polish}",
+        seed=seed,
+        starts=starts,
+        annealed_objective_mm=found.annealed.largest_mm,
+    )
+
+
+def _border_issues(touches: Touches, T: RigidTransform) -> tuple[Issue, ...]:
+    over = touches.targets.overhang(touches.rows, touches.linearised(T.R, T.t_mm).contact_part)
+    beyond = np.flatnonzero(over > BESIDE_MM)
+    if len(beyond) == 0:
+        return ()
+    listed = ", ".join(f"{touches.names[i]} by {over[i]:.3g} mm ({touches.words[i]})" for i in beyond[:6])
+    message = f"touches beyond the border of what they should lie on: {listed}; is the right face named?"
+    return (Issue("beside-face", message, tuple(touches.names[i] for i in beyond)),)

@@ -1,0 +1,175 @@
+"""Options of `wpcal export`: which seams, how the torch goes along them, and what the controller calls things."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from wpcal.cli.option_groups import option
+
+if TYPE_CHECKING:
+    from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldProgram
+    from wpcal.controllers.torch import TorchSettings
+    from wpcal.results.folder import FinishedCalibration
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SelectionFlags:
+    """Which seams are written."""
+
+    seams: str | None = option("--seams", metavar="W1,W2", help="Only these seams.  [default: the accepted ones]")
+    everything: bool = option("--all", is_flag=True, help="Candidates, too.")
+
+    def select(self, finished: FinishedCalibration) -> FinishedCalibration:
+        """Return the calibration with the chosen seams only."""
+        names = None if self.seams is None else [name.strip() for name in self.seams.split(",")]
+        return finished.select(names, everything=self.everything)
+
+    def require_one(self) -> None:
+        """Refuse names together with all.
+
+        Raises
+        ------
+        InputError
+            When both were given.
+        """
+        from wpcal.core.errors import InputError
+
+        if self.seams is not None and self.everything:
+            raise InputError("give either --seams or --all")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorchFlags:
+    """How the torch is held at the seam."""
+
+    work_angle_deg: float = option(
+        "--work-angle-deg", type=float, default=0.0, show_default=True, help="From the bisector, + towards y."
+    )
+    travel_angle_deg: float = option(
+        "--travel-angle-deg", type=float, default=0.0, show_default=True, help="+ push (0 to 15 is usual), - drag."
+    )
+    stick_out_mm: float = option(
+        "--stick-out-mm", type=float, default=0.0, show_default=True, help="Tool centre point back from the seam."
+    )
+    tool_axis: str = option(
+        "--tool-axis", type=click.Choice(["z", "x"]), default="z", show_default=True, help="Along the wire."
+    )
+
+    def to_settings(self) -> TorchSettings:
+        """Return the torch as the programs take it, angles in radians."""
+        from wpcal.controllers.torch import ToolAxis, TorchSettings
+
+        work_rad, travel_rad = math.radians(self.work_angle_deg), math.radians(self.travel_angle_deg)
+        return TorchSettings(work_rad, travel_rad, self.stick_out_mm, ToolAxis(self.tool_axis))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionFlags:
+    """How the torch arrives, welds and leaves."""
+
+    approach_mm: float = option(
+        "--approach-mm", type=float, default=50.0, show_default=True, help="Back along the wire."
+    )
+    retract_mm: float = option("--retract-mm", type=float, default=50.0, show_default=True, help="Back along the wire.")
+    speed_mm_s: float = option("--speed-mm-s", type=float, default=8.0, show_default=True, help="Along the seam.")
+    air_speed_mm_s: float = option(
+        "--air-speed-mm-s", type=float, default=100.0, show_default=True, help="Of approach and retract."
+    )
+
+    def to_settings(self) -> MotionSettings:
+        """Return the motion as the programs take it."""
+        from wpcal.controllers.program import MotionSettings
+
+        return MotionSettings(self.approach_mm, self.retract_mm, self.speed_mm_s, self.air_speed_mm_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControllerFlags:
+    """What the controller calls the program, the tool and the user frame."""
+
+    program_name: str = option("--program-name", default="WPCAL", show_default=True)
+    tool_name: str = option(
+        "--tool-name", default="tTorch", show_default=True, help="Where the controller's tools have names."
+    )
+    tool_number: int = option("--tool-number", type=int, default=1, show_default=True, help="Where they have numbers.")
+    frame_number: int = option(
+        "--frame-number", type=int, default=1, show_default=True, help="User frame that the part becomes."
+    )
+    configuration: str | None = option(
+        "--config", help="Configuration of the arm as the pendant shows it (FANUC, INFORM)."
+    )
+
+    def to_settings(self) -> ControllerSettings:
+        """Return the names and numbers as the programs take them."""
+        from wpcal.controllers.program import ControllerSettings
+
+        return ControllerSettings(
+            self.program_name, self.tool_name, self.tool_number, self.frame_number, self.configuration
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IdentifiedArmFlags:
+    """The identified arm through which the targets are corrected."""
+
+    robot: str | None = option(
+        "--robot", metavar="ARM.json", help="Identified arm: write the targets that make it go to the true poses."
+    )
+    near: str | None = option(
+        "--near", metavar="Q1,…,Q6", help="With --robot: shown angles near the seam, deg; they say how it stands."
+    )
+    tool: str | None = option(
+        "--tool", metavar="X,Y,Z[,RX,RY,RZ]", help="With --robot: tool as set in the controller, mm and deg."
+    )
+
+    def compensate(self, program: WeldProgram) -> WeldProgram:
+        """Replace the poses by what an identified robot has to be sent; no robot, no change."""
+        import numpy as np
+
+        from wpcal.controllers.compensation import compensate_program
+        from wpcal.core.errors import InputError
+        from wpcal.robot.identify.poses_file import parse_tool
+        from wpcal.robot.kinematics.arm_file import find_arm
+
+        if self.robot is None:
+            return program
+        arm = find_arm(self.robot)
+        try:
+            near = np.radians([float(cell) for cell in (self.near or "").split(",")])
+        except ValueError:
+            near = np.zeros(0)
+        if near.shape != (6,) or not np.isfinite(near).all():
+            raise InputError(f"--robot needs --near: six joint angles in degrees near the seam, got {self.near!r}")
+        if self.tool is None:
+            raise InputError(
+                "--robot needs --tool: the tool as set in the controller; 0,0,0 where it is the flange itself"
+            )
+        return compensate_program(program, arm, near=near, T_flange_tool=parse_tool(self.tool))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WeldProgramFlags:
+    """Everything that says what the written programs contain."""
+
+    selection: SelectionFlags
+    torch: TorchFlags
+    motion: MotionFlags
+    controller: ControllerFlags
+    arm: IdentifiedArmFlags
+
+    def build(self, folder: Path) -> WeldProgram:
+        """Read the calibration and put the torch on its seams as the options say."""
+        from wpcal.controllers.program import build_program
+        from wpcal.core.robot_space import RobotSpace
+        from wpcal.results.folder import read_finished
+
+        self.selection.require_one()
+        torch, motion, controller = self.torch.to_settings(), self.motion.to_settings(), self.controller.to_settings()
+        space = RobotSpace.NOMINAL if self.arm.robot is None else RobotSpace.IDENTIFIED
+        finished = self.selection.select(read_finished(folder, space=space))
+        return self.arm.compensate(build_program(finished, torch=torch, motion=motion, controller=controller))

@@ -1,0 +1,80 @@
+"""Taught points from a controller's program: which controller wrote the file, and its points in the robot's base."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from wpcal.controllers.registry import Controller, controller_of_file, controllers
+from wpcal.core.errors import InputError
+from wpcal.core.records import read_bytes
+from wpcal.taught.programs import TaughtProgram
+from wpcal.taught.table import TaughtPoints
+from wpcal.taught.user_frames import ProgramReading, points_in_base
+
+ENCODING = "latin-1"
+"""Controllers write one byte per character. Every byte is a character of Latin-1; only names can hold such bytes."""
+
+
+def is_program(path: Path) -> bool:
+    """Tell by the suffix whether a file is a controller's program."""
+    return controller_of_file(path) is not None
+
+
+def require_program(path: Path) -> Controller:
+    """Return the controller that reads a file.
+
+    Raises
+    ------
+    InputError
+        When no controller reads files of this suffix, with the known suffixes.
+    """
+    controller = controller_of_file(path)
+    if controller is None:
+        known = ", ".join(sorted(suffix for one in controllers() for suffix in one.suffixes))
+        raise InputError(f"{path}: unknown kind of program {path.suffix or '(no suffix)'!r}; known: {known}")
+    return controller
+
+
+def read_taught_program(path: Path, reading: ProgramReading | None = None) -> TaughtPoints:
+    """Read the taught points of a program as points in `base`.
+
+    Parameters
+    ----------
+    path : Path
+        A file with a suffix that a controller reads, for example RAPID ``.mod`` or KRL ``.dat``.
+    reading : ProgramReading, optional
+
+    Returns
+    -------
+    TaughtPoints
+        Each point's name is also its feature. All points have use ``yes``.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened, its suffix is unknown, or `reading` cannot be used.
+    FormatError
+        When the file breaks its format, holds no points or not the points asked for, or does not say the user frame.
+    """
+    require_program(path)
+    return points_in_base(parse_program(read_bytes(path), path), reading or ProgramReading())
+
+
+def parse_program(raw: bytes, path: Path) -> TaughtProgram:
+    """Return what a program's bytes hold, in the frames that it names; also the points that cannot be used.
+
+    Parameters
+    ----------
+    raw : bytes
+    path : Path
+        Its suffix tells the controller. Messages name it.
+
+    Raises
+    ------
+    InputError
+        When the suffix is unknown.
+    FormatError
+        When the program breaks its format.
+    """
+    reader = require_program(path).load_reader()
+    return TaughtProgram(str(path), reader, reader.read(raw.decode(ENCODING), str(path)))

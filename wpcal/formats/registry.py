@@ -1,0 +1,59 @@
+"""Everything that `wpcal export` can write: open formats (entry points ``wpcal.exporters``), and all controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+
+from wpcal.controllers.program import WeldProgram
+from wpcal.controllers.registry import Controller, controller_named, controller_names
+from wpcal.core.errors import InputError
+
+EXPORTERS = "wpcal.exporters"
+"""The entry-point group of formats that do not belong to a controller."""
+
+
+@dataclass(frozen=True, slots=True)
+class Exporter:
+    """One open format.
+
+    Parameters
+    ----------
+    name : str
+        The format's name in `wpcal export`.
+    title : str
+        One line for people: the format, and the files that are written.
+    write : callable
+        From a `WeldProgram` to file names and contents (text is written as UTF-8). It checks every limit of the format
+        and raises `InputError` before it returns.
+    """
+
+    name: str
+    title: str
+    write: Callable[[WeldProgram], Mapping[str, str | bytes]]
+
+
+def exporter_names() -> tuple[str, ...]:
+    """Return the names of all installed formats and controllers, sorted."""
+    return tuple(sorted({*controller_names(), *entry_points(group=EXPORTERS).names}))
+
+
+def exporter_named(name: str) -> Exporter | Controller:
+    """Return one format or controller; a controller goes before a format of the same name.
+
+    Raises
+    ------
+    InputError
+        When the name is unknown, with the known names, or its entry point is not an `Exporter`.
+    """
+    if name in controller_names():
+        return controller_named(name)
+    found = entry_points(group=EXPORTERS, name=name)
+    if not found:
+        raise InputError(f"unknown format {name!r}; known: {', '.join(exporter_names())}")
+    entry = next(iter(found))
+    exporter = entry.load()
+    if not isinstance(exporter, Exporter):
+        raise InputError(f"format {name!r}: the entry point {entry.value} is not a wpcal.formats.Exporter")
+    return exporter

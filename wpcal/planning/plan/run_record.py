@@ -1,0 +1,116 @@
+"""The records of a run: JSON with every digit, CSV with one row per state."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import Any
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.planning.cell.robot_cell import RobotCell
+from wpcal.planning.plan.recheck import PathCheck
+from wpcal.planning.plan.run import CellRun
+
+PLAN_SCHEMA = "wpcal/plan/1"
+CSV_DIGITS = 10
+"""Significant digits of the table: 1e-8 degrees."""
+
+
+def run_record(run: CellRun, cell: RobotCell) -> dict[str, Any]:
+    """Return the record of ``plan.json``.
+
+    Parameters
+    ----------
+    run : CellRun
+    cell : RobotCell
+
+    Returns
+    -------
+    dict
+        Angles in degrees. ``points`` has an entry a state; what belongs to the weld alone is null in the air.
+    """
+    plan, schedule, limit = run.plan, run.schedule, run.schedule.limit
+    return {
+        "schema": PLAN_SCHEMA,
+        "cell": cell.name,
+        "seam": plan.seam,
+        "found_by": plan.found_by,
+        "units": {"length": "mm", "angle": "deg", "time": "s"},
+        "objectives": dict(plan.objectives),
+        "as_printed": dict(plan.printed),
+        "speed_mm_s": schedule.speed_mm_s,
+        "asked_mm_s": schedule.asked_mm_s,
+        "speed_limit": None
+        if limit is None
+        else {"robot": limit.robot, "joint": limit.joint, "s_mm": limit.s_mm, "fastest_mm_s": limit.fastest_mm_s},
+        "freedom": run.verdict.value,
+        "check": None if run.check is None else check_record(run.check),
+        "robots": [{"arm": arm.name, "joints": [joint.name for joint in arm.joints]} for arm in (cell.arm1, cell.arm2)],
+        "points": _points(run),
+    }
+
+
+def check_record(check: PathCheck) -> dict[str, Any]:
+    """Return what a check found as plain values: how fine, the least margin and where, between which bodies."""
+    row = check.worst
+    has_pair = check.clearance.pair[row] >= 0
+    return {
+        "method": "convex hulls, capsules where a body has none",
+        "steps_cut_into": check.refine,
+        "states": len(check.s_mm),
+        "least_distance_mm": float(check.clearance.distance_mm[row]) if has_pair else None,
+        "least_margin_mm": float(check.clearance.margin_mm[row]) if has_pair else None,
+        "between": list(check.clearance.nearest(row)) if has_pair else None,
+        "s_mm": float(check.s_mm[row]),
+        "largest_motion_between_states_mm": check.motion_mm,
+        "largest_tip_error_mm": check.tip_error_mm,
+    }
+
+
+def clearance_at_states(run: CellRun) -> FloatArray:
+    """Return the distance of the pair with the least margin at every state of a run, mm; NaN where unchecked."""
+    if run.check is None or not len(run.check.clearance.pairs):
+        return np.full(len(run), np.nan)
+    return run.check.clearance.distance_mm[:: run.check.refine]
+
+
+def _points(run: CellRun) -> list[dict[str, Any]]:
+    plan = run.plan
+    columns = {
+        "s_mm": run.along(plan.s_mm),
+        "slope_deg": np.degrees(run.along(plan.slope_rad)),
+        "rotation_deg": np.degrees(run.along(plan.rotation_rad)),
+        "work_deg": np.degrees(run.along(plan.work_rad)),
+        "travel_deg": np.degrees(run.along(plan.travel_rad)),
+        "clearance_mm": clearance_at_states(run),
+    }
+    one, two = np.degrees(run.state.joints1).tolist(), np.degrees(run.state.joints2).tolist()
+    return [
+        {
+            "mark": row + 1,
+            "phase": phase.value,
+            "t_s": float(run.t_s[row]),
+            "robot1_deg": one[row],
+            "robot2_deg": two[row],
+            **{name: None if np.isnan(values[row]) else float(values[row]) for name, values in columns.items()},
+        }
+        for row, phase in enumerate(run.phases)
+    ]
+
+
+def run_csv(run: CellRun, cell: RobotCell) -> str:
+    """Return ``plan.csv``: a row a state, as `run_record` has them; cells are empty where nothing is known."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    joints = [
+        f"r{robot}_{joint.name}_deg" for robot, arm in enumerate((cell.arm1, cell.arm2), 1) for joint in arm.joints
+    ]
+    rest = ("s_mm", "slope_deg", "rotation_deg", "work_deg", "travel_deg", "clearance_mm")
+    writer.writerow(["mark", "phase", "t_s", *joints, *rest])
+    for point in _points(run):
+        numbers = [point["t_s"], *point["robot1_deg"], *point["robot2_deg"], *(point[name] for name in rest)]
+        cells = ["" if value is None else f"{value:.{CSV_DIGITS}g}" for value in numbers]
+        writer.writerow([point["mark"], point["phase"], *cells])
+    return text.getvalue()
