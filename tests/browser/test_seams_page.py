@@ -1,4 +1,4 @@
-"""The page of `wpcal seams --html` in a browser: it stands alone, counts what the list counts, and names stay names."""
+"""The page of `wpcal seams --html` in a browser: it needs no other file, lists every seam, and shows names as text."""
 
 import json
 import subprocess

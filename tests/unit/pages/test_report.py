@@ -111,7 +111,7 @@ def odd_seams(folder: Path) -> None:
         (other_frame, FrameError, "frame 'base'"),
         (other_pose, FormatError, "two calibrations"),
         (drop_points, FormatError, "lacks points"),
-        (odd_seams, FormatError, "no complete seams file"),
+        (odd_seams, FormatError, "complete seams file"),
     ],
 )
 def test_files_that_do_not_fit_are_refused(folder: Path, spoil: Any, kind: type[WpcalError], message: str) -> None:

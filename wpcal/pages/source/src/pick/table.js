@@ -1,4 +1,4 @@
-// The table of taught points under the hands of a person: what typing, pasting, clicking and removing does to the rows.
+// Edits of the table of taught points: what typing, pasting, clicking and removing does to the rows.
 import { Lines } from "./lines.js";
 import { isHalfANumber, pointed } from "./numbers.js";
 import { isTable, pastedText, readPasted } from "./pasted.js";

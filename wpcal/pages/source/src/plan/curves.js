@@ -45,8 +45,8 @@ function clearance(data, plan, common) {
   const says = (t) => {
     const row = rowAt(checked.t, t);
     const pair = data.pairs[checked.pair[row]];
-    const asked = checked.distance[row] - checked.margin[row];
-    return pair ? `${pair.join(" to ")}: ${fixed(checked.distance[row], 1)} mm, ${fixed(asked, 0)} mm required` : "";
+    const required = checked.distance[row] - checked.margin[row];
+    return pair ? `${pair.join(" to ")}: ${fixed(checked.distance[row], 1)} mm, ${fixed(required, 0)} mm required` : "";
   };
   const series = [{ name: "margin", t: checked.t, values: checked.margin }];
   const limit = { value: 0, text: "safety distance" };
