@@ -126,9 +126,9 @@ def test_a_wire_without_a_face_says_so() -> None:
 @pytest.mark.parametrize(
     ("marked", "edges", "message"),
     [
-        (("WELD_*",), (), "--marked 'WELD_*': no edge or wire has such a name, layer or colour"),
-        ((), ("1,2",), "--edge '1,2': expected x,y,z in mm or the name of a feature"),
-        ((), ("0,0,500",), "--edge 0,0,500: no edge is nearer than 2 mm, the nearest is"),
+        (("WELD_*",), (), "no edge or wire has the name, layer or colour 'WELD_*'"),
+        ((), ("1,2",), "the edge '1,2': expected x,y,z in mm or the name of a feature"),
+        ((), ("0,0,500",), "no edge is within 2 mm of 0,0,500; the nearest is"),
         ((), ("M999",), "M999"),
     ],
 )
