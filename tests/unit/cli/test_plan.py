@@ -156,4 +156,4 @@ def test_results_are_not_overwritten(tmp_path, few_points, capsys):
     out.mkdir()
     (out / "mine.txt").write_text("mine", encoding="utf-8")
     assert call("plan", CELL, few_points, "--seam", "W1", "-o", out) == 2
-    assert "give --force" in capsys.readouterr().err
+    assert "(--force)" in capsys.readouterr().err
