@@ -74,7 +74,7 @@ class GeneticFlags:
         "--population", type=click.IntRange(min=4), default=100, show_default=True, help="Of NSGA-II."
     )
     seed: int = option(
-        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number."
+        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all random numbers."
     )
 
     def to_options(self) -> Nsga2Options | None:
