@@ -1,4 +1,4 @@
-"""Options by which the taught points of a controller's program are turned into the robot's base."""
+"""Options that bring the points of a controller's program into the robot's base."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class ProgramFlags:
         multiple=True,
         metavar="[NAME=]VALUES",
         help="User frame in the base, as on the pendant: X,Y,Z,A,B,C (KUKA), X,Y,Z,W,P,R (FANUC), X,Y,Z,Rx,Ry,Rz "
-        "(Yaskawa), X,Y,Z,Q1,Q2,Q3,Q4 (ABB); or `base`, or a frame that the file carries. NAME is the program's "
-        "name or number of it; without, it holds for every point whose frame is not known. Repeatable.",
+        "(Yaskawa), X,Y,Z,Q1,Q2,Q3,Q4 (ABB); or `base`, or a frame that the file contains. NAME is its name "
+        "or number in the program; without NAME it is used for every point whose frame is not known. Repeatable.",
     )
     tool: str | None = option(
-        "--tool", metavar="X,Y,Z", help="Tool tip in the flange, mm, for points taught without a tool."
+        "--tool", metavar="X,Y,Z", help="Tool tip in the flange frame, mm, for points taught without a tool."
     )
     robot: str | None = option(
         "--robot", metavar="ARM", help="Arm file, or the name of a shipped arm: for points stored as joint angles."
@@ -66,11 +66,14 @@ class ProgramFlags:
         InputError
             When one of them cannot be used.
         """
+        from wpcal.cli.hints import named_option
         from wpcal.robot.kinematics.arm_file import find_arm
         from wpcal.taught.user_frames import ProgramReading, parse_uframes
 
+        with named_option("--uframe"):
+            uframes = parse_uframes(self.uframes)
         return ProgramReading(
-            uframes=parse_uframes(self.uframes),
+            uframes=uframes,
             tool=None if self.tool is None else _numbers(self.tool),
             arm=None if self.robot is None else find_arm(self.robot),
             points=None if self.points is None else [name.strip() for name in self.points.split(",")],

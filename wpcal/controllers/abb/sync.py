@@ -1,8 +1,8 @@
-r"""ABB RAPID for two robots of one MultiMove controller: a module for each task, moved in step.
+r"""ABB RAPID for two robots of one MultiMove controller: one module per task, moved in step.
 
-Between ``SyncMoveOn`` and ``SyncMoveOff`` every move carries ``\ID``, the number of the mark it goes to; the controller
-begins and ends moves of the same ``\ID`` together. Targets are joints in degrees (``MoveAbsJ``), so that no
-configuration is left open, and ``\T`` gives the time of each move.
+Between ``SyncMoveOn`` and ``SyncMoveOff`` every move has an ``\ID``, the number of the mark at its end. The controller
+begins and ends moves of the same ``\ID`` together. Targets are joint angles in degrees (``MoveAbsJ``), so the
+configuration is fixed. ``\T`` gives the time of each move.
 
 References
 ----------
@@ -17,29 +17,29 @@ import numpy as np
 from wpcal.controllers.abb.write import LONGEST_COMMENT, NAMES, NO_EXTERNAL_AXES, PROCEDURE
 from wpcal.controllers.naming import comment_lines, safe_name, safe_names
 from wpcal.controllers.rounding import rounded
-from wpcal.controllers.sync_program import ROBOTS, DualProgram
+from wpcal.controllers.sync_program import ROBOTS, SyncProgram
 from wpcal.core.arrays import FloatArray
 
 DEG_DECIMALS = 5
-"""A controller keeps 32-bit numbers: 1.5e-5 degrees at 180. One digit more than that loses nothing."""
+"""A controller keeps 32-bit numbers: 1.5e-5 degrees at 180 degrees. One more digit loses nothing."""
 SECOND_DECIMALS = 4
-"""0.1 ms of a move of some tenths of a second: 0.03 % of the speed."""
+"""A move takes some tenths of a second: 0.1 ms is 0.03 % of its speed."""
 JOINT_DEG_S = 20
-"""Of the first move, which comes from wherever the arm stands: slow."""
+"""Of the first move. Slow, because the arm can come from anywhere."""
 TASKS = ("T_ROB1", "T_ROB2")
 """Names of the motion tasks as delivered."""
 WAIT_AT_START, WAIT_AT_END, TASK_LIST = "start_", "end_", "tasks_"
-"""Before the name of a seam: what both tasks must have by the same name, apart from that of another seam."""
+"""Before the name of a seam: names that both tasks must share, and that differ from those of another seam."""
 NO_TOOL = "tool0"
-"""Robot 2: its targets are joints, so the tool only says what the speed would count for."""
+"""The tool of robot 2. Its targets are joint angles, so the tool does not change where the arm goes."""
 
 
-def write_dual_rapid(program: DualProgram) -> dict[str, str]:
-    """Write a RAPID module for each robot.
+def write_sync_rapid(program: SyncProgram) -> dict[str, str]:
+    """Write one RAPID module per robot.
 
     Parameters
     ----------
-    program : DualProgram
+    program : SyncProgram
 
     Returns
     -------
@@ -50,7 +50,7 @@ def write_dual_rapid(program: DualProgram) -> dict[str, str]:
     return {f"{stem}_R{robot}.mod": "\r\n".join(_module(program, f"{stem}_R{robot}", robot)) for robot in ROBOTS}
 
 
-def _module(program: DualProgram, module: str, robot: int) -> list[str]:
+def _module(program: SyncProgram, module: str, robot: int) -> list[str]:
     width = program.label_width
     stem = safe_names([program.seam], NAMES, room=max(width + 1, len(TASK_LIST)))[program.seam]
     labels = [f"{stem}_{mark:0{width}d}" for mark in program.marks]
@@ -72,7 +72,7 @@ def _module(program: DualProgram, module: str, robot: int) -> list[str]:
     ]
 
 
-def _header(program: DualProgram, robot: int) -> list[str]:
+def _header(program: SyncProgram, robot: int) -> list[str]:
     text = [
         f"robot {robot} ({program.arms[robot - 1].name}) of two, task {TASKS[robot - 1]}",
         *program.notes,
@@ -91,7 +91,7 @@ def _targets(labels: list[str], joints: FloatArray) -> list[str]:
     ]
 
 
-def _moves(program: DualProgram, stem: str, labels: list[str], tool: str) -> list[str]:
+def _moves(program: SyncProgram, stem: str, labels: list[str], tool: str) -> list[str]:
     lines = [f"    MoveAbsJ {labels[0]},vStep,fine,{tool};", f"    SyncMoveOn {WAIT_AT_START}{stem},{TASK_LIST}{stem};"]
     for row, label in enumerate(labels):
         if row > 0:

@@ -1,9 +1,10 @@
-"""Yaskawa INFORM for two robots of one controller: a job for each, and one that starts both.
+"""Yaskawa INFORM for two robots of one controller: one job per robot, and one that starts both.
 
 Both jobs run at the same time (``PSTART``) and wait for each other at every mark (``TSYNC`` with ``SNUM=2``). Targets
-are joints: encoder pulses where the arm's file states the pulses per degree, otherwise degrees (``///POSTYPE ANGLE``,
-which newer controllers read). A joint move has no time in this language: ``VJ`` is the share of the largest joint speed
-at which the move takes its time, rounded to what the language knows.
+are joint values: encoder pulses if the arm's file states the pulses per degree, otherwise degrees (``///POSTYPE
+ANGLE``, which newer controllers read). In this language a joint move has no time but a speed ``VJ``, a percentage of
+the largest joint speed. It is chosen so that the move takes the planned time, and rounded to the decimals of the
+language.
 
 References
 ----------
@@ -17,27 +18,26 @@ import numpy as np
 
 from wpcal.controllers.naming import comment_lines, safe_names
 from wpcal.controllers.rounding import rounded
-from wpcal.controllers.sync_program import ROBOTS, DualProgram
+from wpcal.controllers.sync_program import ROBOTS, SyncProgram
 from wpcal.controllers.yaskawa.write import DEG_DECIMALS, JOINT_PERCENT, LONGEST_COMMENT, NAMES, inform_job
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 
 PERCENT_DECIMALS = 2
 LEAST_PERCENT = 0.01
-"""VJ is written from 0.01 to 100.00."""
+"""The language has VJ from 0.01 to 100.00."""
 ROUND_OFF = 1e-9
-"""A share this little above a written one is that one."""
+"""A percentage this little above one that can be written is that one."""
 SYNC_NUMBERS = 8
-"""TSYNC has few numbers. Neither job can be more than one mark ahead, so that eight in turn cannot be taken for each
-other."""
+"""TSYNC has few numbers. Neither job can be more than one mark ahead, so eight numbers in turn cannot be confused."""
 
 
-def write_dual_inform(program: DualProgram) -> dict[str, str]:
-    """Write an INFORM job for each robot, and one that starts both.
+def write_sync_inform(program: SyncProgram) -> dict[str, str]:
+    """Write one INFORM job per robot, and one that starts both.
 
     Parameters
     ----------
-    program : DualProgram
+    program : SyncProgram
 
     Returns
     -------
@@ -47,7 +47,7 @@ def write_dual_inform(program: DualProgram) -> dict[str, str]:
     Raises
     ------
     InputError
-        When an arm does not state the largest speeds of its joints, a time asks for more than them, or a job would be
+        When an arm does not state the largest speeds of its joints, a move needs more than these, or a job would be
         too long.
     """
     name = program.controller.program_name
@@ -63,7 +63,7 @@ def write_dual_inform(program: DualProgram) -> dict[str, str]:
     return files
 
 
-def _positions(program: DualProgram, robot: int) -> list[str]:
+def _positions(program: SyncProgram, robot: int) -> list[str]:
     arm, joints = program.arms[robot - 1], program.joints[robot - 1]
     tool = program.controller.tool_number if robot == 1 else 0
     if all(joint.pulses_per_deg is not None for joint in arm.joints):
@@ -79,7 +79,7 @@ def _positions(program: DualProgram, robot: int) -> list[str]:
     ]
 
 
-def _moves(program: DualProgram, robot: int) -> list[str]:
+def _moves(program: SyncProgram, robot: int) -> list[str]:
     text = [
         f"robot {robot} of two",
         f"seam {program.seam}",
@@ -100,15 +100,15 @@ def _moves(program: DualProgram, robot: int) -> list[str]:
     return lines
 
 
-def joint_percents(program: DualProgram) -> FloatArray:
-    r"""Return ``VJ`` of every move of both robots: shares of the largest joint speeds that give the planned times.
+def joint_percents(program: SyncProgram) -> FloatArray:
+    r"""Return ``VJ`` of every move of both robots: percentages of the largest joint speeds that give the planned times.
 
-    :math:`100 \max_j |\Delta q_j| / (\dot q_{j,max} \Delta t)`, rounded for the robot with the larger share, and up for
-    the other: it comes early and waits, so that its rounding does not slow the step.
+    :math:`100 \max_j |\Delta q_j| / (\dot q_{j,max} \Delta t)`, rounded for the robot with the larger percentage and
+    rounded up for the other. The other robot arrives early and waits, so its rounding does not slow the step.
 
     Parameters
     ----------
-    program : DualProgram
+    program : SyncProgram
 
     Returns
     -------
@@ -118,7 +118,7 @@ def joint_percents(program: DualProgram) -> FloatArray:
     Raises
     ------
     InputError
-        When an arm does not state the speeds of its joints, or a share is more than 100 %.
+        When an arm does not state the speeds of its joints, or a percentage is more than 100.
     """
     share = _shares(program)
     decides = share == share.max(axis=0)
@@ -132,7 +132,7 @@ def joint_percents(program: DualProgram) -> FloatArray:
     return np.asarray(np.maximum(percents, LEAST_PERCENT), dtype=np.float64)
 
 
-def _shares(program: DualProgram) -> FloatArray:
+def _shares(program: SyncProgram) -> FloatArray:
     """Return 100 max |Δq| / (largest speed · Δt) of every move, shape (2, N - 1)."""
     shares = []
     for robot, arm, joints in zip(ROBOTS, program.arms, program.joints, strict=True):
@@ -145,8 +145,8 @@ def _shares(program: DualProgram) -> FloatArray:
     return np.array(shares)
 
 
-def _timing_note(program: DualProgram) -> str:
-    """Say how far the rounding of VJ takes the time between marks of the weld from what was planned."""
+def _timing_note(program: SyncProgram) -> str:
+    """Say how much the rounding of VJ changes the times between the marks of the weld."""
     taken = 100.0 * (_shares(program) / joint_percents(program)).max(axis=0)[program.arc_on : program.arc_off]
     times = f"a step of the weld takes {taken.min():.1f} to {taken.max():.1f} % of its time"
     return f"VJ has {PERCENT_DECIMALS} decimals: {times}"

@@ -1,7 +1,7 @@
-"""How far the bodies of a cell are from each other by the capsules around them: fast enough for the inside of a search.
+"""Distances between the bodies of a cell, measured by the capsules around them: fast enough for use inside a search.
 
-The answer is as true as the capsules that the cell states. `wpcal.planning.cell.hulls` measures the convex hulls
-instead, and only what it has checked is called free.
+The distances are as accurate as the capsules in the cell file. `wpcal.planning.cell.hulls` measures the convex hulls
+instead; only a path that it has checked is called free.
 
 References
 ----------
@@ -10,34 +10,35 @@ Hou, Wang, Yue, Jia 2018, eq. (6): a state is clear when the least distance is l
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.errors import GeometryError
 from wpcal.planning.cell.bodies import BodyPairs, body_frames, body_pairs
-from wpcal.planning.cell.robot_cell import CellState, RobotCell
+from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell
 from wpcal.planning.cell.segments import Segments, segment_distances
 from wpcal.robot.kinematics.forward import Frames
 
 STATES = 1024
-"""States handled at once: the axes of all capsules of a cell (some MB) then stay near the core."""
+"""States per batch: the axes of all capsules of a cell (some MB) then stay in the cache."""
 BLOCK = 16_384
-"""Distances computed at once: each temporary array (128 kB) stays in the cache of a core."""
+"""Distances per batch: each temporary array (128 kB) stays in the cache of a core."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clearance:
-    """How free n states are.
+    """Clearances of n states.
 
     Parameters
     ----------
     margin_mm : ndarray, shape (n,)
-        Least of distance minus the safety distance of the pair, over all pairs; infinite in a cell without pairs.
+        Least distance minus safety distance over all pairs, mm; infinite in a cell without pairs.
     distance_mm : ndarray, shape (n,)
-        Distance of the pair with the least margin; negative where capsules overlap.
+        Distance of the pair with the least margin, mm; negative where capsules overlap.
     pair : ndarray of int, shape (n,)
-        That pair, a row of `pairs`; -1 in a cell without pairs.
+        The pair with the least margin, a row of `pairs`; -1 in a cell without pairs.
     pairs : BodyPairs
     """
 
@@ -77,8 +78,8 @@ def capsule_clearance(cell: RobotCell, state: CellState) -> Clearance:
 
     Notes
     -----
-    About 35 ns a pair of capsules: 6 µs a state of a cell with 160 pairs, and a third of that for the kinematics. Many
-    states in one call are far cheaper than one state in each of many calls.
+    About 35 ns per pair of capsules: 6 µs per state of a cell with 160 pairs, and a third of that for the kinematics.
+    One call with many states is far cheaper than many calls with one state.
     """
     pairs = body_pairs(cell)
     table = _CapsuleTable.of_pairs(pairs)
@@ -88,6 +89,31 @@ def capsule_clearance(cell: RobotCell, state: CellState) -> Clearance:
         frames = body_frames(cell, CellState(state.joints1[some], state.joints2[some]))
         margin[some], row[some] = _least_margins(capsule_axes(pairs, frames), table)
     return Clearance(margin, margin + np.append(pairs.safety_mm, 0.0)[row], row, pairs)
+
+
+def require_bases_apart(cell: RobotCell) -> None:
+    """Refuse a cell whose fixed bodies (pedestals and bench) are nearer to each other than the safety distance.
+
+    Raises
+    ------
+    GeometryError
+        With the two bodies and the missing distance.
+    """
+    fixed = replace(
+        cell,
+        links1=tuple(shape for shape in cell.links1 if shape.link == 0),
+        links2=tuple(shape for shape in cell.links2 if shape.link == 0),
+        torch=(),
+        part=(),
+    )
+    clear = capsule_clearance(fixed, CellState(np.zeros((1, JOINTS)), np.zeros((1, JOINTS))))
+    if not clear.is_clear[0]:
+        one, two = clear.nearest(0)
+        apart = float(np.linalg.norm(cell.T_base1_base2.t_mm))
+        raise GeometryError(
+            f"the robots stand too close (bases {apart:.0f} mm apart): {one} and {two} miss their safety distance by "
+            f"{-clear.margin_mm[0]:.0f} mm, whatever the joints"
+        )
 
 
 def _least_margins(axes: Segments, table: _CapsuleTable) -> tuple[FloatArray, IntArray]:
