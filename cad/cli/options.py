@@ -42,6 +42,9 @@ class SeamFlags:
     gap_mm: float | None = option(
         "--gap-mm", type=float, help="Largest gap between members.  [default: by part size, at most 0.5]"
     )
+    min_length_mm: float = option(
+        "--min-length-mm", type=float, default=5.0, show_default=True, help="Least length of an accepted seam."
+    )
     turn_deg: float = option(
         "--turn-deg", type=float, default=45.0, show_default=True, help="Largest turn of the frame between points."
     )
@@ -67,7 +70,8 @@ class SeamFlags:
             raise InputError(f"--gap-mm must be positive, got {self.gap_mm}")
         if not 0 <= self.split_deg <= 180:
             raise InputError(f"--split-deg must be between 0 and 180, got {self.split_deg}")
-        return SeamOptions(self.gap_mm, ConcaveEdges(self.concave), math.radians(self.split_deg), steps)
+        split_rad = math.radians(self.split_deg)
+        return SeamOptions(self.gap_mm, ConcaveEdges(self.concave), split_rad, steps, min_length_mm=self.min_length_mm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

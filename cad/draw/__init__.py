@@ -1,1 +1,1 @@
-"""Pictures and drawings of a calibrated part: PNG, DXF, GLB."""
+"""Pictures and drawings of a part and its seams: PNG (`picture`), DXF (`dxf`), GLB (`glb`). No kernel is needed."""

@@ -1,9 +1,9 @@
 """DXF: the calibrated seams as 3-D polylines, the reference points with labels, and the residual vectors.
 
-Lengths are mm (the header says so), in the robot's base. A seam has a layer of its own, coloured by its joint. The
-reference points of the model stand where the fit puts them, with their names; the taught points have a layer of their
-own. Residual vectors are drawn magnified, from the taught point against the residual, with their true length in mm;
-their layer's name says how much they are magnified.
+Lengths are mm (the header says so), in the robot's base. Each seam has its own layer, coloured by its joint. The
+reference points of the model are drawn with their names where the fit puts them. The taught points have their own
+layer. Residual vectors are drawn magnified, from the taught point towards the reference point, with their true length
+in mm; the name of their layer states the magnification.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from wpcal.formats.registry import Exporter
 from wpcal.seam.seam import JointType
 
 NAMES = NameRules("DXF", 60, "0 defpoints reference_points taught_points residuals_x100")
-"""Old readers take layer names of 255 characters; a list on a screen shows 60."""
+"""Old readers accept layer names of 255 characters; a list on a screen shows 60."""
 JOINT_COLOUR = {
     JointType.TEE: 3,
     JointType.LAP: 5,
@@ -39,15 +39,15 @@ REFERENCE_LAYER = "REFERENCE_POINTS"
 POINT_LAYER = "TAUGHT_POINTS"
 RESIDUAL_LAYER = "RESIDUALS_X100"
 MAGNIFIED = 100.0
-"""Residuals are tenths of a millimetre on parts of some hundred."""
+"""Residuals are tenths of a millimetre, on parts of a few hundred millimetres."""
 TEXT_PART = 0.01
-"""Text height as a part of the drawing's diagonal: a label is read when the whole part fills the screen."""
+"""Text height relative to the drawing's diagonal: labels are readable when the whole part fills the screen."""
 MILLIMETRES = 4
 """The value of $INSUNITS for mm."""
 POINT_MARK = 35
-"""The value of $PDMODE for a cross in a circle; a point is otherwise one pixel."""
+"""The value of $PDMODE for a cross in a circle. By default a point is one pixel."""
 SMALLEST_TEXT_MM = 0.1
-"""Where all points coincide."""
+"""Text height if all points coincide."""
 
 
 def write_dxf(program: WeldProgram) -> dict[str, str]:
@@ -134,7 +134,7 @@ def _label(space: Any, text: str, p: FloatArray, layer: str, height: float) -> N
 
 @contextmanager
 def reproducible() -> Iterator[None]:
-    """Write without the time and with fixed identifiers: the same input gives the same bytes."""
+    """Write without the time and with fixed identifiers, so that the same input gives the same bytes."""
     from ezdxf import options
 
     before = options.write_fixed_meta_data_for_testing

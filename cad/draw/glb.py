@@ -1,7 +1,7 @@
 """GLB: the calibrated part, its seams as lines and the tool's triads along them, for viewers of glTF.
 
-glTF wants metres and y up: a place (x, y, z) in mm of the base is written as (x, z, -y) / 1000. Nodes carry the names
-of the seams and of the part's solids; the node ``part`` holds the solids and carries the calibrated pose.
+In glTF lengths are metres and y points up: a point (x, y, z) in the base, mm, is written as (x, z, -y) / 1000. Nodes
+have the names of the seams and of the part's solids. The node ``part`` holds the solids and the calibrated pose.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from wpcal.core.transform import RigidTransform
 from wpcal.formats.registry import Exporter
 
 NAMES = NameRules("GLB", 60)
-"""The name of the file; glTF itself sets no limit."""
+"""For the name of the file; glTF itself sets no limit."""
 GLTF_FROM_BASE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """z up becomes y up."""
 MM = 1e-3
 TRIAD_MM = 5.0
-"""Length of an axis: half of the largest step that seams are cut into by default, so that neighbours stay apart."""
+"""Length of an axis: half of the largest default step along a seam, so that neighbours do not overlap."""
 AXIS_COLOURS = np.array([[220, 40, 40, 255], [40, 170, 60, 255], [40, 90, 220, 255]], dtype=np.uint8)
 """x red, y green, z blue, as everywhere."""
 SEAM_COLOUR = np.array([240, 140, 20, 255], dtype=np.uint8)
@@ -40,13 +40,13 @@ def write_glb(program: WeldProgram) -> dict[str, bytes]:
     Returns
     -------
     dict of str to bytes
-        ``NAME.glb``: a node a seam, a node ``SEAM triads`` with the axes of the tool, and under ``part`` a node a solid
-        where the calibration has triangles of it.
+        ``NAME.glb``: per seam one node and one node ``SEAM triads`` with the axes of the tool; under ``part`` one node
+        per solid, if the calibration has triangles.
 
     Raises
     ------
     FormatError
-        When the calibration's ``part.glb`` is none.
+        When the calibration's ``part.glb`` is not a GLB file of wpcal.
     """
     import trimesh
 
@@ -63,7 +63,7 @@ def write_glb(program: WeldProgram) -> dict[str, bytes]:
 
 
 def _add_part(scene: Any, mesh: PartMesh, T_base_part: RigidTransform) -> None:
-    """Hang the solids, in mm of the part, under a node that carries the pose; taken names get a number."""
+    """Add the solids, in mm of `part`, under a node with the pose. Names that are taken get a number."""
     import trimesh
     from trimesh.visual import TextureVisuals
     from trimesh.visual.material import PBRMaterial
@@ -101,7 +101,7 @@ def _seam(path: WeldPath) -> object:
 
 
 def _triads(path: WeldPath) -> object:
-    """Return the axes of the tool along the seam, a line each."""
+    """Return the axes of the tool along the seam, one line per axis."""
     from trimesh.path import Path3D
     from trimesh.path.entities import Line
 
@@ -113,7 +113,7 @@ def _triads(path: WeldPath) -> object:
 
 
 def _to_gltf(p_base: FloatArray) -> FloatArray:
-    """Return places of the base, mm, in metres with y up."""
+    """Convert points in the base, shape (n, 3), mm, to metres with y up."""
     return np.asarray(p_base @ GLTF_FROM_BASE.T * MM, dtype=np.float64)
 
 

@@ -1,4 +1,4 @@
-"""A picture of a part with its seams and their names, without a screen; needs matplotlib (extra `plots`)."""
+"""A picture of a part with its seams and their names. No screen is needed, but matplotlib is (extra `plots`)."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from wpcal.core.arrays import FloatArray
 from wpcal.seam import Seam
 
 VIEWS = (("from the front, left and above", 28.0, -125.0), ("from the front, right and above", 28.0, -35.0))
-"""Elevation and azimuth in degrees. Edges are drawn through, so what is behind is seen, too; two directions a quarter
-turn apart tell front from back."""
+"""Name, elevation and azimuth in degrees. Hidden edges are visible too; two views a quarter turn apart show what is in
+front."""
 ACCEPTED, REFUSED, EDGES = "#c0392b", "#7d8a97", "#aab2ba"
 MOST_REFUSED_NAMES = 30
-"""With more candidates that are not accepted their names cover the part."""
+"""If more candidates than this were refused, their names are left out: they would cover the part."""
 PIXELS_PER_INCH = 110
 WIDTH_IN, HEIGHT_IN = 16.0, 8.5
 
@@ -32,13 +32,13 @@ def seams_png(graph: BrepGraph, seams: Sequence[Seam], title: str) -> bytes:
     ----------
     graph : BrepGraph
     seams : sequence of Seam
-        With frames in `part`. Accepted ones are red with their names at their middles, the others grey and dashed.
+        With frames in `part`. Accepted seams are red with their names at their middles; others are grey and dashed.
     title : str
 
     Returns
     -------
     bytes
-        PNG without a time stamp: the same part gives the same bytes with the same matplotlib.
+        PNG without a time stamp. The same part and the same matplotlib version give the same bytes.
     """
     figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), dpi=PIXELS_PER_INCH)
     start, _, points = edge_polylines(graph)
@@ -75,7 +75,7 @@ def _draw(axes: Any, edges: list[FloatArray], seams: Sequence[Seam]) -> None:
 
 
 def _fit(axes: Any, points: FloatArray) -> None:
-    """Show all points, with the same scale along x, y and z."""
+    """Set the axes so that all points are visible, with the same scale along x, y and z."""
     low, high = points.min(axis=0), points.max(axis=0)
     size = np.maximum(high - low, 1e-3 * float((high - low).max()))
     for limits, a, b in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), low, low + size, strict=True):

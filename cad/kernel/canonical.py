@@ -1,6 +1,6 @@
-"""B-splines that are planes, cylinders, cones, spheres, lines or circles, recognised as what they are.
+"""Recognise B-splines that are planes, cylinders, cones, spheres, lines or circles.
 
-Some exporters write every surface as a B-spline; without this such a file has no hole and no datum plane at all.
+Some exporters write every surface as a B-spline. Without this step, such a file has no holes and no datum planes.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from wpcal.brep import CurveKind, SurfaceKind
 from wpcal.core.arrays import FloatArray
 
 SAME_SHAPE_MM = 1e-3
-"""A B-spline this near to a plane, cylinder, circle … is one: exporters approximate to 1e-4 mm, a weld sees 0.1 mm."""
+"""A B-spline this close to a plane, cylinder, circle … counts as one. Exporters approximate to 1e-4 mm."""
 
 
 def recognise_surface(face: Any) -> tuple[int, Any] | None:
-    """Return the kind and the kernel's elementary surface, or None where the face is none within `SAME_SHAPE_MM`."""
+    """Return the kind and the kernel's elementary surface; None when no surface fits within `SAME_SHAPE_MM`."""
     analysis = ShapeAnalysis_CanonicalRecognition(face)
     for kind, surface, matches in (
         (SurfaceKind.PLANE, gp_Pln(), analysis.IsPlane),
@@ -36,13 +36,13 @@ def recognise_surface(face: Any) -> tuple[int, Any] | None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecognisedCurve:
-    """A line or circle found in a curve of another kind, with a parameter of its own that runs the same way.
+    """A line or circle that a curve of another kind was recognised as. Its own parameter runs the same way.
 
     Parameters
     ----------
     kind : CurveKind
     frame : ndarray, shape (4, 3)
-        As in `BrepGraph.edge_frame`: a line starts at its first point, a circle has it on its x axis.
+        As in `BrepGraph.edge_frame`, mm. A line starts at the curve's first point; a circle has it on its x axis.
     radius : float
         mm; 0 for a line.
     span : tuple of float
@@ -56,11 +56,11 @@ class RecognisedCurve:
 
 
 SAMPLES_PER_SPAN = 9
-"""Points that a curve is judged by: a B-spline of one span that agrees with a circle at nine points is the circle."""
+"""Points tested per span: a B-spline of one span that agrees with a circle at nine points is that circle."""
 
 
 def recognise_curve(adaptor: Any) -> RecognisedCurve | None:
-    """Return the line or circle that an edge's curve is within `SAME_SHAPE_MM`, or None."""
+    """Return the line or circle within `SAME_SHAPE_MM` of an edge's curve, or None."""
     first, last = adaptor.FirstParameter(), adaptor.LastParameter()
     samples = SAMPLES_PER_SPAN * max(1, _span_count(adaptor))
     values = [adaptor.Value(t) for t in np.linspace(first, last, samples)]

@@ -1,10 +1,10 @@
 """Run one function of the CAD side in a child process with a time limit.
 
-The kernel can crash, hang or run out of memory on a file. In a child that is one line (`KernelError`), and the parent
-starts without loading the kernel. The child talks to its parent in frames over a pipe of its own: whatever the kernel
-prints on standard output goes to the child's standard error, which the parent keeps away from its own.
+The kernel can crash, hang or run out of memory on a file. In a child process such a fault is one line (`KernelError`),
+and the parent starts without loading the kernel. The child sends its results as frames over a pipe of its own. Whatever
+the kernel prints on standard output goes to the child's standard error, which the parent does not show.
 
-``python -m cad.kernel.child`` is the child's side; it is of no use by hand.
+``python -m cad.kernel.child`` starts the child's side. It is not meant to be run by hand.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from wpcal.core.errors import KernelError, WpcalError
 from wpcal.core.progress import Progress
 
 DEFAULT_TIMEOUT_S = 600.0
-"""Twenty times what the kernel needs for the largest real part tried (170 MB, 30 s)."""
+"""Twenty times what the kernel needed for the largest real part tried (170 MB, 30 s)."""
 
 _LENGTH = struct.Struct("<Q")
 _ALARM_GRACE_S = 30
-"""The child ends itself this long after its limit, should its parent be gone."""
+"""The child ends itself this long after its time limit, in case its parent is gone."""
 
 CRASH_SIGNALS = frozenset({"SIGSEGV", "SIGABRT", "SIGBUS", "SIGFPE", "SIGILL"})
-"""What a fault of compiled code ends with."""
+"""Signals that end a process after a fault in compiled code."""
 
 
 class ChildFaultError(RuntimeError):
-    """A defect of ours in the child: an exception that nobody foresaw. Its traceback is in the notes."""
+    """A defect of wpcal in the child: an unexpected exception. Its traceback is in the notes."""
 
 
 def run_in_child(
@@ -58,13 +58,13 @@ def run_in_child(
     target : str
         ``package.module:function``.
     arguments : mapping, optional
-        Keyword arguments; plain values that can be pickled, as is the result.
+        Keyword arguments. They and the result must be values that can be pickled.
     what : str
-        For messages: what is done, to which file (``reading part.step``).
+        For messages: what is being done to which file (``reading part.step``).
     timeout_s : float
         The child is ended after this time, s.
     progress : callable, optional
-        When given, the function gets a keyword argument `progress` as well; each text it passes arrives here.
+        When given, the function also gets a keyword argument `progress`. Each text it passes arrives here.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def run_in_child(
     Raises
     ------
     WpcalError
-        As the function raised it.
+        When the function raised one; it is raised again here.
     KernelError
         When the child crashed, was killed or exceeded its time.
     ChildFaultError
@@ -111,21 +111,21 @@ class _Child:
     is_late: bool = False
 
     def end_late(self) -> None:
-        """End the child because its time is over."""
+        """End the child because it exceeded its time limit."""
         self.is_late = True
         self.process.kill()
 
     def close(self) -> None:
-        """End the child if it still runs, and let go of its pipes."""
+        """End the child if it still runs, and close its pipes."""
         self.process.kill()
         self.process.wait()
         for pipe in (self.process.stdin, self.process.stdout):
-            with suppress(BrokenPipeError):  # it died before it took its request; that is reported elsewhere
+            with suppress(BrokenPipeError):  # it died before it read its request; `converse` reports that
                 if pipe is not None:
                     pipe.close()
 
     def converse(self, request: bytes, progress: Progress | None) -> Any:
-        """Send the request and handle frames until the result; a stream that ends before it means a dead child."""
+        """Send the request and handle frames until the result. A stream that ends earlier means that the child died."""
         if self.process.stdin is not None:
             with suppress(BrokenPipeError):  # a dead child also has no frames to read
                 _send(self.process.stdin, request)
@@ -167,7 +167,7 @@ def _send(pipe: IO[bytes], payload: bytes) -> None:
 
 
 def _frames(pipe: IO[bytes] | None) -> Iterator[tuple[str, Any]]:
-    """Yield frames until the stream ends; half a frame is none."""
+    """Yield frames until the stream ends. An incomplete frame is ignored."""
     while pipe is not None and len(head := pipe.read(_LENGTH.size)) == _LENGTH.size:
         payload = pipe.read(_LENGTH.unpack(head)[0])
         if len(payload) < _LENGTH.unpack(head)[0]:
@@ -190,11 +190,11 @@ def main() -> None:
         arguments["progress"] = lambda text: _send(channel, pickle.dumps(("progress", text)))
     _send(channel, _outcome(target, arguments))
     channel.flush()
-    os._exit(0)  # the kernel's own shutdown has crashed after all work was done
+    os._exit(0)  # the kernel's own shutdown can crash after all work is done
 
 
 def _outcome(target: str, arguments: dict[str, Any]) -> bytes:
-    """Call the function; its result, its error, or a defect, as one frame."""
+    """Call the function and return its result, its error, or a defect as one frame."""
     try:
         module, _, function = target.partition(":")
         with libgl_explained():
@@ -203,7 +203,7 @@ def _outcome(target: str, arguments: dict[str, Any]) -> bytes:
         return pickle.dumps(("error", error))
     except MemoryError:
         return pickle.dumps(("error", KernelError("the CAD kernel ran out of memory")))
-    except Exception as error:  # the outermost place of this process: whatever it is, the parent is told
+    except Exception as error:  # the outermost handler of this process: the parent must learn of every exception
         return pickle.dumps(("fault", (f"{type(error).__name__}: {error}", traceback.format_exc())))
 
 

@@ -1,4 +1,4 @@
-"""The curves in which two solids that run into each other meet, from the kernel, as pieces of seams."""
+"""The intersection curves of solids that overlap, as pieces of seams."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from wpcal.seam.seam import SeamPieces
 def add_sections(
     graph: BrepGraph, shapes: Sequence[Any], pairs: IntArray
 ) -> tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]:
-    """Add the section curves of pairs of solids to a graph, as edges without faces of their own.
+    """Add the intersection curves of pairs of solids to a graph, as edges that belong to no face.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def add_sections(
     shapes : sequence of kernel shapes
         The solids that the graph was made from, in its order.
     pairs : ndarray of int, shape (k, 2)
-        Numbers of solids.
+        Solids by number.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def add_sections(
     pieces : SeamPieces
         Wall and base are the two faces that meet.
     issues : tuple of Issue
-        Pairs that the kernel could not section; the others are delivered.
+        Pairs that the kernel could not intersect; the curves of the other pairs are in the graph.
     """
     faces = numbered_faces(shapes)
     rows: list[tuple[Any, tuple[float, float], NurbsCurve | None, int, int]] = []

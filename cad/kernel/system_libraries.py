@@ -1,4 +1,4 @@
-"""The one system library that the CAD kernel's wheel does not bring along, and what to type where it is missing."""
+"""The one system library that the wheel of the CAD kernel does not contain, and how to install it."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ LIBGL_HINT = "the CAD kernel needs libGL.so.1, which this system lacks: sudo apt
 
 @contextmanager
 def libgl_explained() -> Iterator[None]:
-    """Turn the failed import of the kernel into one line that says what to type.
+    """Turn a failed import of the kernel into one line that says how to install libGL.
 
     Raises
     ------
     InputError
-        In place of an ImportError that names libGL.
+        Instead of an ImportError that names libGL.
     """
     try:
         yield

@@ -23,13 +23,13 @@ from wpcal.core.errors import KernelError
 from wpcal.core.issue import Issue
 
 DEFLECTION_PART = 2e-4
-"""Of the part's diagonal: a fifth of a pixel when the whole part fills a screen of 1000 pixels."""
+"""Relative to the part's diagonal: a fifth of a pixel when the whole part fills a screen of 1000 pixels."""
 FINEST_MM, COARSEST_MM = 0.02, 2.0
-"""Below the first a robot sees no difference; above the second a weld stands visibly beside its edge."""
+"""Finer than the first makes no difference to a robot. Coarser than the second, a weld is visibly beside its edge."""
 ANGLE_RAD = 0.6
-"""34° as the kernel counts, which makes some 20 sides of a full circle: round enough to look at, few to keep."""
+"""34° as the kernel counts, which gives about 20 sides per full circle: it looks round, and the mesh stays small."""
 MANY_FACES, COARSE_RAD = 3000, 1.0
-"""A part of so many faces fills the screen with each a few pixels wide; 12 sides take half the kernel's time of 20."""
+"""With this many faces each is a few pixels wide on a screen. 12 sides per circle are then enough, in half the time."""
 
 
 def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMesh:
@@ -44,8 +44,8 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
     -------
     PartMesh
         Its deflection is `DEFLECTION_PART` of the diagonal of all solids, within `FINEST_MM` … `COARSEST_MM`; its angle
-        is `ANGLE_RAD`, or `COARSE_RAD` for parts of `MANY_FACES`. Faces that the kernel cannot mesh are left out, and
-        solids of which nothing is left.
+        is `ANGLE_RAD`, or `COARSE_RAD` for parts of `MANY_FACES`. Faces that the kernel cannot mesh are left out, as
+        are solids without any meshed face.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
 
     Notes
     -----
-    The triangles stay on the kernel's shapes, where nothing else looks at them.
+    The triangles stay attached to the kernel's shapes. Nothing else reads them there.
     """
     given = list(solids)
     deflection = deflection_mm([shape for _, shape, _ in given])
@@ -82,7 +82,7 @@ def mesh_part(solids: Sequence[Any], *, sha256: str | None = None) -> tuple[byte
     Returns
     -------
     part_glb : bytes or None
-        None when the kernel fails or no face can be meshed: the numbers of a calibration need no picture.
+        None when the kernel fails or no face can be meshed. A calibration does not need the picture.
     issues : tuple of Issue
         What is missing in the picture.
     """
@@ -96,7 +96,7 @@ def mesh_part(solids: Sequence[Any], *, sha256: str | None = None) -> tuple[byte
 
 
 def deflection_mm(shapes: Iterable[KernelObject]) -> float:
-    """Return how far a triangle may be from its face, mm."""
+    """Return the largest allowed distance of a triangle from its face, mm."""
     box = Bnd_Box()
     for shape in shapes:
         BRepBndLib.Add_s(shape, box, False)
@@ -143,7 +143,7 @@ def _nodes(mesh: KernelObject) -> FloatArray:
 
 
 def _normals(face: KernelObject, mesh: KernelObject, *, turned: bool) -> FloatArray:
-    """Return the face's own normals at the nodes: a triangle's would show the facets of a cylinder."""
+    """Return the exact face's normals at the nodes, shape (n, 3): with those of triangles a cylinder looks faceted."""
     BRepLib_ToolTriangulatedShape.ComputeNormals_s(face, mesh)
     directions = map(mesh.Normal, range(1, mesh.NbNodes() + 1))
     rows: FloatArray = np.array([(d.X(), d.Y(), d.Z()) for d in directions], dtype=np.float64).reshape(-1, 3)
@@ -157,7 +157,7 @@ def _triangles(mesh: KernelObject, *, turned: bool) -> IntArray:
 
 
 def _edges(face: KernelObject, mesh: KernelObject, location: KernelObject) -> list[IntArray]:
-    """Return the boundary of a face as segments; the edge along which a closed surface meets itself is left out."""
+    """Return the boundary of a face as segments, without the edge along which a closed surface meets itself."""
     found = []
     for edge in sub_shapes(face, EDGE):
         if BRep_Tool.Degenerated_s(edge) or BRep_Tool.IsClosed_s(edge, face):

@@ -1,4 +1,4 @@
-"""Kernel shapes to a `BrepGraph`: one pass, numbers only, nothing of the kernel kept."""
+"""Turn kernel shapes into a `BrepGraph` in one pass. The graph holds numbers only, no kernel objects."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NO_FRAME = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 
 @dataclass
 class _Rows:
-    """What the pass collects, row by row."""
+    """The rows of the graph's arrays, as the pass collects them."""
 
     face_solid: list[int] = field(default_factory=list)
     faces: list[Row] = field(default_factory=list)
@@ -56,8 +56,8 @@ def to_brep(solids: Iterable[tuple[str, Any]]) -> BrepGraph:
     Returns
     -------
     BrepGraph
-        Faces, edges and vertices in the order in which the shapes hold them: the same at every run. B-splines that are
-        planes, cylinders, cones, spheres, lines or circles become those.
+        Faces, edges and vertices in the kernel's order, which is the same at every run. B-splines that are planes,
+        cylinders, cones, spheres, lines or circles are stored as such.
     """
     rows, names = _Rows(), []
     edge_map, vertex_map = EdgeMap(), VertexMap()
@@ -84,7 +84,7 @@ def _add_face(rows: _Rows, solid: int, face: Any, is_forward: bool, edge_map: Ed
 
 
 def _surface(face: Any) -> tuple[Row, float, NurbsSurface | None]:
-    """Return a face's surface, +1 or -1 for the hand of its own normal du × dv, and the NURBS where it is one."""
+    """Return a face's surface, the sign of its own normal du × dv against the graph's, and its NURBS, if it is one."""
     if has_triangles_only(face):
         return (SurfaceKind.NONE, NO_FRAME, (0.0, 0.0)), 1.0, None
     adaptor = BRepAdaptor_Surface(face, True)
@@ -120,13 +120,13 @@ def _elementary(kind: SurfaceKind, surface: Any) -> tuple[Row, float, None]:
         param = (surface.Radius(), 0.0)
     position = surface.Position()
     frame, is_direct = _frame(position), position.Direct()
-    if not is_direct:  # a mirrored surface: our frames are right-handed, and angles run with them
+    if not is_direct:  # a mirrored surface: the graph's frames are right-handed, and its angles follow them
         frame[2] = [-v for v in frame[2]]
     return (kind, frame, param), 1.0 if is_direct else -1.0, None
 
 
 def _hand_of(row: Row, adaptor: Any) -> float:
-    """Compare a recognised surface's normal with du × dv of the B-spline it stands for, at the middle of the face."""
+    """Compare the normal of a recognised surface with du × dv of its B-spline, at the middle of the face; 1 or -1."""
     u = (adaptor.FirstUParameter() + adaptor.LastUParameter()) / 2
     v = (adaptor.FirstVParameter() + adaptor.LastVParameter()) / 2
     p, du, dv = gp_Pnt(), gp_Vec(), gp_Vec()
@@ -148,7 +148,7 @@ def _nurbs_surface(face: Any, adaptor: Any) -> NurbsSurface:
 
 
 def _as_bspline(face: Any, adaptor: Any) -> tuple[Any, tuple[float, float, float, float]]:
-    """Return a face's surface as a B-spline, not periodic, and the bounds (u, u, v, v) of the part that is used."""
+    """Return a face's surface as a B-spline that is not periodic, and the bounds (u, u, v, v) of the used part."""
     u0, u1 = adaptor.FirstUParameter(), adaptor.LastUParameter()
     v0, v1 = adaptor.FirstVParameter(), adaptor.LastVParameter()
     if adaptor.GetType() == GeomAbs_SurfaceType.GeomAbs_BSplineSurface:
@@ -184,7 +184,7 @@ def _add_edge(rows: _Rows, edge: Any, vertex_map: VertexMap) -> None:
 
 
 def curve_row(edge: Any) -> tuple[Row, tuple[float, float], NurbsCurve | None]:
-    """Return an edge's curve as a row of a `BrepGraph`, its first and last parameter, and the NURBS where it is one."""
+    """Return an edge's curve as a row of a `BrepGraph`, its first and last parameter, and its NURBS, if it is one."""
     if BRep_Tool.Degenerated_s(edge):
         return (CurveKind.DEGENERATE, NO_FRAME, (0.0, 0.0)), (0.0, 0.0), None
     adaptor = BRepAdaptor_Curve(edge)

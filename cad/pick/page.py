@@ -21,18 +21,18 @@ SHOWN = ("name", "accepted", "joint", "weld", "solids", "length_mm")
 
 
 def build_pick_page(part: PickPart, rows: Rows, options: CalibrateOptions, *, saves_to: str, command: str) -> str:
-    """Return the page, which talks to the server it came from: ``POST fit``, ``save``, ``suggest`` and ``read``.
+    """Return the page. It sends requests to its own server: ``POST fit``, ``save``, ``suggest`` and ``read``.
 
     Parameters
     ----------
     part : PickPart
     rows : Rows
-        What the table begins with.
+        The table at the start.
     options : CalibrateOptions
     saves_to : str
-        Name of the file that "save" writes.
+        Name of the file that the button "save" writes.
     command : str
-        What calibrates from that file with the same options.
+        The command that calibrates from that file with the same options.
     """
     record = seams_record(part.seams)
     features = [

@@ -1,4 +1,4 @@
-"""All that the picker needs of a STEP file, read once."""
+"""Everything that the picker needs of a STEP file, read once."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class PickPart:
     ----------
     file_name : str
     workpiece : Workpiece
-        Without anything of the kernel.
+        Without kernel objects.
     touchables : tuple of Touchable
-        The easiest to touch first.
+        Reference features, the easiest to touch first.
     seams : tuple of Seam
         With frames in `part`.
     part_glb : bytes or None
@@ -43,7 +43,7 @@ class PickPart:
 def read_pick_part(
     step: Path, *, options: SeamOptions, choice: SeamChoice, progress: Progress = no_progress
 ) -> PickPart:
-    """Read a STEP file, its features and seams, and draw it; parameters and errors as in `cad.workpiece.workpiece`."""
+    """Read a STEP file, its features and seams, and draw it; parameters and errors as in `cad.workpiece`."""
     from cad.kernel.tessellate import mesh_part
 
     workpiece = open_workpiece(step, progress=progress)

@@ -1,4 +1,4 @@
-"""The table in the page: cells of text, exactly as they go into the file and come out of it."""
+"""The table in the page: cells of text, exactly as in the file."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from wpcal.core.tables import Table, parse_table
 from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS
 
 NEW_COLUMNS = ("name", *TAUGHT_COLUMNS, "feature", "use")
-"""Of a table that begins empty."""
+"""Columns of an empty table."""
 MOST_ROWS = 10_000
-"""More is no list of touched points, but another file."""
+"""A file with more rows is not a list of touched points."""
 LONGEST_CELL = 1000
-"""Characters; a name or a remark is no text, and messages repeat it."""
+"""Characters. Messages repeat the text of a cell."""
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+")
 
 
 @dataclass(frozen=True, slots=True)
 class Rows:
-    """A table of taught points under the hands of a person: a row may still lack its coordinates.
+    """A table of taught points while a person edits it: rows may still lack coordinates.
 
     Parameters
     ----------
     columns : tuple of str
-        As in a file of taught points (`wpcal.match.read_taught`), others as well.
+        As in a file of taught points (`wpcal.taught.table.read_taught`). Others are allowed.
     cells : tuple of tuple of str
         Row by row.
     """
@@ -43,20 +43,15 @@ class Rows:
         Raises
         ------
         InputError
-            When it is no table of texts with the columns of taught points.
+            When it is not a table of text with the columns of taught points.
         """
         try:
             columns = tuple(record["columns"])
             cells = tuple(tuple(" ".join(cell.split()) for cell in row) for row in record["rows"])
         except (KeyError, TypeError, AttributeError) as error:
             raise InputError(f"expected columns and rows of text: {type(error).__name__} {error}") from None
-        missing = [name for name in ("name", *TAUGHT_COLUMNS) if name not in columns]
-        if missing or any(not isinstance(name, str) for name in columns) or len(set(columns)) < len(columns):
-            raise InputError(f"expected columns with different names, {', '.join(NEW_COLUMNS)} and others")
-        if any(len(cell) > LONGEST_CELL for row in cells for cell in row):
-            raise InputError(f"expected cells of at most {LONGEST_CELL} characters")
-        if len(cells) > MOST_ROWS or any(len(row) != len(columns) for row in cells):
-            raise InputError(f"expected at most {MOST_ROWS} rows of {len(columns)} cells each")
+        _check_columns(columns)
+        _check_cells(cells, width=len(columns))
         return cls(columns, cells)
 
     def to_record(self) -> dict[str, Any]:
@@ -64,12 +59,12 @@ class Rows:
         return {"columns": list(self.columns), "rows": [list(row) for row in self.cells]}
 
     def complete(self) -> tuple[int, ...]:
-        """Return the rows that have all three coordinates."""
+        """Return the numbers of the rows that have all three coordinates."""
         places = [self.columns.index(name) for name in TAUGHT_COLUMNS]
         return tuple(i for i, row in enumerate(self.cells) if all(row[place] for place in places))
 
     def to_csv(self) -> str:
-        """Return the complete rows as the file that `wpcal calibrate` reads; line 2 is the first of them."""
+        """Return the complete rows as the file that `wpcal calibrate` reads. The first of them is on line 2."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self.columns)
@@ -77,22 +72,35 @@ class Rows:
         return text.getvalue()
 
 
-def read_rows(raw: bytes, *, path: str) -> Rows:
-    """Return the rows of a table of taught points, ready for a person to go on with.
+def _check_columns(columns: tuple[object, ...]) -> None:
+    is_text = all(isinstance(name, str) for name in columns)
+    if not is_text or len(set(columns)) < len(columns) or not {"name", *TAUGHT_COLUMNS} <= set(columns):
+        raise InputError(f"expected columns with different names, {', '.join(NEW_COLUMNS)} and others")
 
-    Columns that the page works with are added: `use`, and `feature` where the names of the rows are those of features.
+
+def _check_cells(cells: tuple[tuple[str, ...], ...], *, width: int) -> None:
+    if any(len(cell) > LONGEST_CELL for row in cells for cell in row):
+        raise InputError(f"expected cells of at most {LONGEST_CELL} characters")
+    if len(cells) > MOST_ROWS or any(len(row) != width for row in cells):
+        raise InputError(f"expected at most {MOST_ROWS} rows of {width} cells each")
+
+
+def read_rows(raw: bytes, *, path: str) -> Rows:
+    """Return the rows of a table of taught points, ready for editing in the page.
+
+    Columns that the page needs are added: `use`, and `feature` if the names of the rows are names of features.
 
     Parameters
     ----------
     raw : bytes
-        Of a file.
+        The file.
     path : str
-        What messages call it.
+        Its name in messages.
 
     Raises
     ------
     FormatError
-        When it is no table, or lacks a column of taught points.
+        When it is not a table, or lacks a column of taught points.
     """
     table = parse_table(raw, path=path)
     table.require(("name", *TAUGHT_COLUMNS))
@@ -108,5 +116,5 @@ def read_rows(raw: bytes, *, path: str) -> Rows:
 
 
 def _with_point(cell: str, table: Table) -> str:
-    """Write a decimal comma as a point where the cells were not separated by commas: in the page they are."""
+    """Turn a decimal comma into a point, unless commas separate the cells of the file; they do in the page."""
     return cell.replace(",", ".") if table.separator != "," and _DECIMAL_COMMA.fullmatch(cell) else cell

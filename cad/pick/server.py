@@ -1,9 +1,12 @@
-"""A server for one page and one person: on this machine only, behind a secret address.
+"""A server for one page and one person: on this machine only, at a secret address.
 
-Any page in the same browser can send requests to a port of this machine, and a name that its owner points at 127.0.0.1
-makes them look like the server's own. So the address holds a random token; the header ``Host`` must be the very
-address served (a page of another name has another one); what changes something must come from that address
-(``Origin``) and be JSON, which no form can send; and nothing may embed or read the page from elsewhere.
+Any page in the same browser can send requests to a port of this machine. If its owner points a name at 127.0.0.1, such
+requests even look like the server's own. Therefore:
+
+* the address contains a random token;
+* the header ``Host`` must be exactly the address served, which a page under another name cannot send;
+* a request that changes something must come from that address (``Origin``) and be JSON, which no form can send;
+* no other page may embed or read this page.
 """
 
 from __future__ import annotations
@@ -28,17 +31,17 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from cad.pick.rows import Rows
 from cad.pick.session import PickSession, fault_record
-from wpcal.core.errors import InputError, WpcalError
+from wpcal.core.errors import ErrorCode, InputError, WpcalError
 
 LOCAL = "127.0.0.1"
 LARGEST_BYTES = 8_000_000
-"""Of a request: the largest list of points taken, in base64."""
+"""Largest request: the longest list of points accepted, in base64."""
 TOKEN_BYTES = 18
-"""144 bits: nobody guesses it."""
+"""144 bits cannot be guessed."""
 INTERNAL = "internal"
-"""Code of a fault that is ours: any exception that is not a `WpcalError`."""
+"""Code of a defect of wpcal: any exception that is not a `WpcalError`."""
 SECONDS_TO_END = 2
-"""For requests under way when the server is told to end."""
+"""Time for requests in progress when the server is told to end."""
 HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "frame-ancestors 'none'",
@@ -52,7 +55,7 @@ _log = logging.getLogger("wpcal.pick")
 
 
 class PickServer:
-    """A page and a session behind an address that is known at once and answers when `run` is called.
+    """A page and a session at an address. The address is known at once; it answers after `run` is called.
 
     Parameters
     ----------
@@ -60,32 +63,32 @@ class PickServer:
     page : str
         HTML.
     port : int
-        0 for any that is free.
+        0 for any free port.
 
     Raises
     ------
     InputError
-        When the port cannot be had.
+        When the port cannot be opened.
     """
 
     def __init__(self, session: PickSession, page: str, *, port: int = 0) -> None:
-        # With the protocol named asyncio sends at once; otherwise every answer waits 40 ms for a fuller packet.
+        # With the protocol given, asyncio sends at once. Otherwise every answer waits 40 ms for a fuller packet.
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             self._socket.bind((LOCAL, port))
-            self._socket.listen()  # a browser that is faster than we are waits
+            self._socket.listen()  # so that a browser that connects before `run` waits
         except (OSError, OverflowError) as error:
             self._socket.close()
             reason = (getattr(error, "strerror", None) or str(error)).lower()
-            raise InputError(f"--port {port}: {reason}") from None
+            raise InputError(f"port {port}: {reason}", code=ErrorCode.PORT_UNUSABLE) from None
         host = f"{LOCAL}:{self._socket.getsockname()[1]}"
         token = secrets.token_urlsafe(TOKEN_BYTES)
         self.url = f"http://{host}/{token}/"
         self._app = Guard(build_app(session, page, token=token), host=host, token=token)
 
     def run(self) -> None:
-        """Answer until the process is interrupted."""
+        """Answer requests until the process is interrupted."""
         config = uvicorn.Config(
             self._app,
             lifespan="off",
@@ -96,14 +99,14 @@ class PickServer:
         )
         try:
             uvicorn.Server(config).run(sockets=[self._socket])
-        except KeyboardInterrupt:  # uvicorn ends by itself, and then hands the signal on
+        except KeyboardInterrupt:  # uvicorn ends by itself and then passes the signal on
             pass
         finally:
             self._socket.close()
 
 
 class Guard:
-    """Lets through what the page itself asks for, and nothing else.
+    """Passes requests of the page itself on, and refuses all others.
 
     Parameters
     ----------
@@ -171,7 +174,7 @@ def build_app(session: PickSession, page: str, *, token: str) -> Starlette:
 
 
 def _endpoint(action: Callable[[Any], dict[str, Any]]) -> Callable[[Request], Any]:
-    """Answer a request with what the action returns for its JSON; whatever goes wrong is one line for the page."""
+    """Answer a request with what the action returns for its JSON. Any error is one line for the page."""
 
     async def endpoint(request: Request) -> Response:
         try:
@@ -181,7 +184,7 @@ def _endpoint(action: Callable[[Any], dict[str, Any]]) -> Callable[[Request], An
             raise
         except WpcalError as error:
             answer = {"fault": fault_record(error)}
-        except Exception as error:  # the outermost place of a request: whatever it is, the page is told
+        except Exception as error:  # the outermost handler of a request: the page must learn of every exception
             _log.error("a request to the picker failed: %r", error, exc_info=bool(os.environ.get("WPCAL_DEBUG")))
             what = f"internal error ({type(error).__name__}: {error}); this is our fault"
             answer = {"fault": {"message": what, "code": INTERNAL, "row": None, "column": None}}
@@ -191,7 +194,7 @@ def _endpoint(action: Callable[[Any], dict[str, Any]]) -> Callable[[Request], An
 
 
 async def _json_of(request: Request) -> Any:
-    """Read the body, but not more than a table can be."""
+    """Read the body, up to `LARGEST_BYTES`."""
     body = bytearray()
     async for chunk in request.stream():
         body += chunk
@@ -199,7 +202,7 @@ async def _json_of(request: Request) -> Any:
             raise InputError(f"expected at most {LARGEST_BYTES // 1_000_000} MB")
     try:
         record = json.loads(body.decode("utf-8"))
-        if b"\\ud" in body.lower():  # half of a pair of surrogates is no character: no file and no answer can hold it
+        if b"\\ud" in body.lower():  # half of a surrogate pair cannot be written to a file or an answer
             json.dumps(record, ensure_ascii=False).encode("utf-8")
     except (ValueError, RecursionError) as error:
         raise InputError(f"is not JSON of Unicode text: {error}") from None
@@ -207,7 +210,7 @@ async def _json_of(request: Request) -> Any:
 
 
 def _file_of(record: Any) -> dict[str, Any]:
-    """Take a file that was dropped on the page out of its JSON."""
+    """Return the bytes, the name and the user frame of a file that was dropped on the page."""
     try:
         name, uframe = record["name"], record.get("uframe", "")
         raw = base64.b64decode(record["base64"], validate=True)

@@ -1,4 +1,4 @@
-"""What can be done with the rows in the page: fit them, save them, read others from a file."""
+"""What the page can do with its rows: fit them, save them, read others from a file, suggest more."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from wpcal.taught.table import TaughtPoints, taught_csv, taught_from_table
 from wpcal.taught.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
 
 NO_FILE = ""
-"""Rows in the page are in no file: messages about them begin with the row."""
+"""Rows in the page have no file. Messages about them begin with the row."""
 FIRST_LINE = 2
-"""Of the complete rows in the text of `Rows.to_csv`: the header is line 1."""
+"""Line of the first complete row in the text of `Rows.to_csv`; the header is line 1."""
 FIRST_POINTS = 4
-"""Suggested where there are fewer: three leave no residual that would tell of a wrong one."""
+"""As many points are suggested at first. With three points, the residuals cannot show that one of them is wrong."""
 ERROR_DIGITS = 6
-"""Predicted errors are shown with 3 decimals of a millimetre."""
+"""The page shows predicted errors with 3 decimals of a millimetre."""
 
 
 @dataclass(slots=True, eq=False)
 class PickSession:
-    """One part under the hands of one person.
+    """One part that one person works on.
 
     Parameters
     ----------
@@ -49,9 +49,9 @@ class PickSession:
     options : CalibrateOptions
     T_nominal_part : RigidTransform or None
     program : ProgramReading
-        Which points of programs, and how they come into the base.
+        Which points of robot programs to read, and how they come into the base frame.
     overwrite : bool
-        Whether a file at `out` that was not saved here may be overwritten.
+        Whether a file at `out` may be overwritten that was not saved in this session.
     """
 
     part: PickPart
@@ -64,7 +64,7 @@ class PickSession:
     _busy: threading.Lock = field(default_factory=threading.Lock)
 
     def fit(self, rows: Rows) -> dict[str, Any]:
-        """Fit the complete rows exactly as `wpcal calibrate` would fit the saved file.
+        """Fit the complete rows exactly as `wpcal calibrate` fits the saved file.
 
         Parameters
         ----------
@@ -74,12 +74,12 @@ class PickSession:
         -------
         dict
             ``T_base_part``, ``verdict``, ``points`` as in ``calibration.json``, each with its ``row`` and with
-            ``residual_part_mm``; ``u95_mm`` of every seam's frames; ``features`` found, by row; ``notes``.
+            ``residual_part_mm``; ``u95_mm`` of every seam's frames; ``features`` by row; ``notes``.
 
         Raises
         ------
         WpcalError
-            As `wpcal calibrate`; `FormatError.line` is 2 for the first complete row.
+            As in `wpcal calibrate`. `FormatError.line` is 2 for the first complete row.
         """
         with self._busy:
             taught = _taught(rows)
@@ -95,12 +95,13 @@ class PickSession:
         Returns
         -------
         dict
-            ``file``, ``rows`` written, and the names of those ``left_out`` because a coordinate is missing.
+            ``file``; ``rows``: how many were written; ``left_out``: names of the rows that lack a coordinate.
 
         Raises
         ------
         InputError
-            When no row is complete, a cell cannot be read, or the file is there and is not ours. Nothing is written.
+            When no row is complete, a cell cannot be read, or the file exists and was not saved in this session.
+            Nothing is written.
         """
         complete = set(rows.complete())
         if not complete:
@@ -110,7 +111,7 @@ class PickSession:
         with self._busy:
             if not self.overwrite and self.out.exists() and self._found() != self.saved:
                 what = (
-                    "exists and was not saved from this page" if self.saved is None else "was changed by another hand"
+                    "exists and was not saved from this page" if self.saved is None else "was changed by something else"
                 )
                 raise InputError(f"{self.out}: {what}; move it away and save again")
             write_file(self.out, data, overwrite=True)
@@ -125,22 +126,22 @@ class PickSession:
         Parameters
         ----------
         raw : bytes
-            Of the file.
+            The file.
         name : str
-            Its name; the suffix tells a program's language.
+            Its name. The suffix tells the language of a program.
         uframe : str
-            User frame of a program, as for the option ``--uframe``; empty where the options of the command hold.
+            User frame of a program, as for the option ``--uframe``. If empty, the options of the command apply.
 
         Returns
         -------
         rows : Rows
         left_out : tuple of str
-            Points of a program without coordinates, with the reason. They hold nothing that could be typed on.
+            Points of a program without coordinates, each with the reason.
 
         Raises
         ------
         InputError
-            As `wpcal.taught.read_taught` or `wpcal.controllers.read_taught_program`.
+            As in `wpcal.taught.read_taught` or `wpcal.controllers.read_taught_program`.
         """
         path = Path(name)
         if not is_program(path):
@@ -158,24 +159,24 @@ class PickSession:
         return read_rows(taught_csv(taught).encode("utf-8"), path=name), left_out
 
     def suggest(self, rows: Rows) -> dict[str, Any]:
-        """Choose the features to touch next: enough for a good fit at first, then one at a time.
+        """Choose the features to touch next: first enough for a good fit, then one at a time.
 
         Parameters
         ----------
         rows : Rows
-            Those with a feature and use ``yes`` count as touched, with or without coordinates.
+            Rows with a feature and use ``yes`` count as touched, with or without coordinates.
 
         Returns
         -------
         dict
-            ``features`` to add, none where no further one helps; the largest 95 % error ``error_95_mm`` that all
-            together promise along the accepted seams, and the ``seam`` where it is, for a teaching error of
-            ``sigma_mm`` per axis.
+            ``features`` to add (empty if no further one helps); ``error_95_mm``, the largest 95 % error along the
+            accepted seams that is predicted with them; the ``seam`` where it occurs; ``sigma_mm``, the teaching error
+            per axis assumed.
 
         Raises
         ------
         InputError
-            When a feature's name is unknown, or rows were touched on faces; as `wpcal.advise.advise`.
+            When the name of a feature is unknown, rows were touched on faces, or as in `wpcal.advise.advise`.
         """
         if "kind" in rows.columns:
             raise InputError("points are suggested for tables without a column kind")
@@ -212,7 +213,7 @@ class PickSession:
 def _named_in(
     rows: Rows, features: Sequence[ReferenceFeature]
 ) -> tuple[list[ReferenceFeature], list[ReferenceFeature]]:
-    """Return the features that rows to be fitted name, each once, and those that only other rows name."""
+    """Return the features named by rows that are fitted, each once, and those named by other rows only."""
     place, use = rows.columns.index("feature"), rows.columns.index("use") if "use" in rows.columns else None
     named: dict[bool, dict[str, ReferenceFeature]] = {True: {}, False: {}}
     for row in rows.cells:

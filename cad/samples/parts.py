@@ -1,4 +1,4 @@
-"""Sample parts with known seams and a known place in the robot's base: they write `fixtures/` and feed `wpcal demo`.
+"""Sample parts with known seams and a known pose, for `fixtures/` and `wpcal demo`.
 
 `python -m cad.samples.parts FOLDER` writes all of them.
 """
@@ -30,7 +30,7 @@ TEACHING_SIGMA_MM = 0.1
 TEACHING_SEED = 2003
 
 T_BASE_PART = RigidTransform.from_six_tuple([812.5, -240.25, 155.75, 0.02, -0.035, 0.6], target="base", source="part")
-"""Where every sample stands in the robot's base: turned and tilted as a fitter would leave it."""
+"""Pose of every sample in the robot's base: rotated and tilted, as a fitter would leave it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +41,11 @@ class Sample:
     ----------
     name : str
     about : str
-        What it is, for people.
+        Description for people.
     build : callable
         Returns the members.
     taught : tuple of str
-        Names of the features that are taught; those after the fourth are check points.
+        Names of the features that are taught. Those after the fourth are check points.
     """
 
     name: str
@@ -58,13 +58,13 @@ STEEL, DARK = (0.45, 0.5, 0.55), (0.2, 0.3, 0.45)
 
 
 def tee() -> list[Member]:
-    """Return a plate 200 × 120 × 10 with a web 150 × 8 × 80 upright on it: four fillets round the web."""
+    """Return a plate 200 × 120 × 10 with an upright web 150 × 8 × 80: four fillets around the web."""
     base = cut(box(200, 120, 10, (0, 0, 0)), *(cylinder(5, 10, (x, 20, 0), (0, 0, 1)) for x in (20, 180)))
     return [("base plate", base, STEEL), ("web", box(150, 8, 80, (25, 56, 10)), DARK)]
 
 
 def lap() -> list[Member]:
-    """Return two plates 120 × 50 × 6 that lie on each other over 50 mm: four seams of 50 mm."""
+    """Return two plates 120 × 50 × 6 that overlap by 50 mm: four seams of 50 mm."""
     return [("lower", box(120, 50, 6, (0, 0, 0)), STEEL), ("upper", box(120, 50, 6, (70, 0, 6)), DARK)]
 
 
@@ -72,7 +72,7 @@ RUN_RADIUS_MM, BRANCH_RADIUS_MM = 50.0, 25.0
 
 
 def saddle() -> list[Member]:
-    """Return a pipe of 50 mm on a pipe of 100 mm, square to it and trimmed to its surface: the saddle seam."""
+    """Return a pipe of 50 mm on a pipe of 100 mm, at a right angle and trimmed to its surface: a saddle seam."""
     run = cut(cylinder(50, 300, (-150, 0, 0), (1, 0, 0)), cylinder(45, 300, (-150, 0, 0), (1, 0, 0)))
     branch = cut(
         cylinder(25, 130, (0, 0, 0), (0, 0, 1)),
@@ -102,7 +102,7 @@ def _mitred_tube(side: int) -> Any:
 
 
 def _rail_outline(side: int, inset: float, reach: float) -> FloatArray:
-    """Return the outline of the ring between two rectangles on one side of the frame, cut at the mitres."""
+    """Return one side of the ring between two rectangles, cut at the mitres, shape (4, 2), mm."""
     size = np.array([FRAME_X_MM, FRAME_Y_MM])
     outer = np.array([[inset, inset], [size[0] - inset, inset], size - inset, [inset, size[1] - inset]])
     inner = np.array([[reach, reach], [size[0] - reach, reach], size - reach, [reach, size[1] - reach]])
@@ -128,7 +128,7 @@ def write_sample(sample: Sample, folder: Path, *, overwrite: bool = False) -> No
     ----------
     sample : Sample
     folder : Path
-        Made when it is not there.
+        Created if it does not exist.
     overwrite : bool
 
     Raises
@@ -158,7 +158,7 @@ def write_sample(sample: Sample, folder: Path, *, overwrite: bool = False) -> No
 
 
 def _taught_csv(names: tuple[str, ...], p_base: FloatArray, *, digits: int) -> str:
-    """Return a file of taught points; those after the fourth are check points."""
+    """Return a file of taught points. Those after the fourth are check points."""
     rows = [
         f"{name},{','.join(f'{v:.{digits}f}' for v in p)},{'yes' if row < 4 else 'check'}"
         for row, (name, p) in enumerate(zip(names, p_base, strict=True))
@@ -167,14 +167,14 @@ def _taught_csv(names: tuple[str, ...], p_base: FloatArray, *, digits: int) -> s
 
 
 def calibrate_sample(*, out: Path, overwrite: bool, progress: Progress = no_progress) -> WrittenCalibration:
-    """Write the T-joint and its taught points into a folder and calibrate it there: the work of ``wpcal demo``."""
+    """Write the T-joint and its taught points into a folder and calibrate it there, for ``wpcal demo``."""
     progress("making the sample part")
     write_sample(SAMPLES["tee"], out, overwrite=overwrite)
     return calibrate_files(out / "tee.step", out / "taught.csv", out, overwrite=True, progress=progress)
 
 
 def main(folder: str) -> None:
-    """Write all samples below a folder, each in its own."""
+    """Write all samples below a folder, each in a folder of its own."""
     for sample in SAMPLES.values():
         write_sample(sample, Path(folder) / sample.name, overwrite=True)
 

@@ -1,7 +1,7 @@
-"""A long steel structure of tubes, plates and gussets with any number of bays: a large part whose seams are known.
+"""A long steel structure of tubes, plates and gussets with any number of bays: a large part with known seams.
 
-It is what reading and seam finding are measured on (`tests/benchmarks/bench_extraction.py`). Every member has its own
-geometry in the file, as CAD systems write parts that were drawn one by one.
+Benchmarks measure reading and seam finding on it (`tests/benchmarks/bench_extraction.py`). Every member has its own
+geometry in the file, as in files of CAD systems whose parts were drawn one by one.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from cad.kernel.primitives import Point, box, cut, cylinder, prism, square_tube
 from cad.samples.parts import DARK, STEEL
 from cad.step.new_file import Member
 
-BAYS_A_ROW = 20
-"""Bays stand in rows side by side, so that the structure stays compact."""
+BAYS_PER_ROW = 20
+"""Bays are in rows side by side, so that the structure stays compact."""
 BAY_MM, DEPTH_MM, HEIGHT_MM, ROW_MM = 900.0, 700.0, 1000.0, 1500.0
 POST_MM, RAIL_MM, CORNER_MM, WALL_MM = 60.0, 40.0, 6.0, 3.0
 PLATE_MM, PLATE_THICK_MM, BOLT_MM = 150.0, 12.0, 14.0
@@ -26,10 +26,10 @@ RAIL_HEIGHTS_MM = (200.0, 800.0)
 
 
 def steel_structure(bays: int) -> list[Member]:
-    """Return a structure of so many bays.
+    """Return a structure with a number of bays.
 
-    A bay has two posts of square tube on bored base plates, four rails along x, two along y, a round pipe and two
-    gussets; a row ends with two more posts, two rails along y and a pipe.
+    Each bay has two posts of square tube on base plates with holes, four rails along x, two along y, a round pipe and
+    two gussets. A row ends with two more posts, two rails along y and a pipe.
 
     Parameters
     ----------
@@ -40,16 +40,16 @@ def steel_structure(bays: int) -> list[Member]:
     -------
     list of Member
     """
-    return [member for row in range(math.ceil(bays / BAYS_A_ROW)) for member in _row(row, bays)]
+    return [member for row in range(math.ceil(bays / BAYS_PER_ROW)) for member in _row(row, bays)]
 
 
 def seam_counts(bays: int) -> tuple[int, float]:
     """Return how many seams of the structure a torch reaches, and their length, mm, in closed form.
 
-    Round every end of a post, rail or pipe runs one closed fillet. Each of the two legs of a gusset has three straight
-    ones; the fourth, in the hole at the snipe, no torch reaches.
+    Every end of a post, rail or pipe has one closed fillet around it. Each of the two legs of a gusset has three
+    straight fillets; no torch reaches the fourth, in the hole at the cut corner.
     """
-    frames = bays + math.ceil(bays / BAYS_A_ROW)
+    frames = bays + math.ceil(bays / BAYS_PER_ROW)
     square = {side: 4 * (side - 2 * CORNER_MM) + 2 * math.pi * CORNER_MM for side in (POST_MM, RAIL_MM)}
     leg = 2 * (LEG_MM - SNIPE_MM) + GUSSET_THICK_MM
     loops = frames * (2 * square[POST_MM] + 4 * square[RAIL_MM] + 2 * math.pi * PIPE_MM) + bays * 8 * square[RAIL_MM]
@@ -58,7 +58,7 @@ def seam_counts(bays: int) -> tuple[int, float]:
 
 def _row(row: int, bays: int) -> Iterator[Member]:
     y = row * ROW_MM
-    count = min(BAYS_A_ROW, bays - row * BAYS_A_ROW)
+    count = min(BAYS_PER_ROW, bays - row * BAYS_PER_ROW)
     for frame in range(count + 1):
         yield from _frame(f"{row + 1}.{frame + 1}", (frame * BAY_MM, y, 0.0))
         if frame < count:
@@ -66,7 +66,7 @@ def _row(row: int, bays: int) -> Iterator[Member]:
 
 
 def _frame(name: str, corner: Point) -> Iterator[Member]:
-    """Two posts one behind the other on their plates, with what runs between them; from the first post's corner."""
+    """Two posts on their plates, with the rails and the pipe between them, from the first post's corner."""
     x, y, z = corner
     for side, behind in (("front", 0.0), ("back", DEPTH_MM)):
         yield f"plate {name} {side}", _base_plate((x, y + behind, z)), DARK

@@ -1,4 +1,4 @@
-"""The drawing of a sheet as a DXF document: one unit is one mm on paper, each kind of line on a layer of its own."""
+"""The drawing of a sheet as a DXF document: one unit is one mm on paper, and each kind of line has its own layer."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 
 LAYERS = {"BORDER": (7, 50), "OUTLINE": (7, 35), "SMOOTH": (8, 13), "POINTS": (1, 25), "LABELS": (7, 18),
           "AXES": (5, 25), "TABLE": (7, 18), "TEXT": (7, 18)}  # fmt: skip
-"""Colour (AutoCAD index) and pen in 1/100 mm: ISO 128 has 0.35 for visible edges and half of that for thin lines."""
+"""Colour (AutoCAD index) and pen in 1/100 mm. ISO 128: 0.35 mm for visible edges, half of that for thin lines."""
 MILLIMETRES = 4
 """The value of $INSUNITS for mm."""
 DOT = 0.4
@@ -25,10 +25,10 @@ DOT = 0.4
 BALLOON = 0.95
 """Radius of the circle around a number, in heights of text."""
 LABEL_TEXT = 1.2
-"""Names at points are larger than other text: they are looked for."""
+"""Names at points are larger than other text, because people look for them."""
 CIRCLE_CORNERS = 24
 AXIS_PART = 0.55
-"""Length of the axes in the corner of a view, as a part of the room for labels."""
+"""Length of the axes in the corner of a view, relative to the room for labels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,13 +50,20 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Pen:
-    """Draws on the model space; text is cut to the width that it has."""
+    """Draws lines, boxes and text in the model space of a DXF document. Lengths are mm on paper."""
 
     space: Any
     paper: Paper
 
     def line(self, a: FloatArray | Sequence[float], b: FloatArray | Sequence[float], layer: str) -> None:
-        """Draw a line."""
+        """Draw a line.
+
+        Parameters
+        ----------
+        a, b : sequence of float, shape (2,)
+            Its ends on paper, mm.
+        layer : str
+        """
         self.space.add_line(tuple(map(float, a)), tuple(map(float, b)), dxfattribs={"layer": layer})
 
     def box(self, box: Box, layer: str) -> None:
@@ -67,9 +74,9 @@ class Pen:
     def text(
         self, text: str, x: float, y: float, size: float = 1.0, layer: str = "TEXT", *, align: Align = Align.MIDDLE_LEFT
     ) -> None:
-        """Write one line; `size` is in heights of the paper's text."""
+        """Write one line at x, y (mm); `size` is relative to the height of the paper's text."""
         height = size * self.paper.text
-        clean = text.replace("%%", "% %")  # DXF has %%d and the like for signs
+        clean = text.replace("%%", "% %")  # in DXF, %%d and others are signs
         self.space.add_text(clean, height=height, dxfattribs={"layer": layer, "style": "SHEET"}).set_placement(
             (float(x), float(y)), align=align
         )
@@ -79,7 +86,7 @@ class Pen:
         return float(fonts.make_font(FONT, size * self.paper.text).text_width(text))
 
     def fitted(self, text: str, width: float, size: float = 1.0) -> str:
-        """Cut a text that is too wide, with dots at its end."""
+        """Cut a text that is wider than `width` (mm), with dots at its end."""
         if self.width(text, size) <= width:
             return text
         while text and self.width(f"{text}…", size) > width:
@@ -88,7 +95,7 @@ class Pen:
 
 
 def draw_views(pen: Pen, layout: SheetLayout, rows: Sequence[Row]) -> list[list[Label]]:
-    """Draw the views with their points and labels; returns the labels of each view."""
+    """Draw the views with their points and labels, and return the labels of each view."""
     return [_draw_view(pen, place, rows) for place in layout.places]
 
 
@@ -129,7 +136,7 @@ def _label(pen: Pen, label: Label, row: Row) -> None:
 
 
 def _mark(pen: Pen, point: FloatArray, *, is_seen: bool) -> None:
-    """Draw a dot where the point is seen, a ring where it is behind the part."""
+    """Draw a dot for a visible point, a ring for a point behind the part."""
     radius = DOT * pen.paper.text
     pen.space.add_circle(tuple(point), radius, dxfattribs={"layer": "POINTS"})
     if not is_seen:
@@ -142,7 +149,7 @@ def _mark(pen: Pen, point: FloatArray, *, is_seen: bool) -> None:
 
 
 def _axes(pen: Pen, place: Place) -> FloatArray:
-    """Draw the directions of x, y, z in the lower left of a view, none along the look; return what labels avoid."""
+    """Draw the directions of x, y, z in the lower left of a view; return what labels avoid, shape (k, 2, 2)."""
     plane, room = place.view.axes.plane, pen.paper.label_room
     length = AXIS_PART * room
     shown = [(name, plane[:, k]) for k, name in enumerate("xyz") if np.linalg.norm(plane[:, k]) > 0.1]
@@ -162,20 +169,21 @@ def _axes(pen: Pen, place: Place) -> FloatArray:
 
 
 def chained(segments: FloatArray) -> list[FloatArray]:
-    """Join segments end to end into polylines: fewer entities, and lines that print without gaps.
+    """Join segments end to end into polylines: fewer entities, and lines without gaps in print.
 
     Parameters
     ----------
     segments : ndarray, shape (n, 2, 2)
+        On paper, mm.
 
     Returns
     -------
     list of ndarray, shape (k, 2)
-        Every segment is in one of them; a place where more than two meet ends a chain.
+        Every segment is in one polyline. A polyline ends where more than two segments meet.
     """
     if len(segments) == 0:
         return []
-    keys = np.round(segments.reshape(-1, 2), 3)  # ends of neighbours differ by round-off, far below a pen's width
+    keys = np.round(segments.reshape(-1, 2), 3)  # ends of neighbours differ by round-off, much less than a pen's width
     _, node = np.unique(keys, axis=0, return_inverse=True)
     ends = node.reshape(-1, 2)
     at: dict[int, list[int]] = {}
@@ -196,7 +204,7 @@ def chained(segments: FloatArray) -> list[FloatArray]:
 
 
 def _grown(chain: list[int], ends: IntArray, at: dict[int, list[int]], used: np.ndarray[Any, Any]) -> list[int]:
-    """Follow a chain from its last node while exactly one more segment goes on from there."""
+    """Extend a chain from its last node as long as exactly one more segment continues it."""
     while True:
         here = at[chain[-1]]
         free = [k for k in here if not used[k]]

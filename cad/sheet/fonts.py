@@ -8,7 +8,7 @@ from pathlib import Path
 from wpcal.core.errors import InputError
 
 FONT = "DejaVuSans.ttf"
-"""It has the letters of all European languages and is on nearly every Linux system; matplotlib carries a copy."""
+"""It has the letters of all European languages and is on nearly every Linux system. matplotlib contains a copy."""
 
 
 def require_font() -> None:
@@ -17,7 +17,7 @@ def require_font() -> None:
     Raises
     ------
     InputError
-        When there is none: the library would draw boxes in place of letters.
+        When it is not installed: the library would draw boxes instead of letters.
     """
     from ezdxf.fonts import fonts
 

@@ -1,4 +1,4 @@
-"""Where labels stand: beside their points, clear of each other, of other points and, where possible, of lines."""
+"""Place labels beside their points, clear of each other, of other points and, where possible, of lines."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 DIRECTIONS = 24
 """Directions tried around a point."""
 REACHES = (1.0, 1.5, 2.0, 2.7, 3.5, 4.5, 6.0, 8.0)
-"""Lengths of the leader that are tried, in heights of a label."""
+"""Lengths of the leader that are tried, relative to the height of a label."""
 SAMPLE_MM = 1.0
-"""Drawn lines count in a label as points this far apart."""
+"""Drawn lines are sampled as points this far apart."""
 CLASH = 1000.0
-"""Cost of a label on another, on a point or outside its cell: like 1000 mm of leader, so only without a choice."""
+"""Cost of a label on another label, on a point or outside its cell, like 1000 mm of leader: only a last resort."""
 CROSSING = 60.0
-"""Of a leader across another leader or label."""
+"""Cost of a leader across another leader or label."""
 ON_LINES = 6.0
-"""Of each mm of drawn line under a label: rather go one leader further out than stand on an edge."""
+"""Cost per mm of drawn line under a label: a longer leader is better than a label on an edge."""
 LEADER_ON_LINES = 0.4
-"""Of each mm of drawn line that a leader runs near: it should leave the part the short way."""
+"""Cost per mm of drawn line near a leader, so that the leader leaves the part by a short way."""
 CLEARANCE = 0.25
-"""Free around a label, in heights of it."""
+"""Free space around a label, relative to its height."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Label:
-    """Where the label of one point stands.
+    """The place of one label.
 
     Parameters
     ----------
     box : Box
     anchor : ndarray, shape (2,)
-        Where the leader meets the box.
+        End of the leader at the box, on paper, mm.
     """
 
     box: Box
@@ -43,7 +43,7 @@ class Label:
 
 
 def place_labels(p: FloatArray, sizes: FloatArray, lines: FloatArray, cell: Box, *, avoid: FloatArray) -> list[Label]:
-    """Find a place for every label, one after the other, the most crowded point first.
+    """Find a place for every label, one after the other, starting with the most crowded point.
 
     Parameters
     ----------
@@ -52,11 +52,11 @@ def place_labels(p: FloatArray, sizes: FloatArray, lines: FloatArray, cell: Box,
     sizes : ndarray, shape (m, 2)
         Width and height of each label, mm.
     lines : ndarray, shape (n, 2, 2)
-        What is drawn: segments on paper.
+        Drawn segments on paper, mm.
     cell : Box
-        Where labels may stand.
+        The area for labels.
     avoid : ndarray, shape (k, 2, 2)
-        Segments that no label may cover.
+        Segments that no label may cover, mm.
 
     Returns
     -------
@@ -98,7 +98,7 @@ def _best(
     cost += ON_LINES * SAMPLE_MM * _inside(ink, low - margin / 2, high + margin / 2).sum(axis=1)
     cost += LEADER_ON_LINES * SAMPLE_MM * _beside(ink, point, anchor, margin).sum(axis=1)
     outward = (low + size / 2 - middle) @ _unit(point - middle)
-    cost -= 0.1 * outward  # of two equal places the one farther out
+    cost -= 0.1 * outward  # of two equal places, the one farther out wins
     for other, start in zip(others, starts, strict=True):
         box_low = np.array([other.box.x, other.box.y])
         box_high = np.array([other.box.right, other.box.top])
@@ -120,7 +120,7 @@ def _candidates(point: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatA
     end = (point + direction[None] * reach[:, None, None]).reshape(-1, 2)
     away = np.tile(direction, (len(REACHES), 1))
     low = end - size * np.where(away[:, :1] >= 0, [0.0, 0.5], [1.0, 0.5])
-    steep = np.abs(away[:, 0]) < np.sin(np.radians(20.0))  # above and below a point a label stands centred
+    steep = np.abs(away[:, 0]) < np.sin(np.radians(20.0))  # a label above or below its point is centred
     low[steep] = end[steep] - size * np.where(away[steep, 1:] > 0, [0.5, 0.0], [0.5, 1.0])
     return low, end
 
@@ -141,7 +141,7 @@ def _inside(points: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
 
 
 def _beside(points: FloatArray, start: FloatArray, end: FloatArray, near: float) -> BoolArray:
-    """Tell which points are near which leaders, but not where the leader begins; shape (leaders, points)."""
+    """Tell which points are near which leaders, except at the start of the leader; shape (leaders, points)."""
     leader = end - start
     length = np.linalg.norm(leader, axis=1)
     along = (points - start) @ leader.T / length

@@ -1,4 +1,4 @@
-"""`make_sheet`: from a STEP file to the bytes of a teach sheet."""
+"""`make_sheet`: the main function of this package, from a STEP file to the bytes of a teach sheet."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cad.draw.dxf import reproducible
 from cad.sheet.paper import A3, Paper, SheetLayout, lay_out, scale_words
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal import __version__
-from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features import ReferenceFeature, feature_named
 
@@ -31,9 +31,9 @@ class SheetOptions:
         One of `SHEET_SUFFIXES`.
     paper : Paper
     names : tuple of str
-        Features to touch, in this order; where empty, those that `advise` picks.
+        Features to touch, in this order. If empty, `cad.workpiece.advise` chooses them.
     count : int
-        How many it picks.
+        How many features to choose if `names` is empty.
     """
 
     suffix: str
@@ -49,9 +49,9 @@ class Sheet:
     Parameters
     ----------
     data : bytes
-        Of the file.
+        The file.
     record : dict
-        What is on it: part, paper, scales and points.
+        What is on the sheet: part, paper, scale and points.
     """
 
     data: bytes
@@ -74,8 +74,9 @@ def make_sheet(step: Any, *, options: SheetOptions, progress: Progress = no_prog
     Raises
     ------
     InputError
-        When the part cannot be read, has no such feature, the points are too many for the paper, or nothing can be
-        advised.
+        When the part cannot be read, has no feature of a given name, or the points are too many for the paper.
+    GeometryError
+        When no points are named and none can be advised.
     KernelError
         When the kernel fails.
     """
@@ -123,15 +124,15 @@ def _drawn(layout: SheetLayout, rows: list[Any], title: Any) -> Any:
 def _features(workpiece: Workpiece, options: SheetOptions, progress: Progress) -> tuple[ReferenceFeature, ...]:
     if options.names:
         return tuple(feature_named(workpiece.features, name) for name in options.names)
-    from cad.workpiece.advise import AdviseOptions, advise_workpiece
+    from cad.workpiece.advise import AdviseOptions, advise_points
     from wpcal.seam import SeamOptions
 
     chosen = AdviseOptions(points=options.count)
     try:
-        found = advise_workpiece(workpiece, options=chosen, seam_options=SeamOptions(), progress=progress)
+        advice = advise_points(workpiece, options=chosen, seam_options=SeamOptions(), progress=progress)
     except GeometryError as error:
-        raise GeometryError(f"{error}; or name the points with --points") from None
-    return found.chosen.features
+        raise GeometryError(f"{error}; or name the features", code=ErrorCode.FEATURES_NOT_CHOSEN) from None
+    return advice.chosen.features
 
 
 def _rows(features: Sequence[ReferenceFeature]) -> list[Any]:

@@ -1,4 +1,4 @@
-"""Paper of a sheet: its size, the places of views, table and title block, and the scales. Lengths are mm on paper."""
+"""The layout of a sheet: paper size, places of views, table and title block, and scales. Lengths are mm on paper."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from cad.sheet.views import View
 from wpcal.core.arrays import FloatArray
 
 STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
-"""Scales are 1 to such a number times a power of ten, or that to 1: they can be divided by in one's head."""
+"""Scales are 1:n or n:1, where n is one of these times a power of ten: easy to divide by in one's head."""
 ROUND_OFF = 1.0 + 1e-12
-"""A size that fits exactly fits."""
+"""Relative tolerance, so that a size that fits exactly does fit."""
 ORTHOGONAL_SHARE = 0.6
-"""Of the width, for front, left and top; the rest is for the view in which a person finds the points."""
+"""Share of the width for front, left and top. The rest is for the iso view, in which a person finds the points."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,20 +45,20 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Paper:
-    """A size of paper, lying, and the sizes of what is drawn on it.
+    """A paper size (landscape) and the sizes of what is drawn on it, mm.
 
     Parameters
     ----------
     name : str
     width, height, margin : float
     text : float
-        Height of capitals. ISO 3098 has 2.5 and 3.5; the smaller paper is read in the hand.
+        Height of capital letters. ISO 3098 has 2.5 and 3.5; the smaller paper is read at a shorter distance.
     row : float
         Height of a row that is filled in by hand.
     title : float
         Width of the title block.
     label_room : float
-        Free around a view, for labels.
+        Free space around a view, for labels.
     """
 
     name: str
@@ -77,14 +77,14 @@ class Paper:
 
     @property
     def most_points(self) -> int:
-        """Rows that leave half of the height to the views."""
+        """Number of rows that leaves half of the height to the views."""
         return int(self.frame.height / 2 / self.row) - HEADING_ROWS
 
 
 HEADING_ROWS = 2
 """Rows of the table's heading."""
 LEAST_ROWS = 6
-"""The title block needs as much height as so many rows."""
+"""The title block needs at least the height of this many rows."""
 A3 = Paper("A3", 420.0, 297.0, 10.0, 2.5, 8.0, 120.0, 15.0)
 A4 = Paper("A4", 297.0, 210.0, 7.0, 1.8, 6.5, 82.0, 11.0)
 PAPERS = {paper.name: paper for paper in (A3, A4)}
@@ -92,17 +92,17 @@ PAPERS = {paper.name: paper for paper in (A3, A4)}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Place:
-    """Where a view stands on the paper.
+    """The place of a view on the paper.
 
     Parameters
     ----------
     view : View
     scale : float
-        mm on paper a mm of the part.
+        mm on paper per mm of the part.
     offset : ndarray, shape (2,)
-        On paper, of the origin of the view's plane.
+        Place of the origin of the view's plane on paper, mm.
     cell : Box
-        What labels may use.
+        The area for the view and its labels.
     """
 
     view: View
@@ -111,13 +111,19 @@ class Place:
     cell: Box
 
     def on_paper(self, uv: FloatArray) -> FloatArray:
-        """Return places on paper for places in the plane of the view."""
+        """Return places on paper, mm, for places in the plane of the view.
+
+        Parameters
+        ----------
+        uv : ndarray, shape (..., 2)
+            In the plane of the view, mm of the part.
+        """
         return np.asarray(uv * self.scale + self.offset, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)
 class SheetLayout:
-    """Everything's place.
+    """The places of everything on a sheet.
 
     Parameters
     ----------
@@ -142,7 +148,7 @@ def lay_out(paper: Paper, views: tuple[View, ...], rows: int) -> SheetLayout:
     views : tuple of View
         Front, left, top, iso.
     rows : int
-        Points in the table.
+        Number of points in the table.
     """
     frame = paper.frame
     height = (max(rows, LEAST_ROWS) + HEADING_ROWS) * paper.row
@@ -157,7 +163,7 @@ def lay_out(paper: Paper, views: tuple[View, ...], rows: int) -> SheetLayout:
 
 
 def nice_scale(largest: float) -> float:
-    """Return the largest scale of the series that is not above a number: 1:3, 1:25, 2:1."""
+    """Return the largest standard scale (1:3, 1:25, 2:1 …) that is not larger than a number."""
     decade = 10.0 ** math.floor(abs(math.log10(largest)))
     if largest >= 1.0:
         return max(step * decade for step in STEPS if step * decade <= largest * ROUND_OFF)
@@ -172,7 +178,7 @@ def scale_words(scale: float) -> str:
 
 
 def _orthogonal(paper: Paper, views: tuple[View, ...], area: Box) -> tuple[Place, ...]:
-    """Put front at the upper left, left at its right and top below it, in line with each other."""
+    """Put front at the upper left, left to its right, and top below it, aligned with each other."""
     front, left, top = views
     sizes = [view.box[1] - view.box[0] for view in views]
     widths = (max(sizes[0][0], sizes[2][0]), sizes[1][0])
@@ -181,8 +187,8 @@ def _orthogonal(paper: Paper, views: tuple[View, ...], area: Box) -> tuple[Place
     largest = min((area.width - 2 * room) / sum(widths), (area.height - 2 * room) / sum(heights))
     scale = nice_scale(largest)
     columns, lines = [w * scale + room for w in widths], [h * scale + room for h in heights]
-    spare = (area.height - sum(lines)) / 2
-    lines = [line + spare for line in lines]
+    unused = (area.height - sum(lines)) / 2
+    lines = [line + unused for line in lines]
     upper, lower = area.top - lines[0], area.top - lines[0] - lines[1]
     cells = (
         Box(area.x, upper, columns[0], lines[0]),

@@ -1,4 +1,4 @@
-"""A sheet's drawing as the bytes of a DXF, SVG, PDF or PNG file; the same sheet gives the same bytes."""
+"""Write the drawing of a sheet as DXF, SVG, PDF or PNG. The same sheet gives the same bytes."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from cad.sheet.paper import Paper
 from wpcal.core.errors import KernelError
 
 DPI = 200
-"""Of the PNG: 0.127 mm a pixel, a third of a pen's width."""
+"""Resolution of the PNG: 0.127 mm per pixel, a third of a pen's width."""
 MM_PER_INCH = 25.4
 POINTS_PER_INCH = 72.0
-"""Matplotlib takes the width of a pen in points; the SVG backend takes mm."""
+"""Matplotlib takes pen widths in points, the SVG backend in mm."""
 
 
 def render(document: Any, paper: Paper, suffix: str) -> bytes:
-    """Return the file's bytes.
+    """Return the bytes of the file.
 
     Parameters
     ----------
     document : ezdxf document
     paper : Paper
     suffix : str
-        ``.dxf``, ``.svg``, ``.pdf`` or ``.png``; the last two need matplotlib.
+        ``.dxf``, ``.svg``, ``.pdf`` or ``.png``. The last two need matplotlib.
 
     Raises
     ------

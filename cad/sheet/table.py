@@ -11,9 +11,9 @@ from cad.sheet.draw import Pen, Row
 from cad.sheet.paper import HEADING_ROWS, Box, SheetLayout, scale_words
 
 COLUMNS = {"No": 0.7, "point": 1.3, "where": 5.2, "x": 1.6, "y": 1.6, "z": 1.6, "X": 2.4, "Y": 2.4, "Z": 2.4}
-"""Relative widths: those to fill in by hand are widest, for eight digits."""
+"""Relative widths. The columns to fill in by hand are the widest numbers: they need room for eight digits."""
 PAD = 0.6
-"""Between a cell's edge and its text, in heights of text."""
+"""Space between a cell's edge and its text, relative to the height of text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +25,9 @@ class TitleBlock:
     part : str
     file : str
     sha256 : str
-        Of the file; empty for shapes from a script.
+        SHA-256 of the file; empty for shapes from a script.
     unit : str
-        Of the file.
+        Length unit of the file.
     made_by : str
     """
 
@@ -39,7 +39,7 @@ class TitleBlock:
 
 
 def draw_table(pen: Pen, box: Box, rows: Sequence[Row]) -> None:
-    """Draw the heading and a line a point; the robot's coordinates are left empty."""
+    """Draw the heading and one line per point. The robot's coordinates are left empty."""
     edges = _edges(box)
     row, top = pen.paper.row, box.top
     pen.box(box, "BORDER")
@@ -54,7 +54,7 @@ def draw_table(pen: Pen, box: Box, rows: Sequence[Row]) -> None:
     for number, cells in enumerate(rows):
         y = top - (HEADING_ROWS + number + 0.5) * row
         _row(pen, cells, edges, y)
-    lines = int(box.height / row + 0.5)  # rows that are left are for further points
+    lines = int(box.height / row + 0.5)  # unused rows are for further points
     for number in range(1, lines):
         y = top - number * row
         pen.line((part if number == 1 else box.x, y), (box.right, y), "BORDER" if number == HEADING_ROWS else "TABLE")
@@ -82,7 +82,7 @@ def _row(pen: Pen, cells: Row, edges: list[float], y: float) -> None:
 
 
 def draw_title(pen: Pen, layout: SheetLayout, title: TitleBlock) -> None:
-    """Draw the title block: what it is, from which file, at which scale, and who filled it in."""
+    """Draw the title block: the part, its file, the scale, and fields for the person who fills in the sheet."""
     box, row, pad = layout.title, pen.paper.row, PAD * pen.paper.text
     pen.box(box, "BORDER")
     inner = box.width - 2 * pad

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from cad.kernel.visible_lines import meshed_compound, visible_lines
 from wpcal.brep import BrepGraph
 from wpcal.brep.rays import is_blocked
 from wpcal.brep.trim import TrimmedFaces
@@ -102,6 +101,8 @@ def project_views(graph: BrepGraph, solids: Sequence[Any], points: FloatArray) -
     KernelError
         When the kernel cannot mesh or project the part.
     """
+    from cad.kernel.visible_lines import meshed_compound, visible_lines
+
     shape = meshed_compound(solids, chord_mm=CHORD_PART * graph.size_mm, chord_rad=CHORD_RAD)
     trimmed = TrimmedFaces.of(graph)
     views = []

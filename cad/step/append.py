@@ -1,8 +1,8 @@
-"""Move a STEP file by appending to its text: a placed assembly around its roots, and not one byte of the rest changed.
+"""Move a STEP file by appending to its text: a new assembly places the roots, and no other byte changes.
 
-Whatever the file holds (geometry, names, colours, layers, annotations, its unit) therefore stays. The new entities are
-those of ISO 10303-44 for an assembly: a product of its own, and for every root a ``NEXT_ASSEMBLY_USAGE_OCCURRENCE``
-with an ``ITEM_DEFINED_TRANSFORMATION`` from a placement in the root's representation to one in the new product's.
+Everything in the file (geometry, names, colours, layers, annotations, its unit) therefore stays. The new entities are
+those of ISO 10303-44 for an assembly: one product, and for every root a ``NEXT_ASSEMBLY_USAGE_OCCURRENCE`` with an
+``ITEM_DEFINED_TRANSFORMATION`` from a placement in the root's representation to one in the new product's.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from wpcal.core.errors import FormatError
 from wpcal.core.transform import RigidTransform
 
 PARALLEL_SIN = 1e-6
-"""An axis and a reference direction closer than this do not span a plane."""
+"""An axis and a reference direction do not span a plane if the sine of their angle is less than this."""
 
 
 @dataclass(slots=True)
 class EntityWriter:
-    """Collects new entities and numbers them after the file's own.
+    """Collects new entities, numbered after those of the file.
 
     Parameters
     ----------
@@ -44,7 +44,15 @@ class EntityWriter:
         return reference
 
     def add_vector(self, keyword: str, values: ArrayLike) -> str:
-        """Add a ``CARTESIAN_POINT`` or ``DIRECTION``."""
+        """Add a point or a direction.
+
+        Parameters
+        ----------
+        keyword : str
+            ``CARTESIAN_POINT`` or ``DIRECTION``.
+        values : array_like, shape (3,)
+            In the unit of the file.
+        """
         return self.add(f"{keyword}('',({','.join(format_real(v) for v in np.asarray(values).tolist())}))")
 
     def add_placement(self, placement: RigidTransform, *, unit_mm: float) -> str:
@@ -57,14 +65,14 @@ class EntityWriter:
 
 @dataclass(frozen=True, slots=True)
 class Assembly:
-    """The new product around the roots, as far as other appended products have to know it.
+    """The new assembly: what other appended products need to know of it.
 
     Parameters
     ----------
     definition, representation, origin : str
-        References of its ``PRODUCT_DEFINITION``, its ``SHAPE_REPRESENTATION`` and the identity placement in that.
+        References of its ``PRODUCT_DEFINITION``, its ``SHAPE_REPRESENTATION`` and the identity placement in the latter.
     root : Root
-        The first root: new products take its contexts and its unit.
+        The first root. New products use its contexts and its unit.
     names : tuple of str
         Names that were added: of the product and of its components.
     """
@@ -94,12 +102,12 @@ def append_placement(file: Part21File, T_base_part: RigidTransform, *, name: str
     Returns
     -------
     EntityWriter, Assembly
-        For `with_entities`, after more has been added where wanted.
+        For `with_entities`. More entities can be added before.
 
     Raises
     ------
     FormatError
-        When the file has no product structure to hold on to.
+        When the file has no product with a shape.
     """
     roots = find_roots(file)
     if not roots:
@@ -123,7 +131,7 @@ def append_placement(file: Part21File, T_base_part: RigidTransform, *, name: str
 
 
 def with_entities(file: Part21File, writer: EntityWriter) -> bytes:
-    """Return the file's text with the new entities before the end of its last data section, and its own line ends."""
+    """Return the file's text with the new entities at the end of its last data section, with the file's line ends."""
     newline = file.newline
     head = file.text[: file.data_end]
     gap = b"" if head.endswith(b"\n") else newline
@@ -134,7 +142,7 @@ def add_component(
     writer: EntityWriter, assembly: Assembly, definition: str, representation: str, *,
     child: str, moved: str, name: str, number: int,
 ) -> None:  # fmt: skip
-    """Add one use of a product in the assembly, carried from the placement `child` to the placement `moved`."""
+    """Add one use of a product in the assembly: it is moved from the placement `child` to the placement `moved`."""
     text = _string(name)
     usage = writer.add(
         f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('wpcal.{number}',{text},'',{assembly.definition},{definition},$)"
@@ -186,10 +194,10 @@ def _product_name(file: Part21File, root: Root) -> str:
 def _add_placements(
     writer: EntityWriter, file: Part21File, root: Root, T_base_part: RigidTransform, *, origin: str, unit_mm: float
 ) -> tuple[str, str]:
-    """References of the root's own placement A and of the moved one, T A, which is added.
+    """References of the root's own placement A and of the moved placement T A, which is added.
 
-    The reader carries A to the second placement, hence T = (T A) A⁻¹. A root without a usable placement takes the
-    identity of the new product.
+    A reader moves the root by the second placement times the inverse of the first: (T A) A⁻¹ = T. For a root without a
+    usable placement, A is the identity placement of the new product.
     """
     T_part_axis = None if root.axis is None else placement_of(file, root.axis, root.unit_mm)
     if T_part_axis is None:
@@ -198,7 +206,7 @@ def _add_placements(
 
 
 def placement_of(file: Part21File, number: int, unit_mm: float) -> RigidTransform | None:
-    """A placement of the file as ``T_part_axis``; None when a direction is left to the reader's choice."""
+    """A placement of the file as ``T_part_axis``; None when it leaves a direction to the reader's default."""
     location, axis, reference = axis_placement(file, number)
     if axis is None or reference is None:
         return None
@@ -207,7 +215,7 @@ def placement_of(file: Part21File, number: int, unit_mm: float) -> RigidTransfor
 
 
 def _orthonormal(axis: FloatArray, reference: FloatArray) -> FloatArray | None:
-    """Rotation with z along `axis` and x along `reference` made normal to it (ISO 10303-42, axis2_placement_3d)."""
+    """Rotation with z along `axis`, and x along `reference` made normal to z (ISO 10303-42, axis2_placement_3d)."""
     lengths = np.linalg.norm(axis), np.linalg.norm(reference)
     if min(lengths) == 0.0:
         return None

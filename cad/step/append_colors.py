@@ -1,7 +1,7 @@
-"""Colours of the solids of a STEP file, appended to its text in the order of the solids.
+"""Append colours to the text of a STEP file, in the order of its solids.
 
-The kernel's own writer keeps colours in a map by address and writes them in the order of that map, which differs from
-run to run; without them its text is the same in every run.
+The kernel's own writer writes colours in the order of memory addresses, which differs from run to run. Without colours,
+its text is the same in every run.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ def with_solid_colors(text: bytes, colors: Sequence[Rgb], *, name: str) -> bytes
     Parameters
     ----------
     text : bytes
-        With one solid in every ``ADVANCED_BREP_SHAPE_REPRESENTATION``, and without colours.
+        With one solid in every ``ADVANCED_BREP_SHAPE_REPRESENTATION``, without colours.
     colors : sequence of Rgb
-        One a solid, in the order of the representations.
+        One per solid, in the order of the representations.
     name : str
-        The file, for messages.
+        Of the file, for messages.
 
     Returns
     -------
@@ -35,7 +35,7 @@ def with_solid_colors(text: bytes, colors: Sequence[Rgb], *, name: str) -> bytes
     Raises
     ------
     FormatError
-        When there are not as many solids as colours.
+        When the numbers of solids and colours differ.
     """
     file = index_part21(text, name=name)
     solids = [_solid_and_context(file, item) for item in file.instances("ADVANCED_BREP_SHAPE_REPRESENTATION")]

@@ -1,8 +1,8 @@
-"""Seams as named, coloured edges of a product ``wpcal seams``, appended to the text of a STEP file.
+"""Append seams to the text of a STEP file, as named, coloured edges of a product ``wpcal seams``.
 
-Each seam is a product of its own with one ``EDGE_CURVE`` over a ``POLYLINE`` in an edge-based wireframe model, with
-its name, a colour and the layer ``wpcal seams``, so that another CAD finds it by any of the three. The edge has the
-name as well, but the kernel does not read the names of wireframe edges; hence the product.
+Each seam is one product with one ``EDGE_CURVE`` over a ``POLYLINE`` in an edge-based wireframe model. It has the seam's
+name, a colour and the layer ``wpcal seams``, so that another CAD system can find it by any of the three. The edge has
+the name too, but the kernel does not read the names of wireframe edges. Therefore each seam is a product.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SEAMS_NAME = "wpcal seams"
 """Name of the product and of the layer."""
 
 SAME_POINT_MM = 1e-6
-"""Points closer than this are one vertex: a closed seam; ten times the kernel's own tolerance of 1e-7 mm."""
+"""Points closer than this are one vertex, as in a closed seam. It is ten times the kernel's tolerance of 1e-7 mm."""
 
 LINE_WIDTH_MM = 0.7
 """Width of the drawn line: the thick line of ISO 128 on a sheet of this size."""
@@ -38,7 +38,7 @@ class SeamCurve:
     ----------
     name : str
     points_part : array_like, shape (m, 3)
-        Polyline in the frame `part`, mm; first and last point equal when it is closed.
+        Polyline in `part`, mm. A closed seam ends at its first point.
     color_rgb : tuple of float
         As a file writes it (sRGB), in 0…1.
 
@@ -69,7 +69,7 @@ class SeamCurve:
 def append_seams(
     writer: EntityWriter, file: Part21File, assembly: Assembly, T_base_part: RigidTransform, seams: Sequence[SeamCurve]
 ) -> None:
-    """Add the product ``wpcal seams`` with one product of one edge a seam to an assembly.
+    """Add the product ``wpcal seams`` to an assembly, with one product of one edge per seam.
 
     Parameters
     ----------

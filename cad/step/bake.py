@@ -1,10 +1,10 @@
 """Move the geometry of a STEP file in its text, without a new assembly level.
 
-Parts that stand alone: when all 3-D points p become R p + t and all directions d become R d, everywhere, then every
-shape S becomes T S, and what two placements say together, A₂ A₁⁻¹, becomes T A₂ A₁⁻¹ T⁻¹, which carries moved shapes
-as it carried the old ones. Points with two coordinates (curves in a face's parameters) stay.
+Single parts: every 3-D point p becomes R p + t, and every direction d becomes R d. Then every shape S becomes T S. Two
+placements that together move a shape by A₂ A₁⁻¹ become T A₂ A₁⁻¹ T⁻¹, which moves the moved shape in the same way.
+Points with two coordinates (curves in the parameters of a face) stay.
 
-Assemblies: the parts keep their coordinates, and the placements of the components of the topmost assembly become T A₂.
+Assemblies: the parts keep their coordinates. The placements of the topmost assembly's components become T A₂.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ NOT_BAKEABLE = (
     "SPHERICAL_POINT",
     "POLAR_POINT",
 )
-"""Entities that hold coordinates in another form: a file with one of them is not baked."""
+"""Entities with coordinates in another form. A file with one of them is not moved in place."""
 
 _VECTOR = re.compile(rb"#[0-9]+\s*=\s*(CARTESIAN_POINT|DIRECTION)\s*\(\s*'(?:[^']|'')*'\s*,\s*\(([^()]*)\)\s*\)\s*;")
 
@@ -46,13 +46,13 @@ def bake_text(file: Part21File, T_base_part: RigidTransform) -> bytes:
     Returns
     -------
     bytes
-        The text; what moved is written with all its digits.
+        The text. Moved numbers are written with all their digits.
 
     Raises
     ------
     FormatError
-        When the file holds coordinates in a form that is not moved here, its contexts differ in unit, or it mixes
-        assemblies and parts at its top.
+        When the file holds coordinates in a form of `NOT_BAKEABLE`, its contexts have different units, or its roots are
+        both assemblies and parts.
     """
     roots = find_roots(file)
     components = {root: components_of(file, root) for root in roots}
@@ -101,7 +101,7 @@ def _argument_changed(file: Part21File, transformation: int, side: int, new: str
 
 
 def _items_added(file: Part21File, representation: int, new: list[str]) -> tuple[int, int, bytes]:
-    """Add items at the end of a representation's list, which the last closing bracket but one ends."""
+    """Add items to the list of a representation. The list ends at the last but one closing bracket."""
     start, end = _span(file, representation)
     last = file.clean.rfind(b")", start, file.clean.rfind(b",", start, end))
     return last, last, ("," + ",".join(new)).encode("ascii")
@@ -121,7 +121,7 @@ def _one_unit_mm(file: Part21File) -> float:
 
 
 def _with_explicit_directions(file: Part21File) -> Part21File:
-    """Write out the directions that placements leave to their defaults: a default does not turn with the part."""
+    """Write out the default directions of placements, because a default does not rotate with the part."""
     writer = EntityWriter(int(file.ids[-1]) + 1)
     changes: list[tuple[int, int, bytes]] = []
     for keyword in ("AXIS2_PLACEMENT_3D", "AXIS1_PLACEMENT"):
@@ -137,10 +137,10 @@ def _with_explicit_directions(file: Part21File) -> Part21File:
 
 
 def _with_root_axes_back(file: Part21File, moved: Part21File, T_base_part: RigidTransform) -> bytes:
-    """Let the roots' representations list a placement that does nothing twice.
+    """Correct the placement that the representation of each root lists.
 
-    The kernel places a root by the first placement A that its representation lists: what it read as A S would now be
-    T A T S. So that it reads T A S the list gets X with X T S = T A S, X = T A T⁻¹, in place of T A.
+    The kernel places a root by the first placement A that its representation lists, so it read A S. With everything
+    moved it would read T A T S instead of T A S. Therefore the list gets X = T A T⁻¹ in place of T A: X T S = T A S.
     """
     T, T_inverse = T_base_part.matrix, T_base_part.inverse().matrix
     writer = EntityWriter(int(moved.ids[-1]) + 1)
@@ -178,7 +178,7 @@ def _direction(file: Part21File, reference: Ref) -> FloatArray:
     instance = file.instance(reference)
     ratios = instance.records[0].arguments[1] if instance is not None else ()
     if not isinstance(ratios, tuple) or len(ratios) != 3:
-        raise FormatError(f"the direction #{int(reference)} has not three ratios", path=file.name)
+        raise FormatError(f"the direction #{int(reference)} does not have three ratios", path=file.name)
     vector = np.array(ratios, dtype=np.float64)
     return np.asarray(vector / np.linalg.norm(vector), dtype=np.float64)
 
@@ -187,14 +187,14 @@ def _moved_vectors(file: Part21File, T_base_part: RigidTransform, unit_mm: float
     """Replace the coordinates of all 3-D points and directions."""
     matches = list(_VECTOR.finditer(file.clean))
     begins = np.array([match.start() for match in matches], dtype=np.int64)
-    is_instance = np.isin(begins, file.starts)  # a look-alike inside a string does not begin an instance
+    is_instance = np.isin(begins, file.starts)  # a match inside a string does not begin an instance
     kept = [m for m, real in zip(matches, is_instance, strict=True) if real and m.group(2).count(b",") == 2]
     if not kept:
         return file.text
     try:
         numbers = np.array(b",".join(m.group(2) for m in kept).split(b",")).astype(np.float64).reshape(-1, 3)
     except ValueError:
-        raise FormatError("a point has coordinates that are no numbers", path=file.name) from None
+        raise FormatError("a point has coordinates that are not numbers", path=file.name) from None
     is_point = np.array([m.group(1) == b"CARTESIAN_POINT" for m in kept])
     moved = T_base_part.rotate(numbers) + np.where(is_point[:, None], T_base_part.t_mm / unit_mm, 0.0)
     texts = [",".join(map(format_real, row)).encode("ascii") for row in moved.tolist()]
@@ -202,7 +202,7 @@ def _moved_vectors(file: Part21File, T_base_part: RigidTransform, unit_mm: float
 
 
 def _spliced(text: bytes, changes: list[tuple[int, int, bytes]]) -> bytes:
-    """Replace ranges of a text, in ascending order."""
+    """Replace ranges of a text; they are given in ascending order."""
     pieces, done = [], 0
     for start, end, new in changes:
         pieces += [text[done:start], new]

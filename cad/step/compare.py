@@ -1,4 +1,4 @@
-"""What a STEP document holds, counted, so that a written file can be compared with the one it came from."""
+"""Count what a STEP document holds, to compare a written file with the file that was read."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
 
 VERTEX_ATOL_MM = 1e-6
-"""A thousandth of what a laser tracker resolves; appending reaches 1e-11, the kernel's writer 1e-9."""
+"""A thousandth of what a laser tracker resolves. Appending is exact to 1e-11 mm, the kernel's writer to 1e-9 mm."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepInventory:
-    """Counts of what is in a document.
+    """What a document holds, counted.
 
     Parameters
     ----------
     surfaces : Counter
         Faces by kind of surface.
     vertices : ndarray, shape (n, 3)
-        Distinct vertices, and the nodes of faces that are triangles only, mm.
+        Distinct vertices, and the nodes of faces that have triangles only, mm.
     names, colors, layers : Counter
         Labels by name, by colour and by layer.
     annotations : Counter
@@ -56,7 +56,7 @@ def take_inventory(document: KernelObject, *, without: str = "") -> StepInventor
     ----------
     document : kernel document
     without : str, optional
-        Name of an assembly and of a layer to leave out, with everything in them.
+        Name of an assembly and a layer to leave out with everything in them.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def take_inventory(document: KernelObject, *, without: str = "") -> StepInventor
 
 
 def _product(label: KernelObject) -> KernelObject:
-    """Product of a component; of any other label the label itself."""
+    """Product of a component; any other label is returned as it is."""
     product = new_label()
     return product if XCAFDoc_ShapeTool.GetReferredShape_s(label, product) else label
 
@@ -99,7 +99,7 @@ def _entries_of(tool: KernelObject, name: str) -> frozenset[str]:
 
 
 def _shapes(roots: list[KernelObject], left_out: frozenset[str]) -> list[KernelObject]:
-    """Shapes of the roots; a root with a component that is left out gives its other components."""
+    """Shapes of the roots. Of a root with a component that is left out: its other components."""
     shapes: list[KernelObject] = []
     for root in roots:
         components = _below(root) if left_out else []
@@ -140,14 +140,14 @@ def _annotations(document: KernelObject) -> Counter[str]:
 def compare_inventories(
     before: StepInventory, after: StepInventory, T_base_part: RigidTransform, *, added: Counter[str]
 ) -> list[Issue]:
-    """Differences between a file and its moved copy, as issues; empty when nothing was lost or changed.
+    """Differences between a file and its moved copy. The list is empty when nothing was lost or changed.
 
     Parameters
     ----------
     before, after : StepInventory
         Of the file as read and of the file as written and read again.
     T_base_part : RigidTransform
-        What the vertices were moved by.
+        The move of the vertices.
     added : Counter
         Names that were added on purpose.
 
@@ -184,7 +184,7 @@ def _vertex_issues(expected: FloatArray, found: FloatArray) -> list[Issue]:
         return []
     worst = float(np.abs(expected - found).max())
     if worst > VERTEX_ATOL_MM:
-        worst = _nearest(expected, found)  # the same points in another order are no difference
+        worst = _nearest(expected, found)  # the order of the points does not matter
     if worst <= VERTEX_ATOL_MM:
         return []
     message = f"the written file's vertices are off the moved ones by {worst:.3g} mm (allowed {VERTEX_ATOL_MM:g})"
@@ -200,7 +200,7 @@ def _nearest(expected: FloatArray, found: FloatArray) -> float:
 
 
 def compare_seam_edges(document: KernelObject, T_base_part: RigidTransform, seams: Sequence[SeamCurve]) -> list[Issue]:
-    """Differences between seams and the edges found for them in a document that was read again.
+    """Differences between seams and their edges in a document that was read again.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def compare_seam_edges(document: KernelObject, T_base_part: RigidTransform, seam
     Returns
     -------
     list of Issue
-        One for every seam that is not there as one edge with its length and its ends.
+        One per seam that is not present as one edge with its length and its ends.
     """
     found = {leaf.use.path[-1]: leaf for leaf in StepTree(document).leaves() if leaf.use.path[-2:-1] == (SEAMS_NAME,)}
     issues = []
@@ -224,7 +224,7 @@ def compare_seam_edges(document: KernelObject, T_base_part: RigidTransform, seam
 
 
 def _seam_difference(leaf: Leaf, T_base_part: RigidTransform, seam: SeamCurve) -> str:
-    """What is wrong with the edge of a seam; empty when nothing is."""
+    """What is wrong with the edge of a seam; empty when it is right."""
     edges = sub_shapes(leaf.shape.Moved(leaf.use.location), EDGE)
     if len(edges) != 1:
         return f"has {len(edges)} edges"

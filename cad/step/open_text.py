@@ -1,4 +1,4 @@
-"""Open a STEP file as text: everything that can be refused without the kernel is refused here, in one line."""
+"""Open a STEP file as text, and refuse what can be refused without the kernel, in one line."""
 
 from __future__ import annotations
 

@@ -1,8 +1,10 @@
 """The text of a STEP file (ISO 10303-21): where every statement begins and ends.
 
-Words: a *statement* ends with a semicolon outside strings and comments; an *instance* is a statement ``#12=…;``; a
-*record* is one ``KEYWORD(arguments)``; a complex instance holds several records in one pair of brackets. The text is
-never changed: it is indexed once, with array operations over its bytes, and only the instances asked for are parsed.
+Words: a *statement* ends with a semicolon outside strings and comments. An *instance* is a statement ``#12=…;``. A
+*record* is one ``KEYWORD(arguments)``. A complex instance holds several records in one pair of brackets.
+
+The text is never changed. It is indexed once, with array operations over its bytes. Only the instances asked for are
+parsed.
 """
 
 from __future__ import annotations
@@ -31,15 +33,15 @@ class Part21File:
     text : bytes
         The text as read.
     clean : bytes
-        The same text with every comment blanked: same length, same places.
+        The same text with every comment replaced by blanks, so that all positions stay.
     ids : ndarray, shape (n,)
         Instance numbers, ascending.
     starts, ends : ndarray, shape (n,)
-        Where each instance begins (its ``#``) and ends (its ``;``), in the order of `ids`.
+        Positions of the ``#`` and the ``;`` of each instance, in the order of `ids`.
     header : tuple of Record
         The statements of the header.
     data_end : int
-        Where the ``ENDSEC`` of the last data section begins: new instances go before it.
+        Position of the ``ENDSEC`` of the last data section. New instances go before it.
     """
 
     name: str
@@ -76,7 +78,7 @@ class Part21File:
         return None
 
     def instance(self, number: int) -> Instance | None:
-        """Parse one instance; None when the file has none of this number.
+        """Parse one instance; None when the file has no instance of this number.
 
         Raises
         ------
@@ -113,15 +115,15 @@ class Part21File:
 
 
 def line_of(text: bytes, offset: int) -> int:
-    """Line of a place in a text, counted from 1."""
+    """Line of a position in a text, counted from 1."""
     return text.count(b"\n", 0, offset) + 1
 
 
 def index_part21(text: bytes, *, name: str) -> Part21File:
     """Find every statement of a STEP file.
 
-    A handful of passes over the bytes with numpy; no Python loop over instances, so it costs a few milliseconds per
-    megabyte.
+    This takes a few milliseconds per megabyte: a few passes over the bytes with NumPy, and no Python loop over
+    instances.
 
     Parameters
     ----------
@@ -154,7 +156,7 @@ def index_part21(text: bytes, *, name: str) -> Part21File:
 
 
 def _blank_comments(text: bytes, name: str) -> bytes:
-    """Replace every comment by as many blanks; a comment sign inside a string is none, nor a quote inside a comment."""
+    """Replace every comment by as many blanks. Comment signs in strings and quotes in comments have no meaning."""
     pieces, done = [], 0
     while (at := text.find(b"/*", done)) >= 0:
         if text.count(b"'", done, at) % 2:  # `done` is outside strings, so an odd count puts `at` inside one
@@ -172,7 +174,7 @@ def _blank_comments(text: bytes, name: str) -> bytes:
 
 
 def _statement_ends(characters: NDArray[np.uint8], text: bytes, name: str) -> IntArray:
-    """Places of the semicolons outside strings. A doubled quote inside a string toggles twice, so parity is enough."""
+    """Positions of the semicolons outside strings: an even number of quotes precedes each of them."""
     quotes = np.flatnonzero(characters == _QUOTE)
     if len(quotes) % 2:
         raise FormatError("a string does not end", path=name, line=line_of(text, int(quotes[-1])))
@@ -181,7 +183,7 @@ def _statement_ends(characters: NDArray[np.uint8], text: bytes, name: str) -> In
 
 
 def _skip_space(characters: NDArray[np.uint8], places: IntArray) -> IntArray:
-    """Move each place forward to the first character that is not blank; a semicolon follows every one of them."""
+    """Move each position forward to the first character that is not blank. A semicolon follows each, so this ends."""
     places = places.copy()
     blank = np.flatnonzero(characters[places] <= ord(" "))
     while len(blank):
@@ -191,7 +193,7 @@ def _skip_space(characters: NDArray[np.uint8], places: IntArray) -> IntArray:
 
 
 def _instance_numbers(characters: NDArray[np.uint8], starts: IntArray) -> IntArray:
-    """Read the digits behind each ``#``, one digit of all instances at a time; a semicolon stops every one of them."""
+    """Read the digits behind each ``#``, one digit of all instances at a time, until the semicolons stop it."""
     numbers = np.zeros(len(starts), dtype=np.int64)
     digit = characters[starts + 1].astype(np.int64) - _ZERO
     live, place = np.arange(len(starts)), starts + 1
@@ -204,7 +206,7 @@ def _instance_numbers(characters: NDArray[np.uint8], starts: IntArray) -> IntArr
 
 
 def _sections(clean: bytes, starts: IntArray, ends: IntArray, text: bytes, name: str) -> tuple[tuple[Record, ...], int]:
-    """Walk the few statements that are no instances: header records, and where the last data section ends."""
+    """Walk the few statements that are not instances: header records, and the end of the last data section."""
     header: list[Record] = []
     section, data_end = "", -1
     for start, end in zip(starts.tolist(), ends.tolist(), strict=True):

@@ -1,4 +1,4 @@
-"""The values inside a STEP file (ISO 10303-21): tokens, instances as plain values, its strings and reals."""
+"""The values in a STEP file (ISO 10303-21): instances, records, strings and reals, parsed and written."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class Ref(int):
 
 
 class Enumeration(str):
-    """An enumeration without its dots: ``.METRE.``; also ``*``, a value that is derived."""
+    """An enumeration, stored without its dots (``.METRE.``), or ``*``, which marks a derived value."""
 
     __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """One ``KEYWORD(arguments)``, as a whole instance, a part of a complex one, or a typed argument."""
+    """One ``KEYWORD(arguments)``: a whole instance, a part of a complex instance, or a typed argument."""
 
     keyword: str
     arguments: tuple[Value, ...]
@@ -46,14 +46,14 @@ Value: TypeAlias = "int | float | str | bytes | Ref | Enumeration | Record | tup
 
 @dataclass(frozen=True, slots=True)
 class Instance:
-    """One instance: its number and its record, or the several records of a complex instance."""
+    """One instance: its number and its record (several records for a complex instance)."""
 
     id: int
     records: tuple[Record, ...]
 
     @property
     def keyword(self) -> str:
-        """Keyword of a simple instance; of a complex one the first."""
+        """Keyword of a simple instance; the first keyword of a complex one."""
         return self.records[0].keyword
 
     def record(self, keyword: str) -> Record | None:
@@ -61,7 +61,7 @@ class Instance:
         return next((record for record in self.records if record.keyword == keyword), None)
 
     def references(self) -> tuple[int, ...]:
-        """All references in the arguments, at any depth, in the order written."""
+        """All references in the arguments, at any depth, in the order of the text."""
         found: list[int] = []
         stack: list[Value] = list(reversed(self.records))
         while stack:
@@ -79,7 +79,7 @@ def parse_instance(statement: bytes) -> Instance:
     Raises
     ------
     FormatError
-        When the text is none of these.
+        When the text is neither.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def parse_instance(statement: bytes) -> Instance:
 
 
 def parse_value(text: bytes) -> Value:
-    """Read one value: a number, string, reference, enumeration, record or list, nested as deep as it likes.
+    """Read one value: a number, string, reference, enumeration, record or list, nested to any depth.
 
     Raises
     ------
@@ -167,9 +167,10 @@ _ESCAPE = re.compile(
 def decode_string(raw: bytes) -> str:
     r"""Turn the inside of a Part 21 string into text.
 
-    Known are ``''``, ``\\``, ``\X2\…\X0\``, ``\X4\…\X0\``, ``\X\hh``, ``\S\c`` and ``\PA\``.
+    Escapes are ``''``, ``\\``, ``\X2\…\X0\``, ``\X4\…\X0\``, ``\X\hh``, ``\S\c`` and ``\PA\``.
 
-    Bytes above 127, which the standard forbids and exporters write, are read as UTF-8, or else as Latin-1.
+    Bytes above 127 are forbidden by the standard, but some exporters write them. They are read as UTF-8, or as Latin-1
+    where they are not UTF-8.
     """
     try:
         text = raw.decode("utf-8")
@@ -209,7 +210,7 @@ def encode_string(text: str) -> bytes:
 
 
 def format_real(value: float) -> str:
-    """Write a real as Part 21 wants it: a decimal point always, the exponent as ``E``; reads back to the same float64.
+    """Write a real as Part 21 demands: always with a decimal point, the exponent as ``E``. It reads back unchanged.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What the products of a STEP file are made of, read from its text alone: roots, representations, contexts, units."""
+"""The products of a STEP file, read from its text alone: roots, components, contexts and units."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ SI_PREFIX_METRES = {
 """SI prefixes of ISO 10303-41."""
 
 UNIT_NAMES = {0.001: "um", 1.0: "mm", 10.0: "cm", 1000.0: "m", 25.4: "inch", 304.8: "ft"}
-"""Units by their length in mm, as a person writes them."""
+"""Names of units by their length in mm, as people write them."""
 
 UNIT_RTOL = 1e-6
-"""Files write the inch with five digits or more; no two units of the table are closer than that."""
+"""Relative. Files write the inch with five digits or more, and no two units of the table are this close."""
 
 
 @dataclass(frozen=True, slots=True)
 class Root:
-    """A product that is no part of another one, with the shape it stands for.
+    """A product that is not a component of another product, with its shape.
 
     Parameters
     ----------
@@ -48,17 +48,17 @@ class Root:
 
 
 def find_roots(file: Part21File) -> tuple[Root, ...]:
-    """Products with a shape that no other product uses, in the order of their numbers.
+    """Products with a shape that are not components of another product, in the order of their numbers.
 
     Returns
     -------
     tuple of Root
-        Empty when the file has shapes but no product structure that can be followed.
+        Empty when the file has no product structure that leads to a shape.
 
     Raises
     ------
     FormatError
-        When an instance on the way is no Part 21 instance.
+        When an instance on the way is not a Part 21 instance.
     """
     children = {
         argument
@@ -70,7 +70,7 @@ def find_roots(file: Part21File) -> tuple[Root, ...]:
         root = _root_of(file, link, children)
         if root is not None:
             shapes.setdefault(root.definition, []).append(root)
-    # A definition may have several representations; the one with a placement is what an assembly can hold on to.
+    # A definition may have several representations. An assembly needs one with a placement.
     return tuple(next((r for r in found if r.axis is not None), found[0]) for _, found in sorted(shapes.items()))
 
 
@@ -81,7 +81,7 @@ def _root_of(file: Part21File, link: Instance, children: set[Ref]) -> Root | Non
         return None
     target = file.instance(definition)
     if target is None or target.record("NEXT_ASSEMBLY_USAGE_OCCURRENCE") is not None:
-        return None  # the shape of one use of a part, not of a product
+        return None  # the shape of one use of a product, not of the product
     representation = _follow(file, _argument(record, 1))
     context, items = (None, ()) if representation is None else _context_and_items(representation)
     if representation is None or context is None:
@@ -121,7 +121,7 @@ class Component:
 
 
 def components_of(file: Part21File, root: Root) -> tuple[Component, ...]:
-    """Placements of a root's components; empty for a part that stands alone.
+    """Placements of a root's components; empty for a single part.
 
     Raises
     ------
@@ -164,7 +164,7 @@ def _component(file: Part21File, root: Root, relation: Instance | None) -> Compo
 
 
 def unit_of_context(file: Part21File, context: int) -> float:
-    """Length unit of a representation context, mm; 1 when the context names none (the kernel's assumption as well)."""
+    """Length unit of a representation context, mm; 1 when the context names none (the kernel assumes the same)."""
     instance = file.instance(context)
     record = None if instance is None else instance.record("GLOBAL_UNIT_ASSIGNED_CONTEXT")
     units = _argument(record, 0) if record is not None else ()
@@ -176,7 +176,7 @@ def unit_of_context(file: Part21File, context: int) -> float:
 
 
 MAX_UNIT_DEPTH = 8
-"""A unit based on a unit based on a unit: no file goes past two; a circle is refused here."""
+"""A unit can be based on a unit. No file seen goes past two steps; a circle of definitions ends here."""
 
 
 def _unit_mm(file: Part21File, unit: Instance, *, depth: int) -> float:
@@ -203,7 +203,7 @@ def _measure(measure: Instance | None) -> tuple[float | None, Value]:
 
 
 def unit_name(unit_mm: float) -> str:
-    """Name of a length unit: ``inch``; ``2.5 mm`` for one without a name."""
+    """Name of a length unit, such as ``inch``; a unit without a name is called by its length, such as ``2.5 mm``."""
     for length, name in UNIT_NAMES.items():
         if abs(unit_mm - length) <= UNIT_RTOL * length:
             return name
@@ -213,7 +213,7 @@ def unit_name(unit_mm: float) -> str:
 def axis_placement(
     file: Part21File, number: int
 ) -> tuple[tuple[float, ...], tuple[float, ...] | None, tuple[float, ...] | None]:
-    """Location, axis and reference direction of an ``AXIS2_PLACEMENT_3D``, in the file's unit; None where not given.
+    """Location (in the file's unit), axis and reference direction of an ``AXIS2_PLACEMENT_3D``; None where not given.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""A STEP file as placed solids with names, colours and layers; every oddity is an `Issue`, never silence.
+"""Read a STEP file: placed solids with names, colours and layers. Every oddity is reported as an `Issue`.
 
 The file is read into an XCAF document (the kernel's tree of products, instances and attributes), which is kept for
-writing. A *leaf* is a product without components; every use of a leaf gives its solids once more, placed.
+writing. A *leaf* is a product without components. Each use of a leaf gives its solids once, placed.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ class StepSolid:
     Parameters
     ----------
     name : str
-        The product's name as written; the second and further ones of a name are called ``name#2``, ``name#3``, …;
-        ``S4`` for the fourth solid when it has no name.
+        The product's name as written. Further solids of the same name are called ``name#2``, ``name#3``, … A solid
+        without a name is called by its number: ``S4`` is the fourth.
     path : tuple of str
         Names of the instances from the root down.
     shape : kernel shape
@@ -60,14 +60,14 @@ class StepSolid:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepMark:
-    """A face, wire or edge that has a name, a colour or a layer of its own.
+    """A face, wire or edge with a name, a colour or a layer of its own.
 
     Parameters
     ----------
     kind : str
         ``face``, ``wire`` or ``edge``.
     name : str
-        As written; empty when it has none. Often noise: some exporters name every edge.
+        As written; empty when it has none. Often without meaning: some exporters name every edge.
     color_rgb : tuple of float or None
         sRGB as the file writes it, in 0…1.
     layers : tuple of str
@@ -96,7 +96,7 @@ class StepPart:
     sha256 : str
         Of the file's bytes.
     unit : str
-        Length unit of the file: ``mm``, ``inch``, …; geometry here is always in mm.
+        Length unit of the file: ``mm``, ``inch``, … The shapes are always in mm.
     schema : str
         As the header names it: ``AUTOMOTIVE_DESIGN``.
     solids : tuple of StepSolid
@@ -127,7 +127,7 @@ class StepPart:
         return self.source.text
 
     def build123d_shapes(self) -> list[Any]:
-        """Return the solids as build123d shapes with label and colour; imports build123d (2 to 5 s) when called."""
+        """Return the solids as build123d shapes with label and colour; the first call imports build123d (2 to 5 s)."""
         import build123d
 
         found = []
@@ -150,12 +150,12 @@ def read_step(path: Path | str) -> StepPart:
     Returns
     -------
     StepPart
-        Same names and order at every run.
+        The same names in the same order at every run.
 
     Raises
     ------
     InputError
-        When the file cannot be read, is no STEP file or holds no face.
+        When the file cannot be read, is not a STEP file or has no face.
     FormatError
         When the text is broken or cut off.
     KernelError
@@ -163,8 +163,8 @@ def read_step(path: Path | str) -> StepPart:
 
     Notes
     -----
-    The kernel's time is 0.1 to 0.2 s a megabyte. A fault of the kernel can end the interpreter: a program that reads
-    files of others calls this through `cad.kernel.child.run_in_child`.
+    The kernel needs 0.1 to 0.2 s per megabyte. A fault of the kernel can crash the interpreter. A program that reads
+    files of others therefore calls this through `cad.kernel.child.run_in_child`.
     """
     path = Path(path)
     file = read_step_text(path)
@@ -228,7 +228,7 @@ def _refuse_without_faces(path: Path, leaves: list[Leaf], prepared: dict[str, Le
 
 
 def _without_open_shells(prepared: dict[str, LeafShapes]) -> tuple[dict[str, LeafShapes], list[Issue]]:
-    """Leave open shells out where the file has solids: they are datum planes and other supplemental geometry."""
+    """Leave out open shells if the file has solids: such shells are datum planes and other supplemental geometry."""
     bodies = [body for found in prepared.values() for body in found.bodies]
     shells = sum(body.ShapeType() != SOLID for body in bodies)
     if shells in (0, len(bodies)):
@@ -263,7 +263,7 @@ class _Attributes:
 
 
 def _own_attributes(leaf: Leaf, bodies: tuple[Any, ...], tree: StepTree) -> list[_Attributes]:
-    """What the bodies of a leaf are called and look like by themselves; a single body takes its faces' one colour."""
+    """Attributes of the bodies of a leaf. A single body without a colour takes the one colour of its faces."""
     numbered = NumberedShapes(bodies)
     found = [_Attributes() for _ in bodies]
     face_colors = set()
@@ -307,7 +307,7 @@ def _placed_marks(leaves: list[Leaf], prepared: dict[str, LeafShapes], tree: Ste
 
 
 def _wire_marks(leaf: Leaf, tree: StepTree) -> Iterator[StepMark]:
-    """Every edge of a product without faces; where it has no name, colour or layer of its own it has the product's."""
+    """Every edge of a product without faces. An edge without a name, colour or layer of its own takes the product's."""
     edges = sub_shapes(leaf.shape, EDGE)
     use = leaf.use
     for edge, own in zip(edges, _own_attributes(leaf, tuple(edges), tree), strict=True):
@@ -316,10 +316,10 @@ def _wire_marks(leaf: Leaf, tree: StepTree) -> Iterator[StepMark]:
 
 
 def _unit(file: Part21File) -> tuple[str, list[Issue]]:
-    """Length unit of the file's roots; an issue when it is not mm, or not one."""
+    """Length unit of the file's roots, with an issue when it is not mm or the roots differ."""
     names = list(dict.fromkeys(unit_name(root.unit_mm) for root in find_roots(file)))
     if not names:
-        return "mm", [Issue("no-product", "the file names no product with a shape; its length unit is taken to be mm")]
+        return "mm", [Issue("no-product", "the file names no product with a shape; its unit is assumed to be mm")]
     if len(names) > 1:
         return names[0], [Issue("mixed-units", f"the file's products are in {', '.join(names)}; all were turned to mm")]
     if names[0] != "mm":

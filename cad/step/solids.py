@@ -1,4 +1,4 @@
-"""The solids of one product: found, or sewn from loose faces; what is odd about them as issues."""
+"""The solids of one product: found, or sewn from loose faces. Oddities (open shells, triangles only …) are issues."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from cad.kernel.topology import EDGE, FACE, SHELL, SOLID, ancestors, compound, l
 from wpcal.core.issue import Issue
 
 SEWING_TOLERANCES_MM = (0.01, 0.03, 0.1)
-"""Tried in this order until nothing is open. Above 0.1 mm sewing moves edges by more than a robot's teaching error."""
+"""Tried in this order until no edge is open. Above 0.1 mm, sewing moves edges by more than a robot's teaching error."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeafShapes:
-    """What a product consists of.
+    """The bodies of one product.
 
     Parameters
     ----------
     bodies : tuple of kernel shapes
-        Solids, or closed or open shells where there is no solid, in the product's own frame.
+        Solids, or shells (closed or open) if there is no solid; in the product's own frame, mm.
     issues : tuple of Issue
     has_faces : bool
-        Whether it has any face at all.
+        Whether the product has any face.
     """
 
     bodies: tuple[Any, ...]
@@ -84,7 +84,7 @@ def _bodies(name: str, shape: KernelObject, issues: list[Issue]) -> list[KernelO
 
 
 def _check(name: str, bodies: list[KernelObject], issues: list[Issue]) -> None:
-    """Report bodies whose surface is not closed or whose faces do not all look the same way."""
+    """Report bodies whose surface is not closed, or whose faces do not all point outwards."""
     invalid = sum(not all(map(_is_sound, sub_shapes(body, SHELL))) for body in bodies)
     if invalid:
         message = f"{name or 'a part'}: {invalid} of {len(bodies)} solids are not valid topology"
@@ -92,14 +92,14 @@ def _check(name: str, bodies: list[KernelObject], issues: list[Issue]) -> None:
 
 
 def _is_sound(shell: KernelObject) -> bool:
-    """Tell whether a shell is closed and turned one way; the kernel's check of every sub-shape costs thirty times."""
+    """Tell whether a shell is closed and oriented. The kernel's check of all sub-shapes takes thirty times as long."""
     check = BRepCheck_Shell(shell)
     found = check.Closed(False), check.Orientation(False)
     return all(status == BRepCheck_Status.BRepCheck_NoError for status in found)
 
 
 def _sewn(name: str, shape: KernelObject, issues: list[Issue]) -> list[KernelObject]:
-    """Close a product made of faces or shells: as it is when its shells are closed, else sewn."""
+    """Make solids of a product of faces or shells: directly if its shells are closed, otherwise by sewing."""
     before = _open_edges(shape)
     shells = sub_shapes(shape, SHELL)
     if not before and shells and not loose_shapes(shape, FACE, SHELL):
@@ -115,7 +115,7 @@ def _sewn(name: str, shape: KernelObject, issues: list[Issue]) -> list[KernelObj
 
 
 def _best_sewing(shape: KernelObject) -> tuple[float, int, KernelObject]:
-    """Smallest tolerance that leaves nothing open, or else the fewest open edges."""
+    """Sew with the smallest tolerance that leaves no edge open, or with the one that leaves the fewest."""
     tried = []
     for tolerance in SEWING_TOLERANCES_MM:
         sewing = BRepBuilderAPI_Sewing(tolerance)

@@ -1,6 +1,6 @@
-"""Write a part moved: by a change of its own text, or where a file defeats that, from the kernel's document.
+"""Write a moved part: by changing its own text, or, where that does not work, with the kernel's writer.
 
-The written file is read again and compared with what was read; every difference is an `Issue`.
+The written file is read again and compared with the file that was read. Every difference is an `Issue`.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ from wpcal.core.transform import RigidTransform
 
 DEFEATED = "moved-other-way"
 DEFEATS = frozenset({DEFEATED, "moved-faces-differ", "moved-vertices-differ", "moved-seams-differ"})
-"""Differences after which a way of writing is given up: the geometry is not where it should be."""
+"""Differences in the geometry. After one of them the next way of writing is tried."""
 
 WAY_NAMES = {"baked": "moving the geometry in the text", "appended": "appending to the text"}
-"""Ways of writing, for a message."""
+"""Ways of writing, for messages."""
 
 SCHEMA_AP214, SCHEMA_AP242 = 4, 5
-"""Values of the kernel's `write.step.schema`; with AP214 it drops all annotations and says nothing."""
+"""Values of the kernel's setting `write.step.schema`. With AP214 the kernel drops all annotations without a message."""
 
 KERNEL_UNITS = {"um": "UM", "mm": "MM", "cm": "CM", "m": "M", "inch": "INCH", "ft": "FT"}
-"""Values of the kernel's `write.step.unit`."""
+"""Values of the kernel's setting `write.step.unit`."""
 
 
 def write_moved_step(
@@ -66,15 +66,15 @@ def write_moved_step(
     path : Path
         Overwritten when it exists.
     bake : bool
-        Move the geometry itself, in place of an assembly around it.
+        Move the geometry itself instead of placing it in a new assembly.
     seams : sequence of (name, points, color_rgb)
-        Polylines, shape (m, 3), in `part`, mm, with a colour as a file writes it (sRGB); they become named edges in a
-        product ``wpcal seams``.
+        Polylines, shape (m, 3), in `part`, mm, with an sRGB colour, 0…1. They become named edges in a product
+        ``wpcal seams``.
 
     Returns
     -------
     tuple of Issue
-        Every way of writing that was tried in vain, and every difference found in the one that was kept.
+        Every way of writing that failed, and every difference in the file that was kept.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def write_moved_step(
 
     Notes
     -----
-    Appending costs a copy of the file; reading it again costs as much as reading it did.
+    Appending takes as long as copying the file. Checking takes as long as reading it did.
     """
     curves = tuple(SeamCurve(name, frozen(points), color) for name, points, color in seams)
     job = _Job(part, T_base_part, f"{Path(part.file_name).stem} calibrated", curves)
@@ -102,13 +102,13 @@ def write_moved_step(
                 found = [Issue(DEFEATED, str(error))]
             if way == ways[-1] or not any(issue.code in DEFEATS for issue in found):
                 return (*issues, *found)
-            issues.append(Issue(DEFEATED, f"{WAY_NAMES[way.__name__]} did not do: {found[0].message}"))
+            issues.append(Issue(DEFEATED, f"{WAY_NAMES[way.__name__]} failed: {found[0].message}"))
     raise KernelError(f"writing {path}: no way of writing was tried")
 
 
 @dataclass(frozen=True, slots=True)
 class _Job:
-    """What is to be written. Each way of writing returns the text and the names that it added."""
+    """What is to be written. Each method that writes returns the text and the names that it added."""
 
     part: StepPart
     T_base_part: RigidTransform
@@ -134,7 +134,7 @@ class _Job:
         return self._with_seams(text, added)
 
     def _with_seams(self, text: bytes, added: Counter[str]) -> tuple[bytes, Counter[str]]:
-        """Append the seams to a text whose part is already in base: both go into an assembly that moves nothing."""
+        """Append the seams to a text whose part is already in `base`: both go into an assembly that moves nothing."""
         if not self.seams:
             return text, added
         file = index_part21(text, name=self.part.file_name)
@@ -182,8 +182,8 @@ def _wrap_free_shapes(document: KernelObject, T_base_part: RigidTransform, name:
 def _write_document(document: KernelObject, path: Path, part: StepPart, *, with_annotations: bool) -> None:
     """Write an XCAF document in the part's unit and with the part's own time stamp.
 
-    The writer says RetError of files with annotations that read back well, so its status is not asked: the file is read
-    again and compared.
+    The writer returns RetError for files with annotations that read back well. Therefore its status is ignored: the
+    file is read again and compared.
     """
     settings: dict[str, int | str] = {
         "write.stepcaf.subshapes.name": 1,

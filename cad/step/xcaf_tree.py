@@ -1,4 +1,4 @@
-"""The product tree of an XCAF document: every use of every leaf, where it is, what it is called and looks like."""
+"""The product tree of the kernel's XCAF document: every use of every leaf, with its place, name, colour and layers."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from cad.kernel.xcaf import label_color, label_entry, label_name, labels_of, new
 from wpcal.brep.mesh import Rgb
 
 EMPTY_NAMES = frozenset({"", "NONE", "NULL"})
-"""What exporters write where there is no name (SolidWorks: 'NONE' on every face and edge)."""
+"""Names that exporters write when there is no name (SolidWorks writes 'NONE' on every face and edge)."""
 
 
 def usable_name(name: str) -> str:
-    """One line without blanks at its ends; empty for the words that stand for no name."""
+    """A name on one line without blanks at its ends; empty for `EMPTY_NAMES`."""
     line = " ".join(name.split())
     return "" if line.upper() in EMPTY_NAMES else line
 
@@ -30,7 +30,7 @@ def merged_layers(layers: tuple[str, ...], more: tuple[str, ...]) -> tuple[str, 
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """How a product is used: what its instances above say of it.
+    """One use of a product: its place, and the attributes of the instances above it.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Use:
     name : str
         Name of the nearest product above that has one.
     color : tuple of float or None
-        Colour of the highest instance above that has one: it wins over the product's own.
+        Colour of the highest instance above that has one. It overrides the product's own.
     layers : tuple of str
         Layers of the instances above.
     """
@@ -60,13 +60,13 @@ class Leaf:
     Parameters
     ----------
     entry : str
-        Place of the product in the document; the same for all its uses.
+        Address of the product in the document, the same for all its uses.
     label : kernel label
         Of the product.
     shape : kernel shape
         In the product's own frame, mm.
     use : Use
-        Where it is, with the product's own name, colour and layers merged in.
+        Its place, with the product's own name, colour and layers merged in.
     """
 
     entry: str
@@ -77,7 +77,7 @@ class Leaf:
 
 @dataclass(slots=True)
 class StepTree:
-    """Walks the labels of a document; knows which layers a label is on."""
+    """The labels of a document, and the layers of each label."""
 
     document: Any
     layers: dict[str, tuple[str, ...]] = field(default_factory=dict)
@@ -100,7 +100,7 @@ class StepTree:
             yield from self._below(root, Use(TopLoc_Location()))
 
     def _below(self, label: KernelObject, use: Use) -> Iterator[Leaf]:
-        """Leaves under a product."""
+        """Leaves below a label."""
         use = self._joined(use, label)
         use = replace(use, path=use.path or ((use.name,) if use.name else ()))
         if not XCAFDoc_ShapeTool.IsAssembly_s(label):

@@ -1,4 +1,4 @@
-"""Which features of a STEP file to teach: the part and its seams read, the choice made in `wpcal.advise`."""
+"""Which features of a part to teach: reads the part and finds its seams; `wpcal.advise` makes the choice."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class AdviseOptions:
     points : int
         How many to teach.
     seams : tuple of str
-        Names of the seams where the error counts; all accepted ones where empty.
+        Names of the seams where the error counts. If empty, all accepted seams count.
     sigma_mm : float
         Teaching error: standard deviation per axis.
     criterion : Criterion
     have, exclude : tuple of str
-        Features taught anyway, and features not to be advised.
+        Features that are taught anyway, and features that must not be advised.
     near : tuple of float, optional
-        Centre x, y, z and radius in `part`, mm: only features in this sphere.
+        Sphere as centre x, y, z and radius in `part`, mm. Only features inside may be advised.
     kinds : tuple of FeatureKind
         Kinds that may be advised.
     """
@@ -62,7 +62,7 @@ def advise_points(
 
     Parameters
     ----------
-    step : path, build123d shape, or iterable of build123d shapes
+    step : path, build123d shape, iterable of build123d shapes, or Workpiece
     options : AdviseOptions
     seam_options : SeamOptions
     choice : SeamChoice, optional
@@ -76,22 +76,11 @@ def advise_points(
     Raises
     ------
     InputError
-        When the part cannot be read, or it has no such feature or seam; `GeometryError` when it has no seam or too few
-        features that may be taught.
+        When the part cannot be read, or has no feature or seam of a given name.
+    GeometryError
+        When the part has no seam, or too few features that may be taught.
     """
-    workpiece = open_workpiece(step, progress=progress)
-    return advise_workpiece(workpiece, options=options, seam_options=seam_options, choice=choice, progress=progress)
-
-
-def advise_workpiece(
-    workpiece: Workpiece,
-    *,
-    options: AdviseOptions,
-    seam_options: SeamOptions,
-    choice: SeamChoice | None = None,
-    progress: Progress = no_progress,
-) -> Advice:
-    """Choose the features to teach of a part that was read already; as `advise_points`."""
+    workpiece = step if isinstance(step, Workpiece) else open_workpiece(step, progress=progress)
     have = [feature_named(workpiece.features, name) for name in options.have]
     excluded = {feature_named(workpiece.features, name).name for name in options.exclude}
     progress("finding seams")

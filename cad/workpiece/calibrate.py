@@ -1,7 +1,8 @@
 """The main job as one function: STEP and taught points in, calibrated seams out.
 
-In steps: `cad.workpiece.workpiece` (`cad.step.read` → `cad.kernel.to_brep` → `wpcal.features`) → `wpcal.match` →
-`wpcal.seam` → `wpcal.calibrate` → `cad.step.write`; each takes and returns plain values.
+The steps: `cad.workpiece.workpiece` reads the part, `cad.workpiece.fit_taught` names and fits the taught points,
+`cad.workpiece.seams` finds the seams, and `cad.step.write` writes the moved part. Each step takes and returns plain
+values.
 """
 
 from __future__ import annotations
@@ -43,12 +44,12 @@ class WorkpieceCalibration:
     result : CalibrationResult
     seams : tuple of Seam
         With frames in `part`.
-    u95_mm : tuple of ndarray
+    u95_mm : tuple of ndarray, shape (frames,)
         95 % error at every frame of each seam, mm.
     taught : TaughtPoints
-        With the names of the features that were found for points without one.
+        With the features that were found for points without one.
     found_names : bool
-        Whether there were such points.
+        Whether features were found for points without one.
     """
 
     workpiece: Workpiece
@@ -60,11 +61,11 @@ class WorkpieceCalibration:
 
     @property
     def T_base_part(self) -> RigidTransform:
-        """Where the real part stands in the robot's base."""
+        """Pose of the real part in the robot's base."""
         return self.result.T_base_part
 
     def moved_shapes(self) -> list[Any]:
-        """Return the part's shapes as build123d shapes in `base`; shapes that were handed over keep their class."""
+        """Return the part's shapes in `base` as build123d shapes. Shapes from a script keep their class."""
         from build123d import Location
 
         from cad.kernel.geometry import to_location
@@ -78,7 +79,7 @@ class WorkpieceCalibration:
         return seams_record(self.seams, self.T_base_part, self.u95_mm, space=self.result.pairs.space)
 
     def to_record(self, issues: Sequence[Issue] = ()) -> dict[str, Any]:
-        """Return the record of ``calibration.json``; `issues` are those of writing."""
+        """Return the record of ``calibration.json``. `issues` are those found while writing."""
         record = self.result.to_record()
         source = self.workpiece.source
         inputs = {"taught": {"file": Path(self.taught.path).name, "sha256": _digest(self.taught.path)}}
@@ -114,13 +115,13 @@ def calibrate_workpiece(
     step : path, build123d shape, or iterable of build123d shapes
         The model of the part.
     taught : path or TaughtPoints
-        Points touched with the robot, in `base`, mm. For points without a feature's name it is found
+        Points touched with the robot, in `base`, mm. Features of points without one are found
         (`wpcal.match.name_points`).
     T_nominal_part : RigidTransform, optional
-        Where the cell's model has the part; identity where not given.
+        Pose of the part in the model of the cell; identity if not given.
     options : CalibrateOptions, optional
     progress : callable, optional
-        Gets a line for every step.
+        Gets one line per step.
 
     Returns
     -------
@@ -129,8 +130,13 @@ def calibrate_workpiece(
     Raises
     ------
     InputError
-        When the part or the points cannot be used; `GeometryError` when points are collinear or too few, `UnitError`
-        when they are in another unit, `FormatError` when a file breaks its format or names no feature of the part.
+        When the part or the points cannot be used.
+    GeometryError
+        When the points are collinear or too few.
+    UnitError
+        When the points are in another unit.
+    FormatError
+        When a file breaks its format or names no feature of the part.
     KernelError
         When the kernel fails.
 
@@ -161,14 +167,15 @@ def calibrate_workpiece(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WrittenCalibration:
-    """What a command shows of a calibration that was written.
+    """What a command shows of a calibration whose files were written.
 
     Parameters
     ----------
     result : CalibrationResult
     seams : tuple of Seam
         With frames in `part`.
-    u95_mm : tuple of ndarray
+    u95_mm : tuple of ndarray, shape (frames,)
+        95 % error at every frame of each seam, mm.
     record : dict
         The record of ``calibration.json``.
     files : tuple of str
@@ -209,8 +216,8 @@ def calibrate_files(
     out : Path
         The folder to write into.
     overwrite : bool
-        Whether it may exist and hold files.
-    T_nominal_part, options, progress :
+        Whether the folder may exist and hold files.
+    T_nominal_part, options, progress
         As in `calibrate_workpiece`.
     mark_seams : bool
         Write the accepted seams as named edges into the moved STEP file.
@@ -224,7 +231,7 @@ def calibrate_files(
     Raises
     ------
     InputError
-        As in `calibrate_workpiece`, or when the folder cannot be written. Nothing is written then.
+        As in `calibrate_workpiece`, or when the folder cannot be written. In both cases nothing is written.
     KernelError
         When the kernel fails.
     """

@@ -1,4 +1,4 @@
-"""The reference features of a workpiece, those that are easiest to touch first."""
+"""List the reference features of a part, those that are easiest to touch first."""
 
 from __future__ import annotations
 

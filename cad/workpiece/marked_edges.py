@@ -1,4 +1,4 @@
-"""Which edges a person means: marked in the STEP file by name, layer or colour, or picked by a place on the part."""
+"""The edges that a person chose: marked in the STEP file by name, layer or colour, or picked by a place on the part."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ from wpcal.brep.curves import edge_polylines, evaluate_edges
 from wpcal.brep.extend import FreeEdge, add_edges
 from wpcal.brep.trim import distance_to_segments
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import InputError
+from wpcal.core.errors import ErrorCode, InputError
 from wpcal.features import ReferenceFeature, feature_named
 from wpcal.seam.find.marked import MarkedEdges
 
 SAME_EDGE_MM = 1e-3
-"""Middles and ends of the same edge, read twice; kernels keep vertices to this or better."""
+"""An edge of the file and an edge of the graph are the same if their middles and ends agree within this. Kernels keep
+vertices at least this exactly."""
 PICK_MM = 2.0
-"""A place picked on a screen or typed with one decimal is this near to the edge it means."""
+"""A place picked on a screen, or typed with one decimal, is within this distance of its edge."""
 SAME_COLOUR = 1.5 / 255
-"""Colours as #rrggbb are rounded to 1/255."""
+"""Colours are equal within this: #rrggbb is rounded to 1/255."""
 MOST_NAMES = 6
 """Names shown in a message."""
 
@@ -40,7 +41,7 @@ def find_marked(
     patterns: Sequence[str],
     places: Sequence[str],
 ) -> tuple[BrepGraph, MarkedEdges]:
-    """Find marked and picked edges in a graph; wires that bound no face are added to it.
+    """Find marked and picked edges in a graph. Marked wires that bound no face are added to the graph.
 
     Parameters
     ----------
@@ -48,9 +49,9 @@ def find_marked(
     marks : sequence of StepMark
     features : sequence of ReferenceFeature
     patterns : sequence of str
-        Each the name or layer of edges or wires, with ``*`` and ``?``, or a colour ``#rrggbb``.
+        Each is the name or layer of edges or wires, with ``*`` and ``?``, or a colour ``#rrggbb``.
     places : sequence of str
-        Each ``x,y,z`` in `part`, mm, or the name of a feature on the edge: ``M12``.
+        Each is ``x,y,z`` in `part`, mm, or the name of a feature on the edge, such as ``M12``.
 
     Returns
     -------
@@ -60,13 +61,14 @@ def find_marked(
     Raises
     ------
     InputError
-        When a pattern fits no edge, or a place is none or near none.
+        When a pattern fits no edge, or a place is not readable or not near an edge.
     """
     found: list[tuple[FreeEdge, str]] = []
     for pattern in patterns:
         fitting = [mark for mark in marks if mark.kind in ("edge", "wire") and _fits(mark, pattern)]
         if not fitting:
-            raise InputError(f"--marked {pattern!r}: no edge or wire has such a name, layer or colour{_hint(marks)}")
+            what = f"no edge or wire has the name, layer or colour {pattern!r}{_hint(marks)}"
+            raise InputError(what, code=ErrorCode.MARK_UNKNOWN)
         found += [(edge, mark.name or pattern) for mark in fitting for edge in _edges(mark.shape)]
     graph, numbers = _numbered(graph, [edge for edge, _ in found])
     labels = dict(zip(numbers, (label for _, label in found), strict=True))
@@ -99,7 +101,7 @@ def _edges(shape: Any) -> Iterator[FreeEdge]:
 
 
 def _numbered(graph: BrepGraph, edges: Sequence[FreeEdge]) -> tuple[BrepGraph, list[int]]:
-    """Return the number of each edge in the graph; one that is not there is added."""
+    """Return the number of each edge in the graph. An edge that the graph does not have is added."""
     if not edges:
         return graph, []
     wider, added = add_edges(graph, edges)
@@ -135,7 +137,8 @@ def _point(place: str, features: Sequence[ReferenceFeature]) -> FloatArray:
     try:
         x, y, z = (float(part) for part in parts)
     except ValueError:
-        raise InputError(f"--edge {place!r}: expected x,y,z in mm or the name of a feature") from None
+        what = f"the edge {place!r}: expected x,y,z in mm or the name of a feature"
+        raise InputError(what, code=ErrorCode.EDGE_UNKNOWN) from None
     return np.array([x, y, z])
 
 
@@ -148,6 +151,7 @@ def _nearest_edge(graph: BrepGraph, p: FloatArray, place: str) -> int:
     nearest = int(np.argmin(off))
     if off[nearest] > PICK_MM:
         raise InputError(
-            f"--edge {place}: no edge is nearer than {PICK_MM:g} mm, the nearest is {off[nearest]:.1f} mm off"
+            f"no edge is within {PICK_MM:g} mm of {place}; the nearest is {off[nearest]:.1f} mm away",
+            code=ErrorCode.EDGE_UNKNOWN,
         )
     return int(of_point[inner[nearest]])

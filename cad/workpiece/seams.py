@@ -1,4 +1,4 @@
-"""The seams of a workpiece: found, and decided about by a person."""
+"""Find the seams of a workpiece, and apply what a person decided about them."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class SeamChoice:
     Parameters
     ----------
     edits : tuple of PlacedEdit
-        About candidates (`wpcal.seam.edit.read_edits`).
+        Edits of candidates (`wpcal.seam.edit.read_edits`).
     marked : tuple of str
-        Names, layers or colours of edges in the STEP file that are the seams (`marked_edges.find_marked`).
+        Names, layers or colours of the edges in the STEP file that are seams (`marked_edges.find_marked`).
     edges : tuple of str
         Places of edges that are seams.
     """
@@ -35,7 +35,7 @@ class SeamChoice:
 def find_seams(
     workpiece: Workpiece, options: SeamOptions, choice: SeamChoice | None = None
 ) -> tuple[tuple[Seam, ...], Workpiece]:
-    """Find the seams of a workpiece; solids that run into each other are cut by the kernel first.
+    """Find the seams of a workpiece. For solids that overlap, the kernel first computes the intersection curves.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def find_seams(
     seams : tuple of Seam
         With frames in `part`.
     workpiece : Workpiece
-        With the section curves in its graph, and what went wrong with them among its issues.
+        The same workpiece, with those curves in its graph and with the pairs that failed in its issues.
     """
     trimmed = workpiece.trimmed
     pairs = interpenetrating_solids(workpiece.graph, trimmed)
@@ -82,7 +82,7 @@ def list_seams(
     mesh: bool = False,
     progress: Progress = no_progress,
 ) -> tuple[tuple[Seam, ...], bytes | None, bytes | None]:
-    """Return the seams of a STEP file, frames in `part`, and where asked a picture of them (PNG) and ``part.glb``."""
+    """Return the seams of a STEP file, frames in `part`; if asked for, also their picture (PNG) and ``part.glb``."""
     workpiece = open_workpiece(step, progress=progress)
     progress("finding seams")
     seams, workpiece = find_seams(workpiece, options, choice)

@@ -31,9 +31,9 @@ class Workpiece:
     issues : tuple of Issue
         What is odd in the file.
     source : StepPart or None
-        The STEP file; None for shapes handed over from a script.
+        The STEP file; None for shapes from a script.
     shapes : tuple
-        The shapes handed over, as they came.
+        The shapes from a script, unchanged.
     solids : tuple of kernel shapes
         The solids of the graph, in its order.
     """
@@ -47,7 +47,7 @@ class Workpiece:
 
     @cached_property
     def trimmed(self) -> TrimmedFaces:
-        """Boundaries of the faces as pieces; made once, for touches, seams and all that asks what lies on a face."""
+        """Boundaries of the faces as pieces; computed once, for every question about what lies on a face."""
         return TrimmedFaces.of(self.graph)
 
 
@@ -57,7 +57,7 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
     Parameters
     ----------
     step : path, build123d shape, or iterable of build123d shapes
-        A STEP file, or shapes in mm; a shape's label becomes its solid's name.
+        A STEP file, or shapes in mm. The label of a shape becomes the name of its solid.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
     shapes = tuple(step) if isinstance(step, Iterable) and not hasattr(step, "wrapped") else (step,)
     named = _named_solids(shapes)
     if not named:
-        raise InputError("the shapes handed over hold no solid")
+        raise InputError("the shapes given hold no solid")
     graph = to_brep(named)
     return Workpiece(graph, find_features(graph), shapes=shapes, solids=tuple(shape for _, shape in named))
 

@@ -10,19 +10,21 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from tests.chain_error import chain_error
 from wpcal.core.arrays import FloatArray
 from wpcal.planning.cell.cell_file import read_cell
-from wpcal.planning.cell.closed_chain import f3, torch_on_seam
-from wpcal.planning.plan.pareto import hypervolume, is_nondominated
-from wpcal.planning.plan.plan import Freedom
+from wpcal.planning.cell.closed_chain import torch_on_seam
+from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import recheck_clearance
 from wpcal.planning.plan.seam_file import read_seam_path
-from wpcal.planning.search.genetic import GeneticOptions, evolve_paths
-from wpcal.planning.search.linear_model import Path as RobotPath
-from wpcal.planning.search.objectives import Wishes
-from wpcal.planning.search.plan_seam import PlanningResult, best_paths, make_plan, plan_seam
-from wpcal.planning.search.problem import PlanningProblem
-from wpcal.planning.search.sweep import sweep_paths
+from wpcal.planning.search.nsga2 import Nsga2Options, evolve_paths
+from wpcal.planning.search.objectives import OBJECTIVES, Weights
+from wpcal.planning.search.pareto import hypervolume, is_nondominated
+from wpcal.planning.search.plan_seam import best_paths, make_plan, plan_seam
+from wpcal.planning.search.planning_result import PlanningResult
+from wpcal.planning.search.problem import CandidatePath, PlanningProblem
+from wpcal.planning.search.sweep import sweep_paths, sweep_weights
+from wpcal.planning.search.targets import WeldTargets
 
 CELLS = Path(__file__).parents[2] / "fixtures" / "cells"
 REPEATS = 3
@@ -39,7 +41,7 @@ def main() -> None:
     """Print the tables."""
     console = Console(width=120)
     cell = read_cell(CELLS / "two-mh6.json")
-    problem = PlanningProblem(cell, read_seam_path(CELLS / "saddle-seams.json", "W1", cell), Wishes())
+    problem = PlanningProblem(cell, read_seam_path(CELLS / "saddle-seams.json", "W1", cell), WeldTargets())
     seconds, result = fastest_front(problem)
     console.print(front_table(problem, seconds, result))
     console.print(methods_table(problem, result))
@@ -65,8 +67,8 @@ def front_table(problem: PlanningProblem, seconds: float, result: PlanningResult
         (np.abs(np.diff(plan.state.both, axis=0)) / np.diff(plan.s_mm)[:, None] * result.speed_mm_s).max(axis=0)
         for plan in plans
     ]
-    share = (np.array(rates) / problem.joint_speeds).max()
-    held = sum(recheck_clearance(plan, problem.cell, refine=FINER).freedom is Freedom.FREE for plan in plans)
+    share = (np.array(rates) / problem.cell.joint_speeds).max()
+    held = sum(recheck_clearance(plan, problem.cell, refine=FINER).verdict is CollisionVerdict.FREE for plan in plans)
     table = Table(title=f"The saddle, {len(problem.path)} points, two MH6")
     for heading in ("", "asked", "measured"):
         table.add_column(heading, justify="right" if heading else "left")
@@ -80,9 +82,9 @@ def front_table(problem: PlanningProblem, seconds: float, result: PlanningResult
     return table
 
 
-def _chain_error(problem: PlanningProblem, path: RobotPath) -> tuple[float, float]:
+def _chain_error(problem: PlanningProblem, path: CandidatePath) -> tuple[float, float]:
     plan = make_plan(problem, path, "ladder")
-    off_mm, off_rad = f3(problem.cell, problem.path, plan.state, torch_on_seam(path.coordinates))
+    off_mm, off_rad = chain_error(problem.cell, problem.path, plan.state, torch_on_seam(path.coordinates))
     return float(off_mm.max()), float(off_rad.max())
 
 
@@ -106,7 +108,7 @@ def methods_table(problem: PlanningProblem, result: PlanningResult) -> Table:
     for seeded in (True, False):
         for seed in range(SEEDS):
             start = time.perf_counter()
-            options = GeneticOptions(generations=GENERATIONS, seed=seed, seeded=seeded)
+            options = Nsga2Options(generations=GENERATIONS, seed=seed, seeded=seeded)
             paths, _ = evolve_paths(problem, seeds, options, lambda what, done, of: None)
             run = Run(time.perf_counter() - start, _values(problem, best_paths(problem, paths)))
             name = f"NSGA-II, {'seeded' if seeded else 'unseeded'}, seed {seed}"
@@ -118,14 +120,14 @@ def methods_table(problem: PlanningProblem, result: PlanningResult) -> Table:
     return table
 
 
-def dense_weights() -> list[tuple[float, float]]:
+def dense_weights() -> list[Weights]:
     """Return more weights than the usual sweep has, still each next to the one before."""
-    rows = [[(float(weight), torch) for weight in DENSE_POSITION] for torch in DENSE_TORCH]
-    return [pair for i, row in enumerate(rows) for pair in (row if i % 2 == 0 else row[::-1])]
+    rows = [[sweep_weights(float(weight), torch) for weight in DENSE_POSITION] for torch in DENSE_TORCH]
+    return [weights for i, row in enumerate(rows) for weights in (row if i % 2 == 0 else row[::-1])]
 
 
-def _values(problem: PlanningProblem, paths: list[RobotPath]) -> FloatArray:
-    return np.array([problem.objectives(path.coordinates, path.joints) for path in paths]).reshape(-1, 3)
+def _values(problem: PlanningProblem, paths: list[CandidatePath]) -> FloatArray:
+    return np.array([problem.objectives(path.coordinates, path.joints) for path in paths]).reshape(-1, len(OBJECTIVES))
 
 
 def _add(table: Table, name: str, run: Run, basis: Run, reference: FloatArray) -> None:

@@ -148,5 +148,5 @@ def test_rows_are_fitted(running: Running) -> None:
 
 
 def test_a_port_that_is_taken_is_said(running: Running) -> None:
-    with pytest.raises(InputError, match=f"--port {running.port}: address already in use"):
+    with pytest.raises(InputError, match=f"port {running.port}: address already in use"):
         PickServer(running.session, "", port=running.port)

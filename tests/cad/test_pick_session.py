@@ -122,7 +122,7 @@ def test_a_file_of_another_hand_is_not_overwritten(part: PickPart, tmp_path: Pat
     session.save(rows)
     session.save(rows)  # our own may be
     out.write_text("precious", encoding="utf-8")
-    with pytest.raises(InputError, match="changed by another hand"):
+    with pytest.raises(InputError, match="changed by something else"):
         session.save(rows)
     assert out.read_text(encoding="utf-8") == "precious"
     with pytest.raises(InputError, match="not saved from this page"):

@@ -132,7 +132,7 @@ def test_build123d_gets_named_coloured_shapes(tmp_path: Path) -> None:
         (b"%PDF-1.7\n", "is a PDF"),
         (b"PK\x03\x04abc", "zip archive"),
         (b"solid part\nfacet normal 0 0 1\n", "STL mesh"),
-        (b"name,x_mm,y_mm\n", "no STEP text"),
+        (b"name,x_mm,y_mm\n", "not STEP text"),
         (b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n", "data section is empty"),
         (b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n#1=A('x", "does not end"),
         (b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n#1=A(1);", "cut off"),

@@ -137,5 +137,5 @@ def test_what_does_not_fit_or_exist_is_refused():
         make_sheet(TEE, options=SheetOptions(".dxf", A4, names=many))
     from build123d import Box
 
-    with pytest.raises(GeometryError, match="or name the points with --points"):
+    with pytest.raises(GeometryError, match="or name the features"):
         make_sheet(Box(10, 20, 30), options=SheetOptions(".dxf"))

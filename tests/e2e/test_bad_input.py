@@ -3,37 +3,55 @@
 import json
 import os
 import shutil
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
+from tests.running import run_here, run_process
 
 ROOT = Path(__file__).parents[2]
 TEE = ROOT / "fixtures" / "tee"
 SHARED = ROOT.parent / "shared" / "step"
 
 
-def run_wpcal(*arguments: Path | str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, timeout=300)
-
-
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a part and its taught points, in which the commands run."""
     for name in ("tee.step", "taught.csv"):
         shutil.copy(TEE / name, tmp_path / name)
+    monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 def assert_refused(folder: Path, *arguments: Path | str, says: str) -> None:
     before = sorted(folder.rglob("*"))
-    done = run_wpcal(*arguments, cwd=folder)
-    assert (done.returncode, done.stdout) == (2, ""), done.stderr
-    assert done.stderr.startswith("wpcal: ")
-    assert done.stderr.count("\n") == 1
-    assert says in done.stderr
+    ended = run_here(*arguments)
+    assert (ended.returncode, ended.stdout) == (2, ""), ended.stderr
+    assert ended.stderr.startswith("wpcal: ")
+    assert ended.stderr.count("\n") == 1
+    assert says in ended.stderr
+    assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("calibrate", "none.step", "taught.csv", "-o", "out"),
+        ("features", "none.step"),
+        ("seams", "none.step"),
+        ("advise", "none.step"),
+        ("match", "none.step", "taught.csv"),
+        ("pick", "none.step", "--no-browser", "-o", "new.csv"),
+        ("sheet", "none.step", "-o", "sheet.svg"),
+    ],
+    ids=lambda command: command[0],
+)
+def test_a_process_ends_with_code_2_and_one_line_on_its_error_stream(folder: Path, command: tuple[str, ...]) -> None:
+    before = sorted(folder.rglob("*"))
+    done = run_process(*command, cwd=folder)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "wpcal: none.step: no such file or directory\n"
     assert sorted(folder.rglob("*")) == before
 
 
@@ -82,9 +100,23 @@ def without_solid(path: Path) -> None:
     ],
 )
 @pytest.mark.parametrize("command", [("calibrate", "taught.csv", "-o", "out"), ("features",), ("seams",)])
-def test_a_part_that_is_none(folder: Path, spoil: Callable[[Path], None], says: str, command: tuple[str, ...]) -> None:
+def test_a_part_that_cannot_be_read(
+    folder: Path, spoil: Callable[[Path], None], says: str, command: tuple[str, ...]
+) -> None:
     spoil(folder / "tee.step")
     assert_refused(folder, command[0], "tee.step", *command[1:], says=says)
+
+
+@pytest.mark.parametrize("spoil", [missing, directory, empty, pdf, pointer])
+def test_a_file_that_is_not_step_is_refused_before_the_kernel_loads(
+    folder: Path, spoil: Callable[[Path], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def start_no_child(*_: object, **__: object) -> None:
+        raise AssertionError("the child process was started")
+
+    monkeypatch.setattr("subprocess.Popen", start_no_child)
+    spoil(folder / "tee.step")
+    assert_refused(folder, "features", "tee.step", says="tee.step")
 
 
 def rows(path: Path) -> list[str]:
@@ -211,7 +243,7 @@ def test_options_without_meaning(folder: Path, option: tuple[str, str], says: st
     assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "out", *option, says=says)
 
 
-def test_a_nominal_pose_that_is_none(folder: Path) -> None:
+def test_a_nominal_pose_that_is_not_a_matrix(folder: Path) -> None:
     (folder / "pose.json").write_text('{"T_base_part": 1}')
     command = ("calibrate", "tee.step", "taught.csv", "-o", "out", "--nominal", "pose.json")
     assert_refused(folder, *command, says="--nominal: pose.json: expected a 4×4 matrix")
@@ -221,7 +253,7 @@ def test_an_output_folder_that_holds_something(folder: Path) -> None:
     (folder / "out").mkdir()
     (folder / "out" / "mine.txt").write_text("keep")
     assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "out", says="--force")
-    done = run_wpcal("calibrate", "tee.step", "taught.csv", "-o", "out", "--force", cwd=folder)
+    done = run_here("calibrate", "tee.step", "taught.csv", "-o", "out", "--force")
     assert done.returncode == 0, done.stderr
     assert (folder / "out" / "mine.txt").read_text() == "keep"
 
@@ -265,7 +297,7 @@ def test_a_residual_above_the_tolerance_is_a_result(folder: Path) -> None:
     name, x, *rest = lines[1].split(",")
     lines[1] = ",".join([name, str(float(x) + 5.0), *rest])
     (folder / "taught.csv").write_text("\n".join(lines))
-    done = run_wpcal("calibrate", "tee.step", "taught.csv", "-o", "out", "--json", cwd=folder)
+    done = run_here("calibrate", "tee.step", "taught.csv", "-o", "out", "--json")
     assert done.returncode == 1
     assert json.loads(done.stdout)["verdict"] == "FAIL"
     written = {path.name for path in (folder / "out").iterdir()}
@@ -280,13 +312,13 @@ def test_a_residual_above_the_tolerance_is_a_result(folder: Path) -> None:
 
 
 def test_json_on_stdout_is_the_file(folder: Path) -> None:
-    done = run_wpcal("calibrate", "tee.step", "taught.csv", "-o", "out", "--json", cwd=folder)
+    done = run_process("calibrate", "tee.step", "taught.csv", "-o", "out", "--json", cwd=folder)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == (folder / "out" / "calibration.json").read_text()
 
 
 def test_no_command_is_the_help(folder: Path) -> None:
-    done = run_wpcal(cwd=folder)
+    done = run_process(cwd=folder)
     assert "calibrate" in done.stdout
     assert done.stdout.count("\n") > 10
     assert done.stderr == ""
@@ -295,14 +327,14 @@ def test_no_command_is_the_help(folder: Path) -> None:
 def test_names_that_look_like_markup_are_printed(folder: Path) -> None:
     part = folder / "tee.step"
     part.write_text(part.read_text().replace("'web'", "'web[/b]'"))
-    done = run_wpcal("seams", "tee.step", cwd=folder)
+    done = run_here("seams", "tee.step")
     assert (done.returncode, done.stderr) == (0, "")
     assert "web[/b]" in done.stdout
 
 
 def test_a_terminal_without_greek_letters(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONIOENCODING", "ascii")
-    done = run_wpcal("calibrate", "tee.step", "taught.csv", "-o", "out", cwd=folder)
+    done = run_process("calibrate", "tee.step", "taught.csv", "-o", "out", cwd=folder)
     assert (done.returncode, done.stderr) == (0, "")
     assert "PASS" in done.stdout
 
@@ -337,7 +369,7 @@ def test_a_sheet_that_cannot_be_drawn(folder: Path, options: tuple[str, ...], sa
 def test_a_sheet_is_not_overwritten_without_force(folder: Path) -> None:
     (folder / "sheet.svg").write_text("mine")
     assert_refused(folder, "sheet", "tee.step", "-o", "sheet.svg", says="--force")
-    done = run_wpcal("sheet", "tee.step", "-o", "sheet.svg", "--force", "--json", cwd=folder)
+    done = run_here("sheet", "tee.step", "-o", "sheet.svg", "--force", "--json")
     assert (done.returncode, done.stderr) == (0, "")
     assert [point["name"] for point in json.loads(done.stdout)["points"]] == ["V2", "V4", "V16", "H2"]
     assert (folder / "sheet.svg").read_text().startswith("<?xml")

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import csv
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+from tests.running import run_here
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 FRAME = (500.0, 100.0, 50.0)
 """Of a user frame that is not turned: its points are the taught ones minus this."""
 SAME_MM = 1e-9
 """The coordinates have two decimals; adding and subtracting the frame leaves round-off."""
-
-
-def run_wpcal(*arguments: Path | str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
 
 
 def taught_rows() -> list[dict[str, str]]:
@@ -40,7 +35,7 @@ def krl(names: list[str], *, with_frame: bool) -> str:
 
 
 def calibrated(program: Path, out: Path, *options: str) -> dict[str, object]:
-    done = run_wpcal("calibrate", TEE / "tee.step", program, "-o", out, *options)
+    done = run_here("calibrate", TEE / "tee.step", program, "-o", out, *options)
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
     record: dict[str, object] = json.loads((out / "calibration.json").read_text())
     return record
@@ -72,7 +67,7 @@ def test_numbered_points_are_found_and_the_frame_is_given(tmp_path: Path) -> Non
     found = calibrated(program, tmp_path / "out", *frame)
     assert_same(found, from_table(tmp_path))
     assert found["features"] == {f"P{n}": row["name"] for n, row in enumerate(taught_rows(), 1)}
-    match = run_wpcal("match", TEE / "tee.step", program, *frame, "--json")
+    match = run_here("match", TEE / "tee.step", program, *frame, "--json")
     assert (match.returncode, match.stderr) == (0, "")
     record = json.loads(match.stdout)
     assert record["answers"][record["chosen"]]["features"] == [row["name"] for row in taught_rows()]
@@ -83,7 +78,7 @@ def test_a_frame_without_values_is_asked_for(tmp_path: Path, command: tuple[str,
     program = tmp_path / "teach.dat"
     program.write_text(krl(["P1", "P2", "P3", "P4", "P5", "P6"], with_frame=False))
     options = [str(tmp_path / word) if word == "out" else word for word in command[1:]]
-    done = run_wpcal(command[0], TEE / "tee.step", program, *options)
+    done = run_here(command[0], TEE / "tee.step", program, *options)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
     assert "teach.dat, line 2: point P1: is in user frame 7" in done.stderr
@@ -96,7 +91,7 @@ def test_a_program_with_a_home_position_is_read_by_naming_the_others(tmp_path: P
     text = krl([row["name"] for row in taught_rows()], with_frame=True)
     home = "DECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}"
     program.write_text(text.replace("\n", f"\n{home}\n", 1))
-    done = run_wpcal("calibrate", TEE / "tee.step", program, "-o", tmp_path / "out")
+    done = run_here("calibrate", TEE / "tee.step", program, "-o", tmp_path / "out")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "HOME: is stored as joint angles" in done.stderr
     assert "or name the points to read (--robot and --tool, or --points)" in done.stderr
@@ -105,6 +100,6 @@ def test_a_program_with_a_home_position_is_read_by_naming_the_others(tmp_path: P
 
 
 def test_options_for_programs_are_refused_with_a_table(tmp_path: Path) -> None:
-    done = run_wpcal("calibrate", TEE / "tee.step", TEE / "taught.csv", "-o", tmp_path / "out", "--tool", "0,0,1")
+    done = run_here("calibrate", TEE / "tee.step", TEE / "taught.csv", "-o", tmp_path / "out", "--tool", "0,0,1")
     assert done.returncode == 2
     assert "is not a controller program: --tool cannot be used with it" in done.stderr

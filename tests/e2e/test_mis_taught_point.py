@@ -1,23 +1,18 @@
 """A point that the others contradict is named by the main job, with the answer with it and without it."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
+
+from tests.running import run_here
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 SAME_FIT_MM = 1e-6  # two runs of the polish on the same five points
 
 
-def run_calibrate(taught: Path, out: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "wpcal", "calibrate", str(TEE / "tee.step"), str(taught), "-o", str(out), *options]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-
-
 def test_a_mis_taught_point_is_named_and_left_out_by_hand(tmp_path: Path) -> None:
-    first = run_calibrate(TEE / "taught_blunder.csv", tmp_path / "first")
+    first = run_here("calibrate", TEE / "tee.step", TEE / "taught_blunder.csv", "-o", tmp_path / "first")
     assert (first.returncode, first.stderr) == (1, "")
     shown = " ".join(first.stdout.split())
     assert "With and without V16 (minimax)" in shown
@@ -26,7 +21,7 @@ def test_a_mis_taught_point_is_named_and_left_out_by_hand(tmp_path: Path) -> Non
 
     rows = (TEE / "taught_blunder.csv").read_text().replace("178.15,yes", "178.15,no")
     (tmp_path / "again.csv").write_text(rows)
-    again = run_calibrate(tmp_path / "again.csv", tmp_path / "again")
+    again = run_here("calibrate", TEE / "tee.step", tmp_path / "again.csv", "-o", tmp_path / "again")
     assert (again.returncode, again.stderr) == (0, "")
     before, after = (json.loads((tmp_path / name / "calibration.json").read_text()) for name in ("first", "again"))
     assert (before["distrusted"]["names"], after["distrusted"], after["left_out"]) == (["V16"], None, ["V16", "V10"])

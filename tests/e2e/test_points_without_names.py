@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from tests.running import run_here
+
 FIXTURES = Path(__file__).parents[2] / "fixtures"
-
-
-def run_wpcal(*arguments: Path | str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
 
 
 @pytest.fixture
@@ -29,14 +24,14 @@ def nameless(tmp_path: Path) -> Path:
 
 
 def test_match_finds_the_names(nameless: Path) -> None:
-    done = run_wpcal("match", FIXTURES / "tee" / "tee.step", nameless, "--sigma-mm", "0.1", "--json")
+    done = run_here("match", FIXTURES / "tee" / "tee.step", nameless, "--sigma-mm", "0.1", "--json")
     assert (done.returncode, done.stderr) == (0, "")
     record = json.loads(done.stdout)
     assert record["answers"][record["chosen"]]["features"] == ["H1", "V6", "V12", "V16", "V4", "V2"]
 
 
 def test_calibrate_gives_the_same_place_without_names(nameless: Path, tmp_path: Path) -> None:
-    done = run_wpcal("calibrate", FIXTURES / "tee" / "tee.step", nameless, "--sigma-mm", "0.1", "-o", tmp_path / "out")
+    done = run_here("calibrate", FIXTURES / "tee" / "tee.step", nameless, "--sigma-mm", "0.1", "-o", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     found = json.loads((tmp_path / "out" / "calibration.json").read_text())
     golden = json.loads((FIXTURES / "tee" / "golden" / "calibration.json").read_text())
@@ -50,15 +45,15 @@ def test_a_symmetric_part_is_refused_and_nothing_is_written(tmp_path: Path) -> N
     lines = [f"P{i},{r['x_mm']},{r['y_mm']},{r['z_mm']}," for i, r in enumerate(rows, 1)]
     taught.write_text("\n".join(["name,x_mm,y_mm,z_mm,feature", *lines, ""]))
     step = FIXTURES / "saddle" / "saddle.step"
-    done = run_wpcal("calibrate", step, taught, "-o", tmp_path / "out")
+    done = run_here("calibrate", step, taught, "-o", tmp_path / "out")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
     assert "a half turn about the line along z through (0, 0, 0)" in done.stderr
     assert not (tmp_path / "out").exists()
-    listed = run_wpcal("match", step, taught)
+    listed = run_here("match", step, taught)
     assert listed.returncode == 2
     assert listed.stderr == done.stderr
     assert "H2" in listed.stdout
-    near = run_wpcal("match", step, taught, "--nominal", "800,-240,150,0,0,30", "--json")
+    near = run_here("match", step, taught, "--nominal", "800,-240,150,0,0,30", "--json")
     assert near.returncode == 0, near.stderr
     assert json.loads(near.stdout)["chosen"] is not None

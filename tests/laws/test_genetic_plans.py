@@ -1,20 +1,14 @@
 """The genetic algorithm must earn its place: what it gains on the deterministic front, and what it finds alone."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from wpcal.planning.cell.cell_file import read_cell
-from wpcal.planning.plan.pareto import hypervolume
-from wpcal.planning.plan.seam_file import read_seam_path
-from wpcal.planning.search.genetic import GeneticOptions, evolve_paths
-from wpcal.planning.search.objectives import Wishes
+from tests.saddle import saddle_problem
+from wpcal.planning.search.nsga2 import Nsga2Options, evolve_paths
+from wpcal.planning.search.pareto import hypervolume
 from wpcal.planning.search.plan_seam import best_paths
-from wpcal.planning.search.problem import PlanningProblem
 from wpcal.planning.search.sweep import sweep_paths
 
-CELLS = Path(__file__).parents[2] / "fixtures" / "cells"
 GENERATIONS = 100
 SEEDS = 5
 
@@ -25,8 +19,7 @@ def silent(what, done, of):
 
 @pytest.fixture(scope="module")
 def problem():
-    cell = read_cell(CELLS / "two-mh6.json")
-    return PlanningProblem(cell, read_seam_path(CELLS / "saddle-seams.json", "W1", cell), Wishes())
+    return saddle_problem()
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +36,7 @@ def values_of(problem, paths):
 def test_seeded_it_enlarges_the_hypervolume(problem, front, seed):
     before = values_of(problem, front)
     reference = 1.5 * before.max(axis=0)
-    paths, _ = evolve_paths(problem, front, GeneticOptions(generations=GENERATIONS, seed=seed), silent)
+    paths, _ = evolve_paths(problem, front, Nsga2Options(generations=GENERATIONS, seed=seed), silent)
     both = np.concatenate([before, values_of(problem, best_paths(problem, paths))])
     assert hypervolume(both, reference) > 1.01 * hypervolume(before, reference)
 
@@ -51,6 +44,6 @@ def test_seeded_it_enlarges_the_hypervolume(problem, front, seed):
 @pytest.mark.deep
 @pytest.mark.parametrize("seed", range(SEEDS))
 def test_unseeded_it_finds_allowed_plans(problem, seed):
-    options = GeneticOptions(generations=GENERATIONS, seed=seed, seeded=False)
+    options = Nsga2Options(generations=GENERATIONS, seed=seed, seeded=False)
     paths, _ = evolve_paths(problem, (), options, silent)
     assert len(best_paths(problem, paths)) >= 1

@@ -16,7 +16,7 @@ from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.points.covariance import isotropic_covariance, minimax_covariance
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, error_95
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features.reference import FeatureKind, ReferenceFeature
 from wpcal.features.touchable import Ease, Touchable
@@ -229,7 +229,9 @@ def _begun(
     _require_usable(points, sigma_mm, have, criterion)
     if not any(len(seam.frames) for seam in seams):
         raise GeometryError(
-            "the part has no seam to advise for; `wpcal seams` lists them, --concave always adds notches in one solid"
+            "the part has no seam to advise for; `wpcal seams` lists the candidates. Or take the notches inside one "
+            "solid as seams",
+            code=ErrorCode.NO_SEAM,
         )
     places, eases = _pool(candidates, have, points)
     return _Choice.over(places, seams, sigma_mm, criterion, seed), eases

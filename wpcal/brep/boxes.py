@@ -10,14 +10,14 @@ import numpy as np
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 FAN = 8
-"""Boxes in one node. Eight keep the tree three levels deep for 500 boxes and cost eight tests a node."""
+"""Boxes in one node: with eight, 500 boxes make a tree of three levels, and a node costs eight tests."""
 MORTON_BITS = 10
-"""Bits a coordinate for the order along the curve: 1024 cells a side, finer than parts have neighbours."""
+"""Bits per coordinate for the order along the curve: 1024 cells per side, finer than the distance of neighbours."""
 CHUNK = 5_000
-"""Queries that go down the tree together: what they touch stays in the processor's cache."""
+"""Queries that go down the tree together: their data fits the processor's cache."""
 
 Meets = Callable[[IntArray, FloatArray, FloatArray], BoolArray]
-"""Whether queries (numbers, shape (m,)) meet boxes (least and greatest corners, shape (3, m): a row a coordinate)."""
+"""Whether queries (numbers, shape (m,)) meet boxes (least and greatest corners, shape (3, m), a coordinate per row)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +27,7 @@ class BoxTree:
     Parameters
     ----------
     order : ndarray of int, shape (n,)
-        Numbers of the boxes in the order of the lowest level: along a Morton curve, so that neighbours stand together.
+        Numbers of the boxes in the order of the lowest level: along a Morton curve, which keeps neighbours together.
     levels : tuple of (ndarray, ndarray)
         Least and greatest corners of the boxes of each level, shapes (3, m), the lowest level first.
     """
@@ -37,7 +37,13 @@ class BoxTree:
 
     @classmethod
     def of(cls, low: FloatArray, high: FloatArray) -> BoxTree:
-        """Build the tree of boxes from their corners, shapes (n, 3); an empty box (low > high) is never met."""
+        """Build the tree.
+
+        Parameters
+        ----------
+        low, high : ndarray, shape (n, 3)
+            Least and greatest corner of each box. A query never meets an empty box (low > high).
+        """
         real = np.flatnonzero((low <= high).all(axis=1))
         order = real[np.argsort(_morton((low[real] + high[real]) / 2), kind="stable")]
         levels = [(np.ascontiguousarray(low[order].T), np.ascontiguousarray(high[order].T))]
@@ -73,7 +79,18 @@ class BoxTree:
         return query[order], box[order]
 
     def meeting(self, low: FloatArray, high: FloatArray) -> tuple[IntArray, IntArray]:
-        """Find all pairs of a given box, from its corners (n, 3), and a box of the tree that touch or overlap."""
+        """Find all pairs of a given box and a box of the tree that touch or overlap.
+
+        Parameters
+        ----------
+        low, high : ndarray, shape (n, 3)
+            Least and greatest corner of each given box.
+
+        Returns
+        -------
+        query, box : ndarray of int, shape (k,)
+            Sorted by query, then box.
+        """
 
         def meets(query: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
             met = np.ones(len(query), dtype=bool)
@@ -85,7 +102,7 @@ class BoxTree:
         return self.search(len(low), meets)
 
     def _down(self, queries: IntArray, meets: Meets) -> tuple[IntArray, IntArray]:
-        """Take queries from the top to the lowest level; there the nodes are the boxes."""
+        """Take queries from the top to the lowest level, where the nodes are the boxes."""
         top = self.levels[-1][0].shape[1]
         query, node = np.repeat(queries, top), np.tile(np.arange(top), len(queries))
         for number, (low, high) in reversed(list(enumerate(self.levels))):

@@ -10,14 +10,24 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, IntArray
 
 LEAST_TURN_SIN = 0.139
-"""Sine of 8 degrees: below that the faces of an edge run into each other (a round's border, not a corner)."""
+"""Sine of 8 degrees: below it the two faces of an edge continue each other (the border of a round, not a corner)."""
 
 
 def are_concave(graph: BrepGraph, edges: IntArray) -> BoolArray:
     """Tell which edges are concave at their middle: seen from outside, the right face rises above the left one.
 
-    With the left face to the left of tangent x, its inside runs along n × x; the edge is concave where the right face's
-    normal leans towards it.
+    The inside of the left face lies along n × x, with its normal n and the tangent x. The edge is concave if the normal
+    of the right face leans that way.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    edges : ndarray of int, shape (m,)
+        Edges with a face on both sides.
+
+    Returns
+    -------
+    ndarray of bool, shape (m,)
     """
     p, slope = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))
     x = slope / np.linalg.norm(slope, axis=1, keepdims=True)

@@ -9,15 +9,15 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.core.arrays import FloatArray, IntArray
 
 CHORD_MM = 0.01
-"""Sag of the polylines that stand for curved edges in searches; ends found on them are refined on the exact curve."""
+"""Sag of the polylines that replace curved edges in searches; ends found on them are refined on the exact curve."""
 MOST_PER_TURN = 256
-"""A polyline needs no more pieces a turn: at a radius of 100 mm this is a sag of 0.0075 mm."""
+"""A polyline needs no more pieces per turn: at a radius of 100 mm the sag is then 0.0075 mm."""
 LEAST_PER_TURN = 32
-"""Fewer pieces would let neighbouring normals differ by more than 11 degrees."""
+"""With fewer pieces per turn, normals of neighbouring pieces would differ by more than 11 degrees."""
 CHUNK = 50_000
 """Points evaluated in one array: about 20 MB."""
 PER_NURBS_SPAN = 8
-"""Pieces a knot span of a NURBS edge."""
+"""Pieces per knot span of a NURBS edge."""
 
 
 def evaluate_edges(graph: BrepGraph, edges: ArrayLike, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -106,7 +106,7 @@ def edge_lengths(graph: BrepGraph) -> FloatArray:
 
 
 GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(8)
-"""Eight nodes a piece integrate the speed of a piece of an eighth of a knot span to about 1e-12."""
+"""Nodes and weights. Eight nodes integrate the speed along an eighth of a knot span to about 1e-12."""
 
 
 def arc_length(graph: BrepGraph, edge: int, t0: float, t1: float) -> float:
@@ -115,9 +115,21 @@ def arc_length(graph: BrepGraph, edge: int, t0: float, t1: float) -> float:
 
 
 def cumulative_length(graph: BrepGraph, edge: int, t: FloatArray) -> FloatArray:
-    """Return the length of one edge from t[0] to each t, mm, shape (m,); negative where t falls below t[0].
+    """Return the length of one edge from t[0] to each t.
 
-    No piece of the integral reaches across a knot: there a higher derivative jumps, and Gauss-Legendre loses its order.
+    No piece of the integral reaches across a knot: a higher derivative jumps there, and Gauss-Legendre loses its order.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    edge : int
+    t : ndarray, shape (m,)
+        Parameters.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        mm, negative where t is below t[0].
     """
     knots = graph.nurbs_curves[graph.edge_nurbs[edge]].knots if graph.edge_kind[edge] == CurveKind.NURBS else t[:0]
     cuts = np.unique(np.concatenate([t, knots[(knots > t.min()) & (knots < t.max())]]))

@@ -1,4 +1,4 @@
-"""Edges that belong to no face, added to a graph: curves that are found, not read."""
+"""Edges without a face, added to a graph: curves that were computed, not read from the file."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class FreeEdge:
 
 
 def add_edges(graph: BrepGraph, edges: Sequence[FreeEdge]) -> tuple[BrepGraph, IntArray]:
-    """Return the graph with more edges, and their numbers."""
+    """Return the graph with more edges, and the numbers of these edges."""
     n = len(edges)
     curves = [edge.nurbs for edge in edges if edge.nurbs is not None]
     has_curve = np.array([edge.nurbs is not None for edge in edges], dtype=bool)
@@ -58,14 +58,26 @@ def add_edges(graph: BrepGraph, edges: Sequence[FreeEdge]) -> tuple[BrepGraph, I
 
 
 def line(p0: FloatArray, p1: FloatArray) -> FreeEdge:
-    """Return the straight edge between two points, mm."""
+    """Return the straight edge between two points.
+
+    Parameters
+    ----------
+    p0, p1 : ndarray, shape (3,)
+        In `part`, mm.
+    """
     length = float(np.linalg.norm(p1 - p0))
     frame = np.stack([p0, (p1 - p0) / length, np.zeros(3), np.zeros(3)])
     return FreeEdge(CurveKind.LINE, frame, (0.0, 0.0), (0.0, length))
 
 
 def interpolated(points: FloatArray) -> FreeEdge:
-    """Return the cubic spline through points (n, 3), by the length of their chords; n is at least 4."""
+    """Return the cubic spline through points; its parameter is the length of the chords.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        At least four points in `part`, mm.
+    """
     s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     spline = make_interp_spline(s, points, k=3)
     curve = NurbsCurve(3, spline.t, spline.c, np.ones(len(spline.c)))

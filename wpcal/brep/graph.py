@@ -20,7 +20,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 
 class SurfaceKind(IntEnum):
-    """What a face lies on; the parameters of each kind stand in `BrepGraph.face_param`."""
+    """The surface of a face; the parameters of each kind are in `BrepGraph.face_param`."""
 
     PLANE = 0
     """No parameter; the normal is the z axis of the frame."""
@@ -39,7 +39,7 @@ class SurfaceKind(IntEnum):
 
 
 class CurveKind(IntEnum):
-    """What an edge lies on; points are ``o + t x``, ``o + a cos t x + b sin t y`` or a NURBS curve."""
+    """The curve of an edge; its points are ``o + t x``, ``o + a cos t x + b sin t y`` or those of a NURBS curve."""
 
     LINE = 0
     CIRCLE = 1
@@ -119,8 +119,8 @@ class BrepGraph:
     def edge_faces(self) -> IntArray:
         """The face to the left and to the right of each edge, -1 where there is none; shape (E, 2).
 
-        Column 0 uses the edge forward, column 1 reversed. Of an edge shared by more than two faces (not a manifold)
-        the last ones are kept.
+        The face in column 0 uses the edge forward, that in column 1 reversed. If more than two faces share an edge (not
+        a manifold), the last ones are kept.
         """
         faces = np.full((self.edge_count, 2), -1, dtype=np.int64)
         side = np.where(self.coedge_forward, 0, 1)

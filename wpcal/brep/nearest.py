@@ -13,13 +13,13 @@ from wpcal.brep.spans import SurfaceSet
 from wpcal.core.arrays import FloatArray, IntArray
 
 SEEDS_PER_SPAN = 3
-"""Grid points a knot span and direction from which the nearest point is sought: a span bends less than a third turn."""
+"""Grid points per knot span and direction at which the search starts: a span bends less than a third of a turn."""
 NEWTON_ROUNDS = 12
-"""Gauss-Newton halves the digits' distance each round; from a seed within a third of a span 6 rounds were enough."""
+"""Most Gauss-Newton steps per point; from a seed within a third of a span, 6 were enough."""
 SETTLED = 1e-14
-"""A point that moves by less than this share of the surface has arrived: 1e-11 mm on one metre."""
+"""The search of a point ends when a step is below this share of the parameter range: 1e-11 mm on one metre."""
 APART_MM = 1e9
-"""Seeds of different surfaces stand so far from each other along a fourth axis: farther than any point is away."""
+"""Distance between seeds of neighbouring surfaces along a fourth axis: larger than any distance between points."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +30,7 @@ class NearestOnSurfaces:
     ----------
     surfaces : SurfaceSet
     low, high : ndarray, shape (n, 2)
-        Least and greatest u and v of each surface's part that is used.
+        Least and greatest u and v of the used part of each surface.
     seeds : ndarray, shape (k, 2)
         Parameters of the seeds of all surfaces.
     tree : cKDTree
@@ -56,7 +56,19 @@ class NearestOnSurfaces:
         return cls(taken_apart, bounds[:, 0::2], bounds[:, 1::2], uv, tree)
 
     def project(self, surface: IntArray, points: FloatArray) -> FloatArray:
-        """Return the parameters (m, 2) of the nearest points of bounded surfaces (m,) to points (m, 3)."""
+        """Return the parameters of the nearest points of bounded surfaces.
+
+        Parameters
+        ----------
+        surface : ndarray of int, shape (m,)
+        points : ndarray, shape (m, 3)
+            In `part`, mm.
+
+        Returns
+        -------
+        ndarray, shape (m, 2)
+            u and v.
+        """
         uv: FloatArray = self.seeds[self.tree.query(np.column_stack([points, APART_MM * surface]))[1]]
         low, high = self.low[surface], self.high[surface]
         settled = SETTLED * (high - low)
@@ -81,7 +93,7 @@ class NearestOnSurfaces:
 
 
 def _seeds(surface: NurbsSurface) -> FloatArray:
-    """Return the parameters of a grid over the part of a surface that is used, finer where its knots are."""
+    """Return the parameters of a grid over the used part of a surface, finer where its knots are closer."""
     axes = []
     for knots, low, high in ((surface.knots_u, *surface.bounds[:2]), (surface.knots_v, *surface.bounds[2:])):
         breaks = np.unique(np.clip(knots, low, high))

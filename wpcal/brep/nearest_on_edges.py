@@ -9,9 +9,9 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.core.arrays import FloatArray, IntArray
 
 SEEDS = 65
-"""Samples from which Newton starts: more than four a half wave of any edge that is one curve."""
+"""Samples; Newton starts at the nearest one. That is more than four per half wave of any edge that is one curve."""
 MOST_STEPS = 40
-"""Gauss-Newton on the parameter gains a digit or more a step for a point nearer than the curve's radius."""
+"""For a point nearer than the radius of the curve, each Gauss-Newton step gains one digit or more."""
 
 
 def project_to_edges(graph: BrepGraph, edges: IntArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -27,7 +27,7 @@ def project_to_edges(graph: BrepGraph, edges: IntArray, points: FloatArray) -> t
     Returns
     -------
     p : ndarray, shape (m, 3)
-        In `part`, mm. Lines and circles go on beyond the edge's ends; other curves end there.
+        In `part`, mm. Lines and circles extend beyond the ends of the edge; other curves end there.
     tangent : ndarray, shape (m, 3)
         Unit tangents.
     """

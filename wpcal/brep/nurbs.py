@@ -1,4 +1,4 @@
-"""Rational B-spline curves and surfaces as arrays; `spans.py` evaluates them, `nearest.py` projects on them."""
+"""Rational B-spline curves and surfaces as arrays; `spans.py` evaluates them, `nearest.py` finds nearest points."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class NurbsSurface:
         mm.
     weights : ndarray, shape (m, n)
     bounds : tuple of float
-        u first, u last, v first, v last: the part that the face uses.
+        First u, last u, first v, last v of the part that the face uses.
     """
 
     degrees: tuple[int, int]

@@ -11,15 +11,15 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 START_MM = 1.0
-"""Rays start this far outside the part, clear of a gap and of the faces they leave between."""
+"""Rays start this far outside the part, clear of a gap and of the faces beside the joint."""
 TOOL_MM = 300.0
-"""A straight tool is this long: from the wire's tip to where the wrist has room to turn, with a usual neck."""
+"""Length of a straight tool: with a usual torch neck, from the tip of the wire to where the wrist has room to turn."""
 CHUNK = 5000
-"""Rays that are followed together: some 50 MB at ten faces each."""
+"""Rays handled in one array: some 50 MB at ten faces per ray."""
 STEPS = 12
-"""Samples of a ray inside the box of a face; between two on different sides it goes through."""
+"""Samples of a ray inside the box of a face. The ray crosses between two samples on different sides of the surface."""
 THIN_MM = 0.1
-"""Boxes of plane faces are thickened by this, so that a ray across one has samples on both sides."""
+"""Boxes grow by this, so that a ray across a plane face has samples on both sides of the face."""
 
 
 def is_blocked(
@@ -34,10 +34,17 @@ def is_blocked(
 
     Parameters
     ----------
+    graph : BrepGraph
+    trimmed : TrimmedFaces
+        Of the same graph.
     origins, rays : ndarray, shape (m, 3)
-        Starts and unit directions in `part`, mm.
+        Starts (mm) and unit directions in `part`.
     length_mm : float or ndarray, shape (m,)
         Where the rays end.
+
+    Returns
+    -------
+    ndarray of bool, shape (m,)
     """
     length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
     blocked = np.zeros(len(origins), dtype=bool)
@@ -70,7 +77,7 @@ def _is_blocked(
 def _through_boxes(
     trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-    """Return pairs of a ray and a face whose box it goes through, and where it enters and leaves."""
+    """Return pairs of a ray and a face whose box the ray meets, and where the ray enters and leaves this box."""
     o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
     low, high = trimmed.face_box
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -86,9 +93,9 @@ def _through_boxes(
 def _passage(
     o: FloatArray, d: FloatArray, length: FloatArray, low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return where rays from o along d enter boxes and where they leave them; they miss those they leave first.
+    """Return where rays from o along d enter boxes and where they leave them; a ray that leaves first misses its box.
 
-    Points, directions and corners have a row a coordinate, shape (3, m).
+    Points, directions and corners have one row per coordinate, shape (3, m).
     """
     enter, leave = np.zeros(len(length)), length
     for k in range(3):

@@ -1,8 +1,8 @@
-"""NURBS taken apart into polynomials, one a knot span, and evaluated on many curves or surfaces at once.
+"""NURBS as polynomials, one per knot span, evaluated on many curves or surfaces at once.
 
-On a span every B-spline is a polynomial of the local parameter x in [0, 1]. Its coefficients follow from the poles by a
-matrix that depends on the knots around the span only, built by the recursion of de Boor and Cox (Piegl and Tiller, The
-NURBS Book, 2nd ed., eq. 2.5). Rational ones are carried in homogeneous coordinates (w x, w y, w z, w).
+On a span every B-spline is a polynomial of the local parameter x in [0, 1]. A matrix gives its coefficients from the
+poles. The matrix depends only on the knots around the span and is built by the recursion of de Boor and Cox (Piegl and
+Tiller, The NURBS Book, 2nd ed., eq. 2.5). Rational splines are computed in homogeneous coordinates (w x, w y, w z, w).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
 from wpcal.core.arrays import FloatArray, IntArray
 
 CHUNK = 20_000
-"""Points evaluated together: 10 MB of coefficients of a bicubic surface, which stay in the processor's cache."""
+"""Points evaluated together: 10 MB of coefficients of a bicubic surface, which fit the processor's cache."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,7 +35,7 @@ class _Spans:
     basis : ndarray, shape (s, degree + 1, degree + 1)
         From those poles (last index) to the coefficients of the powers of x.
     keys : ndarray, shape (s,)
-        Numbers that grow from span to span: from 2 i to 2 i + 1 on spline i.
+        Numbers that increase from span to span: from 2 i to 2 i + 1 on spline i.
     """
 
     start: IntArray
@@ -61,7 +61,7 @@ class _Spans:
         return cls(start, low, width, np.concatenate(at) - degree, basis, keys)
 
     def locate(self, spline: IntArray, t: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Return the span that holds each parameter and the local parameter; beyond its ends a spline's outer span."""
+        """Return span and local parameter of each parameter; beyond the ends of a spline, its outermost span."""
         first, last = self.start[spline], self.start[spline + 1] - 1
         begin = self.low[first]
         whole = self.low[last] + self.width[last] - begin
@@ -104,7 +104,7 @@ def _homogeneous(poles: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def _divided(h: FloatArray, *slopes: FloatArray) -> tuple[FloatArray, ...]:
-    """Return points and derivatives from homogeneous ones, by the rule of the quotient."""
+    """Return points and derivatives from homogeneous ones, by the quotient rule."""
     w = h[:, 3:]
     p = h[:, :3] / w
     return (p, *((dh[:, :3] - p * dh[:, 3:]) / w for dh in slopes))
@@ -187,7 +187,7 @@ Group = TypeVar("Group", _Curves, _Surfaces)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _SplineSet(Generic[Group]):
-    """Many splines, taken apart in groups of equal degree.
+    """Many splines as polynomials, in groups of equal degree.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ class CurveSet(_SplineSet[_Curves]):
 
     @classmethod
     def of(cls, curves: Sequence[NurbsCurve]) -> CurveSet:
-        """Take curves apart."""
+        """Turn curves into polynomials."""
         group, place, members = _grouped([(curve.degree,) for curve in curves])
         return cls(group, place, tuple(_Curves.of([curves[i] for i in rows]) for rows in members))
 
@@ -246,7 +246,7 @@ class SurfaceSet(_SplineSet[_Surfaces]):
 
     @classmethod
     def of(cls, surfaces: Sequence[NurbsSurface]) -> SurfaceSet:
-        """Take surfaces apart."""
+        """Turn surfaces into polynomials."""
         group, place, members = _grouped([surface.degrees for surface in surfaces])
         return cls(group, place, tuple(_Surfaces.of([surfaces[i] for i in rows]) for rows in members))
 

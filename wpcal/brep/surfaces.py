@@ -1,8 +1,8 @@
-"""Nearest points and outward normals on faces' surfaces, many at once; closed form but for NURBS.
+"""Nearest points and outward normals on the surfaces of faces, many at once; in closed form except for NURBS.
 
 Parameters (u, v) of a point: plane x, y (mm); cylinder and cone: angle about z and height along z; sphere: longitude
-and latitude; torus: angle about z and angle about the tube; NURBS: its own. They serve the trimming test (`trim.py`)
-and are not those of the file.
+and latitude; torus: angle about z and angle about the tube; NURBS: its own. They are for the trimming test (`trim.py`)
+and differ from those in the CAD file.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> F
     Returns
     -------
     Foot
-        A point on the axis or at the centre, where all directions are equally near, takes the frame's x direction.
+        On the axis or at the centre all directions are equally near; the x direction of the frame is taken.
     """
     f, points = np.asarray(faces, dtype=np.int64), np.asarray(points, dtype=np.float64)
     frame = graph.face_frame[f]
@@ -83,7 +83,7 @@ def surface_normals(kinds: IntArray, frames: FloatArray, params: FloatArray, poi
 def _project_elementary(
     kinds: IntArray, frame: FloatArray, param: FloatArray, points: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return feet, own normals and parameters; zero for kinds without a closed form."""
+    """Return nearest points, own normals and parameters; zero for kinds without a closed form."""
     local = np.einsum("mij,mj->mi", frame[:, 1:], points - frame[:, 0])
     foot, normal, uv = np.zeros_like(local), np.zeros_like(local), np.zeros((len(local), 2))
     for kind, solve in _CLOSED_FORMS.items():

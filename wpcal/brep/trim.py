@@ -1,8 +1,8 @@
-"""Which part of a surface a face covers: is a point inside its boundary, and how far from it.
+"""Which part of a surface a face covers: whether a point is inside the boundary, and how far from the boundary.
 
-The boundary is a polyline (sag `curves.CHORD_MM`). A point of the surface is inside when the piece of boundary next
-above it (along v at the same u) runs in the direction that has the face on its lower side. That holds on closed
-surfaces, too, where counting crossings fails.
+The boundary is a polyline (sag `curves.CHORD_MM`). The test looks at the next piece of boundary above the point (along
+v at the same u). The point is inside if this piece runs in the direction that has the face on its lower side. The test
+also works on closed surfaces, where counting crossings fails.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 PERIODIC_U = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS)
 CLOSED = (SurfaceKind.SPHERE, SurfaceKind.TORUS)
-"""Surfaces on which a face may hold a whole meridian: the far side of a bored ball, a pipe's bend."""
+"""Surfaces on which a face may contain a whole meridian: the far side of a bored ball, the bend of a pipe."""
 AXIS_MM = 1e-6
-"""A boundary point this near to the axis is the apex: kernels place vertices to 1e-7 mm."""
+"""A boundary point this near to the axis is the apex: kernels place vertices within 1e-7 mm."""
 SAME_VERTEX_MM = 1e-6
-"""Ends this near to each other are one vertex: ten times what kernels place vertices to."""
+"""Ends this near to each other are one vertex: ten times the accuracy of vertices in kernels."""
 ON_MERIDIAN_RAD = 1e-9
-"""A piece of boundary whose ends are this near to a meridian runs along it: the round-off of angles is 1e-13."""
+"""A piece of boundary whose ends are this near to a meridian runs along the meridian: angles round off at 1e-13."""
 MOST_POINTS = 50_000
 """Points projected in one array: about 20 MB."""
 MOST_PAIRS = 500_000
@@ -48,7 +48,7 @@ class TrimmedFaces:
     p0, p1 : ndarray, shape (m, 3)
         The same in `part`, mm.
     piece_edge : ndarray of int, shape (m,)
-        The edge that a piece stands for.
+        The edge that a piece belongs to.
     t0, t1 : ndarray, shape (m,)
         Edge parameters at the ends of each piece.
     """
@@ -78,10 +78,10 @@ class TrimmedFaces:
         first, second = np.where(flip, low + 1, low), np.where(flip, low, low + 1)
         of_face = face[coedge]
         p0, p1 = points[first], points[second]
-        closed = _closed_ends(graph, start, points)  # pieces that meet in a vertex meet in (u, v) to the last bit
+        closed = _closed_ends(graph, start, points)  # so pieces with a common vertex have exactly equal (u, v) there
         uv0, uv1 = _parameters(graph, of_face, closed[first]), _parameters(graph, of_face, closed[second])
         for here, there, p in ((uv0, uv1, p0), (uv1, uv0, p1)):
-            apex = is_on_axis(graph, of_face, p)  # no angle of its own: the meridian of the other end leads there
+            apex = is_on_axis(graph, of_face, p)  # it has no angle of its own: take that of the other end
             here[apex, 0] = there[apex, 0]
         swap = graph.face_outward[of_face] < 0  # left seen from outside is right seen along the surface's own normal
         uv0[swap], uv1[swap] = uv1[swap], uv0[swap].copy()
@@ -92,8 +92,8 @@ class TrimmedFaces:
     def face_box(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest corner of a box around each face; two arrays (F, 3).
 
-        Around boundary and apexes; a sphere or torus has that of its whole surface, a NURBS face some room to bulge,
-        and one without boundary the box of its poles.
+        The box holds boundary and apexes. For a sphere or a torus it holds the whole surface. For a NURBS face it has
+        room to bulge; without a boundary it is the box of the poles.
         """
         graph = self.graph
         low, high = np.full((graph.face_count, 3), np.inf), np.full((graph.face_count, 3), -np.inf)
@@ -119,7 +119,7 @@ class TrimmedFaces:
         return BoxTree.of(*self.face_box)
 
     def _bulge(self) -> FloatArray:
-        """How far a NURBS face may reach beyond the box of its boundary, mm, (F, 1)."""
+        """How far a NURBS face may extend beyond the box of its boundary, mm, (F, 1)."""
         graph = self.graph
         reach = np.zeros(graph.face_count)
         for face in np.flatnonzero(graph.face_kind == SurfaceKind.NURBS):
@@ -143,10 +143,13 @@ class TrimmedFaces:
 
         Notes
         -----
-        A point whose meridian no boundary crosses is outside, but on a sphere or a torus, where another meridian tells.
+        If no boundary crosses the meridian of a point, the point is outside. On a sphere or a torus, another meridian
+        decides (`_holds_meridian`).
         """
         inside = np.asarray(self.start[faces + 1] == self.start[faces], dtype=bool)
-        open_ = np.isin(self.graph.face_kind[faces], CLOSED) & ~inside  # until a piece crosses the point's meridian
+        open_ = (
+            np.isin(self.graph.face_kind[faces], CLOSED) & ~inside
+        )  # undecided until a piece crosses the meridian of the point
         for row, piece in self._pairs(faces):
             crossed, v, run = self._crossings(faces, uv, row, piece)
             _decide(inside, crossed, v, run)
@@ -166,10 +169,10 @@ class TrimmedFaces:
         points : ndarray, shape (m, 3)
             In `part`, mm.
         within_mm : float
-            Greater distances are not asked for.
+            Greater distances are not computed.
         group : ndarray of int, shape (m,), optional
-            Points of the same number stand together and are compared with one face: the samples of an edge. Pieces of
-            boundary away from the box around them all are passed over at once.
+            Points with the same number are consecutive and belong to one face, such as the samples of an edge. Pieces
+            of boundary away from the box around such a group are skipped together.
         """
         distance = np.full(len(faces), np.inf)
         first = np.arange(len(faces)) if group is None else np.flatnonzero(np.diff(group, prepend=-1))
@@ -232,11 +235,11 @@ class TrimmedFaces:
         return np.ascontiguousarray(self.uv0[:, 0]), np.ascontiguousarray(self.uv1[:, 0])
 
     def _holds_meridian(self, faces: IntArray, u: FloatArray) -> BoolArray:
-        """Tell which faces on closed surfaces hold whole meridians, at u, that their boundaries do not cross.
+        """Tell which faces on closed surfaces contain the whole meridian at u, which their boundary does not cross.
 
-        All points of such a meridian lie on one side. So the one at the height of `_steepest` decides, by the piece of
-        boundary next to it towards +u: the face lies to the left of a piece that runs towards +v. A meridian
-        that a piece runs along is not held.
+        All points of such a meridian are on the same side, so one point is tested: that at the height of `_steepest`,
+        against the next piece of boundary towards +u. The face lies to the left of a piece that runs towards +v. A
+        meridian along which a piece runs does not count as contained.
         """
         inside, on_boundary = np.zeros(len(faces), dtype=bool), np.zeros(len(faces), dtype=bool)
         torus = self.graph.face_kind[faces] == SurfaceKind.TORUS
@@ -280,7 +283,7 @@ def _parameters(graph: BrepGraph, faces: IntArray, points: FloatArray) -> FloatA
 
 
 def _closed_ends(graph: BrepGraph, start: IntArray, points: FloatArray) -> FloatArray:
-    """Return samples of edges whose ends at one vertex are one point: that of the first edge that ends there."""
+    """Return the samples of edges with equal ends at a common vertex: the end of the first edge there."""
     points = points.copy()
     real = np.flatnonzero(np.diff(start) > 0)
     samples = np.stack([start[real], start[real + 1] - 1], axis=1).ravel()
@@ -293,12 +296,12 @@ def _closed_ends(graph: BrepGraph, start: IntArray, points: FloatArray) -> Float
 
 
 def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray) -> None:
-    """Decide by the piece of boundary next above each point, or next below where none is above.
+    """Decide by the next piece of boundary above each point; if there is none, by the next one below.
 
-    A face lies to the left of its boundary: below a piece that runs towards -u, above one that runs towards +u. Where
-    no piece crosses a point's meridian its value stays.
+    A face lies to the left of its boundary: below a piece that runs towards -u, above a piece that runs towards +u. If
+    no piece crosses the meridian of a point, the value of the point is left as it is.
     """
-    for above in (False, True):  # the piece above has the last word
+    for above in (False, True):  # a piece above overrides one below
         hit = np.flatnonzero((v > 0) == above)
         hit = hit[np.lexsort((np.abs(v[hit]), row[hit]))]
         nearest = hit[np.flatnonzero(np.diff(row[hit], prepend=-1))]
@@ -306,7 +309,19 @@ def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray) ->
 
 
 def is_on_axis(graph: BrepGraph, faces: IntArray, points: FloatArray) -> BoolArray:
-    """Tell which points lie on the axis of their cone or sphere: at its apex or pole; shape (m,)."""
+    """Tell which points are on the axis of their cone or sphere: at its apex or pole.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    faces : ndarray of int, shape (m,)
+    points : ndarray, shape (m, 3)
+        In `part`, mm.
+
+    Returns
+    -------
+    ndarray of bool, shape (m,)
+    """
     on_axis = np.zeros(len(faces), dtype=bool)
     pointed = np.flatnonzero(np.isin(graph.face_kind[faces], (SurfaceKind.CONE, SurfaceKind.SPHERE)))
     frame = graph.face_frame[faces[pointed]]
@@ -317,12 +332,23 @@ def is_on_axis(graph: BrepGraph, faces: IntArray, points: FloatArray) -> BoolArr
 
 
 def wrap_angle(angle: FloatArray) -> FloatArray:
-    """Return angles in [-pi, pi), rad."""
+    """Return angles of any shape in [-pi, pi), rad."""
     return np.asarray(np.mod(angle + np.pi, 2 * np.pi) - np.pi, dtype=np.float64)
 
 
 def distance_to_segments(points: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-    """Return the distance of each point to its own segment, all arrays (m, 3), mm."""
+    """Return the distance of each point to its own segment.
+
+    Parameters
+    ----------
+    points, p0, p1 : ndarray, shape (m, 3)
+        Points and ends of segments in one frame, mm.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        mm.
+    """
     d, r = p1 - p0, points - p0
     square = np.einsum("ki,ki->k", d, d)
     along = np.einsum("ki,ki->k", r, d)

@@ -2,18 +2,40 @@
 
 from __future__ import annotations
 
-from wpcal.core.errors import ErrorCode, WpcalError
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
-HINTS = {
+from wpcal.core.errors import ErrorCode, InputError, WpcalError
+
+HINTS: Mapping[str, str] = {
+    ErrorCode.EXISTS: "--force",
     ErrorCode.USER_FRAME_MISSING: "--uframe",
     ErrorCode.TOOL_MISSING: "--tool",
     ErrorCode.ARM_MISSING: "--robot and --tool, or --points",
     ErrorCode.POINT_UNUSABLE: "--points",
     ErrorCode.NOMINAL_MISSING: "--nominal",
+    ErrorCode.TEACHING_ERROR_MISSING: "--sigma-mm",
+    ErrorCode.ROBOT_SPACE: "--robot",
+    ErrorCode.NO_SEAM: "--concave always",
+    ErrorCode.NOTHING_ACCEPTED: "--all",
+    ErrorCode.FEATURES_NOT_CHOSEN: "--points",
+    ErrorCode.MARK_UNKNOWN: "--marked",
+    ErrorCode.EDGE_UNKNOWN: "--edge",
+    ErrorCode.PORT_UNUSABLE: "--port",
 }
+"""By the code of an error: the options that help."""
 
 
 def with_hint(error: WpcalError) -> str:
     """Return the message of an error, with the options that help against it in parentheses."""
-    hint = next((flags for code, flags in HINTS.items() if error.code == code), None)
+    hint = HINTS.get(error.code)
     return str(error) if hint is None else f"{error} ({hint})"
+
+
+@contextmanager
+def named_option(flag: str) -> Iterator[None]:
+    """Put the flag before the message of an `InputError` about the value of an option."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{flag}: {error}", code=error.code) from None

@@ -15,10 +15,10 @@ from wpcal.cli.option_groups import option, takes
 
 if TYPE_CHECKING:
     from wpcal.planning.cell.robot_cell import RobotCell
-    from wpcal.planning.plan.plan import Preference
-    from wpcal.planning.search.genetic import GeneticOptions
-    from wpcal.planning.search.objectives import Wishes
-    from wpcal.planning.search.plan_seam import PlanningResult
+    from wpcal.planning.search.nsga2 import Nsga2Options
+    from wpcal.planning.search.pareto import Preference
+    from wpcal.planning.search.planning_result import PlanningResult
+    from wpcal.planning.search.targets import WeldTargets
 
 ANGLE = click.FloatRange(-180.0, 180.0)
 
@@ -28,29 +28,33 @@ class WeldFlags:
     """How the weld and the torch are wanted, and how fast."""
 
     slope_deg: float = option(
-        "--slope-deg", type=ANGLE, default=10.0, show_default=True, help="Wished slope of the weld, uphill."
+        "--slope-deg", type=ANGLE, default=10.0, show_default=True, help="Target slope of the weld, uphill."
     )
     rotation_deg: float = option(
-        "--rotation-deg", type=ANGLE, default=0.0, show_default=True, help="Wished rotation of the joint."
+        "--rotation-deg", type=ANGLE, default=0.0, show_default=True, help="Target rotation of the joint."
     )
     work_deg: float = option(
-        "--work-deg", type=ANGLE, default=0.0, show_default=True, help="Wished work angle of the torch."
+        "--work-deg", type=ANGLE, default=0.0, show_default=True, help="Target work angle of the torch."
     )
     travel_deg: float = option(
-        "--travel-deg", type=ANGLE, default=0.0, show_default=True, help="Wished travel angle: + push, - drag."
+        "--travel-deg", type=ANGLE, default=0.0, show_default=True, help="Target travel angle: + push, - drag."
     )
     torch_range_deg: float = option(
-        "--torch-range-deg", type=ANGLE, default=15.0, show_default=True, help="Most that the torch is off them."
+        "--torch-range-deg",
+        type=ANGLE,
+        default=15.0,
+        show_default=True,
+        help="Largest deviation of the torch from its target angles.",
     )
     speed_mm_s: float = option(
         "--speed-mm-s", type=click.FloatRange(min=0, min_open=True), default=6.0, show_default=True
     )
 
-    def to_wishes(self) -> Wishes:
+    def to_targets(self) -> WeldTargets:
         """Return the angles as the search takes them, in radians."""
-        from wpcal.planning.search.objectives import Wishes
+        from wpcal.planning.search.targets import WeldTargets
 
-        return Wishes(
+        return WeldTargets(
             slope_rad=math.radians(self.slope_deg),
             rotation_rad=math.radians(self.rotation_deg),
             work_rad=math.radians(self.work_deg),
@@ -73,13 +77,13 @@ class GeneticFlags:
         "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number."
     )
 
-    def to_options(self) -> GeneticOptions | None:
+    def to_options(self) -> Nsga2Options | None:
         """Return the options of NSGA-II; None without a generation."""
-        from wpcal.planning.search.genetic import GeneticOptions
+        from wpcal.planning.search.nsga2 import Nsga2Options
 
         if not self.generations:
             return None
-        return GeneticOptions(population=self.population, generations=self.generations, seed=self.seed)
+        return Nsga2Options(population=self.population, generations=self.generations, seed=self.seed)
 
 
 @click.command()
@@ -119,22 +123,22 @@ def plan(
     from wpcal.core.errors import ConvergenceError
     from wpcal.core.records import check_writable
     from wpcal.planning.cell.cell_file import read_cell
-    from wpcal.planning.plan.plan import Preference
     from wpcal.planning.plan.seam_file import read_seam_path
+    from wpcal.planning.search.pareto import Preference
     from wpcal.planning.search.plan_seam import plan_seam
 
     check_writable(output, overwrite=force)
     _require_extra("fcl", *(("pymoo",) if genetic.generations else ()))
-    wishes, speed_mm_s = weld.to_wishes(), weld.speed_mm_s
+    targets, speed_mm_s = weld.to_targets(), weld.speed_mm_s
     cell = read_cell(cell_json)
     path, mesh = read_seam_path(seams_json, seam, cell), _read_mesh(seams_json)
     try:
         with _shown_progress() as progress:
             result = plan_seam(
-                cell, path, wishes=wishes, speed_mm_s=speed_mm_s, genetic=genetic.to_options(), progress=progress
+                cell, path, targets=targets, speed_mm_s=speed_mm_s, genetic=genetic.to_options(), progress=progress
             )
     except ConvergenceError as error:
-        return _write_failure(cell, seam, wishes, speed_mm_s, str(error), output, force=force)
+        return _write_failure(cell, seam, targets, speed_mm_s, str(error), output, force=force)
     return _write(result, cell, Preference(prefer), output, mesh, force=force, as_json=as_json)
 
 
@@ -203,9 +207,9 @@ def _write(
     from wpcal.controllers.two_robots import dual_program, possible_programs
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.pages.plan import MethodFront, build_plan_page
-    from wpcal.planning.plan.output import freedom_of, run_csv, run_record
-    from wpcal.planning.plan.plan import Freedom
+    from wpcal.planning.plan.plan import CollisionVerdict
     from wpcal.planning.plan.run import build_run
+    from wpcal.planning.plan.run_record import run_csv, run_record
     from wpcal.planning.plan.schedule import schedule_plan
     from wpcal.planning.search.objectives import OBJECTIVES
     from wpcal.planning.search.pareto_record import pareto_record
@@ -219,7 +223,7 @@ def _write(
     fronts = [MethodFront(name, one.values, result.hypervolume_of(one)) for name, one in groups if one is not None]
     files["plan.html"] = build_plan_page(runs, cell, OBJECTIVES, chosen=chosen, fronts=fronts, part_glb=mesh)
     refusals: list[str] = []
-    if freedom_of(run) is Freedom.FREE:
+    if run.verdict is CollisionVerdict.FREE:
         programs, refusals = possible_programs(dual_program(run, cell))
         files |= programs
     with new_directory(output, overwrite=force) as folder:
@@ -231,17 +235,17 @@ def _write(
         show_plans(result, preference, run, plain_console())
     for refusal in refusals:
         click.echo(f"wpcal: no program: {refusal}", err=True)
-    return 0 if freedom_of(run) is Freedom.FREE else 1
+    return 0 if run.verdict is CollisionVerdict.FREE else 1
 
 
 def _write_failure(
-    cell: RobotCell, seam: str, wishes: Wishes, speed_mm_s: float, why: str, output: Path, *, force: bool
+    cell: RobotCell, seam: str, targets: WeldTargets, speed_mm_s: float, why: str, output: Path, *, force: bool
 ) -> int:
     """Write that there is no plan, and say it in one line."""
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.planning.search.pareto_record import failed_record
 
-    record = failed_record(cell, seam, wishes, speed_mm_s, why)
+    record = failed_record(cell, seam, targets, speed_mm_s, why)
     with new_directory(output, overwrite=force) as folder:
         write_file(folder / "pareto.json", to_json(record), overwrite=True)
     click.echo(f"wpcal: {why}", err=True)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from wpcal.planning.plan.output import freedom_of
-from wpcal.planning.plan.plan import Preference
 from wpcal.planning.plan.run import CellRun
-from wpcal.planning.search.plan_seam import PlanningResult
+from wpcal.planning.search.objectives import OBJECTIVES
+from wpcal.planning.search.pareto import Preference
+from wpcal.planning.search.planning_result import PlanningResult
 
 
 def show_plans(result: PlanningResult, preference: Preference, run: CellRun, console: Console) -> None:
-    """Print the front, what each method dominates, and what is known of the chosen plan.
+    """Print the front, the volume that each method dominates, and what is known of the chosen plan.
 
     Parameters
     ----------
@@ -25,10 +25,11 @@ def show_plans(result: PlanningResult, preference: Preference, run: CellRun, con
     front = result.front
     chosen = front.chosen(preference)
     table = Table(title=f"Plans of seam {front.plans[0].seam}")
-    for heading in ("", "found by", "position deg", "torch deg", "motion deg/mm", "least clearance mm"):
+    objectives = [f"{objective.label} {objective.unit}" for objective in OBJECTIVES]
+    for heading in ("", "found by", *objectives, "least clearance mm"):
         table.add_column(heading, justify="left" if heading == "found by" else "right")
     for row, plan in enumerate(front.plans):
-        values = [f"{value:.3f}" for value in plan.objectives.values()]
+        values = [f"{plan.objectives[objective.name]:.3f}" for objective in OBJECTIVES]
         least = "" if plan.clearance_mm is None else f"{plan.clearance_mm.min():.1f}"
         mark = f"{row + 1} *" if row == chosen else f"{row + 1}"
         table.add_row(mark, plan.found_by, *values, least)
@@ -39,6 +40,6 @@ def show_plans(result: PlanningResult, preference: Preference, run: CellRun, con
     console.print(f"together: {len(front)} plans, hypervolume {result.hypervolume_of(front):.4g}")
     if result.interrupted:
         console.print("the search was interrupted; these are the best plans so far")
-    console.print(f"chosen (*, {preference.value}): {run.schedule.describe()}; {freedom_of(run).value}")
+    console.print(f"chosen (*, {preference.value}): {run.schedule.describe()}; {run.verdict.value}")
     if run.check is not None:
         console.print(run.check.describe())

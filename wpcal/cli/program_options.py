@@ -66,11 +66,14 @@ class ProgramFlags:
         InputError
             When one of them cannot be used.
         """
+        from wpcal.cli.hints import named_option
         from wpcal.robot.kinematics.arm_file import find_arm
         from wpcal.taught.user_frames import ProgramReading, parse_uframes
 
+        with named_option("--uframe"):
+            uframes = parse_uframes(self.uframes)
         return ProgramReading(
-            uframes=parse_uframes(self.uframes),
+            uframes=uframes,
             tool=None if self.tool is None else _numbers(self.tool),
             arm=None if self.robot is None else find_arm(self.robot),
             points=None if self.points is None else [name.strip() for name in self.points.split(",")],

@@ -1,4 +1,4 @@
-"""A program for a robot whose real parameters are known: targets that make the controller go to the true poses."""
+"""Programs for an identified robot: targets with which the controller reaches the true poses."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ def compensate_program(
     Parameters
     ----------
     program : WeldProgram
-        With poses in identified robot space.
+        With poses computed with the identified model of the robot.
     arm : Arm
         An identified arm.
     near : array_like, shape (n,)
-        Shown joint angles near the seam, rad: they say which of the arm's configurations is meant.
+        Shown joint angles near the seam, rad. They select the arm's configuration.
     T_flange_tool : RigidTransform
         The tool as set in the controller.
 
     Returns
     -------
     WeldProgram
-        With poses in nominal robot space: what the controller is to be sent.
+        With the poses to send to the controller, which computes with its nominal model.
 
     Raises
     ------
     InputError
-        When the arm is not an identified one.
+        When the arm is not identified.
     GeometryError
-        When a pose is out of reach or breaks a joint limit.
+        When a pose is out of reach or beyond a joint limit.
     """
     paths = [_compensated(path, arm, near, T_flange_tool) for path in program.paths]
     return replace(program, paths=tuple(paths))

@@ -1,4 +1,4 @@
-"""Names from a CAD file made safe for a controller, with the table that says which became which."""
+"""Names from a CAD file made safe for a controller, with a table from each original name to the written one."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from wpcal.core.errors import InputError
 
 SHORTEST_STEM = 2
-"""A stem needs at least a letter and a digit to stay apart from another."""
+"""A stem needs at least a letter and a digit to differ from another."""
 
 
 @dataclass(frozen=True, slots=True)
 class NameRules:
-    """What a language takes as a name: a letter, then letters, digits and underscores; case does not matter.
+    """The names that a language allows: a letter, then letters, digits and underscores; case does not matter.
 
     Parameters
     ----------
@@ -34,12 +34,12 @@ class NameRules:
 
 
 def safe_names(names: Sequence[str], rules: NameRules, *, room: int = 0) -> dict[str, str]:
-    """Find a name that the language takes for every original name.
+    """Find a name that the language allows for every original name.
 
     Parameters
     ----------
     names : sequence of str
-        As in the part; any text.
+        As in the part, any text.
     rules : NameRules
     room : int
         Characters to keep free for a suffix.
@@ -47,7 +47,7 @@ def safe_names(names: Sequence[str], rules: NameRules, *, room: int = 0) -> dict
     Returns
     -------
     dict of str to str
-        From the original to the written name, in the order given. The written names differ in more than case.
+        From the original to the written name, in the same order. No two written names differ in case only.
 
     Raises
     ------
@@ -74,34 +74,34 @@ def safe_names(names: Sequence[str], rules: NameRules, *, room: int = 0) -> dict
 
 
 def safe_name(name: str, rules: NameRules) -> str:
-    """Return one name that the language takes."""
+    """Return one name that the language allows."""
     return safe_names([name], rules)[name]
 
 
 def own_name(name: str, rules: NameRules, *, what: str) -> str:
-    """Return a name that the user gave for something that exists on the controller, as it is.
+    """Return a name that the user gave for something on the controller, unchanged.
 
     Raises
     ------
     InputError
-        When the language does not take it: made safe, it would name something else.
+        When the language does not allow it. A changed name would mean something else on the controller.
     """
     if safe_name(name, rules) != name:
         raise InputError(
             f"{what} {name!r}: {rules.language} names have up to {rules.longest} letters, digits and underscores, "
-            "begin with a letter and are no keyword"
+            "begin with a letter and are not a keyword"
         )
     return name
 
 
 def printable(text: str) -> str:
-    """Return a text in one line of ASCII; control characters and those of other scripts are written as escapes."""
+    """Return a text in one line of ASCII; all other characters are written as escapes."""
     ascii_text = text.encode("ascii", "backslashreplace").decode("ascii")
     return "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in ascii_text)
 
 
 def comment_lines(lines: Sequence[str], *, mark: str, longest: int) -> list[str]:
-    """Return comments: each line made `printable`, folded at `longest` characters, and `mark` before each."""
+    """Return comments: each line made `printable` and wrapped at `longest` characters, with `mark` before each."""
     folded = (
         part
         for line in lines
@@ -111,7 +111,7 @@ def comment_lines(lines: Sequence[str], *, mark: str, longest: int) -> list[str]
 
 
 def _plain_stem(name: str) -> str:
-    """Strip accents and replace what is no letter, digit or underscore."""
+    """Strip accents and replace all but letters, digits and underscores."""
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode("ascii")
     stem = re.sub(r"\W+", "_", plain, flags=re.ASCII).strip("_")
     return stem if stem[:1].isalpha() else f"W_{stem}".rstrip("_")

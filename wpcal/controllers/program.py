@@ -1,4 +1,4 @@
-"""A weld program before it is any language: tool poses along seams, with approach and retract, in the robot's base."""
+"""A weld program before it is written in a language: tool poses along seams, with approach and retract."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from wpcal.seam.seam import Seam
 
 @dataclass(frozen=True, slots=True)
 class MotionSettings:
-    """How the torch comes, welds and goes.
+    """How the torch approaches, welds and retracts.
 
     Parameters
     ----------
     approach_mm, retract_mm : float
-        Distance back along the wire at which a seam is approached and left. 50 mm clears a nozzle of common size.
+        Distance from the seam, back along the wire. 50 mm clears a nozzle of common size.
     speed_mm_s : float
-        Along the seam. 8 mm/s is a common speed of a MAG fillet of 4 to 5 mm throat.
+        Along the seam. 8 mm/s is common for a MAG fillet with a throat of 4 to 5 mm.
     air_speed_mm_s : float
         Of approach and retract.
 
     Raises
     ------
     InputError
-        When a number is not positive (distances: negative) or not finite.
+        When a speed is not positive, a distance is negative, or a number is not finite.
     """
 
     approach_mm: float = 50.0
@@ -57,9 +57,9 @@ class ControllerSettings:
     ----------
     program_name : str
     tool_name : str
-        For languages whose tools have names.
+        For languages that name tools.
     tool_number, frame_number : int
-        For languages whose tools and frames have numbers.
+        For languages that number tools and frames.
     configuration : str or None
         The arm's configuration as the pendant shows it, for languages that cannot leave it open. Never guessed.
 
@@ -84,18 +84,18 @@ class ControllerSettings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeldPath:
-    """The tool along one seam: an approach, a pose a frame of the seam, a retract.
+    """The tool along one seam: an approach, one pose per frame of the seam, a retract.
 
     Parameters
     ----------
     seam : Seam
         With n frames in `base`.
     p_base : ndarray, shape (n + 2, 3)
-        Tool centre points, mm.
+        Tool centre points in `base`, mm.
     R_base : ndarray, shape (n + 2, 3, 3)
-        Columns are the axes of the tool.
+        Columns are the axes of the tool in `base`.
     u95_mm : ndarray, shape (n,), or None
-        The 95 % error at the frames of the seam.
+        The 95 % error at the frames of the seam, mm.
     """
 
     seam: Seam
@@ -107,7 +107,7 @@ class WeldPath:
         return len(self.p_base)
 
     def poses_in(self, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:
-        """Return positions and axes of the tool in another frame than `base`."""
+        """Return positions (n + 2, 3), mm, and axes (n + 2, 3, 3) of the tool in another frame."""
         T = T_base_frame.inverse()
         return T.apply(self.p_base), T.R @ self.R_base
 
@@ -119,7 +119,7 @@ class WeldPath:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeldProgram:
-    """Everything a writer of a language is given.
+    """All that is needed to write a program in any language.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ class WeldProgram:
 
     @property
     def label_width(self) -> int:
-        """Digits of the number in a label; at least 4, so that labels sort and have one length."""
+        """Digits of the number in a label, at least 4: all labels have the same length and sort by number."""
         return max(4, *(len(str(len(path))) for path in self.paths))
 
 
@@ -155,14 +155,15 @@ def build_program(
     motion: MotionSettings | None = None,
     controller: ControllerSettings | None = None,
 ) -> WeldProgram:
-    """Put the torch on every frame of the selected seams.
+    """Place the torch on every frame of the seams.
 
     Parameters
     ----------
     finished : FinishedCalibration
         With the seams to export.
-    torch, motion, controller : optional
-        Defaults where not given.
+    torch : TorchSettings, optional
+    motion : MotionSettings, optional
+    controller : ControllerSettings, optional
 
     Raises
     ------
@@ -194,7 +195,7 @@ def _path(seam: Seam, u95_mm: FloatArray | None, torch: TorchSettings, motion: M
 
 
 def describe(program: WeldProgram) -> list[str]:
-    """Say in lines what every program file states: origin, verdict, torch, and the error of each seam."""
+    """Return the lines that every program file states: origin, verdict, torch and motion."""
     record, torch = program.calibration, program.torch
     lines = [f"written by wpcal {__version__} from calibration.json and seams.json"]
     if "verdict" in record:
@@ -209,7 +210,7 @@ def describe(program: WeldProgram) -> list[str]:
 
 
 def describe_path(path: WeldPath) -> str:
-    """Say in one line what a seam is and how well its place is known."""
+    """Return one line about a seam: what it is, and its 95 % error."""
     seam = path.seam
     text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {len(path) - 2} points"
     return text if path.u95_mm is None else f"{text}, 95 % error up to {path.u95_mm.max():.3f} mm"

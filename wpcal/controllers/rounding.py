@@ -11,16 +11,28 @@ from wpcal.core.transform import RigidTransform
 
 
 def rounded(values: ArrayLike, decimals: int) -> FloatArray:
-    """Round to decimals; a zero has no sign."""
+    """Round numbers to decimals; a zero gets no sign.
+
+    Parameters
+    ----------
+    values : array_like, any shape
+    decimals : int
+
+    Returns
+    -------
+    ndarray
+        Of the same shape.
+    """
     return np.asarray(np.round(np.asarray(values, dtype=np.float64), decimals) + 0.0, dtype=np.float64)
 
 
 def zyx_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
-    r"""Return the angles of ``R = Rz(γ) Ry(β) Rx(α)`` in degrees, rounded so that the rotation is kept best.
+    r"""Return the angles of ``R = Rz(γ) Ry(β) Rx(α)`` in degrees, rounded with the least change of the rotation.
 
-    An error e of γ turns by e about z and one of α about the rotated x, and :math:`z\cdot x'' = -\sin\beta`. α is
-    therefore moved by :math:`e_\gamma \sin\beta` before it is rounded. The rotation is then off by at most √3/2 units
-    of the last digit; rounding each angle alone gives up to √5/2 near β = ±90°.
+    An error of γ rotates about z and an error of α about the rotated x, with :math:`z\cdot x'' = -\sin\beta`. α is
+    therefore moved by :math:`e_\gamma \sin\beta` before it is rounded, where :math:`e_\gamma` is the rounding error of
+    γ. The rotation is then wrong by at most √3/2 units of the last digit. Rounding each angle alone gives up to √5/2
+    near β = ±90°.
 
     Parameters
     ----------
@@ -30,7 +42,7 @@ def zyx_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
     Returns
     -------
     ndarray, shape (..., 3)
-        α, β, γ about x, y, z. Where β is written as ±90° only γ ∓ α counts, and α is 0.
+        α, β, γ about x, y, z, degrees. If β is rounded to ±90°, only γ ∓ α matters, and α is 0.
     """
     angles = np.degrees(zyx_angles(R))
     alpha, beta, gamma = (angles[..., i] for i in range(3))
@@ -44,9 +56,9 @@ def zyx_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
 
 
 def rounded_frame(T: RigidTransform, *, mm_decimals: int, deg_decimals: int) -> RigidTransform:
-    """Return the frame that a controller has when it is given the rounded numbers of a frame.
+    """Return the frame with the rounded numbers that a controller is given.
 
-    Points are written relative to this frame: its own rounding then does not move them in `base`.
+    Points are written relative to this frame, so its rounding does not move them in `base`.
     """
     alpha, beta, gamma = np.radians(zyx_degrees(T.R, decimals=deg_decimals))
     return RigidTransform(rotation_from_zyx(alpha, beta, gamma), rounded(T.t_mm, mm_decimals), T.target, T.source)

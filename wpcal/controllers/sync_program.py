@@ -1,6 +1,7 @@
-"""A program for two robots before it is any language: joint targets of both, one a mark, and the time between marks.
+"""A program of two robots before it is written in a language: joint targets at marks, and the times between marks.
 
-Both programs have a target for every mark and wait for each other at it. A mark has the same number in both.
+Each robot has a target at every mark. The robots wait for each other at every mark; it has the same number in both
+programs.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from wpcal.core.errors import InputError
 from wpcal.robot.kinematics.arm import Arm
 
 ROBOTS = (1, 2)
-"""Robot 1 carries the torch, robot 2 the part."""
+"""Robot 1 carries the torch, robot 2 carries the part."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,19 +26,19 @@ class DualProgram:
     Parameters
     ----------
     seam : str
-        As in the part; any text.
+        As in the part, any text.
     arms : tuple of Arm
         Of robots 1 and 2.
     joints : tuple of ndarray, each of shape (N, 6)
-        Shown angles, rad, unwrapped.
+        Shown angles at the marks, rad, unwrapped.
     seconds : ndarray, shape (N - 1,)
-        Time from each mark to the next.
+        From each mark to the next.
     arc_on, arc_off : int
-        Rows (from 0) at which the arc is lit and put out.
+        Rows (from 0) at which the arc starts and stops.
     notes : tuple of str
-        What a person should read first: speed, clearance, what was checked.
+        For a person to read first: speed, clearance, what was checked.
     controller : ControllerSettings
-        Names; the tool is that of robot 1.
+        Names and numbers; the tool is that of robot 1.
 
     Raises
     ------
@@ -69,7 +70,7 @@ class DualProgram:
 
     @property
     def marks(self) -> range:
-        """Numbers of the marks, one a target."""
+        """Numbers of the marks, one per target."""
         return range(1, len(self) + 1)
 
     @property

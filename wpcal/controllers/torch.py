@@ -1,7 +1,7 @@
-"""How the torch stands on a seam: work angle, travel angle, stick-out, and both angles measured back.
+"""The torch on a seam: work angle, travel angle and stick-out; and both angles measured from given wires.
 
-At zero angles the wire points against z of the seam frame, which is the bisector of the joint, so that a fillet between
-square plates is met at 45 degrees to both.
+At zero angles the wire points along -z of the seam frame. z is the bisector of the joint, so at a fillet between square
+plates the wire is at 45 degrees to both.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 
 LARGEST_WORK_RAD = math.radians(60.0)
-"""A torch turned further out of the bisector of a square fillet would lie on a plate (45 degrees) and beyond it."""
+"""At a square fillet the torch lies on a plate at 45 degrees from the bisector; more than this is a mistake."""
 LARGEST_TRAVEL_RAD = math.radians(45.0)
-"""Welding uses up to about 25 degrees of push or drag; a larger request than this is taken for a mistake."""
+"""Welding uses up to about 25 degrees of push or drag; more than this is a mistake."""
 
 
 class ToolAxis(Enum):
@@ -37,11 +37,11 @@ class TorchSettings:
     Parameters
     ----------
     work_rad : float
-        Turns the wire about x of the seam, positive towards its y.
+        Rotates the wire about x of the seam, positive towards its y.
     travel_rad : float
         Tilts the wire in the plane of travel; positive is push (the wire points forward), negative is drag.
     stick_out_mm : float
-        Distance of the tool centre point from the seam, back along the wire; 0 where it is the wire's tip.
+        Distance of the tool centre point from the seam, back along the wire; 0 if it is the tip of the wire.
     tool_axis : ToolAxis
 
     Raises
@@ -68,21 +68,21 @@ class TorchSettings:
 def tool_rotations(R_seam: ArrayLike, torch: TorchSettings) -> FloatArray:
     r"""Return the axes of the tool on every frame of a seam.
 
-    At zero angles the tool is the seam frame turned by π about x. In general
+    At zero angles the tool is the seam frame rotated by π about x. In general
     :math:`R_{tool} = R_{seam}\,R_x(w)\,R_y(-v)\,R_x(\pi)`, whose z is the wire direction
     :math:`d = (\sin v, \cos v \sin w, -\cos v \cos w)` in the seam frame (work angle w, travel angle v).
 
     Parameters
     ----------
     R_seam : array_like, shape (n, 3, 3)
-        Columns x (travel), y, z (out of the joint), in any frame.
+        Columns are x (travel), y and z (out of the joint) of the seam, in any frame.
     torch : TorchSettings
 
     Returns
     -------
     ndarray, shape (n, 3, 3)
-        Columns are the tool's axes in that same frame. With ``ToolAxis.X`` the tool's x is the wire direction, y stays
-        and z is against the travel.
+        Columns are the tool's axes in the same frame. With ``ToolAxis.X`` the tool's x is the wire direction, y is the
+        same, and z points against the travel.
     """
     turn = rotation_from_zyx(torch.work_rad, 0.0, 0.0) @ rotation_from_zyx(0.0, -torch.travel_rad, 0.0)
     R = np.asarray(R_seam, dtype=np.float64) @ (turn @ np.diag([1.0, -1.0, -1.0]))
@@ -97,11 +97,13 @@ def wire_directions(R_tool: ArrayLike, tool_axis: ToolAxis) -> FloatArray:
     Parameters
     ----------
     R_tool : array_like, shape (..., 3, 3)
+        Columns are the tool's axes, in any frame.
     tool_axis : ToolAxis
 
     Returns
     -------
     ndarray, shape (..., 3)
+        In the same frame.
     """
     R = np.asarray(R_tool, dtype=np.float64)
     return R[..., 2] if tool_axis is ToolAxis.Z else R[..., 0]
@@ -113,7 +115,7 @@ def measure_torch(R_seam: ArrayLike, wire: ArrayLike) -> tuple[FloatArray, Float
     Parameters
     ----------
     R_seam : array_like, shape (n, 3, 3)
-        Columns x, y, z of the seam frames.
+        Columns are x, y and z of the seam frames, in any frame.
     wire : array_like, shape (n, 3)
         Unit wire directions in the frame of `R_seam`.
 

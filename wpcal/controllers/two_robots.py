@@ -12,8 +12,7 @@ from wpcal.controllers.registry import controller_named, controllers
 from wpcal.controllers.sync_program import DualProgram
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.robot_cell import RobotCell
-from wpcal.planning.plan.output import freedom_of
-from wpcal.planning.plan.plan import Freedom
+from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.run import CellRun
 
 
@@ -32,8 +31,8 @@ def dual_program(run: CellRun, cell: RobotCell, *, controller: ControllerSetting
     InputError
         When the run was checked and is not free: wpcal never writes a program that is known to collide.
     """
-    freedom = freedom_of(run)
-    if freedom is Freedom.NOT_FREE and run.check is not None:
+    freedom = run.verdict
+    if freedom is CollisionVerdict.NOT_FREE and run.check is not None:
         raise InputError(
             f"seam {run.plan.seam}: no program is written for a path that is not free: {run.check.describe()}"
         )

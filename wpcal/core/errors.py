@@ -41,6 +41,22 @@ class ErrorCode(StrEnum):
     """A program stores a point without a usable position; the caller can name the points to read."""
     NOMINAL_MISSING = "nominal-missing"
     """The nominal place of the part would resolve this; the caller must give it."""
+    TEACHING_ERROR_MISSING = "teaching-error-missing"
+    """The touches do not tell how exact they are; the caller must state the teaching error."""
+    ROBOT_SPACE = "robot-space"
+    """A result was taught through an identified robot and is used without it, or the other way round."""
+    NO_SEAM = "no-seam"
+    """The part has no seam; the caller can also take notches inside one solid."""
+    NOTHING_ACCEPTED = "nothing-accepted"
+    """No seam is accepted; the caller can take the candidates as well."""
+    FEATURES_NOT_CHOSEN = "features-not-chosen"
+    """No set of features could be chosen; the caller can name them."""
+    MARK_UNKNOWN = "mark-unknown"
+    """No edge has the name, layer or colour that the caller gave."""
+    EDGE_UNKNOWN = "edge-unknown"
+    """No edge is at the place that the caller gave."""
+    PORT_UNUSABLE = "port-unusable"
+    """The port cannot be opened; the caller can choose another."""
 
 
 class WpcalError(Exception):

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.core.errors import FormatError, InputError
+from wpcal.core.errors import ErrorCode, FormatError, InputError
 
 
 def to_json(record: Mapping[str, Any]) -> str:
@@ -115,7 +115,8 @@ def check_writable(path: Path, *, overwrite: bool) -> None:
     if path.exists() and not path.is_dir():
         raise InputError(f"{path}: is a file, expected a folder to write into")
     if path.is_dir() and any(path.iterdir()) and not overwrite:
-        raise InputError(f"{path}: exists and is not empty; give --force to write into it")
+        what = "exists and is not empty; allow overwriting to write into it"
+        raise InputError(f"{path}: {what}", code=ErrorCode.EXISTS)
 
 
 def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
@@ -127,7 +128,7 @@ def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
         When it exists and `overwrite` is false, or it cannot be written.
     """
     if path.exists() and not overwrite:
-        raise InputError(f"{path}: exists; give --force to overwrite it")
+        raise InputError(f"{path}: exists; allow overwriting to replace it", code=ErrorCode.EXISTS)
     temporary = path.with_name(f".{path.name}.part")
     try:
         temporary.write_bytes(data.encode("utf-8") if isinstance(data, str) else data)

@@ -1,4 +1,4 @@
-"""Reference features: what a person can touch on the part, named."""
+"""Reference features: named places on the part that a person can touch."""
 
 from wpcal.features.choose import choose_features
 from wpcal.features.detect import find_features

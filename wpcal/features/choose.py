@@ -24,19 +24,19 @@ def choose_features(
     min_diameter_mm: float | None = None,
     near: ArrayLike | None = None,
 ) -> tuple[ReferenceFeature, ...]:
-    """Return the features that fit every given condition.
+    """Return the features that meet every given condition.
 
     Parameters
     ----------
     features : sequence of ReferenceFeature
     kinds : sequence of FeatureKind
-        Only these; empty for all.
+        Only these kinds; empty for all.
     solid : str, optional
-        Name of the solid; ``*`` and ``?`` stand for any characters and any one.
+        Name of the solid; ``*`` matches any characters, ``?`` any single one.
     min_diameter_mm : float, optional
         Only round features at least this large.
     near : array_like, shape (3,), optional
-        A place in `part`, mm: the nearest features come first. Without it the order stays.
+        A place in `part`, mm: the nearest features come first. By default the order is kept.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def choose_features(
     Raises
     ------
     InputError
-        When a solid's name fits none, or `near` is not three finite numbers.
+        If no solid has the name, or `near` is not three finite numbers.
     """
     conditions = _conditions(features, kinds, solid, min_diameter_mm)
     chosen = [feature for feature in features if all(holds(feature) for holds in conditions)]
@@ -74,5 +74,5 @@ def _conditions(
 def _place(near: ArrayLike) -> FloatArray:
     place = np.asarray(near, dtype=np.float64)
     if place.shape != (3,) or not np.isfinite(place).all():
-        raise InputError("a place is three numbers x,y,z in mm")
+        raise InputError("a place is three finite numbers x,y,z in mm")
     return place

@@ -1,4 +1,4 @@
-"""What the searches find, as columns, and how it gets its names."""
+"""Features as columns, as the searches find them; how they are named; and tools for such columns."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.features.reference import FeatureKind, HoleForm, HoleStep, ReferenceFeature
 
 NAMING_MM = 1e-3
-"""Positions are compared after rounding to this, so that round-off does not renumber a part."""
+"""Positions are compared after rounding to this, so that round-off does not renumber the features of a part."""
 AXIS_ROUND = 1e-4
 """Directions of axes are compared after rounding to this (0.006 degrees)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FeatureColumns:
-    """Features of one kind before they have names; one row each, NaN or None where a column does not apply.
+    """Features of one kind before they have names: one row per feature, NaN or None where a column does not apply.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class FeatureColumns:
     faces: Sequence[IntArray] = ()
 
     def named(self, graph: BrepGraph) -> Iterator[ReferenceFeature]:
-        """Number the rows by position and give them out as features."""
+        """Number the rows by position and yield them as features."""
         p = _read_only(self.p)
         direction = None if self.direction is None else _read_only(self.direction)
         names = (*graph.solid_names, "")
@@ -88,17 +88,36 @@ def _value(column: FloatArray | None, row: int) -> float | None:
 
 
 def positive_axes(directions: FloatArray) -> FloatArray:
-    """Return unit vectors along lines, the last component that is not zero (z, y, x) positive; shape (n, 3)."""
+    """Return unit vectors along lines, with one sense: the last component that is not zero (z, y, x) is positive.
+
+    Parameters
+    ----------
+    directions : ndarray, shape (n, 3)
+
+    Returns
+    -------
+    ndarray, shape (n, 3)
+    """
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     sign = np.ones(len(unit))
-    for column in (0, 1, 2):  # z has the last word
+    for column in (0, 1, 2):  # y overrides x, and z both
         clear = np.abs(unit[:, column]) > AXIS_ROUND
         sign[clear] = np.sign(unit[clear, column])
     return np.asarray(unit * sign[:, None], dtype=np.float64)
 
 
 def label_equal(*columns: FloatArray | IntArray | BoolArray) -> IntArray:
-    """Number rows so that equal rows have equal numbers, 0 … k - 1; shape (n,)."""
+    """Number rows so that equal rows have equal numbers.
+
+    Parameters
+    ----------
+    *columns : ndarray, shape (n,) or (n, m)
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+        0 … k - 1.
+    """
     keys = np.column_stack(columns).astype(np.float64) + 0.0  # -0 is 0
     if len(keys) == 0:
         return np.zeros(0, dtype=np.int64)
@@ -106,19 +125,42 @@ def label_equal(*columns: FloatArray | IntArray | BoolArray) -> IntArray:
 
 
 def first_rows(label: IntArray) -> IntArray:
-    """Return the first row of every label; shape (k,)."""
+    """Return the first row, shape (k,), of every label 0 … k - 1 in an array of shape (n,)."""
     return np.asarray(np.unique(label, return_index=True)[1], dtype=np.int64)
 
 
 def sums(label: IntArray, values: FloatArray, count: int) -> FloatArray:
-    """Return the sum of the values of every label 0 … count - 1, values (n,) or (n, k)."""
+    """Return the sum of the values of every label.
+
+    Parameters
+    ----------
+    label : ndarray of int, shape (n,)
+        0 … count - 1.
+    values : ndarray, shape (n,) or (n, k)
+    count : int
+
+    Returns
+    -------
+    ndarray, shape (count,) or (count, k)
+    """
     total = np.zeros((count, *values.shape[1:]))
     np.add.at(total, label, values)
     return total
 
 
 def members(label: IntArray, items: IntArray) -> list[IntArray]:
-    """Return the items of every label, labels 0 … k - 1 each with at least one, items sorted."""
+    """Return the items of every label.
+
+    Parameters
+    ----------
+    label, items : ndarray of int, shape (n,)
+        Each label 0 … k - 1 occurs at least once.
+
+    Returns
+    -------
+    list of ndarray of int, length k
+        Sorted.
+    """
     if len(label) == 0:
         return []
     order = np.lexsort((items, label))

@@ -1,4 +1,4 @@
-"""Corners, ends and middles of edges, and corners that a round took away."""
+"""Corners, ends and middles of edges, and virtual corners, which a round replaced."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from wpcal.features.reference import FeatureKind
 from wpcal.features.slots import TANGENT_COS
 
 LEAST_EDGE_MM = 5.0
-"""The middle of a shorter edge cannot be told from its ends with a wire tip."""
+"""With the tip of a wire, the middle of a shorter edge cannot be distinguished from its ends."""
 LEAST_CORNER_EDGES = 3
-"""Edges that meet in a corner; two meet where a circle closes or a curve is cut."""
+"""Edges that meet in a corner; only two meet where a circle closes or a curve is split."""
 LEAST_SPREAD = 0.1
-"""Least singular value of the three normals of a virtual corner: flatter ones leave it where round-off puts it."""
+"""Least singular value of the three normals of a virtual corner: with a smaller one, round-off decides its place."""
 FARTHEST_RADII = 10.0
-"""A virtual corner lies within so many radii of its round: 9.5 at faces that meet at 11 degrees."""
+"""Largest distance of a virtual corner from its round, in radii: 9.5 if the faces meet at 11 degrees."""
 
 
 def find_vertices(graph: BrepGraph) -> FeatureColumns:
-    """Find the vertices where three edges or more meet."""
+    """Find the vertices where at least three edges meet."""
     corners = np.flatnonzero(_edges_at_vertices(graph) >= LEAST_CORNER_EDGES)
     return FeatureColumns(kind=FeatureKind.VERTEX, p=graph.vertex_p[corners], solid=graph.vertex_solid[corners])
 
@@ -54,9 +54,9 @@ def find_midpoints(graph: BrepGraph) -> FeatureColumns:
 
 
 def find_edge_ends(graph: BrepGraph) -> FeatureColumns:
-    """Find the ends of straight edges of at least `LEAST_EDGE_MM` that are no corners.
+    """Find the ends of straight edges of at least `LEAST_EDGE_MM` that are not corners.
 
-    There the edge runs on as an arc or a curve, or a sheet has its border.
+    There the edge continues as an arc or a curve, or a sheet ends.
     """
     lines = _straight_edges(graph)
     vertex, row = np.unique(graph.edge_vertices[lines].ravel(), return_index=True)
@@ -73,11 +73,11 @@ def find_edge_ends(graph: BrepGraph) -> FeatureColumns:
 
 
 def find_virtual_corners(graph: BrepGraph) -> FeatureColumns:
-    """Find the corners that rounds took away: where three planes around the end of a round meet.
+    """Find the corners that rounds replaced: where three planes around the end of a round meet.
 
-    A round is a convex cylinder face that two plane faces continue. The third plane is the one where the round ends, or
-    comes from the other rounds at the patch, or at the edge, where it ends. The faces are the three planes, the
-    diameter that of the smallest round.
+    A round is a convex cylinder face that two plane faces continue. The third plane is the plane where the round ends.
+    If the round ends at a patch or an edge, the other rounds there give the third plane. The faces of the feature are
+    the three planes; its diameter is that of the smallest round.
     """
     rounds, planes = _rounds(graph)
     patch, end, plane = _planes_at_ends(graph, rounds, planes)
@@ -103,7 +103,7 @@ def find_virtual_corners(graph: BrepGraph) -> FeatureColumns:
 
 
 def _rounds(graph: BrepGraph) -> tuple[IntArray, IntArray]:
-    """Return the convex cylinder faces that two plane faces continue, and those two, shape (n, 2)."""
+    """Return the convex cylinder faces that two plane faces continue, and these two faces, shape (n, 2)."""
     rows = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & (graph.edge_kind == CurveKind.LINE))
     pairs = np.concatenate([graph.edge_faces[rows], graph.edge_faces[rows][:, ::-1]])
     edge = np.concatenate([rows, rows])
@@ -122,7 +122,7 @@ Ends = tuple[IntArray, IntArray]
 
 
 def _planes_at_ends(graph: BrepGraph, rounds: IntArray, planes: IntArray) -> tuple[IntArray, Ends, IntArray]:
-    """Return which planes come together at the patches where rounds end.
+    """Return which planes meet at the patches where rounds end.
 
     A patch is the plane where one round ends, the edge where two rounds meet, or the face between several.
 
@@ -131,7 +131,7 @@ def _planes_at_ends(graph: BrepGraph, rounds: IntArray, planes: IntArray) -> tup
     patch : ndarray of int, shape (m,)
     end : pair of ndarray of int, shape (m,)
     plane : ndarray of int, shape (m,)
-        Each plane that the patch has there.
+        Each plane at the patch.
     """
     row = np.full(graph.face_count, -1)
     row[rounds] = np.arange(len(rounds))

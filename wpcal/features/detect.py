@@ -1,4 +1,4 @@
-"""Reference features of a part: all searches together, in the order in which they are listed."""
+"""The reference features of a part: all searches together, in the order of the list."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from wpcal.features.walls import Coaxial, Walls
 
 
 def find_features(graph: BrepGraph) -> tuple[ReferenceFeature, ...]:
-    """Find what can be taught on a part.
+    """Find the features that can be taught on a part.
 
     Parameters
     ----------
@@ -24,9 +24,9 @@ def find_features(graph: BrepGraph) -> tuple[ReferenceFeature, ...]:
     tuple of ReferenceFeature
         Corners (``V``), circular rims (``C``), holes (``H``, the centre of the entry rim), sphere centres (``S``),
         midpoints of straight edges (``M``), bosses (``B``), slots (``L``), virtual corners (``X``), edge ends (``E``),
-        datum planes (``P``) and cylinder axes (``A``). Numbered within their kind by position (rounded to 1e-3 mm,
-        sorted by x, y, z, then solid and size): the same at every run and in whatever order the file has the faces, and
-        a new kind never renumbers another.
+        datum planes (``P``) and cylinder axes (``A``). They are numbered within their kind by position (rounded to
+        1e-3 mm, sorted by x, y, z, then solid and size). The numbers are the same in every run and for every order of
+        the faces in the file; a new kind never renumbers another one.
     """
     walls = Walls.of(Coaxial.of(graph))
     found = (

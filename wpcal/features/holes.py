@@ -1,4 +1,4 @@
-"""Holes: hollow walls around one axis that follow each other, with their entry, depth and diameters."""
+"""Holes: consecutive hollow walls around one axis, with their entry, depth and diameters."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from wpcal.features.walls import Coaxial, Ends, Walls, linked
 
 
 def find_holes(walls: Walls) -> FeatureColumns:
-    """Find the holes that have at least one whole circle of their wall's own radius as rim.
+    """Find the holes with at least one whole circle as a rim, of the same radius as the wall.
 
-    A counterbore, a countersink or a groove inside belongs to its hole: one feature. The entry is the rim that opens to
-    free space, of several the widest, then the upper one; the point is its centre, the diameter that of the wall there.
+    A counterbore, a countersink or a groove belongs to its hole: they are one feature. The entry is the rim that opens
+    to free space; of several, the widest, then the upper one. The point is the centre of the entry, and the diameter is
+    that of the wall there.
     """
     coaxial, rims = walls.coaxial, walls.rims
     label = _bodies(walls)
@@ -47,7 +48,7 @@ def find_holes(walls: Walls) -> FeatureColumns:
 
 
 def _without_drill_points(ends: Ends, walls: Walls, body_of_wall: IntArray) -> Ends:
-    """Let bodies reach as far as their borders and cylindrical walls: a cone that comes to a point is no depth."""
+    """Limit bodies to their borders and cylindrical walls: the point of a drill does not count as depth."""
     low, high = np.full(len(ends.low), np.inf), np.full(len(ends.high), -np.inf)
     hollow = walls.is_hollow
     for body, least, greatest in (
@@ -60,9 +61,9 @@ def _without_drill_points(ends: Ends, walls: Walls, body_of_wall: IntArray) -> E
 
 
 def _bodies(walls: Walls) -> IntArray:
-    """Number the faces that follow each other around one line as a hole's do; of each row of `Coaxial`.
+    """Number the groups of consecutive faces around one line, as in a hole; one number per row of `Coaxial`.
 
-    They are hollow, or rounds, and follow across an edge between them or across the plane step of a counterbore.
+    The faces are hollow, or rounds. Neighbours share an edge, or the plane step of a counterbore.
     """
     coaxial, graph = walls.coaxial, walls.coaxial.graph
     hollow = graph.face_outward < 0
@@ -77,7 +78,7 @@ def _bodies(walls: Walls) -> IntArray:
 
 
 def _across_steps(coaxial: Coaxial, label: IntArray, takes_part: BoolArray) -> tuple[IntArray, IntArray]:
-    """Return pairs of rows of faces around one line that border the same plane face and are not joined already."""
+    """Return pairs of rows of faces around one line that border the same plane face and are not in one group yet."""
     graph = coaxial.graph
     pairs = graph.edge_faces[(graph.edge_faces >= 0).all(axis=1)]
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
@@ -91,7 +92,7 @@ def _across_steps(coaxial: Coaxial, label: IntArray, takes_part: BoolArray) -> t
 
 
 def _entries(walls: Walls, body_of_wall: IntArray, ends: Ends) -> IntArray:
-    """Return the entry rim of every body that is a hole: of those that open the widest, then the upper one."""
+    """Return the entry rim of every body that is a hole: of the open rims the widest, then the upper one."""
     rims = walls.rims
     rows = np.flatnonzero(walls.is_hollow[rims.wall])
     body = body_of_wall[rims.wall[rows]]
@@ -105,7 +106,7 @@ def _entries(walls: Walls, body_of_wall: IntArray, ends: Ends) -> IntArray:
 def _steps(
     walls: Walls, body_of_wall: IntArray, ends: Ends, body: IntArray, way: FloatArray
 ) -> list[tuple[HoleStep, ...]]:
-    """Return the diameters of each hole from its entry."""
+    """Return the diameters of each hole, from its entry on."""
     hollow = np.flatnonzero(walls.is_hollow)
     order = hollow[np.argsort(body_of_wall[hollow], kind="stable")]
     start = np.searchsorted(body_of_wall[order], body)

@@ -1,4 +1,4 @@
-"""Datum planes: the plane faces of a solid, those in one plane together."""
+"""Datum planes: the plane faces of a solid; faces in one plane are one datum."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from wpcal.features.columns import AXIS_ROUND, NAMING_MM, FeatureColumns, first_
 from wpcal.features.reference import FeatureKind
 
 LEAST_AREA_MM2 = 1.0
-"""A smaller face gives no plane that three touches of a tip could fix."""
+"""Three touches of a tip cannot determine the plane of a smaller face."""
 
 
 def find_planes(graph: BrepGraph) -> FeatureColumns:
@@ -24,8 +24,8 @@ def find_planes(graph: BrepGraph) -> FeatureColumns:
     Returns
     -------
     FeatureColumns
-        One row a solid, plane and side: faces in one plane that look the same way are one datum. The point is the
-        centroid of their area, which may lie over an opening; the direction is outward.
+        One row per solid, plane and side: faces in one plane that face the same way are one datum. The point is the
+        centroid of their area, which may be over an opening. The direction is outward.
     """
     faces = np.flatnonzero(graph.face_kind == SurfaceKind.PLANE)
     normal = graph.face_frame[faces, 3] * graph.face_outward[faces][:, None]
@@ -48,9 +48,9 @@ def find_planes(graph: BrepGraph) -> FeatureColumns:
 
 
 def _areas(graph: BrepGraph, faces: IntArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return area and first moment (area times centroid) of plane faces: triangles from a point of each to its border.
+    """Return area and first moment (area times centroid) of plane faces, from triangles between a point and the border.
 
-    The border has the face to its left seen from outside, so that its holes count as negative.
+    Seen from outside, the face lies to the left of its border, so that holes count as negative.
     """
     row = np.full(graph.face_count, -1)
     row[faces] = np.arange(len(faces))

@@ -1,4 +1,4 @@
-"""`ReferenceFeature`: a thing on the part that a person can find and touch, with a name he can say."""
+"""`ReferenceFeature`: a place on the part that a person can find and touch, with a short name."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FEATURES_SCHEMA = "wpcal/features/1"
 
 
 class Touch(Enum):
-    """How a feature is touched; the value is said to people."""
+    """How a feature is touched; the value is shown to people."""
 
     CORNER = "tip in corner"
     EDGE = "tip on edge"
@@ -26,7 +26,7 @@ class Touch(Enum):
 
 
 class FeatureKind(Enum):
-    """Kinds of reference features; the value is the letter that their names begin with."""
+    """Kinds of reference features; the value is the first letter of their names."""
 
     VERTEX = "V"
     CIRCLE = "C"
@@ -52,7 +52,7 @@ class FeatureKind(Enum):
 
     @property
     def is_point(self) -> bool:
-        """Whether it has a point that one touch of a tip, or a tip centred by eye, can take."""
+        """Whether one touch of a tip, or a tip centred by eye, can take its point."""
         return self in POINT_KINDS
 
 
@@ -78,8 +78,8 @@ POINT_KINDS = (
     FeatureKind.BOSS,
     FeatureKind.EDGE_END,
 )
-"""Kinds that a taught point without a name may be: datum planes and axes are no points, the middle of a slot and a
-corner that a round took away are places in the air."""
+"""Kinds to which a taught point without a name may belong. Datum planes and axes are not points; the middle of a slot
+and a virtual corner are in the air."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +90,7 @@ class HoleStep:
     ----------
     diameter_mm : float
     from_mm, to_mm : float
-        Where it begins and ends, measured from the entry into the hole.
+        Where it begins and ends, measured from the entry of the hole.
     """
 
     diameter_mm: float
@@ -109,33 +109,33 @@ class HoleForm(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReferenceFeature:
-    """One thing that can be taught.
+    """One feature that can be taught.
 
     Parameters
     ----------
     name : str
-        Kind's letter and number; numbered within the kind by position.
+        The letter of its kind and a number, by position within the kind.
     kind : FeatureKind
     p_mm : ndarray, shape (3,)
-        The point in `part`, mm: of a circle, hole or sphere the centre.
+        Its point in `part`, mm; for a circle, hole or sphere, the centre.
     direction : ndarray, shape (3,), or None
-        Unit axis in `part`: of a hole, boss or slot out of its entry, of a plane outward, of a circle or axis along it,
-        of an edge along it.
+        Unit vector in `part`: out of the entry of a hole, boss or slot; outward from a plane; along a circle's axis, an
+        axis or an edge.
     diameter_mm : float or None
-        Of a slot its width.
+        Of a slot, the width.
     solid : str
         Name of the solid it is on.
     faces : tuple of int
-        The faces of the `BrepGraph` that are touched for it: of a hole or boss the wall of `diameter_mm`, of a slot its
-        two round and two flat walls, of a plane or axis all that lie on it, of a virtual corner the planes.
+        The faces of the `BrepGraph` to touch: of a hole or boss, the wall of `diameter_mm`; of a slot, its two round
+        and two flat walls; of a plane or axis, all faces on it; of a virtual corner, the planes.
     length_mm : float or None
-        Of an edge's midpoint the edge's length, of a boss or axis that along the axis, of a slot the greatest.
+        Of a midpoint, the length of the edge; of a boss or axis, the length along the axis; of a slot, the largest.
     depth_mm : float or None
-        Of a hole or slot from its entry to its end; the point of a drill not counted.
+        Of a hole or slot, from its entry to its end, without the point of a drill.
     area_mm2 : float or None
-        Of a plane; curved borders as polylines with a sag of 0.01 mm.
+        Of a plane; its curved borders are polylines with a sag of 0.01 mm.
     is_through : bool or None
-        Of a hole or slot: open at both ends.
+        Of a hole or slot: whether it is open at both ends.
     form : HoleForm or None
     steps : tuple of HoleStep
         The diameters of a hole from its entry.
@@ -156,7 +156,7 @@ class ReferenceFeature:
     steps: tuple[HoleStep, ...] = ()
 
     def to_record(self) -> dict[str, Any]:
-        """Return plain values for a JSON file; what does not apply to the kind is left out."""
+        """Return plain values for a JSON file, without what does not apply to the kind."""
         record: dict[str, Any] = {
             "name": self.name,
             "kind": self.kind.word,
@@ -179,18 +179,18 @@ class ReferenceFeature:
 
 
 def features_record(features: Sequence[ReferenceFeature], ease: Mapping[str, str]) -> dict[str, Any]:
-    """Return the record of ``wpcal features --json``; `ease` says by name how well each can be touched."""
+    """Return the record of ``wpcal features --json``; `ease` maps each name to how well the feature can be touched."""
     records = [{**feature.to_record(), "ease": ease[feature.name]} for feature in features]
     return {"schema": FEATURES_SCHEMA, "features": records}
 
 
 def feature_named(features: Sequence[ReferenceFeature], name: str) -> ReferenceFeature:
-    """Return the feature of a name, whatever its letters' case.
+    """Return the feature with a name, in upper or lower case.
 
     Raises
     ------
     InputError
-        When there is none; with the nearest names.
+        If there is none. The message gives the nearest names.
     """
     by_name = {feature.name.lower(): feature for feature in features}
     found = by_name.get(name.strip().lower())
@@ -202,16 +202,14 @@ def feature_named(features: Sequence[ReferenceFeature], name: str) -> ReferenceF
 
 
 def point_named(features: Sequence[ReferenceFeature], name: str) -> FloatArray:
-    """Return the point of the feature of a name, in `part`, mm.
+    """Return the point of the feature with a name, in `part`, mm.
 
     Raises
     ------
     InputError
-        When there is none, or it is a plane or an axis, which a single touch does not fix.
+        If there is none, or it is a plane or an axis, which one touch does not determine.
     """
     feature = feature_named(features, name)
     if feature.kind in (FeatureKind.PLANE, FeatureKind.AXIS):
-        raise InputError(
-            f"{feature.name} is a datum {feature.kind.word} and no point to touch; name a point of the part"
-        )
+        raise InputError(f"{feature.name} is a datum {feature.kind.word}, not a point; name a point of the part")
     return feature.p_mm

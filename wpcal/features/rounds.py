@@ -20,7 +20,7 @@ from wpcal.features.reference import FeatureKind
 from wpcal.features.walls import FULL_TURN_RAD, Walls
 
 HALF_TURN_RAD = np.pi - 1e-3
-"""A wall that reaches less than half around is a round between faces, and its axis no datum."""
+"""A wall that extends less than half around is a round between faces; its axis is not a datum."""
 
 
 def find_circles(graph: BrepGraph) -> FeatureColumns:
@@ -46,7 +46,7 @@ def find_circles(graph: BrepGraph) -> FeatureColumns:
 
 
 def find_spheres(graph: BrepGraph) -> FeatureColumns:
-    """Find the spheres; faces on one sphere are one."""
+    """Find the spheres; faces on one sphere are one feature."""
     faces = np.flatnonzero(graph.face_kind == SurfaceKind.SPHERE)
     centre, radius = graph.face_frame[faces, 0], graph.face_param[faces, 0]
     label = label_equal(graph.face_solid[faces], np.round(centre / NAMING_MM), np.round(radius / NAMING_MM))
@@ -63,7 +63,7 @@ def find_spheres(graph: BrepGraph) -> FeatureColumns:
 def find_bosses(walls: Walls) -> FeatureColumns:
     """Find the round outsides with a free whole rim: bosses, pins, shafts, the outsides of pipes.
 
-    The point is the centre of the free rim, of two the upper one.
+    The point is the centre of the free rim; of two free rims, the upper one.
     """
     rims = walls.rims
     rows = np.flatnonzero(~walls.is_hollow[rims.wall] & (rims.looks_out | rims.meets_round))
@@ -82,21 +82,33 @@ def find_bosses(walls: Walls) -> FeatureColumns:
 
 
 def best_rows(group: IntArray, rank: FloatArray, rows: IntArray) -> IntArray:
-    """Return of every group the row of the highest rank."""
+    """Return the row of the highest rank in every group.
+
+    Parameters
+    ----------
+    group : ndarray of int, shape (n,)
+    rank : ndarray, shape (n,)
+    rows : ndarray of int, shape (n,)
+
+    Returns
+    -------
+    ndarray of int, shape (k,)
+        One of `rows` per group, in the order of the groups.
+    """
     order = np.lexsort((rank, group))
     last = np.flatnonzero(np.diff(group[order], append=-1))
     return rows[order[last]]
 
 
 def faces_of(walls: Walls, wall: IntArray) -> list[IntArray]:
-    """Return the faces of each given wall."""
+    """Return the faces of each given wall; `wall` has the shape (n,)."""
     faces = np.flatnonzero(walls.of_face >= 0)
     of_wall = members(walls.of_face[faces], faces)
     return [of_wall[w] for w in wall]
 
 
 def find_axes(walls: Walls) -> FeatureColumns:
-    """Find the axes of cylinders that reach at least half around; walls of one cylinder are one axis.
+    """Find the axes of cylinders that extend at least half around; walls of one cylinder have one axis.
 
     The point is the middle of the walls along the axis.
     """

@@ -13,15 +13,16 @@ from wpcal.features.reference import FeatureKind
 from wpcal.features.walls import Ends, Walls
 
 HALF_TURN_SPREAD_RAD = 1e-3
-"""Walls that reach this near to half around are half round: at a radius of 100 mm this is 0.1 mm."""
+"""A wall is half round if it extends half around within this: at a radius of 100 mm this is 0.1 mm."""
 TANGENT_COS = 1 - 1e-6
-"""Normals that differ by less than 0.08 degrees run into each other: CAD systems make tangents to about 1e-6."""
+"""Faces continue each other if their normals differ by less than 0.08 degrees: CAD systems model tangents to 1e-6."""
 
 
 def find_slots(walls: Walls) -> FeatureColumns:
     """Find the slots with round ends.
 
-    The point is the middle of the entry, the direction out of it; the diameter is the width, the length that over all.
+    The point is the middle of the entry, and the direction points out of it. The diameter is the width; the length is
+    the overall length.
     """
     graph = walls.coaxial.graph
     first, second, planes = _pairs(walls)

@@ -21,30 +21,31 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature
 
 OPPOSITE = 0.999
-"""Faces whose normals are opposite within 2.5 degrees lie against each other."""
+"""Two faces at a corner are against each other if their normals are opposite within 2.5 degrees."""
 LEAST_SPREAD = 0.1
-"""Least singular value of the normals at a corner: below it (at 8 degrees off smooth) the tip slides along an edge."""
+"""Least singular value of the normals at a corner: with a smaller one (8 degrees from smooth) the tip slides along an
+edge."""
 LOOKING_OUT = (FeatureKind.HOLE, FeatureKind.BOSS, FeatureKind.SLOT)
-"""Kinds whose direction points out to where the torch stands."""
+"""Kinds whose direction points out of the part, towards the torch."""
 LEAST_SUM = 1e-3
 """Normals whose sum is shorter than this cancel: they have no mean direction."""
 AT_VERTEX_MM = 1e-3
-"""A feature is at a vertex when it lies within this: the rounding by which features are named."""
+"""A feature is at a vertex if it is within this distance: the rounding for the names of features."""
 
 
 class Ease(IntEnum):
-    """How well a feature can be touched; smaller is better."""
+    """How well a feature can be touched; a smaller value is better."""
 
     SHARP = 0
     """A free convex corner or the free entry of a hole: one touch, or the tip centred by eye."""
     ROUND = 1
-    """The centre of a rim or a sphere: nothing is there to touch, it takes several touches around it."""
+    """The centre of a rim or a sphere: there is nothing to touch; several touches around it are necessary."""
     HIDDEN = 2
     """A corner in a notch, against another solid, or behind one."""
     VAGUE = 3
-    """A point on an edge that nothing marks: its middle has to be measured out, its end in a round cannot be felt."""
+    """A point on an edge that nothing marks: the middle must be measured, and an end in a round cannot be felt."""
     INDIRECT = 4
-    """No point of the part: a plane or an axis, or a place in the air that touches on faces give."""
+    """Not a point of the part: a plane, an axis, or a place in the air that follows from touches on faces."""
 
     @property
     def word(self) -> str:
@@ -77,17 +78,15 @@ def judge_features(
     features : sequence of ReferenceFeature
         Of that graph.
     trimmed : TrimmedFaces, optional
-        Of the same graph, where a caller has it already.
+        Of the same graph, if the caller has it already.
 
     Returns
     -------
     tuple of Touchable
         In the order of the features.
 
-    Notes
-    -----
-    A corner of fewer than three independent normals is vague; a corner in a notch or covered, and the entry of a hole,
-    a boss's end or a slot with the part itself before it, is hidden.
+    Notes ----- A corner with fewer than three independent normals is vague. A corner in a notch or covered by the part
+    is hidden, and so is the entry of a hole or slot, or the end of a boss, if the part is in front of it.
     """
     trimmed = trimmed or TrimmedFaces.of(graph)
     ease = np.array([_usual_ease(feature.kind) for feature in features], dtype=np.int64)
@@ -109,7 +108,7 @@ def judge_features(
 
 
 def _usual_ease(kind: FeatureKind) -> Ease:
-    """Return how well features of a kind can be touched where nothing is in the way."""
+    """Return how well features of a kind can be touched if nothing is in the way."""
     if kind in (FeatureKind.VERTEX, FeatureKind.HOLE):
         return Ease.SHARP
     if kind not in POINT_KINDS:
@@ -118,7 +117,7 @@ def _usual_ease(kind: FeatureKind) -> Ease:
 
 
 def _vertices(graph: BrepGraph, features: Sequence[ReferenceFeature]) -> IntArray:
-    """The vertex of the graph that each corner is: at its place, on its solid."""
+    """Return the vertex of each corner: at its place, on its solid."""
     number = {name: k for k, name in enumerate(graph.solid_names)}
     solid = np.array([number.get(feature.solid, -1) for feature in features])
     p = np.array([feature.p_mm for feature in features])
@@ -147,14 +146,14 @@ def _is_sharp(graph: BrepGraph, vertex: IntArray) -> BoolArray:
 
 @dataclass(frozen=True, eq=False)
 class _Meetings:
-    """The faces and edges that meet at each of n corners; those of other solids with a corner at its place as well.
+    """The faces and edges that meet at each of n corners, including those of other solids with a corner there.
 
     Parameters
     ----------
     count : int
         n.
     face_corner, faces : ndarray of int, shape (f,)
-        Sorted by corner; a face once at a corner.
+        Sorted by corner; each face occurs once per corner.
     normals : ndarray, shape (f, 3)
         Of these faces, outward, at the corner.
     end_corner : ndarray of int, shape (e,)
@@ -172,7 +171,7 @@ class _Meetings:
 
     @classmethod
     def at(cls, graph: BrepGraph, vertices: IntArray) -> _Meetings:
-        """Gather what meets at vertices."""
+        """Collect the faces and edges at vertices, shape (n,)."""
         p = graph.vertex_p[vertices]
         is_end = (graph.edge_vertices >= 0) & (graph.edge_kind != CurveKind.DEGENERATE)[:, None]
         edge, end = np.nonzero(is_end)
@@ -189,7 +188,7 @@ class _Meetings:
 
     @cached_property
     def is_free(self) -> BoolArray:
-        """Which of the faces have no other face against them."""
+        """Whether each face has no other face against it."""
         one, other = _joined(self.face_corner, self.face_corner)
         against = np.einsum("ki,ki->k", self.normals[one], self.normals[other]) <= -OPPOSITE
         return np.asarray(np.bincount(one[against], minlength=len(self.faces)) == 0)
@@ -207,7 +206,7 @@ class _Meetings:
 
     @property
     def is_pointed(self) -> BoolArray:
-        """Whether the faces' normals span space: a tip that is pressed against them stays where it is."""
+        """Whether the normals of the faces span space: a tip pressed into the corner stays there."""
         squares = np.zeros((self.count, 3, 3))
         np.add.at(squares, self.face_corner, self.normals[:, :, None] * self.normals[:, None, :])
         least = np.linalg.eigvalsh(squares)[:, 0]  # the square of the normals' least singular value
@@ -232,7 +231,7 @@ def _joined(left: IntArray, right: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _lies_on_another(graph: BrepGraph, trimmed: TrimmedFaces, vertex: IntArray, meetings: _Meetings) -> BoolArray:
-    """Tell which vertices lie on a face of another solid, or on its border, away from that solid's own corners."""
+    """Tell which vertices are on a face of another solid or its border, away from the corners of that solid."""
     p = graph.vertex_p[vertex]
     row, face = trimmed.box_tree.meeting(p - CONTACT_GAP_MM, p + CONTACT_GAP_MM)
     own = np.isin(row * graph.face_count + face, meetings.face_corner * graph.face_count + meetings.faces)
@@ -246,5 +245,5 @@ def _lies_on_another(graph: BrepGraph, trimmed: TrimmedFaces, vertex: IntArray, 
 
 
 def _is_covered(graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, out: FloatArray) -> BoolArray:
-    """Tell where the part itself stands in the way outward, for the length of a torch."""
+    """Tell where the part itself is in the way outward, within the length of a torch."""
     return is_blocked(graph, trimmed, p + START_MM * out, out)

@@ -1,8 +1,8 @@
 """Cylindrical walls and their ends: what holes, bosses, slots and axes are made of.
 
-Words: a *line* is the axis line of a solid's cylinder; a *wall* is the faces of one cylinder that hang together across
-edges; it is *hollow* where its outward normal points to the axis. Heights are measured along the axis from the origin
-of `part`.
+Words: a *line* is the axis of a cylinder of a solid. A *wall* is a set of faces of one cylinder that are connected
+across edges. It is *hollow* if its outward normal points to the axis. Heights are measured along the axis from the
+origin of `part`.
 """
 
 from __future__ import annotations
@@ -21,32 +21,32 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.features.columns import AXIS_ROUND, NAMING_MM, first_rows, label_equal, positive_axes, sums
 
 FULL_TURN_RAD = 2 * np.pi - 1e-3
-"""Arcs that sum to this much of a turn make a circle."""
+"""Arcs whose sum is at least this make a whole circle."""
 EDGE_SAMPLES = 9
-"""Heights of an edge are taken at eighths of it: the ends of a whole ellipse's axes are among them."""
+"""Samples per edge for its heights, at eighths of it: on a whole ellipse they include the ends of its axes."""
 OPEN_LEAN = 0.1
-"""A face beside an end looks out of it, or closes it, when its normal leans this much (6 degrees) along the axis."""
-
+"""A face beside an end opens or closes this end if its normal leans along the axis by more than this (6 degrees)."""
 
 QUARTER_TURN_RAD = np.pi / 2
-"""A border with samples all around has no wider gap: a whole circle has one every eighth of a turn."""
+"""A border is all around if the gaps between its samples are narrower: a whole circle has a sample every eighth of a
+turn."""
 
 
 def sample_edges(graph: BrepGraph, edges: IntArray) -> FloatArray:
-    """Return `EDGE_SAMPLES` parameters on each edge, ends included; shape (m, EDGE_SAMPLES)."""
+    """Return `EDGE_SAMPLES` parameters on each of m edges, ends included; shape (m, EDGE_SAMPLES)."""
     share = np.linspace(0.0, 1.0, EDGE_SAMPLES)
     return np.asarray(graph.edge_range[edges, :1] * (1 - share) + graph.edge_range[edges, 1:] * share)
 
 
 def linked(count: int, i: IntArray, j: IntArray) -> IntArray:
-    """Number the groups of 0 … count - 1 that pairs i, j link together; shape (count,)."""
+    """Number the groups of 0 … count - 1 that pairs i, j, each of shape (m,), link together; shape (count,)."""
     graph = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
 class Coaxial:
-    """Faces that turn around an axis, of some kinds, with the line that each turns around.
+    """Faces of revolution of some kinds, with the line of each one.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class Coaxial:
     line : ndarray of int, shape (m,)
         Equal for faces of one solid around one line.
     foot, axis : ndarray, shape (m, 3)
-        The line's point nearest the origin of `part`, and its direction as in `positive_axes`.
+        The point of the line nearest to the origin of `part`, and its direction as in `positive_axes`.
     """
 
     graph: BrepGraph
@@ -160,7 +160,7 @@ class Walls:
 
     @cached_property
     def turn(self) -> FloatArray:
-        """How far each wall reaches around its axis, rad: by its arcs; a whole turn where its border is all around."""
+        """How far each wall extends around its axis, rad: by its arcs, or a whole turn if its border is all around."""
         arcs = np.zeros(len(self.first))
         np.maximum.at(arcs, self.rims.all_wall, self.rims.all_turn)
         return np.where(self._widest_gap() < QUARTER_TURN_RAD, 2 * np.pi, arcs)
@@ -187,18 +187,18 @@ class Walls:
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """The edges of bodies, a body being some faces around one axis, and what lies beyond its two ends.
+    """The edges of bodies, and what lies beyond their two ends; a body is a set of faces around one axis.
 
     Parameters
     ----------
     body, edge : ndarray of int, shape (k,)
-        One row a use of an edge by a body.
+        One row per use of an edge by a body.
     is_border : ndarray of bool, shape (k,)
-        Whether another face than the body's is on the other side.
+        Whether the face on the other side does not belong to the body.
     beyond : ndarray of int, shape (k,)
         That face, or -1.
     lean : ndarray, shape (k,)
-        Component along the axis of its outward normal at the middle of the edge; 0 where there is none.
+        Component along the axis of its outward normal at the middle of the edge; 0 without a face beyond.
     middle, least, greatest : ndarray, shape (k,)
         Heights of each edge, mm.
     low, high : ndarray, shape (n,)
@@ -218,7 +218,16 @@ class Ends:
 
     @classmethod
     def of(cls, graph: BrepGraph, body_of_face: IntArray, axis: FloatArray) -> Ends:
-        """Measure the bodies of faces along their axes, shape (n, 3); a face of no body has -1."""
+        """Measure bodies along their axes.
+
+        Parameters
+        ----------
+        graph : BrepGraph
+        body_of_face : ndarray of int, shape (F,)
+            -1 for a face without a body.
+        axis : ndarray, shape (n, 3)
+            The axis of each body.
+        """
         used = (body_of_face[graph.coedge_face] >= 0) & (graph.edge_kind[graph.coedge_edge] != CurveKind.DEGENERATE)
         face, edge = graph.coedge_face[used], graph.coedge_edge[used]
         body, faces = body_of_face[face], graph.edge_faces[edge]
@@ -238,7 +247,7 @@ class Ends:
         return cls(body, edge, is_border, beyond, lean, height[:, EDGE_SAMPLES // 2], least, greatest, low, high)
 
     def is_open(self) -> tuple[BoolArray, BoolArray]:
-        """Tell whether each body is open below and above: a face beyond that end looks out of it; two arrays (n,)."""
+        """Tell whether each body is open below and above: a face beyond that end faces outward; two arrays (n,)."""
         at_low = self.is_border & (self.least <= self.low[self.body] + NAMING_MM) & (self.lean < -OPEN_LEAN)
         at_high = self.is_border & (self.greatest >= self.high[self.body] - NAMING_MM) & (self.lean > OPEN_LEAN)
         below, above = np.zeros(len(self.low), dtype=bool), np.zeros(len(self.low), dtype=bool)
@@ -249,7 +258,7 @@ class Ends:
 
 @dataclass(frozen=True, eq=False)
 class Rims:
-    """Circles around the axes of walls, of the walls' own radius.
+    """Circles around the axes of walls, with the radius of the wall.
 
     Parameters
     ----------
@@ -257,11 +266,11 @@ class Rims:
         The wall of each whole circle.
     centre : ndarray, shape (r, 3)
     height, lean : ndarray, shape (r,)
-        Along the wall's axis; `lean` is that of the face beyond which leans most out of the wall, as in `Ends`.
+        Along the axis of the wall; `lean` is that of the face beyond that leans most out of the wall, as in `Ends`.
     is_upper : ndarray of bool, shape (r,)
         Whether the wall lies below the rim.
     meets_round : ndarray of bool, shape (r,)
-        Whether a torus follows beyond: there the normal says nothing of the end.
+        Whether a torus follows beyond: its normal does not tell whether the end is open.
     all_wall, all_turn : ndarray
         The wall and the turn, rad, of every circle, whole or not.
     """
@@ -277,7 +286,7 @@ class Rims:
 
     @classmethod
     def of(cls, walls: Walls) -> Rims:
-        """Gather the rims of walls."""
+        """Collect the rims of walls."""
         graph, ends = walls.coaxial.graph, walls.ends
         centre, radius = graph.edge_frame[ends.edge, 0], walls.radius[ends.body]
         off = centre - walls.foot[ends.body]
@@ -314,5 +323,5 @@ class Rims:
 
     @property
     def looks_out(self) -> BoolArray:
-        """Whether a face beyond each rim looks away from its wall."""
+        """Whether a face beyond each rim faces away from its wall."""
         return np.asarray(np.where(self.is_upper, self.lean, -self.lean) > OPEN_LEAN)

@@ -1,7 +1,7 @@
 """COMPAS: frames as ``compas.json_load`` reads them.
 
-A `compas.geometry.Frame` has a point and two axes; its z is their product. Lengths are mm here (COMPAS has no unit of
-its own; the file says it), all digits are kept, and the frames are those of the tool in the robot's base.
+A `compas.geometry.Frame` has a point and two axes; its z is their cross product. COMPAS sets no unit: lengths are in
+mm, and the file says so. All digits are kept. The frames are those of the tool in the robot's base.
 
 References
 ----------
@@ -18,7 +18,7 @@ from wpcal.core.records import to_json
 from wpcal.formats.registry import Exporter
 
 NAMES = NameRules("COMPAS", 60)
-"""The name of the file; COMPAS itself sets no such limit."""
+"""For the name of the file. The length is our choice; COMPAS sets no limit."""
 SCHEMA = "wpcal/compas/1"
 
 

@@ -1,7 +1,7 @@
-"""Plain text for any other program: the tool's poses as JSON (with a JSON Schema) and as CSV.
+"""Plain text for any other program: the tool's poses as JSON (with its JSON Schema) and as CSV.
 
-Both say frame, units and sense of the tool's axis in the file itself, keep all digits, and give each rotation as a
-matrix and as a quaternion x, y, z, w.
+Both state the frame, the units and the sense of the tool's axis in the file and keep all digits. They give each
+rotation as a matrix and as a quaternion x, y, z, w.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from wpcal.formats.registry import Exporter
 from wpcal.results.schemas import schema_file, schema_text
 
 NAMES = NameRules("plain text", 60)
-"""The name of the file."""
+"""For the name of the file."""
 PROGRAM_SCHEMA = "wpcal/program/1"
-CSV_COLUMNS = (
+PROGRAM_CSV_COLUMNS = (
     *("seam", "point", "role", "x_mm", "y_mm", "z_mm", "qx", "qy", "qz", "qw"),
     *(f"r{row}{column}" for row in range(1, 4) for column in range(1, 4)),
     *("u95_mm", "frame", "z_sense"),
 )
 ALL_DIGITS = "%.17g"
-"""Reads back to the same number."""
+"""Reads back as the same number."""
 
 
 def write_program_json(program: WeldProgram) -> dict[str, str]:
@@ -95,7 +95,7 @@ def _errors(path: WeldPath) -> list[float | None]:
 
 
 def write_program_csv(program: WeldProgram) -> dict[str, str]:
-    """Write one row a pose.
+    """Write one row per pose.
 
     Parameters
     ----------
@@ -104,11 +104,11 @@ def write_program_csv(program: WeldProgram) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        ``NAME.program.csv``; ``rij`` is row i, column j of the rotation, whose columns are the tool's axes in `frame`.
+        ``NAME.program.csv``. ``rij`` is row i, column j of the rotation; its columns are the tool's axes in `frame`.
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(CSV_COLUMNS)
+    writer.writerow(PROGRAM_CSV_COLUMNS)
     for path in program.paths:
         q = quaternion_from_rotation(path.R_base)
         table = np.concatenate([path.p_base, q, path.R_base.reshape(-1, 9)], axis=1).tolist()
@@ -120,4 +120,4 @@ def write_program_csv(program: WeldProgram) -> dict[str, str]:
 
 
 JSON = Exporter("json", "Plain JSON: NAME.program.json and its JSON Schema", write_program_json)
-CSV = Exporter("csv", "Plain CSV: NAME.program.csv, one row a pose", write_program_csv)
+CSV = Exporter("csv", "Plain CSV: NAME.program.csv, one row per pose", write_program_csv)

@@ -1,7 +1,7 @@
-"""ROS 2: a ``geometry_msgs/PoseArray`` a seam as YAML, and a sidecar with names, roles and predicted errors.
+"""ROS 2: one ``geometry_msgs/PoseArray`` per seam as YAML, and a sidecar with names, roles and predicted errors.
 
-Metres and quaternions x, y, z, w as in REP 103; poses are those of the tool, in the robot's base, which REP 199 calls
-``base``. A message has no place for names: the sidecar has them, row by row.
+Metres and quaternions x, y, z, w as in REP 103. Poses are those of the tool in the robot's base, which REP 199 calls
+``base``. A PoseArray cannot hold names: the sidecar lists them, row by row.
 
 References
 ----------
@@ -20,9 +20,9 @@ from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.formats.registry import Exporter
 
 NAMES = NameRules("ROS", 60)
-"""Names of files here; ROS itself sets no such limit."""
+"""For names of files. The length is our choice; ROS sets no limit."""
 DECIMALS = 9
-"""1e-9 m is 1e-6 mm; 1e-9 in a quaternion turns a point at 2 m by 4e-6 mm."""
+"""1e-9 m is 1e-6 mm; 1e-9 in a quaternion moves a point at 2 m by 4e-6 mm."""
 SIDECAR_SCHEMA = "wpcal/ros-sidecar/1"
 FRAME_ID = "base"
 MM = 1e-3
@@ -30,7 +30,7 @@ LONGEST_COMMENT = 100
 
 
 def write_ros(program: WeldProgram) -> dict[str, str]:
-    """Write a PoseArray a seam and the sidecar.
+    """Write one PoseArray per seam, and the sidecar.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def _pose_array(path: WeldPath) -> str:
 
 
 def _entry(path: WeldPath, file: str) -> list[str]:
-    """Describe one seam; text is written as JSON strings, which YAML reads."""
+    """Return the sidecar's lines of one seam. Text is written as JSON strings, which YAML reads."""
     roles = ["approach", *["weld"] * (len(path) - 2), "retract"]
     return [
         f"- name: {json.dumps(path.seam.name)}",
@@ -92,4 +92,4 @@ def _errors(u95_mm: FloatArray | None) -> str:
     return f"[null, {', '.join(f'{v * MM:.{DECIMALS}f}' for v in u95_mm.tolist())}, null]"
 
 
-ROS = Exporter("ros", "ROS 2: PoseArray YAML a seam and a sidecar with names and errors", write_ros)
+ROS = Exporter("ros", "ROS 2: one PoseArray YAML per seam, and a sidecar with names and errors", write_ros)

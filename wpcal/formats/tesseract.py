@@ -1,8 +1,8 @@
 """Tesseract command language: a Python module that builds a CompositeInstruction of the seams.
 
-Tesseract's own text form is a C++ archive that changes with its version, so that the stable way in is its Python
-interface. The module holds the poses as plain numbers (x, y, z in metres, then the quaternion w, x, y, z, as Eigen's
-constructor takes it) and a function `build`. Poses are those of the tool in the robot's base.
+Tesseract's own text form is a C++ archive that changes with its version; its Python interface is more stable. The
+module holds the poses as plain numbers and a function `build`. A pose is x, y, z in metres, then the quaternion
+w, x, y, z in the order of Eigen's constructor. Poses are those of the tool in the robot's base.
 
 References
 ----------
@@ -26,7 +26,7 @@ NAMES = NameRules(
     "lambda nonlocal not or pass raise return try while with yield",
 )
 DECIMALS = 9
-"""1e-9 m is 1e-6 mm; 1e-9 in a quaternion turns a point at 2 m by 4e-6 mm."""
+"""1e-9 m is 1e-6 mm; 1e-9 in a quaternion moves a point at 2 m by 4e-6 mm."""
 MM = 1e-3
 LONGEST_COMMENT = 100
 

@@ -18,8 +18,9 @@ from wpcal.core.errors import InputError
 from wpcal.pages.html import build_page, json_blob
 from wpcal.planning.cell.bodies import PART, TOOL, WORLD, Body, Owner, bodies_of, body_frames, body_pairs
 from wpcal.planning.cell.robot_cell import CellState, RobotCell, part_in_world, tool_in_world
-from wpcal.planning.plan.output import check_record, freedom_of
 from wpcal.planning.plan.run import CellRun
+from wpcal.planning.plan.run_record import check_record
+from wpcal.planning.search.objectives import Objective
 
 BODY = """
 <main id="page"></main>
@@ -53,7 +54,7 @@ class MethodFront:
 def build_plan_page(
     runs: Sequence[CellRun],
     cell: RobotCell,
-    names: Sequence[str],
+    objectives: Sequence[Objective],
     *,
     chosen: int,
     fronts: Sequence[MethodFront] = (),
@@ -66,8 +67,8 @@ def build_plan_page(
     runs : sequence of CellRun
         One a plan, all of one seam.
     cell : RobotCell
-    names : sequence of str
-        Objectives, two or more; the chart shows the first and the last.
+    objectives : sequence of Objective
+        Two or more; the chart shows the first and the last.
     chosen : int
         Row of the plan that is shown first.
     fronts : sequence of MethodFront
@@ -87,11 +88,12 @@ def build_plan_page(
     """
     if not 0 <= chosen < len(runs) or len({run.plan.seam for run in runs}) != 1:
         raise InputError(f"a page shows the plans of one seam and one of them first, got {len(runs)} and row {chosen}")
-    pairs = body_pairs(cell)
+    pairs, names = body_pairs(cell), [objective.name for objective in objectives]
     data = {
         "seam": runs[0].plan.seam,
         "cell": cell.name,
-        "names": list(names),
+        "names": names,
+        "titles": {objective.name: objective.title for objective in objectives},
         "axes": {"x": names[0], "y": names[-1], "colour": names[1] if len(names) > 2 else None},
         "chosen": chosen,
         "plans": [_plan_record(run) for run in runs],
@@ -119,7 +121,7 @@ def _plan_record(run: CellRun) -> dict[str, Any]:
     return {
         "objectives": dict(run.plan.objectives),
         "found_by": run.plan.found_by,
-        "freedom": freedom_of(run).value,
+        "freedom": run.verdict.value,
         "check": None if run.check is None else check_record(run.check),
         "schedule": run.schedule.describe(),
     }

@@ -9,7 +9,7 @@ from typing import Any
 
 from wpcal.calibrate.result import SCHEMA as CALIBRATION_SCHEMA
 from wpcal.core.arrays import FloatArray, frozen
-from wpcal.core.errors import FormatError, FrameError, InputError
+from wpcal.core.errors import ErrorCode, FormatError, FrameError, InputError
 from wpcal.core.records import read_bytes, read_json
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
@@ -22,9 +22,9 @@ CALIBRATION_FILE, SEAMS_FILE, PART_FILE = "calibration.json", "seams.json", "par
 RECORD_SCHEMAS = {CALIBRATION_FILE: CALIBRATION_SCHEMA, SEAMS_FILE: SEAMS_SCHEMA}
 """The records of a result folder and what they are."""
 _WRONG_SPACE = {
-    RobotSpace.IDENTIFIED: "the points were taught through an identified robot; give its file with --robot, or the "
+    RobotSpace.IDENTIFIED: "the points were taught through an identified robot; give the file of that robot, or the "
     "robot's error comes back when the controller replays the seams with its nominal model",
-    RobotSpace.NOMINAL: "the points were taught through the controller's own nominal model; leave --robot away: "
+    RobotSpace.NOMINAL: "the points were taught through the controller's own nominal model; give no robot file: "
     "corrected at one end only, the robot's error comes back",
 }
 
@@ -93,8 +93,10 @@ class FinishedCalibration:
             if (seam.name in names if names is not None else everything or seam.accepted)
         ]
         if not rows:
-            what = f"none of the {len(known)} seams is accepted" if known else "the calibration has no seams"
-            raise InputError(f"{what}; nothing to export (--all takes candidates, too)")
+            if not known:
+                raise InputError("the calibration has no seams; nothing to export")
+            what = f"none of the {len(known)} seams is accepted; nothing to export except candidates"
+            raise InputError(what, code=ErrorCode.NOTHING_ACCEPTED)
         seams = tuple(self.seams[row] for row in rows)
         return replace(self, seams=seams, u95_mm=tuple(self.u95_mm[row] for row in rows))
 
@@ -172,7 +174,7 @@ def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> Fi
     path = folder / SEAMS_FILE
     stated = RobotSpace.parse(found.seams["robot_space"])
     if stated is not space:
-        raise FrameError(f"{path}: {_WRONG_SPACE[stated]}")
+        raise FrameError(f"{path}: {_WRONG_SPACE[stated]}", code=ErrorCode.ROBOT_SPACE)
     seams = seams_from_record(found.seams, path=str(path))
     return FinishedCalibration(found.T_base_part, seams, _errors(found.seams), found.calibration, found.part_glb)
 

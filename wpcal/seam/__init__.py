@@ -1,4 +1,4 @@
-"""Weld seams: found on a `BrepGraph`, chained, cut into steps, with frames."""
+"""Weld seams of a `BrepGraph`: found (`find`), chained and given frames (`path`), accepted or not (`judge`)."""
 
 from wpcal.seam.detect import detect_seams
 from wpcal.seam.options import ConcaveEdges, SeamOptions, StepOptions

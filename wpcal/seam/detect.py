@@ -1,4 +1,4 @@
-"""The weld seams of a part: contacts between solids and concave edges inside them, named, in order, with frames."""
+"""The weld seams of a part: all searches together, then paths with frames, then names and judgement."""
 
 from __future__ import annotations
 
@@ -38,19 +38,19 @@ def detect_seams(
     graph : BrepGraph
     options : SeamOptions, optional
     trimmed : TrimmedFaces, optional
-        Of the same graph, where a caller has it already.
+        Of the same graph, if the caller has it already.
     sections : SeamPieces, optional
-        Curves in which solids that run into each other meet; a CAD kernel computes them.
+        Curves in which solids meet that run into each other; a CAD kernel computes them.
     beads : JoinedPieces, optional
         Curves in which the faces beside beads and rounds meet (`bead.add_beads`).
     marked : MarkedEdges, optional
-        Edges that are to be welded; where there are any, no other candidate is accepted.
+        Edges to be welded. If there are any, no other candidate is accepted.
 
     Returns
     -------
     tuple of Seam
-        Named ``W1``, ``W2``, … by the place of their start (x, then y, then z), with frames in `part`; the same at
-        every run. Candidates that are not accepted are there, too, and say why (`Seam.against`).
+        Named ``W1``, ``W2``, … by the place of their start (x, then y, then z), with frames in `part`; the same in
+        every run. Rejected candidates are included, with the reasons (`Seam.against`).
     """
     options = options or SeamOptions()
     trimmed = trimmed or TrimmedFaces.of(graph)
@@ -82,7 +82,7 @@ def detect_seams(
 
 
 def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions) -> list[Seam]:
-    """Build the seams of marked pieces; their reasons say by what they are marked."""
+    """Build the seams of marked pieces; their reasons name the marks."""
     label_of = dict(zip(chosen.pieces.edge.tolist(), labels, strict=True))
     return [
         replace(seam, reasons=in_words(graph, seam.pieces, tuple(label_of[edge] for edge in seam.pieces.edge.tolist())))

@@ -1,8 +1,8 @@
-"""What a person decides about candidates: accept or reject, reverse, name, a part of the length.
+"""What a person decides about candidates: accept or reject, reverse, rename, use a part of the length.
 
-The decisions stand in ``seams.json`` itself: a seam's object ``edit`` holds them, and its object ``candidate`` says
-which candidate of the part is meant, by its place and not by its number. So the file can be given back for the same
-part with other options or after a change elsewhere on it.
+The decisions are in ``seams.json`` itself. The object ``edit`` of a seam holds them, and its object ``candidate``
+identifies the candidate by its place on the part, not by its number. So the same file also works with other options, or
+after a change elsewhere on the part.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ from wpcal.seam.record import SEAMS_SCHEMA
 from wpcal.seam.seam import Candidate, Seam, SeamEdit, SeamPieces
 
 SAME_PLACE_MM = 0.1
-"""A candidate whose start, middle and length are this near is the one meant: files hold all digits, and few seams of
-one part lie nearer to each other (both rims of a pin's hole do); of those its number tells."""
+"""A candidate is the one in the file if start, middle and length agree within this. Files hold all digits. Few seams of
+one part are nearer to each other (both rims of the hole of a pin are); the number decides between those."""
 EDIT_KEYS = ("accept", "reject", "reverse", "name", "range_mm")
 HALVINGS = 60
-"""Of a parameter's interval until the place at a length is found: to the last bit."""
+"""Bisections of a parameter interval to find the place at a given length: to the last bit."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlacedEdit:
-    """One decision and the candidate it is about.
+    """A decision about one candidate.
 
     Parameters
     ----------
     candidate : Candidate
     edit : SeamEdit
     path : str
-        The file it comes from, for messages.
+        The file of the decision, for messages.
     """
 
     candidate: Candidate
@@ -68,9 +68,9 @@ def read_edits(path: Path) -> tuple[PlacedEdit, ...]:
     Raises
     ------
     InputError
-        When the file cannot be opened.
+        If the file cannot be opened.
     FormatError
-        When it is no seams file, or an edit has an unknown key or a value of the wrong kind.
+        If it is not a seams file, or an edit has an unknown key or a value of the wrong type.
     """
     record = read_json(path, schema=SEAMS_SCHEMA)
     found = []
@@ -84,12 +84,12 @@ def read_edits(path: Path) -> tuple[PlacedEdit, ...]:
 
 
 def candidate_from_record(record: Any, label: str, *, path: str) -> Candidate:
-    """Return which candidate a record means.
+    """Return the candidate that a record describes.
 
     Raises
     ------
     FormatError
-        When something is missing.
+        If something is missing.
     """
     try:
         start, middle = (tuple(float(v) for v in record[key]) for key in ("start_part_mm", "middle_part_mm"))
@@ -97,9 +97,7 @@ def candidate_from_record(record: Any, label: str, *, path: str) -> Candidate:
         u, v, w = middle
         return Candidate(str(record["name"]), (x, y, z), (u, v, w), float(record["length_mm"]))
     except (KeyError, TypeError, ValueError):
-        message = (
-            f"seam {label} has an edit, but its candidate is not whole (name, start_part_mm, middle_part_mm, length_mm)"
-        )
+        message = f"seam {label}: its edit needs a whole candidate (name, start_part_mm, middle_part_mm, length_mm)"
         raise FormatError(message, path=path) from None
 
 
@@ -109,7 +107,7 @@ def edit_from_record(record: Any, label: str, *, path: str) -> SeamEdit:
     Raises
     ------
     FormatError
-        When a key is unknown or a value of the wrong kind.
+        If a key is unknown or a value has the wrong type.
     """
 
     def refuse(message: str) -> FormatError:
@@ -160,9 +158,9 @@ def apply_edits(
     seams : sequence of Seam
         The candidates, with frames in `part`.
     edits : sequence of PlacedEdit
-        Several about one candidate (with different names) make several seams of it: stretches of a long one.
+        Several edits of one candidate, with different names, make several seams of it: stretches of a long one.
     options : SeamOptions
-        By which the seams were found; edited ones are cut into frames anew.
+        The options with which the seams were found; edited seams get new frames.
 
     Returns
     -------
@@ -172,7 +170,7 @@ def apply_edits(
     Raises
     ------
     InputError
-        When an edit's candidate is not on the part, a range is longer than its seam, or two seams get one name.
+        If the candidate of an edit is not on the part, a range is longer than its seam, or two seams get one name.
     """
     edits_of: dict[int, list[PlacedEdit]] = {}
     for edit in edits:
@@ -183,7 +181,7 @@ def apply_edits(
     names = [seam.name for seam in edited]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"{edits[0].path}: two seams would be called {name!r}; give each edit a name of its own")
+            raise InputError(f"{edits[0].path}: two seams would be called {name!r}; give each edit a different name")
     return tuple(edited)
 
 
@@ -196,7 +194,7 @@ def _row_of(seams: Sequence[Seam], edit: PlacedEdit) -> int:
     place = ", ".join(f"{v:.1f}" for v in wanted.start_mm)
     raise InputError(
         f"{edit.path}: seam {wanted.name}, {wanted.length_mm:.1f} mm long from ({place}) in part coordinates, is not "
-        "found on this part; it has changed there, or the options differ: run wpcal seams again"
+        "found on this part: the part has changed there, or the options differ; run wpcal seams again"
     )
 
 
@@ -211,7 +209,7 @@ def _edited(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, placed: PlacedE
     if edit.range_mm is not None:
         low, high = edit.range_mm
         if high > seam.length_mm + SAME_PLACE_MM:
-            ends = f"range_mm ends at {high:g}, the seam at {seam.length_mm:.3f} mm"
+            ends = f"range_mm ends at {high:g}, but the seam at {seam.length_mm:.3f} mm"
             raise InputError(f"{placed.path}: edit of seam {seam.name}: {ends}")
         pieces, closed = cut_run(graph, pieces, low, min(high, seam.length_mm)), False
     if edit.reverse:
@@ -235,7 +233,7 @@ def _in_words(edit: SeamEdit) -> tuple[str, ...]:
 
 
 def cut_run(graph: BrepGraph, run: SeamPieces, low_mm: float, high_mm: float) -> SeamPieces:
-    """Return the part of a run between two lengths from its start, mm."""
+    """Return the part of a run between two lengths, mm, measured from the start of the run."""
     lengths = _lengths(graph, run)
     ends = np.cumsum(lengths)
     starts = ends - lengths
@@ -251,7 +249,7 @@ def cut_run(graph: BrepGraph, run: SeamPieces, low_mm: float, high_mm: float) ->
 
 
 def _parameter_at(graph: BrepGraph, run: SeamPieces, row: int, s_mm: float) -> float:
-    """Return the parameter of a piece's edge at a length from the piece's start."""
+    """Return the parameter of the edge of a piece at a length from the start of the piece."""
     edge, t0, t1 = int(run.edge[row]), float(run.t0[row]), float(run.t1[row])
     if is_even(graph, run.edge[row]):
         return t0 + float(np.sign(t1 - t0) * s_mm / speeds(graph, run.edge[row]))
@@ -267,7 +265,7 @@ def _lengths(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
 
 
 def with_candidates(graph: BrepGraph, seams: Sequence[Seam]) -> tuple[Seam, ...]:
-    """Return seams that know which candidate they are: name, start, middle and length as found."""
+    """Return seams with their candidates: name, start, middle and length as found."""
     if not seams:
         return ()
     runs = Runs(SeamPieces.joined([s.pieces for s in seams]), np.cumsum([0, *(len(s.pieces) for s in seams)]))

@@ -1,4 +1,4 @@
-"""Seams as `seams.json` (every number with all digits) and `seams.csv` (one row a frame)."""
+"""Seams as `seams.json` (every number with all digits) and `seams.csv` (one row per frame)."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ def seams_record(
     seams : sequence of Seam
         With frames in `part`.
     T_base_part : RigidTransform, optional
-        When given, frames are written in `base`; otherwise in `part`.
-    u95_mm : sequence of ndarray, optional
-        The 95 % error at every frame of each seam, mm.
+        If given, frames are written in `base`; otherwise in `part`.
+    u95_mm : sequence of ndarray, shape (n,), optional
+        For each seam, the 95 % error at each of its n frames, mm.
     space : RobotSpace
-        With which model of the robot the points behind `T_base_part` were computed.
+        The model of the robot that computed the taught points behind `T_base_part`.
 
     Returns
     -------
     dict
         The columns of ``R`` are the axes x, y, z of the seam in `frame`; quaternions are x, y, z, w with w >= 0. Frames
-        in `base` carry the weld position with gravity along -z of `base`; the rotation is null in vertical travel.
+        in `base` have the weld position, with gravity along -z of `base`; the rotation is null for vertical travel.
     """
     return {
         "schema": SEAMS_SCHEMA,
@@ -129,12 +129,12 @@ def _frame_records(
 
 
 def seams_csv(record: dict[str, Any]) -> str:
-    """Return ``seams.csv``: one row a frame, in the frame that the record states.
+    """Return ``seams.csv``: one row per frame, in the coordinates of the record (`SEAMS_CSV_COLUMNS` are the columns).
 
     Parameters
     ----------
     record : dict
-        As `seams_record` gives it.
+        A result of `seams_record`.
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -170,17 +170,17 @@ SEAMS_CSV_COLUMNS: dict[str, Callable[[dict[str, Any], int, dict[str, Any]], obj
 
 
 def seams_from_record(record: dict[str, Any], *, path: str) -> tuple[Seam, ...]:
-    """Return the seams of a ``seams.json``, with frames in the frame it states and without pieces of edges.
+    """Return the seams of a ``seams.json``, in the coordinates of the file and without pieces of edges.
 
     Raises
     ------
     FormatError
-        When a field is missing or of the wrong shape.
+        If a field is missing or has the wrong shape.
     """
     try:
         return tuple(_seam_from_record(seam, record["frame"]) for seam in record["seams"])
     except (KeyError, TypeError, ValueError) as error:
-        raise FormatError(f"is no complete seams file: {type(error).__name__} {error}", path=path) from None
+        raise FormatError(f"is not a complete seams file: {type(error).__name__} {error}", path=path) from None
 
 
 def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:

@@ -1,4 +1,4 @@
-"""What a weld seam is: pieces of edges in a row, the faces it joins, and afterwards its frames."""
+"""A weld seam: consecutive pieces of edges, the faces that they join, and frames along them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
@@ -23,7 +24,7 @@ class JointType(Enum):
 
 
 class WeldType(Enum):
-    """What is laid into the joint."""
+    """The weld in the joint."""
 
     FILLET = "fillet"
     GROOVE = "groove"
@@ -31,7 +32,7 @@ class WeldType(Enum):
 
 
 class SeamSource(Enum):
-    """Where a candidate comes from."""
+    """How a candidate was found."""
 
     CONTACT = "contact of two solids"
     SECTION = "section of two solids that run into each other"
@@ -50,7 +51,7 @@ class SeamPieces:
     t0, t1 : ndarray, shape (k,)
         Parameters at the start and the end of each piece; t1 < t0 runs against the edge.
     wall : ndarray of int, shape (k,)
-        The face that the edge bounds and that leaves the joint.
+        The face that the edge bounds and that leads away from the joint.
     base : ndarray of int, shape (k,)
         The other face of the joint.
     gap_mm : ndarray, shape (k, 3)
@@ -68,13 +69,13 @@ class SeamPieces:
         return len(self.edge)
 
     def select(self, rows: IntArray | BoolArray) -> SeamPieces:
-        """Return the pieces at `rows` (integers or a mask)."""
+        """Return the pieces at `rows`: integers, or a mask of shape (k,)."""
         return SeamPieces(
             self.edge[rows], self.t0[rows], self.t1[rows], self.wall[rows], self.base[rows], self.gap_mm[rows]
         )
 
     def reversed_where(self, flip: BoolArray) -> SeamPieces:
-        """Return the same pieces, those marked in `flip` (bool) run backwards."""
+        """Return the same pieces, reversed where `flip` is true; shape (k,)."""
         t0, t1 = np.where(flip, self.t1, self.t0), np.where(flip, self.t0, self.t1)
         return SeamPieces(self.edge, t0, t1, self.wall, self.base, self.gap_mm)
 
@@ -104,7 +105,7 @@ class SeamFrames:
     angle_rad : ndarray, shape (n,)
         Between the outward normals of the two faces.
     frame : str
-        The frame in which `p` and `R` stand.
+        The coordinates of `p` and `R`.
     """
 
     s_mm: FloatArray
@@ -115,6 +116,18 @@ class SeamFrames:
 
     def __len__(self) -> int:
         return len(self.s_mm)
+
+    @property
+    def matrices(self) -> FloatArray:
+        """Homogeneous matrices, shape (n, 4, 4), mm: each carries points of the seam's frame to `frame`."""
+        matrices = np.zeros((len(self), 4, 4))
+        matrices[:, :3, :3], matrices[:, :3, 3], matrices[:, 3, 3] = self.R, self.p, 1.0
+        return matrices
+
+    @property
+    def rotations(self) -> Rotation:
+        """The n rotations for SciPy, which converts them to any other form; each carries the seam's axes to `frame`."""
+        return Rotation.from_matrix(self.R)
 
     def rows(self, first: int, end: int) -> SeamFrames:
         """Return the frames from `first` to before `end`."""
@@ -130,14 +143,14 @@ class SeamFrames:
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """Which candidate of a part a seam is: told by its place, so that it is known again under another number.
+    """Which candidate of a part a seam is: identified by its place, so that it is recognised under another number.
 
     Parameters
     ----------
     name : str
         As found: ``W7``.
     start_mm, middle_mm : tuple of float
-        Its start and the point at half its length, in `part`, mm.
+        Its start, and the point at half its length, in `part`, mm.
     length_mm : float
     """
 
@@ -154,12 +167,12 @@ class SeamEdit:
     Parameters
     ----------
     accept : bool or None
-        True to weld it, false not to; None leaves what the rules say.
+        True to weld it, false to reject it; None to leave it to the rules.
     reverse : bool
-        Whether it is welded the other way round.
+        Whether it is welded in the other direction.
     name : str or None
     range_mm : tuple of float or None
-        The part of it that is welded: lengths from the candidate's start.
+        The part of it that is welded: two lengths from the start of the candidate, mm.
     """
 
     accept: bool | None = None
@@ -170,7 +183,7 @@ class SeamEdit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seam:
-    """One seam: a curve with a direction that a torch can follow in one run.
+    """One seam: a curve with a direction, which a torch can follow in one run.
 
     Parameters
     ----------
@@ -178,26 +191,26 @@ class Seam:
         ``W1``, ``W2``, … by the place of the start.
     joint, weld : JointType, WeldType
     solids : tuple of str
-        Names of the solids it joins; one for an edge inside a solid.
+        Names of the solids that it joins; one name for an edge inside a solid.
     pieces : SeamPieces
-        In order, each run in the seam's direction.
+        In order, each in the direction of the seam.
     closed : bool
     length_mm : float
     reachable : bool
-        Whether rays out of the joint leave the part.
+        Whether a torch can reach it: enough rays out of the joint leave the part.
     accepted : bool
-        Whether it is taken as a weld unless the user says otherwise.
+        Whether it is to be welded.
     reasons : tuple of str
-        Why it is a candidate, and what else was felt about it.
+        Why it is a candidate, and what else was found out about it.
     frames : SeamFrames
-        Empty until discretised.
+        Empty until they are computed.
     source : SeamSource
     confidence : float
-        From 0 to 1: how sure the rules are that this is a weld (`judge`).
+        From 0 to 1: how sure the rules are that this is a weld (`judge.evidence`).
     against : tuple of str
-        What speaks against it, the strongest first; why a candidate that is not accepted is none.
+        What speaks against it, the strongest first: the reasons for a rejection.
     candidate : Candidate or None
-        What it was found as; None for a seam that does not come from a part.
+        The candidate as it was found; None for a seam that does not come from a part.
     edit : SeamEdit or None
         What a person decided about it.
     """

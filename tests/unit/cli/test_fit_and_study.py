@@ -1,22 +1,16 @@
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests.running import run_here, run_process
 
 TABLE1 = Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv"
 HEADER = TABLE1.read_text(encoding="utf-8").splitlines()[0]
 
 
-def wpcal(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "wpcal", *map(str, arguments)], capture_output=True, text=True, check=False
-    )
-
-
 def test_fit_prints_the_record_of_a_calibration():
-    done = wpcal("fit", TABLE1, "--json")
+    done = run_here("fit", TABLE1, "--json")
     record = json.loads(done.stdout)
     assert (done.returncode, done.stderr) == (0, "")
     assert record["schema"] == "wpcal/calibration/1"
@@ -30,11 +24,13 @@ def test_fit_prints_the_record_of_a_calibration():
 
 
 def test_the_same_fit_in_two_processes_is_the_same_bytes():
-    assert wpcal("fit", TABLE1, "--json").stdout == wpcal("fit", TABLE1, "--json").stdout
+    first, second = (run_process("fit", TABLE1, "--json") for _ in range(2))
+    assert (first.returncode, first.stderr) == (0, "")
+    assert first.stdout == second.stdout
 
 
 def test_a_missed_tolerance_is_a_result_and_code_1():
-    done = wpcal("fit", TABLE1, "--tolerance-mm", "0.1")
+    done = run_here("fit", TABLE1, "--tolerance-mm", "0.1")
     assert done.returncode == 1
     assert "FAIL" in done.stdout
     assert "tolerance is 0.1 mm" in " ".join(done.stdout.split())
@@ -43,8 +39,8 @@ def test_a_missed_tolerance_is_a_result_and_code_1():
 @pytest.mark.parametrize(
     "options", [["--criterion", "robust"], ["--solver", "exact"], ["--criterion", "least_squares"]]
 )
-def test_other_criteria_by_the_same_door(options):
-    assert wpcal("fit", TABLE1, *options).returncode == 0
+def test_other_criteria_and_solvers(options):
+    assert run_here("fit", TABLE1, *options).returncode == 0
 
 
 BAD = {
@@ -66,12 +62,19 @@ BAD = {
 
 
 @pytest.mark.parametrize("command", ["fit", "study"])
+def test_a_process_ends_with_code_2_and_one_line(tmp_path, command):
+    done = run_process(command, tmp_path / "none.csv")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"wpcal: {tmp_path / 'none.csv'}: no such file or directory\n"
+
+
+@pytest.mark.parametrize("command", ["fit", "study"])
 @pytest.mark.parametrize(("text", "words"), BAD.values(), ids=BAD.keys())
 def test_bad_input_is_one_line_and_code_2(tmp_path, command, text, words):
     if command == "study" and words == "look like metres":
         pytest.skip("the study uses the shape of the points only")
     (tmp_path / "pairs.csv").write_text(text, encoding="utf-8")
-    done = wpcal(command, tmp_path / "pairs.csv")
+    done = run_here(command, tmp_path / "pairs.csv")
     assert (done.returncode, done.stdout) == (2, "")
     assert words in done.stderr
     assert done.stderr.count("\n") == 1
@@ -81,11 +84,11 @@ def test_bad_input_is_one_line_and_code_2(tmp_path, command, text, words):
 
 def test_study_writes_its_distribution_and_keeps_an_existing_file(tmp_path):
     out = tmp_path / "study.json"
-    first = wpcal("study", TABLE1, "--trials", "500", "-o", out)
+    first = run_here("study", TABLE1, "--trials", "500", "-o", out)
     assert first.returncode == 0
     assert "below 0.5 mm" in first.stdout
     record = json.loads(out.read_text(encoding="utf-8"))
     assert sum(record["histogram"]["counts"]) == record["trials"] == 500
-    again = wpcal("study", TABLE1, "--trials", "500", "-o", out)
+    again = run_here("study", TABLE1, "--trials", "500", "-o", out)
     assert (again.returncode, again.stdout) == (2, "")
     assert "--force" in again.stderr

@@ -1,24 +1,35 @@
 import csv
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.saddle import CELL, SEAMS, THINNED, scan_coarsely, shared_search
 from wpcal.cli.main import run
 
-CELLS = Path(__file__).parents[3] / "fixtures" / "cells"
-CELL, SEAMS = CELLS / "two-mh6.json", CELLS / "saddle-seams.json"
+SHOWN = 4
+"""Every fourth path of the shared sweep: enough to choose from."""
 
 
 @pytest.fixture(scope="module")
 def few_points(tmp_path_factory):
-    """The saddle with every fourth of its points: a search takes a second."""
+    """The saddle with the points of the shared search."""
     record = json.loads(SEAMS.read_text(encoding="utf-8"))
-    record["seams"][0]["frames"] = record["seams"][0]["frames"][::4]
+    record["seams"][0]["frames"] = record["seams"][0]["frames"][::THINNED]
     file = tmp_path_factory.mktemp("seams") / "seams.json"
     file.write_text(json.dumps(record), encoding="utf-8")
     return file
+
+
+@pytest.fixture
+def swept(tmp_path_factory, monkeypatch):
+    """Give `wpcal plan` paths of the shared sweep instead of a search of its own; tests/e2e has the whole command."""
+    paths = shared_search(tmp_path_factory).swept
+
+    def share(every):
+        monkeypatch.setattr("wpcal.planning.search.plan_seam.sweep_paths", lambda *_: iter(paths[::every]))
+
+    return share
 
 
 def call(*arguments):
@@ -35,7 +46,8 @@ def changed_cell(tmp_path, change):
     return file
 
 
-def test_a_plan_is_written_whole(tmp_path, few_points, capsys):
+def test_a_plan_is_written_whole(tmp_path, few_points, swept, capsys):
+    swept(SHOWN)
     out = tmp_path / "out"
     assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--prefer", "position") == 0
     shown = capsys.readouterr().out
@@ -54,13 +66,24 @@ def test_a_plan_is_written_whole(tmp_path, few_points, capsys):
     assert {file.suffix for file in out.iterdir()} >= {".mod", ".jbi", ".json", ".csv"}
 
 
-def test_json_is_the_record_alone(tmp_path, few_points, capsys):
+def test_json_is_the_record_alone(tmp_path, few_points, swept, capsys):
+    swept(SHOWN)
     out = tmp_path / "out"
-    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--json", "--generations", "1") == 0
+    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--json") == 0
     assert capsys.readouterr().out == (out / "pareto.json").read_text(encoding="utf-8")
 
 
-def test_no_feasible_plan_is_an_answer(tmp_path, few_points, capsys):
+@pytest.mark.deep
+def test_the_genetic_algorithm_is_run_when_it_is_asked_for(tmp_path, few_points, swept, capsys):
+    swept(SHOWN)
+    out = tmp_path / "out"
+    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--json", "--generations", "1") == 0
+    assert "nsga2" in json.loads((out / "pareto.json").read_text(encoding="utf-8"))["fronts"]
+    assert capsys.readouterr().out == (out / "pareto.json").read_text(encoding="utf-8")
+
+
+def test_no_feasible_plan_is_an_answer(tmp_path, few_points, swept, capsys):
+    swept(1)
     out = tmp_path / "out"
     assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--speed-mm-s", "5000") == 1
     assert capsys.readouterr().err == "wpcal: no feasible plan: joint speeds fails most, on 15 of 15 paths\n"
@@ -96,7 +119,8 @@ def block(record):
         (block, "every state at the start of the seam is in collision"),
     ],
 )
-def test_a_bad_cell_is_one_line_and_nothing_written(tmp_path, few_points, capsys, change, says):
+def test_a_bad_cell_is_one_line_and_nothing_written(tmp_path, few_points, monkeypatch, capsys, change, says):
+    scan_coarsely(monkeypatch)
     out = tmp_path / "out"
     assert call("plan", changed_cell(tmp_path, change), few_points, "--seam", "W1", "-o", out) == 2
     error = capsys.readouterr().err
@@ -132,4 +156,4 @@ def test_results_are_not_overwritten(tmp_path, few_points, capsys):
     out.mkdir()
     (out / "mine.txt").write_text("mine", encoding="utf-8")
     assert call("plan", CELL, few_points, "--seam", "W1", "-o", out) == 2
-    assert "give --force" in capsys.readouterr().err
+    assert "(--force)" in capsys.readouterr().err

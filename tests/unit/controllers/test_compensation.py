@@ -45,7 +45,7 @@ def marked(folder: Path, space: str) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("space", "says"), [("identified", "give its file with --robot"), ("nominal", "leave --robot")]
+    ("space", "says"), [("identified", "give the file of that robot"), ("nominal", "give no robot file")]
 )
 def test_corrected_at_one_end_only_is_refused(finished_folder, space, says):
     from wpcal.core.robot_space import RobotSpace

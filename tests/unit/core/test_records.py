@@ -31,7 +31,7 @@ def test_another_schema_and_broken_json_are_refused(tmp_path):
 
 def test_an_existing_file_is_kept_without_overwrite(tmp_path):
     write_file(tmp_path / "a.txt", "first", overwrite=False)
-    with pytest.raises(InputError, match="--force"):
+    with pytest.raises(InputError, match="allow overwriting"):
         write_file(tmp_path / "a.txt", "second", overwrite=False)
     assert (tmp_path / "a.txt").read_text() == "first"
     write_file(tmp_path / "a.txt", "second", overwrite=True)

@@ -40,7 +40,7 @@ def test_the_nearest_come_first() -> None:
 def test_an_unknown_solid_says_which_there_are() -> None:
     with pytest.raises(InputError, match="the part has plate, web, web left"):
         choose_features(PART, solid="flange")
-    with pytest.raises(InputError, match="three numbers"):
+    with pytest.raises(InputError, match="three finite numbers"):
         choose_features(PART, near=[np.nan, 0, 0])
 
 

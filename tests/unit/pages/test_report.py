@@ -63,7 +63,7 @@ def test_a_seam_in_vertical_travel_has_no_rotation(folder: Path) -> None:
 def test_the_command_writes_one_file_and_keeps_what_exists(folder: Path) -> None:
     run = CliRunner().invoke(report, [str(folder)], standalone_mode=False)
     assert (run.return_value, run.output) == (0, f"wrote {folder / 'report.html'}\n")
-    with pytest.raises(InputError, match="--force"):
+    with pytest.raises(InputError, match="allow overwriting"):
         CliRunner().invoke(report, [str(folder)], standalone_mode=False, catch_exceptions=False)
     other = folder / "other.html"
     CliRunner().invoke(report, [str(folder), "-o", str(other)], standalone_mode=False, catch_exceptions=False)
@@ -111,7 +111,7 @@ def odd_seams(folder: Path) -> None:
         (other_frame, FrameError, "frame 'base'"),
         (other_pose, FormatError, "two calibrations"),
         (drop_points, FormatError, "lacks points"),
-        (odd_seams, FormatError, "no complete seams file"),
+        (odd_seams, FormatError, "not a complete seams file"),
     ],
 )
 def test_files_that_do_not_fit_are_refused(folder: Path, spoil: Any, kind: type[WpcalError], message: str) -> None:

@@ -1,25 +1,19 @@
 """One plan that needs no search: robot 2 turns the branch pipe about its own axis, robot 1 follows the saddle."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
+from tests.saddle import CELLS, THINNED, saddle_problem, shared_search
 from wpcal.core.records import read_json
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.planning.cell.bodies import body_pairs
-from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.robot_cell import CellState, part_in_world, tool_in_world
 from wpcal.planning.plan.plan import Plan
-from wpcal.planning.plan.seam_file import read_seam_path
-from wpcal.planning.search.objectives import Wishes
-from wpcal.planning.search.problem import PlanningProblem
 from wpcal.robot.kinematics.inverse import follow_path
 from wpcal.seam.path.position import weld_rotation, weld_slope
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 
-CELLS = Path(__file__).parents[3] / "fixtures" / "cells"
 HOLDING = np.radians([19.0, 21.0, 36.0, 15.0, -77.0, 0.0])
 """Robot 2 holds the branch pipe where robot 1 reaches all around it; joint T then turns it."""
 SPIN = np.radians(-118.0)
@@ -34,18 +28,29 @@ def cells():
 
 
 @pytest.fixture(scope="session")
-def cell():
-    return read_cell(CELLS / "two-mh6.json")
+def problem():
+    return saddle_problem()
 
 
 @pytest.fixture(scope="session")
-def path(cell):
-    return read_seam_path(CELLS / "saddle-seams.json", "W1", cell)
+def cell(problem):
+    return problem.cell
 
 
 @pytest.fixture(scope="session")
-def problem(cell, path):
-    return PlanningProblem(cell, path, Wishes())
+def path(problem):
+    return problem.path
+
+
+@pytest.fixture(scope="session")
+def thin():
+    return saddle_problem(THINNED)
+
+
+@pytest.fixture(scope="session")
+def searched(tmp_path_factory):
+    """The one search of the thinned saddle: all paths of its sweep, and the plans that came of them."""
+    return shared_search(tmp_path_factory)
 
 
 @pytest.fixture(scope="session")

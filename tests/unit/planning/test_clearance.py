@@ -125,3 +125,8 @@ def test_frames_end_at_the_flanges(cell):
     np.testing.assert_allclose(
         frames[13].matrices(), cell.T_world_base2.matrix @ cell.arm2.forward(state.joints2), rtol=0, atol=ROUND_OFF_MM
     )
+
+
+def test_a_state_is_clear_only_beyond_the_safety_distance(cell):
+    found = capsule_clearance(cell, CellState(np.zeros((3, 6)), np.zeros((3, 6))))
+    assert replace(found, margin_mm=np.array([-0.1, 0.0, 0.1])).is_clear.tolist() == [False, False, True]

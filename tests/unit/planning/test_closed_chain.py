@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from tests.chain_error import chain_error
 from wpcal.controllers.torch import measure_torch
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.closed_chain import (
@@ -13,7 +14,6 @@ from wpcal.planning.cell.closed_chain import (
     YAW,
     SeamPath,
     all_joints,
-    f3,
     joint_slopes,
     joints_along,
     seam_in_middle,
@@ -50,7 +50,7 @@ def test_every_branch_closes_the_chain_exactly(cell, path, coordinates):
     for a in range(8):
         for b in range(8):
             if np.isfinite(one[:, a]).all() and np.isfinite(two[:, b]).all():
-                off_mm, off_rad = f3(cell, path, CellState(one[:, a], two[:, b]), torch_on_seam(coordinates))
+                off_mm, off_rad = chain_error(cell, path, CellState(one[:, a], two[:, b]), torch_on_seam(coordinates))
                 assert off_mm.max() <= CLOSED_MM
                 assert off_rad.max() <= CLOSED_RAD
                 tried += 1
@@ -60,7 +60,9 @@ def test_every_branch_closes_the_chain_exactly(cell, path, coordinates):
 def test_a_moved_joint_opens_the_chain(cell, path, coordinates):
     joints = joints_along(cell, path, coordinates, (0, 0), np.zeros(12))
     joints[5, 1] += 1e-4
-    off_mm, off_rad = f3(cell, path, CellState(joints[:, :JOINTS], joints[:, JOINTS:]), torch_on_seam(coordinates))
+    off_mm, off_rad = chain_error(
+        cell, path, CellState(joints[:, :JOINTS], joints[:, JOINTS:]), torch_on_seam(coordinates)
+    )
     assert off_mm[5] > 0.05
     assert off_rad[5] > 0.9e-4
     assert np.delete(off_mm, 5).max() <= CLOSED_MM

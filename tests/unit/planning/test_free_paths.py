@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from wpcal.planning.cell.robot_cell import Shape, tool_in_world
-from wpcal.planning.plan.plan import Freedom
+from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import check_path
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 ENGINES_MM = 2e-3
 """What FCL's allowance (1e-4) and the bounded least squares of coordinates of metres leave between both."""
-CELLS = 25
 LOOKS = 12
 """States of a path that are judged again: each takes some hundredths of a second."""
 
@@ -28,14 +27,15 @@ def cluttered(cell, tip, rng):
     return replace(cell, bench=(*cell.bench, post, box))
 
 
-def test_the_verdict_is_that_of_another_engine(cell, simple_plan, slow_margins):
+@pytest.mark.parametrize("cells", [6, pytest.param(25, marks=pytest.mark.deep)])
+def test_the_verdict_is_that_of_another_engine(cell, simple_plan, slow_margins, cells):
     rng = np.random.default_rng(11)
     tip = tool_in_world(cell, simple_plan.state.joints1[:1])[0, :3, 3]
     verdicts = []
-    for _ in range(CELLS):
+    for _ in range(cells):
         around = cluttered(cell, tip, rng)
         found = check_path(simple_plan.state, simple_plan.s_mm, around)
-        verdicts.append(found.freedom)
+        verdicts.append(found.verdict)
         at = np.append(rng.uniform(0, len(simple_plan) - 1, LOOKS), found.worst / found.refine)
         rows, parts = np.divmod(at, 1.0)
         rows = rows.astype(int)
@@ -45,12 +45,12 @@ def test_the_verdict_is_that_of_another_engine(cell, simple_plan, slow_margins):
             for q in (simple_plan.state.joints1, simple_plan.state.joints2)
         )
         judged = [slow_margins(around, one, two, hulls=True)[0].min() for one, two in zip(q1, q2, strict=True)]
-        if found.freedom is Freedom.FREE:
+        if found.verdict is CollisionVerdict.FREE:
             assert abs(judged[-1] - found.clearance.margin_mm[found.worst]) < ENGINES_MM
             assert min(judged) > -found.motion_mm / 2  # between checked states no body goes farther
         else:
             assert judged[-1] <= ENGINES_MM
-    assert {Freedom.FREE, Freedom.NOT_FREE} == set(verdicts)
+    assert {CollisionVerdict.FREE, CollisionVerdict.NOT_FREE} == set(verdicts)
 
 
 def test_a_few_random_states_between_the_points_have_the_margins_that_were_found(cell, simple_plan, slow_margins):

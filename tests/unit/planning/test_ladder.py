@@ -4,23 +4,35 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.saddle import scan_coarsely
 from wpcal.core.errors import ConvergenceError, GeometryError
 from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.clearance import require_bases_apart
 from wpcal.planning.cell.robot_cell import Shape
 from wpcal.planning.cell.singularity import LEAST_REGULARITY
 from wpcal.planning.cell.workplace import candidate_places, weld_zone
 from wpcal.planning.search.ladder import Ladder, build_ladder, shortest_path
-from wpcal.planning.search.objectives import deviations
-from wpcal.planning.search.plan_seam import require_apart
-from wpcal.planning.search.problem import PlanningProblem
-from wpcal.planning.search.reachable_states import Meeting, find_meetings
+from wpcal.planning.search.objectives import MOTION, POSITION, TORCH
+from wpcal.planning.search.reachable_states import ReachablePlace, find_reachable_places
+from wpcal.planning.search.targets import deviations
 
-WEIGHTS = np.array([1e-3, 0.1, 1.0])
+WEIGHTS = {POSITION: 1e-3, TORCH: 0.1, MOTION: 1.0}
 
 
-def test_a_ladder_holds_only_allowed_states_with_every_turn_of_the_last_axis(problem):
-    ladder = build_ladder(problem, find_meetings(problem, 1)[0])
-    low, high = problem.joint_limits
+@pytest.fixture
+def refused(problem, monkeypatch):
+    """The problem, scanned coarsely: what cannot be planned is refused sooner."""
+    scan_coarsely(monkeypatch)
+    return problem
+
+
+@pytest.fixture(scope="module")
+def ladder(problem):
+    return build_ladder(problem, find_reachable_places(problem, 1)[0])
+
+
+def test_a_ladder_holds_only_allowed_states_with_every_turn_of_the_last_axis(problem, ladder):
+    low, high = problem.cell.joint_limits
     for attitude, joints in zip(ladder.attitude, ladder.joints, strict=True):
         assert len(attitude) == len(joints) > 0
         assert ((joints >= low) & (joints <= high)).all()
@@ -29,27 +41,26 @@ def test_a_ladder_holds_only_allowed_states_with_every_turn_of_the_last_axis(pro
         assert joints[:, 11].max() - joints[:, 11].min() > 2 * np.pi
 
 
-def test_the_way_through_a_ladder_is_the_cheapest_of_all(problem):
+def test_the_way_through_a_ladder_is_the_cheapest_of_all(problem, ladder):
     rng = np.random.default_rng(0)
-    ladder = build_ladder(problem, find_meetings(problem, 1)[0])
     rungs = ladder.rungs[[0, 8, 16, 23]]
     few = [rng.permutation(len(ladder.joints[i]))[:5] for i in (0, 8, 16, 23)]
     small = Ladder(
-        ladder.meeting,
+        ladder.reachable,
         rungs,
         ladder.coordinates,
         tuple(ladder.attitude[i][rows] for i, rows in zip((0, 8, 16, 23), few, strict=True)),
         tuple(ladder.joints[i][rows] for i, rows in zip((0, 8, 16, 23), few, strict=True)),
     )
-    s, K = problem.path.s_mm[rungs], problem.weights
+    s, K = problem.path.s_mm[rungs], problem.cell.joint_weights
 
     def cost(way):
         joints = np.degrees([small.joints[i][k] for i, k in enumerate(way)])
         off = np.degrees(
-            deviations(small.coordinates[[small.attitude[i][k] for i, k in enumerate(way)]], problem.wishes)
+            deviations(small.coordinates[[small.attitude[i][k] for i, k in enumerate(way)]], problem.targets)
         )
         steps = (np.diff(joints, axis=0) ** 2 @ K / np.diff(s)).sum() / (K.sum() * (s[-1] - s[0]))
-        return steps + (off**2 @ WEIGHTS[[0, 0, 1, 1]]).sum() / len(s)
+        return steps + (off**2 @ [1e-3, 1e-3, 0.1, 0.1]).sum() / len(s)
 
     best = min(itertools.product(range(5), repeat=4), key=cost)
     path = shortest_path(problem, small, WEIGHTS)
@@ -59,13 +70,12 @@ def test_the_way_through_a_ladder_is_the_cheapest_of_all(problem):
 
 
 def test_a_ladder_with_an_empty_rung_has_no_way(problem):
-    meeting = Meeting(candidate_places(problem.cell)[0], (5, 5), 0)
-    ladder = build_ladder(problem, meeting)
+    ladder = build_ladder(problem, ReachablePlace(candidate_places(problem.cell)[0], (5, 5), 0))
     assert min(len(joints) for joints in ladder.joints) == 0
     assert shortest_path(problem, ladder, WEIGHTS) is None
 
 
-def test_places_stand_in_the_zone(cell):
+def test_places_are_in_the_zone(cell):
     low, high = weld_zone(cell)
     places = candidate_places(cell)
     assert ((places > low) & (places < high)).all()
@@ -77,17 +87,17 @@ def far_apart(problem, metres):
     return replace(problem, cell=replace(problem.cell, T_world_base2=away, bench=()))
 
 
-def test_a_seam_out_of_reach_says_which_point_which_arm_and_by_how_much(problem):
+def test_a_seam_out_of_reach_says_which_point_which_arm_and_by_how_much(refused):
     with pytest.raises(
         GeometryError, match=r"seam W1, point 1 \(s = 0.0 mm\): out of reach of robot [12] .* by \d+ mm"
     ):
-        find_meetings(far_apart(problem, 8), 1)
+        find_reachable_places(far_apart(refused, 8), 1)
 
 
-def test_the_shortage_grows_with_the_distance(problem):
+def test_the_shortage_grows_with_the_distance(refused):
     def short(metres):
         with pytest.raises(GeometryError) as caught:
-            find_meetings(far_apart(problem, metres), 1)
+            find_reachable_places(far_apart(refused, metres), 1)
         return float(str(caught.value).split(" by ")[1].split(" mm")[0])
 
     assert short(10) > short(8) > 0
@@ -95,22 +105,23 @@ def test_the_shortage_grows_with_the_distance(problem):
 
 def test_bases_too_close_are_refused_whatever_the_joints(cell):
     near = RigidTransform(cell.T_world_base2.R, [250.0, 0.0, 0.0], "world", "base2")
-    require_apart(cell)
+    require_bases_apart(cell)
     with pytest.raises(
         GeometryError, match=r"stand too close .bases 250 mm apart.: robot 1 pedestal and robot 2 pedestal"
     ):
-        require_apart(replace(cell, T_world_base2=near, bench=()))
+        require_bases_apart(replace(cell, T_world_base2=near, bench=()))
 
 
-def test_a_start_in_collision_names_the_bodies(problem):
+def test_a_start_in_collision_names_the_bodies(refused):
     block = Shape("block", [[0.0, 0.0, 60.0]], [[0.0, 0.0, 300.0]], [60.0])
-    blocked = PlanningProblem(replace(problem.cell, part=(*problem.cell.part, block)), problem.path, problem.wishes)
+    blocked = replace(refused, cell=replace(refused.cell, part=(*refused.cell.part, block)))
     with pytest.raises(GeometryError, match=r"start of the seam is in collision; .* robot 2 block miss .* by \d+ mm"):
-        find_meetings(blocked, 1)
+        find_reachable_places(blocked, 1)
 
 
-def test_no_room_anywhere_names_what_fails_most(problem):
-    narrow = replace(problem.cell.arm2.joints[1], min_rad=-0.01, max_rad=0.0)
-    arm2 = replace(problem.cell.arm2, joints=(problem.cell.arm2.joints[0], narrow, *problem.cell.arm2.joints[2:]))
+def test_no_room_anywhere_names_what_fails_most(refused):
+    arm2 = refused.cell.arm2
+    narrow = replace(arm2.joints[1], min_rad=-0.01, max_rad=0.0)
+    arm2 = replace(arm2, joints=(arm2.joints[0], narrow, *arm2.joints[2:]))
     with pytest.raises(ConvergenceError, match="no feasible plan: joint limits and singular poses fail most"):
-        find_meetings(replace(problem, cell=replace(problem.cell, arm2=arm2)), 1)
+        find_reachable_places(replace(refused, cell=replace(refused.cell, arm2=arm2)), 1)

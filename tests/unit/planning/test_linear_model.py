@@ -2,11 +2,12 @@ import numpy as np
 import pytest
 
 from wpcal.planning.cell.closed_chain import COORDINATES, SPIN, YAW, joints_along
-from wpcal.planning.search.curves import damped_step, refine_path
-from wpcal.planning.search.linear_model import Path, linearise
-from wpcal.planning.search.objectives import OBJECTIVES
+from wpcal.planning.search.linear_model import linearise
+from wpcal.planning.search.objectives import MOTION, OBJECTIVE_NAMES, OBJECTIVES, POSITION, TORCH
+from wpcal.planning.search.problem import CandidatePath
+from wpcal.planning.search.refine import damped_step, refine_path
 
-WEIGHTS = np.array([1e-3, 1e-3, 1.0])
+WEIGHTS = {POSITION: 1e-3, TORCH: 1e-3, MOTION: 1.0}
 SUM_ATOL = 1e-12
 """Round-off of sums of some hundred squares near one."""
 GRADIENT_RTOL = 1e-4
@@ -14,39 +15,40 @@ GRADIENT_RTOL = 1e-4
 
 
 @pytest.fixture(scope="module")
-def start(problem):
-    coordinates = np.zeros((len(problem.path), COORDINATES))
+def start(thin):
+    coordinates = np.zeros((len(thin.path), COORDINATES))
     coordinates[:, :3] = (-50.0, 50.0, 700.0)
     coordinates[:, YAW], coordinates[:, SPIN] = 1.4, 0.7
-    joints = joints_along(problem.cell, problem.path, coordinates, (0, 1), np.zeros(12))
-    return Path(coordinates, (0, 1), joints)
+    joints = joints_along(thin.cell, thin.path, coordinates, (0, 1), np.zeros(12))
+    return CandidatePath(coordinates, (0, 1), joints)
 
 
-def test_the_sum_is_that_of_the_weighted_objectives(problem, start):
-    model = linearise(problem, start, WEIGHTS)
-    values = problem.objectives(start.coordinates, start.joints)
+def test_the_sum_is_that_of_the_weighted_objectives(thin, start):
+    model = linearise(thin, start, WEIGHTS)
+    values = thin.objectives(start.coordinates, start.joints)
     beyond = (np.maximum(model.beyond, 0.0) ** 2).sum()
-    assert model.cost == pytest.approx((WEIGHTS * values**2).sum() + beyond, rel=0, abs=SUM_ATOL)
+    weighted = sum(WEIGHTS[row] * value**2 for row, value in zip(OBJECTIVES, values, strict=True))
+    assert model.cost == pytest.approx(weighted + beyond, rel=0, abs=SUM_ATOL)
 
 
-def test_the_gradient_is_that_of_the_sum(problem, start):
+def test_the_gradient_is_that_of_the_sum(thin, start):
     rng = np.random.default_rng(0)
     rough = start.coordinates + rng.normal(0.0, 0.01, start.coordinates.shape)
-    joints = joints_along(problem.cell, problem.path, rough, start.branches, start.joints[0])
-    path = Path(rough, start.branches, joints)
-    model = linearise(problem, path, WEIGHTS)
+    joints = joints_along(thin.cell, thin.path, rough, start.branches, start.joints[0])
+    path = CandidatePath(rough, start.branches, joints)
+    model = linearise(thin, path, WEIGHTS)
     direction = rng.normal(0.0, 1.0, rough.shape)
     sums = []
     for way in (1e-7, -1e-7):
         moved = rough + way * direction
-        joints = joints_along(problem.cell, problem.path, moved, start.branches, path.joints[0])
-        sums.append(linearise(problem, Path(moved, start.branches, joints), WEIGHTS).cost)
+        joints = joints_along(thin.cell, thin.path, moved, start.branches, path.joints[0])
+        sums.append(linearise(thin, CandidatePath(moved, start.branches, joints), WEIGHTS).cost)
     expected = 2.0 * (model.gradient(model.beyond > 0) * direction).sum()
     assert (sums[0] - sums[1]) / 2e-7 == pytest.approx(expected, rel=GRADIENT_RTOL)
 
 
-def test_the_band_holds_the_normal_matrix(problem, start):
-    model = linearise(problem, start, WEIGHTS)
+def test_the_band_holds_the_normal_matrix(thin, start):
+    model = linearise(thin, start, WEIGHTS)
     active = model.beyond > 0
     step, other = np.random.default_rng(1).normal(0.0, 1.0, (2, *start.coordinates.shape))
     n = step.size
@@ -56,13 +58,13 @@ def test_the_band_holds_the_normal_matrix(problem, start):
     full += np.tril(full, -1).T
     moves = [model.scale * np.diff(np.einsum("nmi,ni->nm", model.dq, x), axis=0) for x in (step, other)]
     limits = [active * np.einsum("nmi,ni->nm", model.dbeyond, x) for x in (step, other)]
-    wishes = [x @ model.dwish.T for x in (step, other)]
-    expected = sum(float((a * b).sum()) for a, b in (moves, limits, wishes))
+    deviations = [x @ model.ddeviation.T for x in (step, other)]
+    expected = sum(float((a * b).sum()) for a, b in (moves, limits, deviations))
     assert step.ravel() @ full @ other.ravel() == pytest.approx(expected, rel=1e-10)
 
 
-def test_a_step_reaches_the_least_of_the_model(problem, start):
-    model = linearise(problem, start, WEIGHTS)
+def test_a_step_reaches_the_least_of_the_model(thin, start):
+    model = linearise(thin, start, WEIGHTS)
     step = damped_step(model, 1e-6)
     least = model.predicted_cost(step)
     rng = np.random.default_rng(2)
@@ -70,13 +72,13 @@ def test_a_step_reaches_the_least_of_the_model(problem, start):
     assert all(model.predicted_cost(step + rng.normal(0.0, 1e-3, step.shape)) > least for _ in range(20))
 
 
-def test_refining_never_makes_the_sum_larger_and_trades_as_the_weights_say(problem, start):
-    smooth, exact = (refine_path(problem, start, np.array([w, w, 1.0])) for w in (1e-5, 1e-1))
+def test_refining_never_makes_the_sum_larger_and_trades_as_the_weights_say(thin, start):
+    smooth, exact = (refine_path(thin, start, {POSITION: w, TORCH: w, MOTION: 1.0}) for w in (1e-5, 1e-1))
     for weight, path in ((1e-5, smooth), (1e-1, exact)):
-        weights = np.array([weight, weight, 1.0])
-        assert linearise(problem, path, weights).cost < linearise(problem, start, weights).cost
-        assert max(problem.excesses(path.coordinates, path.joints).values()) == 0.0
-    values = {name: (a, b) for name, a, b in zip(OBJECTIVES, *map(objectives(problem), (smooth, exact)), strict=True)}
+        weights = {POSITION: weight, TORCH: weight, MOTION: 1.0}
+        assert linearise(thin, path, weights).cost < linearise(thin, start, weights).cost
+        assert max(thin.excesses(path).values()) == 0.0
+    values = {name: (a, b) for name, a, b in zip(OBJECTIVE_NAMES, *map(objectives(thin), (smooth, exact)), strict=True)}
     assert values["position_deg"][0] > 10 * values["position_deg"][1]
     assert values["motion_deg_per_mm"][0] < 0.8 * values["motion_deg_per_mm"][1]
 

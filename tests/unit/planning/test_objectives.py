@@ -1,20 +1,30 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
+from wpcal.planning.cell.closed_chain import ROTATION, WORK
 from wpcal.planning.search.objectives import (
-    Wishes,
-    attitude_box,
-    f1_1,
-    f1_2,
-    f2,
-    f4,
+    MOTION,
+    OBJECTIVE_NAMES,
+    OBJECTIVES,
+    POSITION,
+    TORCH,
+    PathValues,
+    deviation_weights,
     joint_motion,
+    joint_step_weight,
+    objective_values,
     position_deviation,
+    printed_position,
+    printed_smoothness,
+    printed_torch,
+    printed_values,
     torch_deviation,
 )
+from wpcal.planning.search.targets import ATTITUDE, WeldTargets, deviations, target_coordinates
 
 ROUND_OFF = 1e-12
 """Sums of some numbers near one."""
@@ -26,63 +36,122 @@ def coordinates(slope=0.0, rotation=0.0, work=0.0, travel=0.0, count=5):
     return np.tile(row * DEG, (count, 1))
 
 
-def test_position_and_torch_deviations_are_root_mean_squares_in_degrees():
-    wishes = Wishes(slope_rad=10 * DEG, travel_rad=-5 * DEG)
-    assert position_deviation(coordinates(slope=13, rotation=-4), wishes) == pytest.approx(5.0, rel=0, abs=ROUND_OFF)
-    assert torch_deviation(coordinates(work=-12, travel=0), wishes) == pytest.approx(13.0, rel=0, abs=ROUND_OFF)
+@pytest.fixture
+def along(cell):
+    """Make a path of some coordinates, or of some joints; everything else is zero."""
+
+    def make(given=None, targets=None, *, joints=None, s_mm=None):
+        n = len(joints) if given is None else len(given)
+        return PathValues(
+            cell,
+            targets or WeldTargets(),
+            np.arange(float(n)) if s_mm is None else s_mm,
+            coordinates(count=n) if given is None else given,
+            np.zeros((n, 12)) if joints is None else joints,
+        )
+
+    return make
+
+
+def test_position_and_torch_deviations_are_root_mean_squares_in_degrees(along):
+    targets = WeldTargets(slope_rad=10 * DEG, travel_rad=-5 * DEG)
+    position = position_deviation(along(coordinates(slope=13, rotation=-4), targets))
+    assert position == pytest.approx(5.0, rel=0, abs=ROUND_OFF)
+    torch = torch_deviation(along(coordinates(work=-12, travel=0), targets))
+    assert torch == pytest.approx(13.0, rel=0, abs=ROUND_OFF)
     half = np.concatenate([coordinates(slope=13, rotation=4, count=3), coordinates(slope=10, count=3)])
-    assert position_deviation(half, wishes) == pytest.approx(5.0 / 2**0.5, rel=0, abs=ROUND_OFF)
+    assert position_deviation(along(half, targets)) == pytest.approx(5.0 / 2**0.5, rel=0, abs=ROUND_OFF)
 
 
-def test_motion_of_one_joint_is_its_rate_with_its_weight(cell):
+def test_motion_of_one_joint_is_its_rate_with_its_weight(cell, along):
     s = np.array([0.0, 1.0, 4.0])
     joints = np.zeros((3, 12))
-    joints[:, 6] = 2.0 * DEG * s  # two degrees a millimetre
-    weights = np.concatenate([cell.weights1, cell.weights2])
+    joints[:, 6] = 2.0 * DEG * s  # two degrees per millimetre
+    weights = cell.joint_weights
     expected = 2.0 * math.sqrt(weights[6] / weights.sum())
-    assert joint_motion(cell, s, joints) == pytest.approx(expected, rel=0, abs=ROUND_OFF)
-    assert joint_motion(cell, s, joints[:, ::-1]) != pytest.approx(expected, rel=0, abs=1e-3)
+    assert joint_motion(along(joints=joints, s_mm=s)) == pytest.approx(expected, rel=0, abs=ROUND_OFF)
+    assert joint_motion(along(joints=joints[:, ::-1], s_mm=s)) != pytest.approx(expected, rel=0, abs=1e-3)
 
 
-def test_an_even_motion_is_smoother_than_a_jerk_but_not_as_printed(cell):
+def test_an_even_motion_is_smoother_than_a_jerk_but_not_as_printed(along):
     s = np.arange(5.0)
     even, jerk = np.zeros((5, 12)), np.zeros((5, 12))
     even[:, 0], jerk[:, 0] = 0.1 * s, np.array([0, 0, 0.4, 0.4, 0.4])
-    assert joint_motion(cell, s, even) < 0.6 * joint_motion(cell, s, jerk)
-    assert f2(cell, even) == pytest.approx(f2(cell, jerk), rel=0, abs=ROUND_OFF)
+    even, jerk = along(joints=even), along(joints=jerk)
+    assert joint_motion(even) < 0.6 * joint_motion(jerk)
+    assert printed_smoothness(even) == pytest.approx(printed_smoothness(jerk), rel=0, abs=ROUND_OFF)
 
 
-def test_f1_1_is_the_printed_product_and_one_zero_factor_frees_the_other():
-    wishes = Wishes(slope_rad=10 * DEG, slope_range_rad=30 * DEG, rotation_range_rad=90 * DEG)
-    slope, rotation = np.full(4, 16 * DEG), np.full(4, -45 * DEG)
-    assert f1_1(slope, rotation, wishes) == pytest.approx(6 / 30 * 45 / 90, rel=0, abs=ROUND_OFF)
-    assert f1_1(np.full(4, 10 * DEG), np.full(4, 80 * DEG), wishes) == 0.0
-    assert f1_1(slope, np.full(4, np.nan), wishes) == 0.0
+def test_the_printed_position_is_a_product_and_one_zero_factor_frees_the_other(along):
+    targets = WeldTargets(slope_rad=10 * DEG, slope_range_rad=30 * DEG, rotation_range_rad=90 * DEG)
+    off = along(coordinates(slope=16, rotation=-45, count=4), targets)
+    assert printed_position(off) == pytest.approx(6 / 30 * 45 / 90, rel=0, abs=ROUND_OFF)
+    assert printed_position(along(coordinates(slope=10, rotation=80, count=4), targets)) == 0.0
+    vertical = coordinates(slope=16, count=4)
+    vertical[:, ROTATION] = np.nan
+    assert printed_position(along(vertical, targets)) == 0.0
 
 
-def test_f1_2_is_the_printed_product_least_at_the_limits():
-    wishes = Wishes(torch_range_rad=10 * DEG)
-    neutral = f1_2(np.zeros(3), np.zeros(3), wishes)
-    assert neutral == pytest.approx((1 - 90 / 100) ** 2, rel=0, abs=ROUND_OFF)
-    at_limit = f1_2(np.full(3, -10 * DEG), np.zeros(3), wishes)  # α = 100° = its largest
+def test_the_printed_torch_function_is_least_at_the_limits(along):
+    targets = WeldTargets(torch_range_rad=10 * DEG)
+    assert printed_torch(along(coordinates(count=3), targets)) == pytest.approx((1 - 90 / 100) ** 2, rel=0, abs=1e-12)
+    at_limit = printed_torch(along(coordinates(work=-10, count=3), targets))  # α = 100°, its largest value
     assert at_limit == pytest.approx(0.0, rel=0, abs=ROUND_OFF)
 
 
-def test_f2_is_the_printed_sum(cell):
+def test_the_printed_smoothness_is_the_sum_of_the_paper(cell, along):
     joints = np.zeros((4, 12))
     joints[1:, 5] = 72 * DEG  # the last joint of an MH6 has a range of 720°
-    weights = np.concatenate([cell.weights1, cell.weights2])
-    assert f2(cell, joints) == pytest.approx(weights[5] / weights.sum() * 0.1 / 4, rel=0, abs=ROUND_OFF)
+    weights = cell.joint_weights
+    found = printed_smoothness(along(joints=joints))
+    assert found == pytest.approx(weights[5] / weights.sum() * 0.1 / 4, rel=0, abs=ROUND_OFF)
 
 
-def test_f4_asks_for_more_than_the_safety_distance():
-    assert f4(np.array([19.9, 20.0, 20.1]), 20.0).tolist() == [False, False, True]
+def test_the_table_gives_the_columns_and_the_keys_of_files(along):
+    path = along(coordinates(slope=13, rotation=-4, work=3))
+    assert OBJECTIVE_NAMES == ("position_deg", "torch_deg", "motion_deg_per_mm")
+    np.testing.assert_allclose(objective_values(path), [5.0, 3.0, 0.0], rtol=0, atol=ROUND_OFF)
+    assert printed_values(path) == {
+        "f1_1": printed_position(path),
+        "f1_2": printed_torch(path),
+        "f2": printed_smoothness(path),
+    }
 
 
-def test_ranges_stand_around_zero_for_the_weld_and_around_the_wish_for_the_torch():
-    low, high = attitude_box(Wishes(work_rad=5 * DEG))
+def test_many_paths_are_valued_at_once(along, cell):
+    rng = np.random.default_rng(0)
+    many, joints = rng.normal(0.0, 0.1, (4, 5, 9)), rng.normal(0.0, 0.1, (4, 5, 12))
+    paths = PathValues(cell, WeldTargets(), np.arange(5.0), many, joints)
+    one_by_one = [objective_values(along(one, joints=q)) for one, q in zip(many, joints, strict=True)]
+    np.testing.assert_allclose(objective_values(paths), one_by_one, rtol=0, atol=ROUND_OFF)
+
+
+def test_weights_go_to_the_residuals_that_the_table_names():
+    weights = {TORCH: 3.0, MOTION: 5.0, POSITION: 2.0}  # in any order
+    assert deviation_weights(weights).tolist() == [2.0, 2.0, 3.0, 3.0]
+    assert joint_step_weight(weights) == 5.0
+    assert deviation_weights({MOTION: 1.0}).tolist() == [0.0] * 4
+    steeper = replace(TORCH, name="work_deg", coordinates=(WORK,))
+    assert deviation_weights({TORCH: 3.0, steeper: 4.0}).tolist() == [0.0, 0.0, 7.0, 3.0]
+
+
+def test_every_row_of_the_table_is_complete():
+    for objective in OBJECTIVES:
+        assert objective.name.startswith(objective.label)
+        assert objective.name.endswith(objective.unit.replace("/", "_per_"))
+        assert set(objective.coordinates) <= set(ATTITUDE)
+        assert (objective.printed is None) == (objective.symbol == "")
+
+
+def test_ranges_are_centred_on_zero_for_the_weld_and_on_the_target_for_the_torch():
+    low, high = WeldTargets(work_rad=5 * DEG).attitude_box_rad
     np.testing.assert_allclose(np.degrees(low), [-30, -90, -10, -15], rtol=0, atol=ROUND_OFF)
     np.testing.assert_allclose(np.degrees(high), [30, 90, 20, 15], rtol=0, atol=ROUND_OFF)
+
+
+def test_target_coordinates_deviate_by_nothing():
+    targets = WeldTargets(slope_rad=0.2, rotation_rad=0.1, work_rad=-0.1, travel_rad=0.05)
+    assert (deviations(target_coordinates(targets, 3), targets) == 0.0).all()
 
 
 @pytest.mark.parametrize(
@@ -94,6 +163,6 @@ def test_ranges_stand_around_zero_for_the_weld_and_around_the_wish_for_the_torch
         ({"work_rad": math.nan}, "work angle: expected -45 to 45 deg, got nan"),
     ],
 )
-def test_wishes_that_cannot_be_are_refused(values, says):
+def test_impossible_targets_are_refused(values, says):
     with pytest.raises(InputError, match=says):
-        Wishes(**values)
+        WeldTargets(**values)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
-from wpcal.planning.plan.pareto import hypervolume, is_nondominated, spread_rows
+from wpcal.planning.search.pareto import hypervolume, is_nondominated, thin_front
 
 ROUND_OFF = 1e-9
 """Sums of some tens of products near a thousand."""
@@ -45,11 +45,11 @@ def test_hypervolume_agrees_with_pymoo():
     )
 
 
-def test_spread_rows_hold_the_ends_and_leave_no_gap():
+def test_a_thinned_front_holds_the_ends_and_leaves_no_gap():
     x = np.linspace(0.0, 1.0, 101)
-    rows = spread_rows(np.stack([x, 100.0 * (1.0 - x)], axis=1), 5)
+    rows = thin_front(np.stack([x, 100.0 * (1.0 - x)], axis=1), 5)
     assert rows.tolist() == [0, 25, 50, 75, 100]
-    assert spread_rows(np.ones((3, 2)), 5).tolist() == [0, 1, 2]
+    assert thin_front(np.ones((3, 2)), 5).tolist() == [0, 1, 2]
 
 
 def test_objectives_must_be_as_many_as_the_reference():

@@ -10,9 +10,9 @@ from wpcal.pages.plan import MethodFront, build_plan_page
 from wpcal.planning.cell.robot_cell import Shape, tool_in_world
 from wpcal.planning.plan.run import build_run
 from wpcal.planning.plan.schedule import schedule_plan
+from wpcal.planning.search.objectives import OBJECTIVE_NAMES, OBJECTIVES
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-NAMES = ("position_deg", "torch_deg", "motion_deg_per_mm")
 DRAWN_MM = 0.01
 """Frames are kept as 32-bit numbers: 1e-4 mm at 2 m; the clock of the page has milliseconds."""
 HOSTILE = "</script><img src=x onerror='window.struck = true'>"
@@ -24,7 +24,7 @@ def runs(cell, simple_plan):
     schedule = schedule_plan(simple_plan, cell)
     values = [(9.0, 2.0, 0.5), (5.0, 1.0, 0.9), (2.0, 3.0, 1.6)]
     plans = [
-        replace(simple_plan, objectives=dict(zip(NAMES, row, strict=True)), found_by=found)
+        replace(simple_plan, objectives=dict(zip(OBJECTIVE_NAMES, row, strict=True)), found_by=found)
         for row, found in zip(values, ("ladder", "nsga2", "ladder"), strict=True)
     ]
     return [build_run(plan, cell, schedule, refine=10 if row < 2 else None) for row, plan in enumerate(plans)]
@@ -66,7 +66,7 @@ def tip_drawn(page):
 
 
 def test_the_time_moves_the_torch_to_where_it_is(opened, cell, runs):
-    page = opened(build_plan_page(runs, cell, NAMES, chosen=1))
+    page = opened(build_plan_page(runs, cell, OBJECTIVES, chosen=1))
     tip = tool_in_world(cell, runs[1].state.joints1)[:, :3, 3]
     for row in (0, 5, 40, len(runs[1]) - 1):
         page.evaluate(f"window.wpcal.seek({round(float(runs[1].t_s[row]), 4)})")
@@ -78,7 +78,7 @@ def test_the_time_moves_the_torch_to_where_it_is(opened, cell, runs):
 
 def test_every_body_is_drawn_where_its_frame_is(opened, cell, runs):
     """The flange of robot 2 carries the part: layer of its bodies against the kinematics."""
-    page = opened(build_plan_page(runs, cell, NAMES, chosen=0))
+    page = opened(build_plan_page(runs, cell, OBJECTIVES, chosen=0))
     page.evaluate(f"window.wpcal.seek({round(float(runs[0].t_s[20]), 4)})")
     drawn = np.array(page.evaluate("window.wpcal.viewer.layer('part@15').matrixWorld.elements")).reshape(4, 4).T
     T = cell.T_world_base2.matrix @ cell.arm2.forward(runs[0].state.joints2[20:21])[0] @ cell.T_flange2_part.matrix
@@ -87,7 +87,7 @@ def test_every_body_is_drawn_where_its_frame_is(opened, cell, runs):
 
 
 def test_a_click_in_the_front_shows_that_plan(opened, cell, runs):
-    page = opened(build_plan_page(runs, cell, NAMES, chosen=1))
+    page = opened(build_plan_page(runs, cell, OBJECTIVES, chosen=1))
     assert page.inner_text("[data-test=which]") == "plan 2 of 3, the chosen one"
     assert page.inner_text("[data-test=freedom]") == "FREE"
     page.click("[data-plan='2']")
@@ -106,13 +106,13 @@ def test_what_each_method_found_stands_behind_the_plans(opened, cell, runs):
         MethodFront("ladder", np.array([[9.0, 2, 0.5], [2.0, 3, 1.6]]), 12.3),
         MethodFront("nsga2", np.array([[5.0, 1, 0.9]]), 4.5),
     ]
-    page = opened(build_plan_page(runs, cell, NAMES, chosen=0, fronts=fronts))
+    page = opened(build_plan_page(runs, cell, OBJECTIVES, chosen=0, fronts=fronts))
     assert [page.locator(f"[data-front='{name}'] path").count() for name in ("ladder", "nsga2")] == [2, 1]
     assert "2 plans by itself, hypervolume 12.3" in page.inner_text("#front")
 
 
 def test_playing_lets_the_time_run_and_a_click_in_a_chart_sets_it(opened, cell, runs):
-    page = opened(build_plan_page(runs, cell, NAMES, chosen=0))
+    page = opened(build_plan_page(runs, cell, OBJECTIVES, chosen=0))
     before = tip_drawn(page)
     page.click("[data-test=play]")
     wait_until(page, "Number(document.querySelector('[data-test=time]').value) > 1.3")
@@ -126,7 +126,7 @@ def test_names_stay_names(opened, cell, runs):
     odd = Shape(HOSTILE, [[0, 900, 0]], [[0, 900, 10]], [5])
     strange = replace(cell, name=HOSTILE, bench=(*cell.bench, odd))
     renamed = [replace(run, plan=replace(run.plan, seam=HOSTILE, found_by=HOSTILE)) for run in runs]
-    html = build_plan_page(renamed, strange, NAMES, chosen=0)
+    html = build_plan_page(renamed, strange, OBJECTIVES, chosen=0)
     assert HOSTILE not in html
     page = opened(html)
     assert page.inner_text("h1") == f"Seam {HOSTILE}"
@@ -135,15 +135,15 @@ def test_names_stay_names(opened, cell, runs):
 
 
 def test_a_page_that_may_call_nobody(cell, runs):
-    html = build_plan_page(runs, cell, NAMES, chosen=0)
+    html = build_plan_page(runs, cell, OBJECTIVES, chosen=0)
     assert "default-src 'none'" in html
     assert "connect-src" not in html
-    assert build_plan_page(runs, cell, NAMES, chosen=0) == html
+    assert build_plan_page(runs, cell, OBJECTIVES, chosen=0) == html
 
 
 def test_a_front_of_nothing_or_of_two_seams_is_refused(cell, runs):
     with pytest.raises(InputError, match="plans of one seam"):
-        build_plan_page([], cell, NAMES, chosen=0)
+        build_plan_page([], cell, OBJECTIVES, chosen=0)
     other = replace(runs[1], plan=replace(runs[1].plan, seam="W2"))
     with pytest.raises(InputError, match="plans of one seam"):
-        build_plan_page([runs[0], other], cell, NAMES, chosen=0)
+        build_plan_page([runs[0], other], cell, OBJECTIVES, chosen=0)

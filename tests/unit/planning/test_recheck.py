@@ -11,7 +11,7 @@ from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.hulls import hull_clearance
 from wpcal.planning.cell.robot_cell import CellState, Shape, part_in_world, tool_in_world
-from wpcal.planning.plan.plan import Freedom, Plan
+from wpcal.planning.plan.plan import CollisionVerdict, Plan
 from wpcal.planning.plan.recheck import finer_states, recheck_clearance
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -48,9 +48,9 @@ def test_a_post_between_two_points_is_found(cell):
     post = Shape("post", [[*tip[:2], 0]], [[*tip[:2], 2000]], [20])
     blocked = replace(cell, bench=(*cell.bench, post))
     assert capsule_clearance(blocked, state).is_clear.all()  # at its points nothing is wrong
-    assert recheck_clearance(plan_of(state), cell).freedom is Freedom.FREE
+    assert recheck_clearance(plan_of(state), cell).verdict is CollisionVerdict.FREE
     found = recheck_clearance(plan_of(state), blocked)
-    assert found.freedom is Freedom.NOT_FREE
+    assert found.verdict is CollisionVerdict.NOT_FREE
     assert "post" in found.clearance.nearest(found.worst)
     assert "post" in found.describe()
     assert 0.3 < found.s_mm[found.worst] < 0.7
@@ -65,12 +65,12 @@ def test_what_is_called_free_touches_nothing_at_finer_steps_still(cell, seed):
         end = start + rng.uniform(-0.3, 0.3, (2, 6))
         state = CellState(np.linspace(start[0], end[0], 4), np.linspace(start[1], end[1], 4))
         found = recheck_clearance(plan_of(state), cell)
-        verdicts.append(found.freedom)
+        verdicts.append(found.verdict)
         closely = hull_clearance(cell, finer_states(state, refine=73)).distance_mm.min()
-        if found.freedom is Freedom.FREE:
+        if found.verdict is CollisionVerdict.FREE:
             assert closely > 0
         assert closely <= found.clearance.distance_mm.min() + ROUND_OFF_MM + found.motion_mm
-    assert {Freedom.FREE, Freedom.NOT_FREE} == set(verdicts)
+    assert {CollisionVerdict.FREE, CollisionVerdict.NOT_FREE} == set(verdicts)
 
 
 def test_a_needle_between_two_states_is_not_stepped_over(cell):
@@ -84,7 +84,7 @@ def test_a_needle_between_two_states_is_not_stepped_over(cell):
     coarse = recheck_clearance(plan_of(state), replace(bare, bench=(needle,)), refine=1)
     assert coarse.refine == 8  # halved as often as it may be
     assert coarse.clearance.is_clear.all()
-    assert coarse.freedom is Freedom.NOT_FREE
+    assert coarse.verdict is CollisionVerdict.NOT_FREE
     assert "between" in coarse.describe()
     fine = recheck_clearance(plan_of(state), replace(bare, bench=(needle,)), refine=50)
     assert not fine.clearance.is_clear.all()
@@ -95,7 +95,7 @@ def test_steps_are_halved_until_nothing_fits_between(cell):
     found = recheck_clearance(plan_of(state), cell, refine=10)
     assert found.refine in (20, 40, 80)
     assert found.least_gap_mm > found.motion_mm
-    assert found.freedom is Freedom.FREE
+    assert found.verdict is CollisionVerdict.FREE
     assert len(found.s_mm) == found.refine + 1
 
 

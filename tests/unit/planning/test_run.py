@@ -7,11 +7,11 @@ import pytest
 
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.bodies import body_frames
-from wpcal.planning.cell.robot_cell import CellState, Shape, tool_in_world
-from wpcal.planning.plan.plan import Freedom
+from wpcal.planning.cell.robot_cell import CellState, Shape, joint_speeds, tool_in_world
+from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import check_path
 from wpcal.planning.plan.run import APPROACH_MM, Phase, build_run
-from wpcal.planning.plan.schedule import joint_speeds, schedule_plan
+from wpcal.planning.plan.schedule import schedule_plan
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 CLOSED_FORM_MM = 1e-6
@@ -57,7 +57,7 @@ def test_in_the_air_no_joint_is_too_fast(cell, run):
 
 
 def test_the_whole_run_is_checked_or_says_that_it_was_not(cell, simple_plan, schedule, run):
-    assert run.check.freedom is Freedom.FREE
+    assert run.check.verdict is CollisionVerdict.FREE
     assert len(run.check.s_mm) == (len(run) - 1) * 10 + 1
     assert build_run(simple_plan, cell, schedule, refine=None).check is None
 
@@ -78,16 +78,18 @@ def test_a_lamp_behind_the_torch_shortens_the_approach(cell, simple_plan):
     blocked = replace(cell, bench=(*cell.bench, Shape("lamp", [place], [place], [5.0])))
     schedule = schedule_plan(start, blocked)
     whole = build_run(start, blocked, schedule, refine=None)
-    assert check_path(whole.state, whole.t_s, blocked).freedom is Freedom.NOT_FREE
+    assert check_path(whole.state, whole.t_s, blocked).verdict is CollisionVerdict.NOT_FREE
     found = build_run(start, blocked, schedule)
-    assert found.check.freedom is Freedom.FREE
+    assert found.check.verdict is CollisionVerdict.FREE
     assert 0 < found.first < whole.first
 
 
 def test_a_weld_that_is_not_free_stays_so(cell, simple_plan):
     place = tool_in_world(cell, simple_plan.state.joints1[40:41])[0, :3, 3] + [0, 0, 60]
     blocked = replace(cell, bench=(*cell.bench, Shape("clamp", [place], [place], [25.0])))
-    assert build_run(simple_plan, blocked, schedule_plan(simple_plan, blocked)).check.freedom is Freedom.NOT_FREE
+    assert (
+        build_run(simple_plan, blocked, schedule_plan(simple_plan, blocked)).check.verdict is CollisionVerdict.NOT_FREE
+    )
 
 
 def test_what_cannot_be_reached_is_left_out(cell, simple_plan, schedule):

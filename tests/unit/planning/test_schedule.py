@@ -8,7 +8,7 @@ import pytest
 
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.robot_cell import CellState, part_in_world, tool_in_world
-from wpcal.planning.plan.schedule import joint_speeds, schedule_plan
+from wpcal.planning.plan.schedule import schedule_plan
 
 ROUND_OFF = 1e-9
 """Relative; seconds and mm/s of size 1 to 100."""
@@ -18,7 +18,7 @@ of the seam adds."""
 
 
 @pytest.mark.parametrize("asked", [6.0, 0.5, 60.0])
-def test_the_wire_goes_along_the_seam_at_the_wished_speed(cell, simple_plan, asked):
+def test_the_wire_goes_along_the_seam_at_the_asked_speed(cell, simple_plan, asked):
     schedule = schedule_plan(simple_plan, cell, speed_mm_s=asked)
     tip = np.linalg.inv(part_in_world(cell, simple_plan.state.joints2)) @ tool_in_world(cell, simple_plan.state.joints1)
     speeds = np.linalg.norm(np.diff(tip[:, :3, 3], axis=0), axis=1) / np.diff(schedule.t_s)
@@ -34,7 +34,7 @@ def test_the_seam_is_slowed_as_a_whole_until_every_joint_can_follow(cell, simple
         np.diff(simple_plan.s_mm) / np.diff(schedule.t_s), schedule.speed_mm_s, rtol=ROUND_OFF, atol=0
     )
     rates = np.abs(np.diff(simple_plan.state.both, axis=0)) / np.diff(schedule.t_s)[:, None]
-    use = rates / np.concatenate([joint_speeds(cell.arm1), joint_speeds(cell.arm2)])
+    use = rates / cell.joint_speeds
     np.testing.assert_allclose(use.max(), 1.0, rtol=ROUND_OFF, atol=0)
     row, column = np.unravel_index(np.argmax(use), use.shape)
     arm = (cell.arm1, cell.arm2)[column // 6]
@@ -66,7 +66,7 @@ def test_arms_without_stated_speeds_limit_nothing(cell, simple_plan):
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, math.nan, math.inf])
-def test_a_speed_that_is_none_is_refused(cell, simple_plan, speed):
+def test_an_impossible_speed_is_refused(cell, simple_plan, speed):
     with pytest.raises(InputError, match="must be positive"):
         schedule_plan(simple_plan, cell, speed_mm_s=speed)
 

@@ -5,75 +5,86 @@ import jsonschema
 import numpy as np
 import pytest
 
+from tests.chain_error import chain_error
+from tests.saddle import COARSE, FEW_WEIGHTS, coarse_search, saddle_problem
 from wpcal.core.errors import ConvergenceError, InputError
 from wpcal.core.records import to_json
-from wpcal.planning.cell.closed_chain import f3, torch_on_seam
+from wpcal.planning.cell.closed_chain import torch_on_seam
 from wpcal.planning.cell.robot_cell import CellState
-from wpcal.planning.plan.plan import Preference
-from wpcal.planning.search.ga_variation import PathCode
-from wpcal.planning.search.genetic import GeneticOptions, evolve_paths, first_population
-from wpcal.planning.search.objectives import Wishes
+from wpcal.planning.search.ga_variation import PathEncoding
+from wpcal.planning.search.nsga2 import Nsga2Options, evolve_paths, first_population
+from wpcal.planning.search.objectives import MOTION, OBJECTIVES, POSITION, TORCH
+from wpcal.planning.search.pareto import Preference
 from wpcal.planning.search.pareto_record import failed_record, pareto_record
-from wpcal.planning.search.plan_seam import best_paths, plan_seam
+from wpcal.planning.search.plan_seam import best_paths, judge_paths, plan_seam
 from wpcal.planning.search.problem import PlanningProblem
-from wpcal.planning.search.sweep import SWEEP, sweep_paths
+from wpcal.planning.search.sweep import SWEEP
+from wpcal.planning.search.targets import WeldTargets
 from wpcal.results.schemas import schema_text
 
-THINNED = 4
-"""Every fourth point of the saddle: a search then takes a second."""
 SAME = 1e-9
 """Round-off of millimetres and angles that were added to nothing."""
+FEW = Nsga2Options(population=20, generations=3)
 
 
 @pytest.fixture(scope="module")
-def thin(problem):
-    return replace(problem, path=problem.path.select(np.arange(0, len(problem.path), THINNED)))
+def swept(searched):
+    return searched.swept
 
 
 @pytest.fixture(scope="module")
-def swept(thin):
-    return list(sweep_paths(thin, lambda what, done, of: None))
+def coarse():
+    """A problem with few points: a search of its own takes a second."""
+    return saddle_problem(COARSE)
 
 
 @pytest.fixture(scope="module")
-def result(thin):
-    return plan_seam(thin.cell, thin.path, genetic=GeneticOptions(population=20, generations=3))
+def with_genetic(thin):
+    return plan_seam(thin.cell, thin.path, genetic=FEW)
 
 
-def test_a_sweep_gives_one_path_for_each_pair_of_weights(thin, swept):
+def test_a_sweep_gives_one_path_for_each_set_of_weights(thin, swept):
     assert len(swept) == len(SWEEP)
     values = np.array([thin.objectives(path.coordinates, path.joints) for path in swept])
-    tight = [row for row, (_, torch) in enumerate(SWEEP) if torch > 1e-2]
-    assert (np.diff(values[tight, 0]) > 0).all()
-    assert (np.diff(values[tight, 2]) < 0).all()
+    tight = [row for row, weights in enumerate(SWEEP) if weights[TORCH] > 1e-2]
+    assert (np.diff(values[tight, OBJECTIVES.index(POSITION)]) > 0).all()
+    assert (np.diff(values[tight, OBJECTIVES.index(MOTION)]) < 0).all()
 
 
-def test_an_interrupted_search_keeps_what_it_has(thin):
+def test_an_interrupted_search_keeps_what_it_has(coarse):
     def stop(what, done, of):
-        if (what, done) == ("sweeping the weights", 4):
+        if (what, done) == ("sweeping the weights", 2):
             raise KeyboardInterrupt
 
-    result = plan_seam(thin.cell, thin.path, progress=stop)
+    result = plan_seam(coarse.cell, coarse.path, weights=FEW_WEIGHTS, progress=stop)
     assert result.interrupted
-    assert 1 <= len(result.front) <= 4
+    assert 1 <= len(result.front) <= 2
 
 
-def test_an_interruption_before_any_plan_is_one(thin):
+def test_an_interruption_before_any_plan_is_one(coarse):
     def stop(what, done, of):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        plan_seam(thin.cell, thin.path, progress=stop)
+        plan_seam(coarse.cell, coarse.path, progress=stop)
 
 
-def test_the_genetic_front_stands_beside_the_deterministic_one(result):
+@pytest.mark.deep
+def test_the_genetic_front_is_kept_beside_the_deterministic_one(with_genetic):
+    result = with_genetic
     assert result.ladder is not None
     assert result.hypervolume_of(result.front) >= result.hypervolume_of(result.ladder) > 0
-    assert result.hypervolume_of(None) == 0.0
     assert {plan.found_by for plan in result.front.plans} <= {"ladder", "nsga2"}
 
 
-def test_the_record_follows_its_schema_and_holds_the_plans(result, cell):
+def test_a_front_dominates_a_volume_and_no_front_dominates_none(searched):
+    result = searched.result
+    assert result.hypervolume_of(result.front) == result.hypervolume_of(result.ladder) > 0
+    assert result.hypervolume_of(result.genetic) == result.hypervolume_of(None) == 0.0
+    assert {plan.found_by for plan in result.front.plans} == {"ladder"}
+
+
+def assert_record_holds_the_plans(result, cell):
     record = json.loads(to_json(pareto_record(result, cell, Preference.SMOOTH)))
     validator = jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/pareto/1")))
     validator.validate(record)
@@ -86,23 +97,39 @@ def test_the_record_follows_its_schema_and_holds_the_plans(result, cell):
         rtol=0,
         atol=1e-12,
     )
-    validator.validate(json.loads(to_json(failed_record(cell, "W1", Wishes(), 6.0, "no feasible plan"))))
+    validator.validate(json.loads(to_json(failed_record(cell, "W1", WeldTargets(), 6.0, "no feasible plan"))))
 
 
-def test_the_same_search_gives_the_same_bytes(thin, result, cell):
-    again = plan_seam(thin.cell, thin.path, genetic=GeneticOptions(population=20, generations=3))
-    records = [to_json(pareto_record(one, cell, Preference.BALANCED)) for one in (result, again)]
+def test_the_record_follows_its_schema_and_holds_the_plans(searched, cell):
+    assert_record_holds_the_plans(searched.result, cell)
+
+
+@pytest.mark.deep
+def test_the_record_of_both_methods_follows_its_schema(with_genetic, cell):
+    assert_record_holds_the_plans(with_genetic, cell)
+
+
+def test_the_same_search_gives_the_same_bytes(coarse, searched, cell):
+    results = (searched.coarse, coarse_search(coarse))
+    records = [to_json(pareto_record(result, cell, Preference.BALANCED)) for result in results]
     assert records[0] == records[1]
 
 
-def test_too_fast_a_torch_has_no_feasible_plan_and_says_why(thin):
+@pytest.mark.deep
+def test_the_same_genetic_search_gives_the_same_bytes(thin, with_genetic, cell):
+    again = plan_seam(thin.cell, thin.path, genetic=FEW)
+    records = [to_json(pareto_record(one, cell, Preference.BALANCED)) for one in (with_genetic, again)]
+    assert records[0] == records[1]
+
+
+def test_too_fast_a_torch_has_no_feasible_plan_and_says_why(thin, swept):
     with pytest.raises(ConvergenceError, match=r"no feasible plan: joint speeds fails most, on 15 of 15 paths"):
-        plan_seam(thin.cell, thin.path, speed_mm_s=5000.0)
+        judge_paths(replace(thin, speed_mm_s=5000.0), swept)
 
 
 def test_the_genes_of_a_base_are_the_path_itself(thin, swept):
     paths = best_paths(thin, swept)
-    code = PathCode.of_seeds(thin, paths)
+    code = PathEncoding.of_seeds(thin, paths)
     decoded = code.decode(code.of_bases())
     values = thin.objectives(decoded.coordinates, decoded.joints)
     for row, path in enumerate(paths):
@@ -113,7 +140,7 @@ def test_the_genes_of_a_base_are_the_path_itself(thin, swept):
 
 
 def test_a_base_between_two_is_their_mean(thin, swept):
-    code = PathCode.of_seeds(thin, swept[:3])
+    code = PathEncoding.of_seeds(thin, swept[:3])
     genes = code.of_bases()[1:2]
     genes[0, -3] = 1.25
     expected = 0.75 * swept[1].coordinates + 0.25 * swept[2].coordinates
@@ -121,34 +148,35 @@ def test_a_base_between_two_is_their_mean(thin, swept):
 
 
 def test_decoded_paths_close_the_chain_and_are_judged_like_any(thin):
-    code = PathCode.of_seeds(thin, ())
+    code = PathEncoding.of_seeds(thin, ())
     decoded = code.decode(code.random(300, np.random.default_rng(0)))
     reached = np.flatnonzero(decoded.violations[:, 0] <= 0)
     assert len(reached) >= 30
     for row in reached[:30]:
         path = decoded.path(int(row))
         state = CellState(path.joints[:, :6], path.joints[:, 6:])
-        off_mm, off_rad = f3(thin.cell, thin.path, state, torch_on_seam(path.coordinates))
+        off_mm, off_rad = chain_error(thin.cell, thin.path, state, torch_on_seam(path.coordinates))
         assert off_mm.max() <= 1e-6
         assert off_rad.max() <= 1e-9
-        allowed = max(thin.excesses(path.coordinates, path.joints).values()) == 0.0
+        allowed = max(thin.excesses(path).values()) == 0.0
         assert allowed == (decoded.violations[row] <= 0).all()
 
 
 def test_a_first_population_holds_the_seeds_as_they_are(thin, swept):
-    code = PathCode.of_seeds(thin, best_paths(thin, swept)[:3])
+    code = PathEncoding.of_seeds(thin, best_paths(thin, swept)[:3])
     genes = first_population(code, 20, np.random.default_rng(0))
     np.testing.assert_array_equal(genes[:3], code.of_bases())
     assert genes.shape == (20, len(code.least))
-    unseeded = PathCode.of_seeds(thin, ())
+    unseeded = PathEncoding.of_seeds(thin, ())
     random = first_population(unseeded, 20, np.random.default_rng(0))
     assert ((random >= unseeded.least) & (random <= unseeded.largest)).all()
     assert random[:, 3].std() > 1.0  # yaw, all around
 
 
+@pytest.mark.deep
 def test_evolution_is_repeatable_and_can_be_interrupted(thin, swept):
     seeds = best_paths(thin, swept)
-    options = GeneticOptions(population=12, generations=3, seed=5)
+    options = Nsga2Options(population=12, generations=3, seed=5)
     one, two = (evolve_paths(thin, seeds, options, lambda *_: None)[0] for _ in range(2))
     assert len(one) == len(two)
     assert all((a.coordinates == b.coordinates).all() for a, b in zip(one, two, strict=True))
@@ -163,10 +191,10 @@ def test_evolution_is_repeatable_and_can_be_interrupted(thin, swept):
 
 def test_options_of_the_genetic_algorithm_are_checked():
     with pytest.raises(InputError, match="at least 4"):
-        GeneticOptions(population=2)
+        Nsga2Options(population=2)
 
 
-def test_a_problem_states_all_limits_of_both_arms(cell, path):
-    problem = PlanningProblem(cell, path, Wishes())
-    assert problem.joint_limits[0].shape == problem.joint_speeds.shape == (12,)
-    assert np.degrees(problem.joint_speeds[5]) == pytest.approx(610.0, rel=0, abs=1e-9)
+def test_a_cell_states_all_limits_of_both_arms(cell, path):
+    problem = PlanningProblem(cell, path, WeldTargets())
+    assert problem.cell.joint_limits[0].shape == problem.cell.joint_speeds.shape == (12,)
+    assert np.degrees(problem.cell.joint_speeds[5]) == pytest.approx(610.0, rel=0, abs=1e-9)

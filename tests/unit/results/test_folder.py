@@ -40,7 +40,7 @@ def test_nothing_accepted_is_said(finished_folder):
     ("file", "key", "value", "error", "message"),
     [
         ("seams.json", "frame", "part", FrameError, "expected seams in the frame 'base', got 'part'"),
-        ("seams.json", "robot_space", "identified", FrameError, "give its file with --robot"),
+        ("seams.json", "robot_space", "identified", FrameError, "give the file of that robot"),
         ("calibration.json", "T_base_part", np.eye(4).tolist(), FormatError, "two calibrations"),
         ("calibration.json", "T_base_part", [[1]], InputError, "4×4"),
         ("seams.json", "schema", "wpcal/seams/9", FormatError, "expected a record of schema wpcal/seams/1"),

@@ -122,7 +122,7 @@ def move_start(seams: list[dict[str, Any]]) -> None:
     ("edit", "message"),
     [
         (move_start, "seam W1, 8.0 mm long from (26.0, 56.0, 10.0) in part coordinates, is not found on this part"),
-        (set_edit({"range_mm": [0, 9]}), "range_mm ends at 9, the seam at 8.000 mm"),
+        (set_edit({"range_mm": [0, 9]}), "range_mm ends at 9, but the seam at 8.000 mm"),
         (set_edit({"name": "W2"}), "two seams would be called 'W2'"),
     ],
 )

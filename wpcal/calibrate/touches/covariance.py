@@ -22,7 +22,7 @@ from wpcal.calibrate.touches.fit import Pose, fit_squares, scaled_jacobian
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import EXCESS_SAMPLES, TeachingError
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import InputError
+from wpcal.core.errors import ErrorCode, InputError
 from wpcal.core.tangent import translation_adjoint
 
 LAWSON_STEPS = 400
@@ -94,7 +94,8 @@ def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> tuple[float
     if freedom <= 0:
         raise InputError(
             "the touches are as many as the freedoms, so no residual tells how well they were made: state the teaching "
-            "error with --sigma-mm or a column sigma_mm, or touch once more"
+            "error (sigma_mm, for all touches or as a column), or touch once more",
+            code=ErrorCode.TEACHING_ERROR_MISSING,
         )
     squares = fit_squares(touches, pose).at.d
     return float(np.sqrt(np.sum(squares**2) / freedom)), freedom

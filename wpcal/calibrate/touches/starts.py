@@ -15,7 +15,7 @@ from wpcal.calibrate.touches.evidence import StartsEvidence
 from wpcal.calibrate.touches.fit import Pose, fit_squares
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.core.errors import GeometryError
+from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.rotations import cube_rotations, rotation_from_zyx
 from wpcal.core.tangent import log_rotation
 from wpcal.core.transform import RigidTransform
@@ -148,6 +148,7 @@ def two_places(touches: Touches, one: Pose, other: Pose) -> GeometryError:
     turn = float(np.degrees(np.linalg.norm(log_rotation(other.R @ one.R.T))))
     shift = float(np.linalg.norm((other.R - one.R) @ touches.targets.centre + other.t - one.t))
     return GeometryError(
-        f"the touches fit the part in two places, {turn:.3g} degrees and {shift:.3g} mm apart: say with --nominal "
-        "where it about stands, or touch one more face"
+        f"the touches fit the part in two places, {turn:.3g} degrees and {shift:.3g} mm apart: give the "
+        "rough nominal place of the part, or touch one more face",
+        code=ErrorCode.NOMINAL_MISSING,
     )

@@ -1,7 +1,8 @@
 r"""Taught points from an ABB RAPID module: robtargets, with the work object of the Move instructions that use them.
 
-A robtarget does not say its work object; the instruction that moves to it does (``\WObj:=name``, none: ``wobj0``, the
-world, which is the base of a robot that stands at its origin). Work objects declared in the file give their values.
+A robtarget does not name its work object; the instruction that moves to it does (``\WObj:=name``). Without this
+argument it is ``wobj0``, the world, which is the base of a robot at the world's origin. Work objects declared in the
+file give their values.
 """
 
 from __future__ import annotations
@@ -36,19 +37,19 @@ MOVE = re.compile(r"\b(?:Move|Arc|Search|Trigg)[A-Z]\w*(?P<arguments>[\s\\][^;]*
 WORK_OBJECT = re.compile(r"\\\s*WObj\s*:=\s*(\w+)", re.IGNORECASE)
 TOKEN = re.compile(r'[\[\],]|"[^"]*"|TRUE\b|FALSE\b|[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?|\S', re.IGNORECASE)
 UNIT_QUATERNION_ATOL = 1e-3
-"""Controllers print nine digits; people type four."""
+"""Controllers print nine digits, people type four."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Uses:
-    """The work objects and tools with which a target is moved to, lower case."""
+    """The work objects and tools of the moves to a target, lower case."""
 
     frames: set[str] = field(default_factory=set)
     tools: set[str] = field(default_factory=set)
 
 
 _Target = RigidTransform | JointValues | str | None
-"""A pose, joint values (None where they are none), or why there is neither."""
+"""A pose; joint values, None if they cannot be read; or the reason why there is neither."""
 
 
 def read_rapid(text: str, path: str) -> ProgramPoints:
@@ -77,7 +78,7 @@ def read_rapid(text: str, path: str) -> ProgramPoints:
 
 
 def _blank(match: re.Match[str]) -> str:
-    """Take a comment out and fill a string with spaces: what stands in either is no instruction."""
+    """Remove a comment, and fill a string with spaces: neither holds instructions."""
     found = match[0]
     return f'"{" " * (len(found) - 2)}"' if found[0] == '"' else ""
 
@@ -88,7 +89,7 @@ def _parse(text: str, path: str, line: int) -> Any:
     try:
         value = _value(next(tokens, ""), tokens)
     except ValueError as error:
-        raise FormatError(f"is no value of RAPID: {error}", path=path, line=line) from None
+        raise FormatError(f"is not a value of RAPID: {error}", path=path, line=line) from None
     return value
 
 
@@ -100,7 +101,7 @@ def _value(token: str, tokens: Iterator[str]) -> Any:
                 return values
             if inner != ",":
                 values.append(_value(inner, tokens))
-        raise ValueError("a ] is missing")
+        raise ValueError("a closing ] is missing")
     if token.upper() in ("TRUE", "FALSE"):
         return token.upper() == "TRUE"
     if token.startswith('"'):
@@ -120,7 +121,7 @@ def _elements(name: str, array: str | None, value: Any, path: str, line: int) ->
 
 
 def _robtarget(value: Any, name: str, path: str, line: int) -> RigidTransform | str:
-    """Return the pose, or what the target is instead."""
+    """Return the pose, or why there is none."""
     orientation = value[1] if isinstance(value, list) and len(value) > 1 else None
     if isinstance(orientation, list) and orientation == [0.0] * 4:
         return "was never taught: all four numbers of its orientation are 0"
@@ -151,7 +152,7 @@ def _transform(place: np.ndarray[Any, Any], q_wxyz: np.ndarray[Any, Any]) -> Rig
 
 
 def _work_object(value: Any, name: str, path: str, line: int) -> RigidTransform | None:
-    """Return uframe @ oframe, or None for a work object that a robot or another unit carries."""
+    """Return uframe @ oframe; None if a robot or another unit carries the work object."""
     if not isinstance(value, list) or len(value) != 5:
         raise FormatError(f"{name}: expected the five parts of a wobjdata", path=path, line=line)
     robhold, _, ufmec, uframe, oframe = value
@@ -162,7 +163,7 @@ def _work_object(value: Any, name: str, path: str, line: int) -> RigidTransform 
 
 
 def _find_uses(plain: str) -> dict[str, _Uses]:
-    """Find for every name that stands where a target stands in a Move the work objects and tools."""
+    """Find the work objects and tools of every name that is in the place of a target in a Move."""
     uses: dict[str, _Uses] = {}
     for match in MOVE.finditer(plain):
         arguments = match["arguments"]
@@ -194,7 +195,7 @@ def _point(
     written = {known.lower(): known for known in frames}
     frame = next(iter(uses.frames), None)
     if frame is not None and frame in written and frames[written[frame]] is None:
-        return unusable_point(name, line, f"stands in {written[frame]}, which the robot or another unit carries")
+        return unusable_point(name, line, f"is in {written[frame]}, which the robot or another unit carries")
     label = BASE if frame == "wobj0" else frame if frame is None else written.get(frame, frame)
     return ProgramPoint(name, line, pose.t_mm, pose.R, label, at_flange="tool0" in uses.tools)
 

@@ -1,8 +1,8 @@
-r"""ABB RAPID for two robots of one MultiMove controller: a module for each task, moved in step.
+r"""ABB RAPID for two robots of one MultiMove controller: one module per task, moved in step.
 
-Between ``SyncMoveOn`` and ``SyncMoveOff`` every move carries ``\ID``, the number of the mark it goes to; the controller
-begins and ends moves of the same ``\ID`` together. Targets are joints in degrees (``MoveAbsJ``), so that no
-configuration is left open, and ``\T`` gives the time of each move.
+Between ``SyncMoveOn`` and ``SyncMoveOff`` every move has an ``\ID``, the number of the mark at its end. The controller
+begins and ends moves of the same ``\ID`` together. Targets are joint angles in degrees (``MoveAbsJ``), so the
+configuration is fixed. ``\T`` gives the time of each move.
 
 References
 ----------
@@ -21,21 +21,21 @@ from wpcal.controllers.sync_program import ROBOTS, DualProgram
 from wpcal.core.arrays import FloatArray
 
 DEG_DECIMALS = 5
-"""A controller keeps 32-bit numbers: 1.5e-5 degrees at 180. One digit more than that loses nothing."""
+"""A controller keeps 32-bit numbers: 1.5e-5 degrees at 180 degrees. One more digit loses nothing."""
 SECOND_DECIMALS = 4
-"""0.1 ms of a move of some tenths of a second: 0.03 % of the speed."""
+"""A move takes some tenths of a second: 0.1 ms is 0.03 % of its speed."""
 JOINT_DEG_S = 20
-"""Of the first move, which comes from wherever the arm stands: slow."""
+"""Of the first move. Slow, because the arm can come from anywhere."""
 TASKS = ("T_ROB1", "T_ROB2")
 """Names of the motion tasks as delivered."""
 WAIT_AT_START, WAIT_AT_END, TASK_LIST = "start_", "end_", "tasks_"
-"""Before the name of a seam: what both tasks must have by the same name, apart from that of another seam."""
+"""Before the name of a seam: names that both tasks must share, and that differ from those of another seam."""
 NO_TOOL = "tool0"
-"""Robot 2: its targets are joints, so the tool only says what the speed would count for."""
+"""The tool of robot 2. Its targets are joint angles, so the tool does not change where the arm goes."""
 
 
 def write_dual_rapid(program: DualProgram) -> dict[str, str]:
-    """Write a RAPID module for each robot.
+    """Write one RAPID module per robot.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-r"""ABB RAPID: one module with the work object of the calibrated part, the targets and a procedure a seam.
+r"""ABB RAPID: one module with the work object of the calibrated part, the targets, and one procedure per seam.
 
 Quaternions are written q1 to q4 = w, x, y, z; lengths in mm. Targets are relative to the work object, which is the part
 frame as calibrated. `confdata` is written as zeros and not used: ``ConfJ\Off`` and ``ConfL\Off`` let the controller
-choose the configuration nearest to where it stands.
+choose the configuration nearest to the present one.
 
 References
 ----------
@@ -29,17 +29,17 @@ KEYWORDS = (
 NAMES = NameRules("RAPID", 32, KEYWORDS)
 """Identifiers have up to 32 characters."""
 MM_DECIMALS = 5
-"""A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One digit more than that loses nothing."""
+"""A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One more digit loses nothing."""
 QUATERNION_DECIMALS = 9
 """1e-9 turns a point at 2 m by 4e-6 mm; the controller normalises what it reads."""
 LONGEST_COMMENT = 72
 """Old controllers cut source lines at 80 characters."""
 NO_EXTERNAL_AXES = "[9E+09,9E+09,9E+09,9E+09,9E+09,9E+09]"
-"""9E+09 is the value of an external axis that is not there."""
+"""9E+09 means that the robot does not have this external axis."""
 PROCEDURE = "weld_"
-"""Before the name of a seam, the name of its procedure."""
+"""The name of a procedure is this and the name of its seam."""
 TURN_DEG_S = 500
-"""Turning is never what limits the speed along a seam: the value of the predefined speeds."""
+"""As in the predefined speeds: rotation never limits the speed along a seam."""
 
 
 def write_rapid(program: WeldProgram) -> dict[str, str]:
@@ -57,7 +57,7 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
     Raises
     ------
     InputError
-        When the tool's name is none that RAPID takes.
+        When RAPID does not allow the tool's name.
     """
     width = program.label_width
     module = safe_name(program.controller.program_name, NAMES)
@@ -94,7 +94,7 @@ def _header(program: WeldProgram, names: dict[str, str]) -> list[str]:
 
 
 def _frame_as_written(T: RigidTransform) -> tuple[str, RigidTransform]:
-    """Return the frame's text and the frame of these digits, so that its rounding does not move targets in the base."""
+    """Return the frame's text and the frame with these digits: its rounding then does not move targets in the base."""
     q = rounded(quaternion_from_rotation(T.R), QUATERNION_DECIMALS)
     written = RigidTransform(rotation_from_quaternion(q), rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
     return _texts(T.t_mm[None], q[None])[0], written

@@ -1,7 +1,7 @@
 """Taught points from a FANUC TP program as ASCII (``.ls``): the Cartesian positions of the first motion group.
 
-A position names its user frame by number only; frame 0 is the world, which is the base. Tool 0 is the flange. A point
-is called by its comment (``P[1:"corner"]``) where no other has the same, and otherwise ``P1``.
+A position names its user frame by number only. Frame 0 is the world, which is the base. Tool 0 is the flange. A point's
+name is its comment (``P[1:"corner"]``) if no other point has the same comment, and otherwise ``P1``.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FRAME = re.compile(r"\bUF\s*:\s*(\w+)")
 TOOL = re.compile(r"\bUT\s*:\s*(\w+)")
 COORDINATE = re.compile(r"\b([XYZWPR])\s*=\s*(\S+?)\s*(?:mm|deg)\b")
 REMOTE = re.compile(r"\bR[XYZ]\s*=")
-"""Of a position with a remote tool: the robot holds the part, and the coordinates say where it held it."""
+"""Keys of a position with a remote tool: the robot holds the part, and the coordinates are those of the part."""
 JOINT = re.compile(r"\bJ([1-6])\s*=\s*([-+.\d*]+)")
 
 
@@ -39,7 +39,7 @@ def read_fanuc(text: str, path: str) -> ProgramPoints:
     Raises
     ------
     FormatError
-        When a position lacks a coordinate or one is no number.
+        When a position lacks a coordinate, or a coordinate is not a number.
     """
     start = re.search(r"^/POS\b", text, re.MULTILINE)
     if start is None:
@@ -73,7 +73,7 @@ def _point(name: str, body: str, path: str, line: int) -> ProgramPoint:
     try:
         x, y, z, *angles = (float(values[key]) for key in "XYZWPR")
     except ValueError:
-        raise FormatError(f"{name} holds a coordinate that is no number", path=path, line=line) from None
+        raise FormatError(f"{name} holds a coordinate that is not a number", path=path, line=line) from None
     alpha, beta, gamma = np.radians(angles)
     frame, tool = FRAME.search(group["body"]), TOOL.search(group["body"])
     number = frame[1] if frame and frame[1].isdigit() else None  # UF : F is the frame selected at run time

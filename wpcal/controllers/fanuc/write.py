@@ -1,9 +1,7 @@
-"""FANUC TP as ASCII (``.ls``): a program a seam and one that calls them all.
+"""FANUC TP as ASCII (``.ls``): one program per seam and one that calls them all.
 
-W, P, R in degrees with ``R = Rz(R) Ry(P) Rx(W)``; lengths in mm. Positions are relative to the user frame that the part
-becomes. The file cannot carry a user frame: its six numbers stand in remarks, rounded as the pendant takes them, and
-the positions are relative to exactly these numbers. `CONFIG` cannot be left open either: it is what the user gave, or
-question marks that the controller refuses until they are filled in.
+W, P, R in degrees with ``R = Rz(R) Ry(P) Rx(W)``; lengths in mm. `wpcal.controllers.user_frame_jobs` explains the user
+frame and the configuration.
 
 References
 ----------
@@ -13,26 +11,45 @@ FANUC, R-30iB HandlingTool Operator's Manual (position data, user frames, remark
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from functools import partial
 
-from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
-from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
-from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
+from wpcal.controllers.naming import NameRules, comment_lines
+from wpcal.controllers.program import WeldPath, WeldProgram, describe_path
+from wpcal.controllers.rounding import rounded, zyx_degrees
+from wpcal.controllers.user_frame_jobs import ConfigurationRule, JobLanguage, write_jobs
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 
 NAMES = NameRules("FANUC", 32, "aux com1 com2 con lpt1 lpt2 nul prn")
-"""Names of programs have up to 36 characters; a file's name keeps clear of the device names of its file system."""
+"""Names of programs have up to 36 characters. A file must not have the name of a device of the controller."""
 DECIMALS = 3
-"""What the controller prints, of mm and of degrees."""
+"""As the controller prints mm and degrees."""
 LONGEST_REMARK = 32
 MOST_LINES = 9999
 """Line numbers have four digits."""
-UNKNOWN_CONFIG = "? ? ?, ?, ?, ?"
-CONFIG = re.compile(r"[NF] ?[LR]? ?[UD] ?[TB], ?-?\d+, ?-?\d+, ?-?\d+")
+CONFIGURATION = ConfigurationRule(
+    word="CONFIG",
+    pattern=re.compile(r"[NF] ?[LR]? ?[UD] ?[TB], ?-?\d+, ?-?\d+, ?-?\d+"),
+    expected="it as the pendant shows it, as N U T, 0, 0, 0",
+    unknown="? ? ?, ?, ?, ?",
+    to_fill_in="? ? ?",
+)
 """For example N U T, 0, 0, 0: flip, (left, right,) up, front, and the turns of three joints."""
 JOINT_PERCENT = 10
-"""Of the first move to a seam, which comes from wherever the arm stands: slow."""
+"""Of the first move to a seam. Slow, because the arm can come from anywhere."""
+LANGUAGE = JobLanguage(
+    names=NAMES,
+    suffix=".ls",
+    job_word="program",
+    mm_decimals=DECIMALS,
+    deg_decimals=DECIMALS,
+    frame_word="UFRAME",
+    frame_keys=("X", "Y", "Z", "W", "P", "R"),
+    rotation="R = Rz(R) Ry(P) Rx(W)",
+    configuration=CONFIGURATION,
+)
 
 
 def write_fanuc(program: WeldProgram) -> dict[str, str]:
@@ -45,25 +62,22 @@ def write_fanuc(program: WeldProgram) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        ``NAME.ls`` and a file a seam, with lines ended by CR LF.
+        ``NAME.ls`` and one file per seam, with lines ended by CR LF.
 
     Raises
     ------
     InputError
-        When a seam has too many points, a speed is none that TP can write, or the configuration is no CONFIG.
+        When a seam has too many points, TP cannot write a speed, or the configuration is not a CONFIG.
     """
-    configuration = program.controller.configuration
-    if configuration is not None and not CONFIG.fullmatch(configuration):
-        raise InputError(f"configuration {configuration!r}: expected it as the pendant shows it, as N U T, 0, 0, 0")
-    main = safe_name(program.controller.program_name, NAMES).upper()
-    rules = NameRules(NAMES.language, NAMES.longest, f"{NAMES.keywords} {main.lower()}")
-    names = {k: v.upper() for k, v in safe_names([path.seam.name for path in program.paths], rules).items()}
-    T_base_frame = rounded_frame(program.T_base_part, mm_decimals=DECIMALS, deg_decimals=DECIMALS)
-    files = {f"{main}.ls": _file(main, [*_header(program, names, T_base_frame), *_calls(names)], [])}
-    for path in program.paths:
-        name = names[path.seam.name]
-        files[f"{name}.ls"] = _file(name, _moves(path, program), _positions(path, program, T_base_frame))
-    return files
+    return write_jobs(program, LANGUAGE, main_job=_main_program, seam_job=partial(_seam_program, program))
+
+
+def _main_program(name: str, comments: list[str], calls: Sequence[str]) -> str:
+    return _file(name, [*_remarks(comments), *(f"  CALL {called}" for called in calls)], [])
+
+
+def _seam_program(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
+    return _file(name, _moves(path, program), _positions(path, program, T_base_frame))
 
 
 def _file(name: str, instructions: list[str], positions: list[str]) -> str:
@@ -95,29 +109,6 @@ def _remarks(lines: list[str]) -> list[str]:
     return comment_lines(clean, mark="  !", longest=LONGEST_REMARK)
 
 
-def _header(program: WeldProgram, names: dict[str, str], T_base_frame: RigidTransform) -> list[str]:
-    x, y, z = T_base_frame.t_mm
-    w, p, r = zyx_degrees(T_base_frame.R, decimals=DECIMALS)
-    text = [
-        *describe(program),
-        f"set UFRAME {program.controller.frame_number} to the part:",
-        *(f" {key} {value:.{DECIMALS}f}" for key, value in zip("XYZWPR", (x, y, z, w, p, r), strict=True)),
-        "points are relative to it, mm",
-        "R = Rz(R) Ry(P) Rx(W), deg",
-        "rounded within 0.001 mm, 0.001 deg",
-        "CONFIG as given by the user"
-        if program.controller.configuration
-        else "CONFIG is not known: put the arm's in place of ? ? ?",
-        "seam -> program here",
-        *(f" {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
-    ]
-    return _remarks(text)
-
-
-def _calls(names: dict[str, str]) -> list[str]:
-    return [f"  CALL {name}" for name in names.values()]
-
-
 def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
     weld, air = _speed(program.motion.speed_mm_s), _speed(program.motion.air_speed_mm_s)
     last = len(path) - 1
@@ -136,7 +127,7 @@ def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
 
 
 def _speed(mm_s: float) -> str:
-    """Write a speed, which TP knows as whole mm/sec or whole cm/min."""
+    """Write a speed; TP has whole mm/sec and whole cm/min."""
     for value, unit in ((mm_s, "mm/sec"), (mm_s * 6.0, "cm/min")):
         if value >= 1 and abs(value - round(value)) < 1e-6:  # a rest below that is round-off of the factor 6
             return f"{round(value)}{unit}"
@@ -148,7 +139,7 @@ def _positions(path: WeldPath, program: WeldProgram, T_base_frame: RigidTransfor
     p, R = path.poses_in(T_base_frame)
     controller = program.controller
     head = f"\tUF : {controller.frame_number}, UT : {controller.tool_number},"
-    head += f"\t\tCONFIG : '{controller.configuration or UNKNOWN_CONFIG}',"
+    head += f"\t\tCONFIG : '{CONFIGURATION.text(controller)}',"
     return [
         line
         for number, text in enumerate(_coordinates(p, zyx_degrees(R, decimals=DECIMALS)), start=1)

@@ -1,7 +1,8 @@
 """Taught points from a KUKA data list (``.dat``): E6POS, POS and FRAME with the base that FDAT names.
 
-A point ``XP1`` taught in line form has its base and tool in ``FP1`` (FDAT): ``BASE_NO``, ``TOOL_NO``, ``IPO_FRAME``.
-It is called ``P1``, as on the pendant. ``BASE_DATA[n]`` and FRAME variables of the same file give values of frames.
+A point ``XP1`` taught in an inline form has its base and tool in ``FP1`` (FDAT): ``BASE_NO``, ``TOOL_NO`` and
+``IPO_FRAME``. Its name is ``P1``, as on the pendant. ``BASE_DATA[n]`` and FRAME variables of the same file give the
+values of frames.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ def _pose(fields: dict[str, str], name: str, path: str, line: int) -> RigidTrans
     try:
         x, y, z, a, b, c = (float(fields[key]) for key in PLACE)
     except ValueError:
-        raise FormatError(f"{name} holds a coordinate that is no number", path=path, line=line) from None
+        raise FormatError(f"{name} holds a coordinate that is not a number", path=path, line=line) from None
     alpha, beta, gamma = np.radians([c, b, a])
     return RigidTransform(rotation_from_zyx(alpha, beta, gamma), np.array([x, y, z]), "base", "frame")
 

@@ -1,8 +1,8 @@
 """KUKA KRL: a pair ``NAME.src`` and ``NAME.dat`` with the base of the calibrated part and the points along its seams.
 
 Angles are A, B, C in degrees with ``R = Rz(A) Ry(B) Rx(C)``; lengths in mm. Points are relative to the frame
-``WP_PART``, which the program makes ``$BASE``. Status and turn (S, T) are left out: for LIN the controller ignores
-them, and for PTP it keeps those of the place where it stands.
+``WP_PART``, which the program makes ``$BASE``. Status and turn (S, T) are left out: the controller ignores them for LIN
+and keeps the present ones for PTP.
 
 References
 ----------
@@ -27,13 +27,13 @@ KEYWORDS = (
 NAMES = NameRules("KRL", 24, KEYWORDS)
 """Names have up to 24 characters; wp_part is the frame of the part."""
 MM_DECIMALS = 5
-"""A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One digit more than that loses nothing."""
+"""A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One more digit loses nothing."""
 DEG_DECIMALS = 6
-"""1e-6 deg turns a point at 2 m by 4e-5 mm."""
+"""1e-6 deg moves a point at 2 m by 4e-5 mm."""
 LONGEST_COMMENT = 76
 """Keeps lines on the pendant's screen."""
 BLEND_MM = 1.0
-"""Where LIN moves may leave their corner: the least step that seams are cut into by default."""
+"""Distance from a corner at which LIN moves may leave it: the default least step of seams."""
 
 
 def write_krl(program: WeldProgram) -> dict[str, str]:

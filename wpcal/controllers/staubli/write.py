@@ -1,8 +1,8 @@
 """Staubli VAL3: an application (``.pjx``, ``.dtx``, ``start.pgx``, ``stop.pgx``) with the part's frame and points.
 
-rx, ry, rz in degrees are turned one after the other about moving axes, ``R = Rx(rx) Ry(ry) Rz(rz)``; lengths in mm.
-Points are children of the frame ``fPart``. The configuration is written as *same*: the arm keeps the one it comes with.
-The tool is not declared: the application does not start until it gets the torch's.
+rx, ry, rz in degrees are rotations about moving axes, ``R = Rx(rx) Ry(ry) Rz(rz)``; lengths in mm. Points are children
+of the frame ``fPart``. The configuration is written as *same*: the arm keeps the present one. The tool is not declared:
+the application does not start until a person declares the torch.
 
 References
 ----------
@@ -31,9 +31,9 @@ MOST_POINTS = 9999
 """Elements of an array."""
 MM_DECIMALS = 5
 DEG_DECIMALS = 6
-"""As for the other controllers with 32-bit numbers: 1e-4 mm and 1e-5 deg are what they resolve."""
+"""As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg."""
 BLEND_MM = 0.5
-"""Half of the least step that seams are cut into by default: blends of neighbours meet."""
+"""Half of the default least step of seams: blends of neighbours touch and do not overlap."""
 LONGEST_COMMENT = 100
 XML = '<?xml version="1.0" encoding="utf-8"?>'
 STAUBLI = "http://www.staubli.com/robotics/VAL3"
@@ -55,7 +55,7 @@ def write_val3(program: WeldProgram) -> dict[str, str]:
     Raises
     ------
     InputError
-        When a seam has too many points or the tool's name is none that VAL3 takes.
+        When a seam has too many points, or VAL3 does not allow the tool's name.
     """
     for path in program.paths:
         if len(path) > MOST_POINTS:
@@ -122,7 +122,7 @@ def _angles(R: FloatArray) -> FloatArray:
 
 
 def _frame_as_written(T: RigidTransform) -> RigidTransform:
-    """Return the frame of the written digits, so that its own rounding does not move the points in the base."""
+    """Return the frame with the written digits: its rounding then does not move the points in the base."""
     a, b, c = np.radians(_angles(T.R))
     return RigidTransform(rotation_from_zyx(-a, -b, -c).T, rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
 

@@ -1,8 +1,8 @@
 """Universal Robots: one URScript program with the frame of the calibrated part and the poses along its seams.
 
 A pose is ``p[x, y, z, rx, ry, rz]`` in metres with a rotation vector in rad. Poses are relative to ``wp_part`` and
-turned into the base by `pose_trans`. `movej` to a pose lets the controller choose the solution nearest to where it
-stands.
+transformed into the base by `pose_trans`. `movej` to a pose lets the controller choose the solution nearest to the
+present one.
 
 References
 ----------
@@ -25,14 +25,14 @@ NAMES = NameRules(
     60,
     "and break continue def elif else end false for global halt if local not or return thread true while",
 )
-"""A name of ours; the language sets no limit."""
+"""The length is our choice; the language sets no limit."""
 DECIMALS = 9
-"""1e-9 m is 1e-6 mm; 1e-9 rad turns a point at 2 m by 2e-6 mm."""
+"""1e-9 m is 1e-6 mm; 1e-9 rad moves a point at 2 m by 2e-6 mm."""
 MM = 1e-3
 BLEND_MM = 0.2
-"""Blends of neighbours must not overlap: well below half of the least step that seams are cut into (1 mm)."""
+"""Blends of neighbours must not overlap: well below half of the default least step of seams (1 mm)."""
 ACCELERATION_M_S2 = 0.5
-"""Slow; a weld speed is reached within 0.1 mm."""
+"""Slow. A weld speed is reached within 0.1 mm."""
 LONGEST_COMMENT = 100
 
 
@@ -64,7 +64,7 @@ def write_urscript(program: WeldProgram) -> dict[str, str]:
 
 
 def _frame_as_written(T: RigidTransform) -> RigidTransform:
-    """Return the frame of the written digits, so that its own rounding does not move the poses in the base."""
+    """Return the frame with the written digits: its rounding then does not move the poses in the base."""
     turn = rounded(log_rotation(T.R), DECIMALS)
     return RigidTransform(exp_rotation(turn), rounded(T.t_mm * MM, DECIMALS) / MM, T.target, T.source)
 

@@ -1,7 +1,7 @@
 """Taught points from a Yaskawa INFORM job (``.jbi``): Cartesian positions (``///RECTAN``) of its header.
 
-``///POSTYPE ROBOT`` and ``BASE`` are the base of a robot that stands still; ``USER`` names a user frame by number only.
-Positions as pulses hold no coordinates without the robot's own data.
+``///POSTYPE ROBOT`` and ``BASE`` mean the base of a robot that does not move on an axis. ``USER`` names a user frame by
+number only. Positions stored as pulses need the arm to become coordinates.
 """
 
 from __future__ import annotations
@@ -55,9 +55,9 @@ def _point(name: str, values: str, settings: dict[str, str], path: str, line: in
     if kind == "PULSE":
         return unusable_point(name, line, IN_PULSES, joint_values(values.split(","), in_pulses=True))
     if kind not in ("ROBOT", "BASE", "USER"):
-        return unusable_point(name, line, f"stands in POSTYPE {kind or 'none'}; expected ROBOT, BASE or USER")
+        return unusable_point(name, line, f"is in POSTYPE {kind or 'none'}; expected ROBOT, BASE or USER")
     if kind == "BASE" and _has_base_axes(settings.get("NPOS", "")):
-        return unusable_point(name, line, "stands in BASE of a robot that a base axis moves")
+        return unusable_point(name, line, "is in BASE of a robot that a base axis moves")
     try:
         x, y, z, *angles = (float(value) for value in values.split(","))
         alpha, beta, gamma = np.radians(angles)

@@ -1,9 +1,10 @@
-"""Yaskawa INFORM for two robots of one controller: a job for each, and one that starts both.
+"""Yaskawa INFORM for two robots of one controller: one job per robot, and one that starts both.
 
 Both jobs run at the same time (``PSTART``) and wait for each other at every mark (``TSYNC`` with ``SNUM=2``). Targets
-are joints: encoder pulses where the arm's file states the pulses per degree, otherwise degrees (``///POSTYPE ANGLE``,
-which newer controllers read). A joint move has no time in this language: ``VJ`` is the share of the largest joint speed
-at which the move takes its time, rounded to what the language knows.
+are joint values: encoder pulses if the arm's file states the pulses per degree, otherwise degrees (``///POSTYPE
+ANGLE``, which newer controllers read). In this language a joint move has no time but a speed ``VJ``, a percentage of
+the largest joint speed. It is chosen so that the move takes the planned time, and rounded to the decimals of the
+language.
 
 References
 ----------
@@ -24,16 +25,15 @@ from wpcal.core.errors import InputError
 
 PERCENT_DECIMALS = 2
 LEAST_PERCENT = 0.01
-"""VJ is written from 0.01 to 100.00."""
+"""The language has VJ from 0.01 to 100.00."""
 ROUND_OFF = 1e-9
-"""A share this little above a written one is that one."""
+"""A percentage this little above one that can be written is that one."""
 SYNC_NUMBERS = 8
-"""TSYNC has few numbers. Neither job can be more than one mark ahead, so that eight in turn cannot be taken for each
-other."""
+"""TSYNC has few numbers. Neither job can be more than one mark ahead, so eight numbers in turn cannot be confused."""
 
 
 def write_dual_inform(program: DualProgram) -> dict[str, str]:
-    """Write an INFORM job for each robot, and one that starts both.
+    """Write one INFORM job per robot, and one that starts both.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def write_dual_inform(program: DualProgram) -> dict[str, str]:
     Raises
     ------
     InputError
-        When an arm does not state the largest speeds of its joints, a time asks for more than them, or a job would be
+        When an arm does not state the largest speeds of its joints, a move needs more than these, or a job would be
         too long.
     """
     name = program.controller.program_name
@@ -101,10 +101,10 @@ def _moves(program: DualProgram, robot: int) -> list[str]:
 
 
 def joint_percents(program: DualProgram) -> FloatArray:
-    r"""Return ``VJ`` of every move of both robots: shares of the largest joint speeds that give the planned times.
+    r"""Return ``VJ`` of every move of both robots: percentages of the largest joint speeds that give the planned times.
 
-    :math:`100 \max_j |\Delta q_j| / (\dot q_{j,max} \Delta t)`, rounded for the robot with the larger share, and up for
-    the other: it comes early and waits, so that its rounding does not slow the step.
+    :math:`100 \max_j |\Delta q_j| / (\dot q_{j,max} \Delta t)`, rounded for the robot with the larger percentage and
+    rounded up for the other. The other robot arrives early and waits, so its rounding does not slow the step.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def joint_percents(program: DualProgram) -> FloatArray:
     Raises
     ------
     InputError
-        When an arm does not state the speeds of its joints, or a share is more than 100 %.
+        When an arm does not state the speeds of its joints, or a percentage is more than 100.
     """
     share = _shares(program)
     decides = share == share.max(axis=0)
@@ -146,7 +146,7 @@ def _shares(program: DualProgram) -> FloatArray:
 
 
 def _timing_note(program: DualProgram) -> str:
-    """Say how far the rounding of VJ takes the time between marks of the weld from what was planned."""
+    """Say how much the rounding of VJ changes the times between the marks of the weld."""
     taken = 100.0 * (_shares(program) / joint_percents(program)).max(axis=0)[program.arc_on : program.arc_off]
     times = f"a step of the weld takes {taken.min():.1f} to {taken.max():.1f} % of its time"
     return f"VJ has {PERCENT_DECIMALS} decimals: {times}"

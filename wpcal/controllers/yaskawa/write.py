@@ -1,9 +1,7 @@
-"""Yaskawa INFORM (``.jbi``): a job a seam and one that calls them all.
+"""Yaskawa INFORM (``.jbi``): one job per seam and one that calls them all.
 
-Rx, Ry, Rz in degrees with ``R = Rz(Rz) Ry(Ry) Rx(Rx)``; lengths in mm. Positions are Cartesian (no pulses), relative to
-the user frame that the part becomes. A job cannot carry a user frame: its six numbers stand in comments, rounded as
-the pendant takes them, and the positions are relative to exactly these numbers. `RCONF` is what the user gave, or a
-question mark that the controller refuses until it is filled in.
+Rx, Ry, Rz in degrees with ``R = Rz(Rz) Ry(Ry) Rx(Rx)``; lengths in mm. Positions are Cartesian, not pulses.
+`wpcal.controllers.user_frame_jobs` explains the user frame and the configuration.
 
 References
 ----------
@@ -13,10 +11,13 @@ Yaskawa, DX200 / YRC1000 Options: Instructions for Data Transmission Function (j
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from functools import partial
 
-from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
-from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
-from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
+from wpcal.controllers.naming import NameRules, comment_lines
+from wpcal.controllers.program import WeldPath, WeldProgram, describe_path
+from wpcal.controllers.rounding import rounded, zyx_degrees
+from wpcal.controllers.user_frame_jobs import ConfigurationRule, JobLanguage, write_jobs
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
@@ -28,13 +29,31 @@ DEG_DECIMALS = 4
 """What the controller writes into its own jobs."""
 LONGEST_COMMENT = 32
 MOST_LINES = 9999
-"""Of a job; the numbers of its positions have as many."""
-UNKNOWN_CONFIG = "?"
-CONFIG = re.compile(r"\d+(?:,\d+)+")
+"""Of a job. It can have as many positions."""
+CONFIGURATION = ConfigurationRule(
+    word="RCONF",
+    pattern=re.compile(r"\d+(?:,\d+)+"),
+    expected="numbers with commas, as RCONF of a job has them",
+    unknown="?",
+    to_fill_in="?",
+)
 JOINT_PERCENT = 5.0
-"""Of the first move to a seam, which comes from wherever the arm stands: slow."""
+"""Of the first move to a seam. Slow, because the arm can come from anywhere."""
 NO_DATE = "2000/01/01 00:00"
 """A job must have a date; the same input gives the same bytes."""
+
+
+LANGUAGE = JobLanguage(
+    names=NAMES,
+    suffix=".jbi",
+    job_word="job",
+    mm_decimals=MM_DECIMALS,
+    deg_decimals=DEG_DECIMALS,
+    frame_word="USER",
+    frame_keys=("X", "Y", "Z", "Rx", "Ry", "Rz"),
+    rotation="R = Rz(Rz) Ry(Ry) Rx(Rx)",
+    configuration=CONFIGURATION,
+)
 
 
 def write_inform(program: WeldProgram) -> dict[str, str]:
@@ -47,35 +66,32 @@ def write_inform(program: WeldProgram) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        ``NAME.jbi`` and a file a seam, with lines ended by CR LF.
+        ``NAME.jbi`` and one file per seam, with lines ended by CR LF.
 
     Raises
     ------
     InputError
-        When a seam has too many points or the configuration is no RCONF.
+        When a seam has too many points, INFORM cannot write a speed, or the configuration is not an RCONF.
     """
-    configuration = program.controller.configuration
-    if configuration is not None and not CONFIG.fullmatch(configuration):
-        raise InputError(f"configuration {configuration!r}: expected numbers with commas, as RCONF of a job has them")
-    main = safe_name(program.controller.program_name, NAMES).upper()
-    rules = NameRules(NAMES.language, NAMES.longest, main.lower())
-    names = {k: v.upper() for k, v in safe_names([path.seam.name for path in program.paths], rules).items()}
-    T_base_frame = rounded_frame(program.T_base_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)
-    calls = [f"CALL JOB:{name}" for name in names.values()]
-    files = {f"{main}.jbi": inform_job(main, [], [*_header(program, names, T_base_frame), *calls])}
-    for path in program.paths:
-        name = names[path.seam.name]
-        files[f"{name}.jbi"] = inform_job(name, _positions(path, program, T_base_frame), _moves(path, program))
-    return files
+    return write_jobs(program, LANGUAGE, main_job=_main_job, seam_job=partial(_seam_job, program))
+
+
+def _main_job(name: str, comments: list[str], calls: Sequence[str]) -> str:
+    head = comment_lines(comments, mark="'", longest=LONGEST_COMMENT)
+    return inform_job(name, [], [*head, *(f"CALL JOB:{called}" for called in calls)])
+
+
+def _seam_job(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
+    return inform_job(name, _positions(path, program, T_base_frame), _moves(path, program))
 
 
 def inform_job(name: str, positions: list[str], instructions: list[str], *, group: str | None = "RB1") -> str:
-    """Put positions and instructions into the frame of a job.
+    """Return the text of a job.
 
     Parameters
     ----------
     name : str
-        A name that the language takes, upper case.
+        A name that the language allows, upper case.
     positions : list of str
         Lines of the section ``//POS`` after the counts.
     instructions : list of str
@@ -109,25 +125,6 @@ def inform_job(name: str, positions: list[str], instructions: list[str], *, grou
     return "\r\n".join(lines)
 
 
-def _header(program: WeldProgram, names: dict[str, str], T_base_frame: RigidTransform) -> list[str]:
-    places = [f"{v:.{MM_DECIMALS}f}" for v in T_base_frame.t_mm]
-    turns = [f"{v:.{DEG_DECIMALS}f}" for v in zyx_degrees(T_base_frame.R, decimals=DEG_DECIMALS)]
-    text = [
-        *describe(program),
-        f"set USER {program.controller.frame_number} to the part:",
-        *(f" {key} {v}" for key, v in zip(("X", "Y", "Z", "Rx", "Ry", "Rz"), places + turns, strict=True)),
-        "points are relative to it, mm",
-        "R = Rz(Rz) Ry(Ry) Rx(Rx), deg",
-        "rounded within 0.001 mm, 0.0001 deg",
-        "RCONF as given by the user"
-        if program.controller.configuration
-        else "RCONF is not known: put the arm's in place of ?",
-        "seam -> job here",
-        *(f" {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
-    ]
-    return comment_lines(text, mark="'", longest=LONGEST_COMMENT)
-
-
 def _positions(path: WeldPath, program: WeldProgram, T_base_frame: RigidTransform) -> list[str]:
     p, R = path.poses_in(T_base_frame)
     return [
@@ -135,7 +132,7 @@ def _positions(path: WeldPath, program: WeldProgram, T_base_frame: RigidTransfor
         f"///TOOL {program.controller.tool_number}",
         "///POSTYPE USER",
         "///RECTAN",
-        f"///RCONF {program.controller.configuration or UNKNOWN_CONFIG}",
+        f"///RCONF {CONFIGURATION.text(program.controller)}",
         *_coordinates(p, zyx_degrees(R, decimals=DEG_DECIMALS)),
     ]
 
@@ -164,7 +161,7 @@ def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
 
 
 def _speed(mm_s: float) -> str:
-    """Write a speed, which INFORM knows to 0.1 mm/s."""
+    """Write a speed; INFORM has steps of 0.1 mm/s."""
     if mm_s < 0.1 or abs(mm_s - round(mm_s, 1)) > 1e-9:  # a rest below that is round-off of the decimal
         raise InputError(f"INFORM: {mm_s:g} mm/s is not a multiple of 0.1 mm/s")
     return f"V={mm_s:.1f}"

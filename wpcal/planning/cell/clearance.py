@@ -10,13 +10,14 @@ Hou, Wang, Yue, Jia 2018, eq. (6): a state is clear when the least distance is l
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.errors import GeometryError
 from wpcal.planning.cell.bodies import BodyPairs, body_frames, body_pairs
-from wpcal.planning.cell.robot_cell import CellState, RobotCell
+from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell
 from wpcal.planning.cell.segments import Segments, segment_distances
 from wpcal.robot.kinematics.forward import Frames
 
@@ -88,6 +89,31 @@ def capsule_clearance(cell: RobotCell, state: CellState) -> Clearance:
         frames = body_frames(cell, CellState(state.joints1[some], state.joints2[some]))
         margin[some], row[some] = _least_margins(capsule_axes(pairs, frames), table)
     return Clearance(margin, margin + np.append(pairs.safety_mm, 0.0)[row], row, pairs)
+
+
+def require_bases_apart(cell: RobotCell) -> None:
+    """Refuse a cell whose fixed bodies (pedestals and bench) are nearer to each other than the safety distance.
+
+    Raises
+    ------
+    GeometryError
+        With the two bodies and the missing distance.
+    """
+    fixed = replace(
+        cell,
+        links1=tuple(shape for shape in cell.links1 if shape.link == 0),
+        links2=tuple(shape for shape in cell.links2 if shape.link == 0),
+        torch=(),
+        part=(),
+    )
+    clear = capsule_clearance(fixed, CellState(np.zeros((1, JOINTS)), np.zeros((1, JOINTS))))
+    if not clear.is_clear[0]:
+        one, two = clear.nearest(0)
+        apart = float(np.linalg.norm(cell.T_base1_base2.t_mm))
+        raise GeometryError(
+            f"the robots stand too close (bases {apart:.0f} mm apart): {one} and {two} miss their safety distance by "
+            f"{-clear.margin_mm[0]:.0f} mm, whatever the joints"
+        )
 
 
 def _least_margins(axes: Segments, table: _CapsuleTable) -> tuple[FloatArray, IntArray]:

@@ -25,8 +25,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
-from wpcal.core.tangent import log_rotation
-from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell, part_in_world, tool_in_world
+from wpcal.planning.cell.robot_cell import JOINTS, RobotCell
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import TURN, solve_inverse
 from wpcal.seam.seam import SeamFrames
@@ -245,33 +244,3 @@ def _solved(arm: Arm, q: FloatArray, R_middle_base: FloatArray, point: FloatArra
     exact = np.linalg.solve(regular, local)
     damped = np.linalg.solve(Jt @ J + LEAST_PIVOT * np.eye(6), Jt @ local)
     return np.asarray(np.where(plain[:, None, None], exact, damped), dtype=np.float64)
-
-
-def f3(cell: RobotCell, path: SeamPath, state: CellState, torch_R: FloatArray) -> tuple[FloatArray, FloatArray]:
-    r"""Return what the closed chain is off at every point (Hou 2018, eq. 5).
-
-    .. math::
-        T_{base1,flange1}\, T_{flange1,tool} = T_{base1,base2}\, T_{base2,flange2}\, T_{flange2,part}\, T_{part,seam}\,
-        R_{torch}
-
-    Parameters
-    ----------
-    cell : RobotCell
-    path : SeamPath
-        n points.
-    state : CellState
-        n states.
-    torch_R : ndarray, shape (n, 3, 3)
-        Axes of the tool in the seam frame, as wished.
-
-    Returns
-    -------
-    off_mm, off_rad : ndarray, shape (n,)
-        Distance of the wire's tip from the weld point, and angle between the torch and its wished attitude.
-    """
-    T_world_tool, T_world_part = tool_in_world(cell, state.joints1), part_in_world(cell, state.joints2)
-    weld = np.einsum("nij,nj->ni", T_world_part[:, :3, :3], path.p) + T_world_part[:, :3, 3]
-    wished = T_world_part[:, :3, :3] @ path.R @ torch_R
-    off_mm = np.linalg.norm(T_world_tool[:, :3, 3] - weld, axis=1)
-    off_rad = np.linalg.norm(log_rotation(np.swapaxes(wished, 1, 2) @ T_world_tool[:, :3, :3]), axis=1)
-    return np.asarray(off_mm, dtype=np.float64), np.asarray(off_rad, dtype=np.float64)

@@ -5,6 +5,7 @@ Robot 1 carries the torch, robot 2 holds the part. `world` has z against gravity
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -138,6 +139,22 @@ class RobotCell:
         return self.T_world_base1.inverse() @ self.T_world_base2
 
     @property
+    def joint_limits(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper limits of all twelve joints, robot 1 first, shape (12,) each, rad."""
+        (low1, high1), (low2, high2) = self.arm1.limits, self.arm2.limits
+        return np.concatenate([low1, low2]), np.concatenate([high1, high2])
+
+    @property
+    def joint_weights(self) -> FloatArray:
+        """K_j of all twelve joints (Hou 2018, eq. 4), robot 1 first, shape (12,)."""
+        return np.concatenate([self.weights1, self.weights2])
+
+    @property
+    def joint_speeds(self) -> FloatArray:
+        """Largest speeds of all twelve joints, robot 1 first, shape (12,), rad/s; infinite where an arm states none."""
+        return np.concatenate([joint_speeds(self.arm1), joint_speeds(self.arm2)])
+
+    @property
     def T_world_middle(self) -> RigidTransform:
         """The frame between the robots: origin in the middle of the bases, x level from base 1 to base 2, z up."""
         one, two = self.T_world_base1.t_mm, self.T_world_base2.t_mm
@@ -178,6 +195,11 @@ class CellState:
     def both(self) -> FloatArray:
         """Joints of robot 1, then of robot 2, shape (n, 12), rad."""
         return np.concatenate([self.joints1, self.joints2], axis=1)
+
+
+def joint_speeds(arm: Arm) -> FloatArray:
+    """Return the largest speed of every joint, shape (6,), rad/s; infinite where the arm's file does not state it."""
+    return np.array([math.inf if joint.speed_rad_s is None else joint.speed_rad_s for joint in arm.joints])
 
 
 def tool_in_world(cell: RobotCell, joints1: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""`Plan`: one way to weld a seam with two robots; `ParetoSet`: the plans between which one chooses."""
+"""`Plan`: one way to weld a seam with two robots."""
 
 from __future__ import annotations
 
@@ -6,26 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-import numpy as np
-
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.robot_cell import CellState
 
 
-class Preference(Enum):
-    """Which plan of a front is taken."""
-
-    POSITION = "position"
-    """The least deviation from the wished weld position."""
-    SMOOTH = "smooth"
-    """The least joint motion."""
-    BALANCED = "balanced"
-    """The one nearest to the best of every objective, each scaled by its range over the front."""
-
-
-class Freedom(Enum):
-    """What is known of a path between the bodies of a cell."""
+class CollisionVerdict(Enum):
+    """What is known about collisions on a path."""
 
     UNCHECKED = "unchecked"
     FREE = "free"
@@ -49,14 +36,14 @@ class Plan:
     work_rad, travel_rad : array_like, shape (n,)
         Torch angles (DESIGN §3).
     objectives : mapping of str to float
-        What is made small, by name.
+        By name; smaller is better.
     printed : mapping of str to float
-        The paper's functions as printed, by the names f1_1, f1_2, f2.
+        The paper's functions as printed, by their symbols f1_1, f1_2, f2.
     clearance_mm : array_like, shape (n,), optional
         Least distance between bodies at the points; None where nothing was checked.
     found_by : str
         ``ladder`` or ``nsga2``.
-    freedom : Freedom
+    verdict : CollisionVerdict
         What the check between the points found.
 
     Raises
@@ -76,7 +63,7 @@ class Plan:
     printed: Mapping[str, float]
     clearance_mm: FloatArray | None = None
     found_by: str = "ladder"
-    freedom: Freedom = Freedom.UNCHECKED
+    verdict: CollisionVerdict = CollisionVerdict.UNCHECKED
 
     def __post_init__(self) -> None:
         for name in ("s_mm", "slope_rad", "rotation_rad", "work_rad", "travel_rad", "clearance_mm"):
@@ -90,46 +77,3 @@ class Plan:
 
     def __len__(self) -> int:
         return len(self.s_mm)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ParetoSet:
-    """Plans of which none is at least as good as another in every objective.
-
-    Parameters
-    ----------
-    plans : tuple of Plan
-    names : tuple of str
-        Names of the k objectives, all made small.
-
-    Raises
-    ------
-    InputError
-        When there is no plan.
-    """
-
-    plans: tuple[Plan, ...]
-    names: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        if not self.plans:
-            raise InputError("a front needs at least one plan")
-
-    def __len__(self) -> int:
-        return len(self.plans)
-
-    @property
-    def values(self) -> FloatArray:
-        """Objectives, shape (m, k)."""
-        return np.array([[plan.objectives[name] for name in self.names] for plan in self.plans])
-
-    def chosen(self, preference: Preference) -> int:
-        """Return the index of the plan that a preference takes."""
-        values = self.values
-        if preference is Preference.POSITION:
-            return int(np.argmin(values[:, self.names.index("position_deg")]))
-        if preference is Preference.SMOOTH:
-            return int(np.argmin(values[:, self.names.index("motion_deg_per_mm")]))
-        low, high = values.min(axis=0), values.max(axis=0)
-        scaled = (values - low) / np.where(high > low, high - low, 1.0)
-        return int(np.argmin(np.linalg.norm(scaled, axis=1)))

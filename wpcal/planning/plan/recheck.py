@@ -18,7 +18,7 @@ from wpcal.planning.cell.bodies import body_frames
 from wpcal.planning.cell.clearance import Clearance
 from wpcal.planning.cell.hulls import hull_clearance
 from wpcal.planning.cell.robot_cell import CellState, RobotCell, Shape, part_in_world, tool_in_world
-from wpcal.planning.plan.plan import Freedom, Plan
+from wpcal.planning.plan.plan import CollisionVerdict, Plan
 from wpcal.robot.kinematics.forward import Frames
 
 REFINE = 10
@@ -67,10 +67,10 @@ class PathCheck:
         return self.least_gap_mm > self.motion_mm
 
     @property
-    def freedom(self) -> Freedom:
+    def verdict(self) -> CollisionVerdict:
         """FREE when every checked state is clear (Hou 2018, eq. 6) and nothing can touch between them."""
         is_free = bool(self.clearance.is_clear.all()) and self.nothing_between
-        return Freedom.FREE if is_free else Freedom.NOT_FREE
+        return CollisionVerdict.FREE if is_free else CollisionVerdict.NOT_FREE
 
     @property
     def worst(self) -> int:

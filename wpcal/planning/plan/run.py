@@ -16,10 +16,10 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.planning.cell.hulls import hull_clearance
-from wpcal.planning.cell.robot_cell import CellState, RobotCell
-from wpcal.planning.plan.plan import Plan
+from wpcal.planning.cell.robot_cell import CellState, RobotCell, joint_speeds
+from wpcal.planning.plan.plan import CollisionVerdict, Plan
 from wpcal.planning.plan.recheck import REFINE, PathCheck, check_path, finer_states
-from wpcal.planning.plan.schedule import Schedule, joint_speeds
+from wpcal.planning.plan.schedule import Schedule
 from wpcal.robot.kinematics.inverse import nearest_joints
 
 APPROACH_MM = 50.0
@@ -68,6 +68,11 @@ class CellRun:
 
     def __len__(self) -> int:
         return len(self.t_s)
+
+    @property
+    def verdict(self) -> CollisionVerdict:
+        """What is known about collisions on the whole run."""
+        return CollisionVerdict.UNCHECKED if self.check is None else self.check.verdict
 
     @property
     def phases(self) -> tuple[Phase, ...]:

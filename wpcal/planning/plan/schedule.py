@@ -15,7 +15,6 @@ from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.robot_cell import JOINTS, RobotCell
 from wpcal.planning.plan.plan import Plan
-from wpcal.robot.kinematics.arm import Arm
 
 SPEED_MM_S = 6.0
 """A usual speed of a MAG fillet of 5 mm throat in one layer."""
@@ -114,15 +113,10 @@ def schedule_plan(plan: Plan, cell: RobotCell, *, speed_mm_s: float = SPEED_MM_S
     return Schedule(frozen((plan.s_mm - plan.s_mm[0]) / speed), speed, speed_mm_s, limit)
 
 
-def joint_speeds(arm: Arm) -> FloatArray:
-    """Return the largest speed of every joint, rad/s; infinite where the arm's file does not state it."""
-    return np.array([math.inf if joint.speed_rad_s is None else joint.speed_rad_s for joint in arm.joints])
-
-
 def _first_limit(plan: Plan, cell: RobotCell, step_mm: FloatArray) -> SpeedLimit | None:
     """Return the joint and the step that allow the least speed along the seam."""
     moves = np.abs(np.diff(plan.state.both, axis=0))
-    most = np.concatenate([joint_speeds(cell.arm1), joint_speeds(cell.arm2)])
+    most = cell.joint_speeds
     allowed = np.divide(most * step_mm[:, None], moves, out=np.full(moves.shape, math.inf), where=moves > 0)
     if not np.isfinite(allowed).any():
         return None

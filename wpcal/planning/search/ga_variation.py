@@ -1,10 +1,10 @@
-"""Paths as genes: a base path, on each coordinate a level, a drift and some waves, and the branches of both inverses.
+"""Paths as genes: a base path, the change of each of its coordinates along the seam, and the branches of both inverses.
 
-A coordinate at u = s / L is that of the base and ``c_0 + c_1 (u - 1/2) + sum_m c_{m+1} sin(m π u)``. The numbers stand
-for the knots of a smooth curve: a mix of two parents is then as smooth as they are, where a mix of their knots is
-jagged; and short waves, which are seldom of use, get a small range. Bases are the paths of a deterministic front, or
-none; a base between two of them is their mean with weights. Limits of place, slope, rotation and torch angles hold by
-cutting off; closed chain and inverses are exact whatever the genes are.
+A coordinate at u = s / L is that of the base plus ``c_0 + c_1 (u - 1/2) + sum_m c_{m+1} sin(m π u)``: a level, a drift
+and eight sine terms. These numbers are used instead of the knots of a curve because a mix of two smooth parents is
+then smooth, while a mix of their knots is jagged. Short sine terms are seldom of use and get a small range. The bases
+are the paths of a deterministic front, or there are none; between two bases the base is their weighted mean. Limits of
+place, slope, rotation and torch angles are kept by clipping. Closed chain and inverses are exact for all genes.
 """
 
 from __future__ import annotations
@@ -19,22 +19,21 @@ from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, SPIN, YAW, all_
 from wpcal.planning.cell.robot_cell import JOINTS
 from wpcal.planning.cell.singularity import LEAST_REGULARITY
 from wpcal.planning.cell.workplace import reach_shortage
-from wpcal.planning.search.linear_model import Path
-from wpcal.planning.search.problem import PlanningProblem
+from wpcal.planning.search.problem import CandidatePath, PlanningProblem
 from wpcal.robot.kinematics.inverse import TURN
 from wpcal.robot.kinematics.opw import BRANCHES
 
-WAVES = 10
-"""Numbers of a coordinate: level, drift and eight waves."""
+TERMS = 10
+"""Numbers per coordinate: level, drift and eight sine terms."""
 DRIFT_MM, DRIFT_RAD = 600.0, 8.0
-"""Ranges of the drift of the place, and of yaw and spin: a turn all around with some to spare. The m-th wave has the
-(m + 1)-th part of it."""
+"""Ranges of the drift of the place, and of yaw and spin (more than a whole turn). The range of the m-th sine term is
+this divided by m + 1."""
 SEEDED_SPAN = 0.1
-"""Beside a base the ranges are this part: the search is for what improves a path, not for another one."""
-RANDOM_WAVE = 0.15
-"""Standard deviation of the waves of a random path, in parts of their ranges: most paths hardly move."""
+"""Near a base the ranges are multiplied by this: the search is for improvements of that path."""
+RANDOM_SPREAD = 0.15
+"""Standard deviation of the drift and sine terms of a random path, in parts of their ranges: most paths hardly move."""
 CONSTRAINTS = ("reach", "joint limits", "singular poses", "joint speeds", "clearance")
-"""Violations of decoded paths, each about one for a bad path: by 100 mm, 1 rad, the whole measure, twice the speed, and
+"""Violations of decoded paths, each about 1 for a bad path: 100 mm, 1 rad, the whole measure, twice the speed, and
 100 mm."""
 HUNDRED_MM = 100.0
 """Unit of the violations that are lengths."""
@@ -42,7 +41,7 @@ HUNDRED_MM = 100.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DecodedPaths:
-    """N paths that genes stand for.
+    """N paths that were decoded from genes.
 
     Parameters
     ----------
@@ -59,24 +58,24 @@ class DecodedPaths:
     joints: FloatArray
     violations: FloatArray
 
-    def path(self, row: int) -> Path:
-        """Return one of them."""
+    def path(self, row: int) -> CandidatePath:
+        """Return one of the N paths."""
         one, two = self.branches[row]
-        return Path(self.coordinates[row], (int(one), int(two)), self.joints[row])
+        return CandidatePath(self.coordinates[row], (int(one), int(two)), self.joints[row])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PathCode:
-    """What genes mean. A path has 9 `WAVES` + 3 of them: numbers coordinate by coordinate, base, and two branches.
+class PathEncoding:
+    """What genes mean. A path has 9 `TERMS` + 3 genes: `TERMS` numbers per coordinate, the base, and two branches.
 
     Parameters
     ----------
     problem : PlanningProblem
     bases : ndarray, shape (m, n, 9)
-        Paths between which the base is taken, neighbours alike; a single row of zeros for none.
+        Base paths; neighbours are similar. A single row of zeros means that there are none.
     branches : ndarray of int, shape (m, 2)
-        Of the bases.
-    least, largest : ndarray, shape (9 WAVES + 3,)
+        Of robot 1 and robot 2, for each base.
+    least, largest : ndarray, shape (9 TERMS + 3,)
         Ranges of the genes.
     """
 
@@ -87,8 +86,8 @@ class PathCode:
     largest: FloatArray
 
     @classmethod
-    def of_seeds(cls, problem: PlanningProblem, seeds: Sequence[Path]) -> PathCode:
-        """Return the code beside some paths, which may be none."""
+    def of_seeds(cls, problem: PlanningProblem, seeds: Sequence[CandidatePath]) -> PathEncoding:
+        """Return the encoding of paths near some base paths, or of all paths if there are no bases."""
         n, span = len(problem.path), SEEDED_SPAN if seeds else 1.0
         bases = np.stack([path.coordinates for path in seeds]) if seeds else np.zeros((1, n, COORDINATES))
         branches = np.array([path.branches for path in seeds] or [(0, 0)], dtype=np.int64)
@@ -96,7 +95,7 @@ class PathCode:
         low[[YAW, SPIN]], high[[YAW, SPIN]] = -TURN, TURN
         drift = high - low
         drift[PLACE], drift[[YAW, SPIN]] = DRIFT_MM, DRIFT_RAD
-        waves = span * drift[:, None] / np.arange(1, WAVES)
+        terms = span * drift[:, None] / np.arange(1, TERMS)
         if seeds:
             low, high = -span * (high - low), span * (high - low)
         ends = (max(len(bases) - 1.0, 1.0), BRANCHES, BRANCHES)
@@ -104,32 +103,32 @@ class PathCode:
             problem,
             bases,
             branches,
-            np.concatenate([np.column_stack([low, -waves]).ravel(), np.zeros(3)]),
-            np.concatenate([np.column_stack([high, waves]).ravel(), ends]),
+            np.concatenate([np.column_stack([low, -terms]).ravel(), np.zeros(3)]),
+            np.concatenate([np.column_stack([high, terms]).ravel(), ends]),
         )
 
     def random(self, count: int, rng: np.random.Generator) -> FloatArray:
-        """Return genes of random smooth paths, shape (count, 9 WAVES + 3); near the bases, if there are any.
+        """Return genes of random smooth paths, shape (count, 9 TERMS + 3), near the bases if there are any.
 
-        Without bases most of them hardly move along the seam.
+        Without bases most paths hardly move along the seam.
         """
         genes = rng.uniform(self.least, self.largest, (count, len(self.least)))
-        waves = genes[:, :-3].reshape(count, COORDINATES, WAVES)
-        first = 1 if len(self.bases) == 1 else 0  # without bases any level is as good as another
-        spread = self.largest[:-3].reshape(-1, WAVES)[:, first:]
-        waves[:, :, first:] = RANDOM_WAVE * spread * rng.normal(size=waves[:, :, first:].shape)
+        terms = genes[:, :-3].reshape(count, COORDINATES, TERMS)
+        first = 1 if len(self.bases) == 1 else 0  # without bases every level is equally likely
+        spread = self.largest[:-3].reshape(-1, TERMS)[:, first:]
+        terms[:, :, first:] = RANDOM_SPREAD * spread * rng.normal(size=terms[:, :, first:].shape)
         if len(self.bases) > 1:
             genes[:, -2:] = self.branches[np.rint(genes[:, -3]).astype(np.int64)] + 0.5
         return np.asarray(np.clip(genes, self.least, self.largest), dtype=np.float64)
 
     def of_bases(self) -> FloatArray:
-        """Return the genes of the bases themselves, shape (m, 9 WAVES + 3)."""
+        """Return the genes of the base paths, shape (m, 9 TERMS + 3)."""
         genes = np.zeros((len(self.bases), len(self.least)))
         genes[:, -3], genes[:, -2:] = np.arange(len(self.bases)), self.branches + 0.5
         return genes
 
     def decode(self, genes: FloatArray) -> DecodedPaths:
-        """Compute the paths of N sets of genes, shape (N, 9 WAVES + 3), and what they violate."""
+        """Compute the paths of genes of shape (N, 9 TERMS + 3), and what they violate."""
         problem, count, n = self.problem, len(genes), len(self.problem.path)
         coordinates = np.clip(self._coordinates(genes), *problem.box)
         branches = np.clip(np.floor(genes[:, -2:]), 0, BRANCHES - 1).astype(np.int64)
@@ -151,25 +150,25 @@ class PathCode:
     def _coordinates(self, genes: FloatArray) -> FloatArray:
         s = self.problem.path.s_mm
         u = (s - s[0]) / (s[-1] - s[0])
-        shapes = np.column_stack([np.ones(len(s)), u - 0.5, np.sin(np.pi * np.arange(1, WAVES - 1) * u[:, None])])
+        shapes = np.column_stack([np.ones(len(s)), u - 0.5, np.sin(np.pi * np.arange(1, TERMS - 1) * u[:, None])])
         before = np.clip(np.floor(genes[:, -3]), 0, max(len(self.bases) - 2, 0)).astype(np.int64)
         part = (genes[:, -3] - before)[:, None, None]
         after = np.minimum(before + 1, len(self.bases) - 1)
         base = (1.0 - part) * self.bases[before] + part * self.bases[after]
-        beside = genes[:, :-3].reshape(len(genes), COORDINATES, WAVES) @ shapes.T
+        beside = genes[:, :-3].reshape(len(genes), COORDINATES, TERMS) @ shapes.T
         return np.asarray(base + np.swapaxes(beside, 1, 2), dtype=np.float64)
 
 
 def _turned_into_limits(problem: PlanningProblem, joints: FloatArray) -> FloatArray:
     """Unwrap joints (N, n, 12) along the paths, and turn each as a whole to the middle of its limits."""
     unwrapped = np.unwrap(joints, axis=1)
-    low, high = problem.joint_limits
+    low, high = problem.cell.joint_limits
     middle: FloatArray = (unwrapped.min(axis=1) + unwrapped.max(axis=1)) / 2
     return np.asarray(unwrapped + TURN * np.rint(((low + high) / 2 - middle) / TURN)[:, None], dtype=np.float64)
 
 
 def _violations(problem: PlanningProblem, joints: FloatArray, missing: BoolArray, short: FloatArray) -> FloatArray:
-    low, high = problem.joint_limits
+    low, high = problem.cell.joint_limits
     flat, there = joints.reshape(-1, 2 * JOINTS), ~missing
     margin = np.where(there, problem.margins(flat).reshape(missing.shape), np.inf)
     regular = np.where(there, problem.regularity(flat).min(axis=1).reshape(missing.shape), np.inf)
@@ -179,7 +178,7 @@ def _violations(problem: PlanningProblem, joints: FloatArray, missing: BoolArray
         short.mean(axis=1) / HUNDRED_MM,
         beyond.max(axis=1),
         LEAST_REGULARITY - regular.min(axis=1),
-        (rates / problem.joint_speeds).max(axis=(1, 2)) - 1.0,
+        (rates / problem.cell.joint_speeds).max(axis=(1, 2)) - 1.0,
         -margin.min(axis=1) / HUNDRED_MM,
     )
     return np.stack(columns, axis=1)

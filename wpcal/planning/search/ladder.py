@@ -1,9 +1,9 @@
-"""Dynamic programming over a ladder graph: at each rung the states of one place and pair of branches, on a grid.
+"""Dynamic programming over a ladder graph: the states of one place and one pair of branches at each rung, on a grid.
 
-A rung is a point of the seam, and its states are attitudes (direction of travel, rotation of the joint, spin of the
-torch) with both arms' joints; an angle that may turn more than once stands there once for each turn within its limits,
-so that the shortest way through the ladder is a path that can be driven. Edges cost the weighted squared joint steps,
-states the squared deviation from the target weld position: the sum that `wpcal.planning.search.curves` then minimises.
+A rung is a point of the seam. Its states are attitudes (direction of travel, rotation of the joint, spin of the torch)
+with the joints of both arms. If an angle may turn more than once, the state is listed once for each turn within the
+limits, so that the robots can drive the cheapest way through the ladder. An edge costs the weighted squared joint steps
+and a state the weighted squared deviation from its targets: the sum that `wpcal.planning.search.refine` then minimises.
 """
 
 from __future__ import annotations
@@ -15,24 +15,23 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, YAW, joints_along
 from wpcal.planning.cell.robot_cell import JOINTS
-from wpcal.planning.search.linear_model import Path
-from wpcal.planning.search.objectives import deviations
-from wpcal.planning.search.problem import PlanningProblem
+from wpcal.planning.search.objectives import Weights, deviation_weights, joint_step_weight
+from wpcal.planning.search.problem import CandidatePath, PlanningProblem
 from wpcal.planning.search.reachable_states import (
     ROTATIONS_RAD,
-    Meeting,
+    ReachablePlace,
     allowed_rotations,
     usable_branches,
-    wished_coordinates,
 )
+from wpcal.planning.search.targets import deviations, target_coordinates
 from wpcal.robot.kinematics.inverse import TURN
 
 RUNG_MM = 7.0
-"""Wished distance of rungs; a path between them is a straight line in the coordinates."""
+"""Target distance of rungs; a path between them is a straight line in the coordinates."""
 FEWEST_RUNGS, MOST_RUNGS = 8, 40
-"""A short seam still has a shape, and a long one need not cost more than a second."""
+"""A short seam still has a shape. A long seam need not cost more than a second."""
 YAWS, SPINS = 12, 8
-"""Directions of travel and spins of the torch: steps that the least squares afterwards leave far behind."""
+"""Directions of travel and spins of the torch. The steps are coarse; the least squares afterwards remove them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +40,8 @@ class Ladder:
 
     Parameters
     ----------
-    meeting : Meeting
+    reachable : ReachablePlace
+        Place of the weld point and branches of all states.
     rungs : ndarray of int, shape (r,)
         Points of the seam.
     coordinates : ndarray, shape (a, 9)
@@ -52,27 +52,27 @@ class Ladder:
         rad.
     """
 
-    meeting: Meeting
+    reachable: ReachablePlace
     rungs: IntArray
     coordinates: FloatArray
     attitude: tuple[IntArray, ...]
     joints: tuple[FloatArray, ...]
 
 
-def build_ladder(problem: PlanningProblem, meeting: Meeting) -> Ladder:
+def build_ladder(problem: PlanningProblem, reachable: ReachablePlace) -> Ladder:
     """Compute the states of a ladder; a rung may be left without any.
 
     Parameters
     ----------
     problem : PlanningProblem
-    meeting : Meeting
+    reachable : ReachablePlace
     """
     count = int(np.clip(round(problem.path.s_mm[-1] / RUNG_MM) + 1, FEWEST_RUNGS, MOST_RUNGS))
     rungs = np.unique(_nearest(problem.path.s_mm, np.linspace(0.0, problem.path.s_mm[-1], count)))
-    attitudes = _attitudes(problem, meeting)
+    attitudes = _attitudes(problem, reachable)
     coordinates, rows = np.tile(attitudes, (len(rungs), 1)), np.repeat(rungs, len(attitudes))
     joints, usable = usable_branches(problem, coordinates, problem.path.select(rows))
-    one, two = meeting.branches
+    one, two = reachable.branches
     keep = np.flatnonzero(usable[0, :, one] & usable[1, :, two])
     both = np.concatenate([joints[0, keep, one], joints[1, keep, two]], axis=1)
     clear = problem.margins(both) > 0
@@ -81,29 +81,28 @@ def build_ladder(problem: PlanningProblem, meeting: Meeting) -> Ladder:
     rung, attitude = np.divmod(keep[state], len(attitudes))
     split = [rung == i for i in range(len(rungs))]
     return Ladder(
-        meeting, rungs, attitudes, tuple(attitude[rows] for rows in split), tuple(turned[rows] for rows in split)
+        reachable, rungs, attitudes, tuple(attitude[rows] for rows in split), tuple(turned[rows] for rows in split)
     )
 
 
-def _nearest(s_mm: FloatArray, wished: FloatArray) -> IntArray:
-    return np.asarray(np.abs(s_mm[:, None] - wished).argmin(axis=0), dtype=np.int64)
+def _nearest(s_mm: FloatArray, target_mm: FloatArray) -> IntArray:
+    return np.asarray(np.abs(s_mm[:, None] - target_mm).argmin(axis=0), dtype=np.int64)
 
 
-def _attitudes(problem: PlanningProblem, meeting: Meeting) -> FloatArray:
+def _attitudes(problem: PlanningProblem, reachable: ReachablePlace) -> FloatArray:
     """Return the attitudes of a rung, shape (a, 9)."""
-    wishes = problem.wishes
-    rotation = allowed_rotations(wishes, ROTATIONS_RAD)
+    rotation = allowed_rotations(problem.targets, ROTATIONS_RAD)
     yaw, spin = TURN * np.arange(YAWS) / YAWS, TURN * np.arange(SPINS) / SPINS
     grid = [values.ravel() for values in np.meshgrid(yaw, spin, rotation, indexing="ij")]
-    coordinates = wished_coordinates(wishes, len(grid[0]))
-    coordinates[:, PLACE] = meeting.place
+    coordinates = target_coordinates(problem.targets, len(grid[0]))
+    coordinates[:, PLACE] = reachable.place
     coordinates[:, YAW], coordinates[:, SPIN], coordinates[:, ROTATION] = grid
     return coordinates
 
 
 def _with_turns(problem: PlanningProblem, joints: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return every state once for each choice of whole turns within the limits: which state, and its joints."""
-    low, high = problem.joint_limits
+    low, high = problem.cell.joint_limits
     state, turned = np.arange(len(joints)), joints
     for joint in range(2 * JOINTS):
         choices = np.arange(np.ceil((low[joint] - np.pi) / TURN), np.floor((high[joint] + np.pi) / TURN) + 1)
@@ -114,29 +113,30 @@ def _with_turns(problem: PlanningProblem, joints: FloatArray) -> tuple[IntArray,
     return state, turned
 
 
-def shortest_path(problem: PlanningProblem, ladder: Ladder, weights: FloatArray) -> Path | None:
-    """Return the cheapest way along a ladder, filled in between the rungs; None where there is none.
+def shortest_path(problem: PlanningProblem, ladder: Ladder, weights: Weights) -> CandidatePath | None:
+    """Return the cheapest way along a ladder, filled in between the rungs; None if there is no way.
 
     Parameters
     ----------
     problem : PlanningProblem
     ladder : Ladder
-    weights : ndarray, shape (3,)
-        Of the squared objectives, in the order of `OBJECTIVES`.
+    weights : mapping of Objective to float
+        Of the squared objectives.
     """
     if min(len(joints) for joints in ladder.joints) == 0:
         return None
     s = problem.path.s_mm[ladder.rungs]
-    K = problem.weights
-    scale = np.sqrt(weights[2] * K / (K.sum() * (s[-1] - s[0])))
-    off = np.degrees(deviations(ladder.coordinates, problem.wishes))
-    toll = (off**2) @ weights[[0, 0, 1, 1]] / len(s)
-    cost, back = toll[ladder.attitude[0]], []
+    K = problem.cell.joint_weights
+    scale = np.sqrt(joint_step_weight(weights) * K / (K.sum() * (s[-1] - s[0])))
+    off = np.degrees(deviations(ladder.coordinates, problem.targets))
+    state_cost = (off**2) @ deviation_weights(weights) / len(s)
+    cost, back = state_cost[ladder.attitude[0]], []
     for i in range(1, len(s)):
         before, after = (np.degrees(joints) * scale for joints in ladder.joints[i - 1 : i + 1])
-        total = _squared_distances(after, before) / (s[i] - s[i - 1]) + cost
+        edge_cost = _squared_distances(after, before) / (s[i] - s[i - 1])
+        total = edge_cost + cost
         back.append(np.argmin(total, axis=1))
-        cost = total[np.arange(len(total)), back[-1]] + toll[ladder.attitude[i]]
+        cost = total[np.arange(len(total)), back[-1]] + state_cost[ladder.attitude[i]]
     way = [int(np.argmin(cost))]
     for best in reversed(back):
         way.append(int(best[way[-1]]))
@@ -149,13 +149,12 @@ def _squared_distances(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(squares, 0.0), dtype=np.float64)
 
 
-def _filled_in(problem: PlanningProblem, ladder: Ladder, way: list[int]) -> Path | None:
+def _filled_in(problem: PlanningProblem, ladder: Ladder, way: list[int]) -> CandidatePath | None:
     """Draw straight lines in the coordinates between the rungs; None where they leave the reach."""
     knots = np.stack([ladder.coordinates[a[i]] for a, i in zip(ladder.attitude, way, strict=True)])
     for column in (YAW, SPIN):
         knots[:, column] = np.unwrap(knots[:, column])
-    s = problem.path.s_mm
+    s, branches = problem.path.s_mm, ladder.reachable.branches
     coordinates = np.stack([np.interp(s, s[ladder.rungs], column) for column in knots.T], axis=1)
-    start = ladder.joints[0][way[0]]
-    joints = joints_along(problem.cell, problem.path, coordinates, ladder.meeting.branches, start)
-    return Path(coordinates, ladder.meeting.branches, joints) if np.isfinite(joints).all() else None
+    joints = joints_along(problem.cell, problem.path, coordinates, branches, ladder.joints[0][way[0]])
+    return CandidatePath(coordinates, branches, joints) if np.isfinite(joints).all() else None

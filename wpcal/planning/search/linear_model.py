@@ -13,8 +13,9 @@ from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, joint_slopes
 from wpcal.planning.cell.robot_cell import JOINTS
 from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
-from wpcal.planning.search.objectives import ATTITUDE, deviations
-from wpcal.planning.search.problem import PlanningProblem
+from wpcal.planning.search.objectives import Weights, deviation_weights, joint_step_weight
+from wpcal.planning.search.problem import CandidatePath, PlanningProblem
+from wpcal.planning.search.targets import ATTITUDE, deviations
 
 KEEP_OFF_DEG = 0.5
 """Limits push from this far inside, so that the square which holds a path back leaves it within them."""
@@ -34,32 +35,14 @@ GRADIENT_STEP_RAD = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Path:
-    """A path as numbers: coordinates, the branches of both inverses, and the joints that follow.
-
-    Parameters
-    ----------
-    coordinates : ndarray, shape (n, 9)
-    branches : tuple of int
-        Of robot 1 and robot 2.
-    joints : ndarray, shape (n, 12)
-        Unwrapped, rad.
-    """
-
-    coordinates: FloatArray
-    branches: tuple[int, int]
-    joints: FloatArray
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class LinearModel:
     """The sum of squares of a path, and the same as a function of a small step of the coordinates.
 
     Parameters
     ----------
-    wish : ndarray, shape (n, 4)
+    deviation : ndarray, shape (n, 4)
         Weighted deviations of slope, rotation, work and travel.
-    dwish : ndarray, shape (4, 9)
+    ddeviation : ndarray, shape (4, 9)
         Their derivatives, the same at every point.
     beyond : ndarray, shape (n, h)
         What each point is beyond its limits, weighted; it counts where positive.
@@ -72,8 +55,8 @@ class LinearModel:
         Weights of the joint steps.
     """
 
-    wish: FloatArray
-    dwish: FloatArray
+    deviation: FloatArray
+    ddeviation: FloatArray
     beyond: FloatArray
     dbeyond: FloatArray
     move: FloatArray
@@ -83,14 +66,14 @@ class LinearModel:
     @property
     def cost(self) -> float:
         """The sum of squares."""
-        return float((self.wish**2).sum() + (np.maximum(self.beyond, 0.0) ** 2).sum() + (self.move**2).sum())
+        return float((self.deviation**2).sum() + (np.maximum(self.beyond, 0.0) ** 2).sum() + (self.move**2).sum())
 
     def predicted_cost(self, step: FloatArray) -> float:
         """Return the sum of squares after a step (n, 9), to first order of every residual."""
-        wish = self.wish + step @ self.dwish.T
+        deviation = self.deviation + step @ self.ddeviation.T
         move = self.move + self.scale * np.diff(np.einsum("nmi,ni->nm", self.dq, step), axis=0)
         beyond = np.maximum(self.beyond_after(step), 0.0)
-        return float((wish**2).sum() + (beyond**2).sum() + (move**2).sum())
+        return float((deviation**2).sum() + (beyond**2).sum() + (move**2).sum())
 
     def beyond_after(self, step: FloatArray) -> FloatArray:
         """Return what each point is beyond its limits after a step (n, 9), to first order; shape (n, h)."""
@@ -98,7 +81,9 @@ class LinearModel:
 
     def gradient(self, active: BoolArray) -> FloatArray:
         """Return half the gradient of the sum when the limits in `active` (n, h) count; shape (n, 9)."""
-        gradient = self.wish @ self.dwish + np.einsum("nmi,nm->ni", self.dbeyond, np.where(active, self.beyond, 0.0))
+        gradient = self.deviation @ self.ddeviation + np.einsum(
+            "nmi,nm->ni", self.dbeyond, np.where(active, self.beyond, 0.0)
+        )
         pull = self.scale * self.move
         gradient[:-1] -= np.einsum("nmi,nm->ni", self.dq[:-1], pull)
         gradient[1:] += np.einsum("nmi,nm->ni", self.dq[1:], pull)
@@ -106,10 +91,10 @@ class LinearModel:
 
     def band(self, active: BoolArray) -> FloatArray:
         """Return the normal matrix when the limits in `active` count, lower banded form, shape (18, 9 n)."""
-        n, k = len(self.wish), COORDINATES
+        n, k = len(self.deviation), COORDINATES
         limits = self.dbeyond * active[:, :, None]
         before, after = self.scale[:, :, None] * self.dq[:-1], self.scale[:, :, None] * self.dq[1:]
-        diagonal = np.swapaxes(limits, 1, 2) @ limits + self.dwish.T @ self.dwish
+        diagonal = np.swapaxes(limits, 1, 2) @ limits + self.ddeviation.T @ self.ddeviation
         diagonal[:-1] += np.swapaxes(before, 1, 2) @ before
         diagonal[1:] += np.swapaxes(after, 1, 2) @ after
         coupling = -np.swapaxes(before, 1, 2) @ after  # rows: coordinates of a point, columns: of the next
@@ -122,24 +107,26 @@ class LinearModel:
         return band
 
 
-def linearise(problem: PlanningProblem, path: Path, weights: FloatArray, *, stiffness: float = 1.0) -> LinearModel:
+def linearise(
+    problem: PlanningProblem, path: CandidatePath, weights: Weights, *, stiffness: float = 1.0
+) -> LinearModel:
     """Return the least-squares problem of a path about itself.
 
     Parameters
     ----------
     problem : PlanningProblem
-    path : Path
-    weights : ndarray, shape (3,)
-        Of the squared objectives, in the order of `OBJECTIVES`.
+    path : CandidatePath
+    weights : mapping of Objective to float
+        Of the squared objectives.
     stiffness : float
         Factor on what a path is beyond its limits.
     """
-    n, s, K = len(path.coordinates), problem.path.s_mm, problem.weights
+    n, s, K = len(path.coordinates), problem.path.s_mm, problem.cell.joint_weights
     slopes = np.degrees(joint_slopes(problem.cell, path.coordinates, path.joints))
-    wish_scale = np.sqrt(weights[[0, 0, 1, 1]] / n)
-    dwish = np.zeros((4, COORDINATES))
-    dwish[range(4), ATTITUDE] = np.degrees(wish_scale)
-    scale = np.sqrt(weights[2] * K / (K.sum() * (s[-1] - s[0])) / np.diff(s)[:, None])
+    deviation_scale = np.sqrt(deviation_weights(weights) / n)
+    ddeviation = np.zeros((4, COORDINATES))
+    ddeviation[range(4), ATTITUDE] = np.degrees(deviation_scale)
+    scale = np.sqrt(joint_step_weight(weights) * K / (K.sum() * (s[-1] - s[0])) / np.diff(s)[:, None])
     limits = [
         _box_limits(problem, path),
         _joint_limits(problem, path, slopes),
@@ -147,8 +134,8 @@ def linearise(problem: PlanningProblem, path: Path, weights: FloatArray, *, stif
         _clearance_limits(problem, path, slopes),
     ]
     return LinearModel(
-        wish=wish_scale * np.degrees(deviations(path.coordinates, problem.wishes)),
-        dwish=dwish,
+        deviation=deviation_scale * np.degrees(deviations(path.coordinates, problem.targets)),
+        ddeviation=ddeviation,
         beyond=stiffness * np.concatenate([values for values, _ in limits], axis=1),
         dbeyond=stiffness * np.concatenate([derivative for _, derivative in limits], axis=1),
         move=scale * np.degrees(np.diff(path.joints, axis=0)),
@@ -163,7 +150,7 @@ def _two_sided(values: FloatArray, low: FloatArray, high: FloatArray, d: FloatAr
     return STIFFNESS * beyond, STIFFNESS * np.concatenate([d, -d], axis=1)
 
 
-def _box_limits(problem: PlanningProblem, path: Path) -> tuple[FloatArray, FloatArray]:
+def _box_limits(problem: PlanningProblem, path: CandidatePath) -> tuple[FloatArray, FloatArray]:
     """Coordinates beyond their box, in degrees, or as many of `MM_PER_DEG`; (n, 14), (n, 14, 9)."""
     units = np.full(COORDINATES, np.degrees(1.0))
     units[PLACE] = 1.0 / MM_PER_DEG
@@ -175,12 +162,12 @@ def _box_limits(problem: PlanningProblem, path: Path) -> tuple[FloatArray, Float
     return _two_sided(values[:, boxed], low[boxed], high[boxed], d)
 
 
-def _joint_limits(problem: PlanningProblem, path: Path, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    low, high = problem.joint_limits
+def _joint_limits(problem: PlanningProblem, path: CandidatePath, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    low, high = problem.cell.joint_limits
     return _two_sided(np.degrees(path.joints), np.degrees(low), np.degrees(high), slopes)
 
 
-def _regular_limits(problem: PlanningProblem, path: Path, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _regular_limits(problem: PlanningProblem, path: CandidatePath, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Poses too near to a singular one, as degrees of the bend that is missing; (n, 6), (n, 6, 9)."""
     values, derivatives = [], []
     for arm, columns in ((problem.cell.arm1, slice(0, JOINTS)), (problem.cell.arm2, slice(JOINTS, None))):
@@ -190,7 +177,9 @@ def _regular_limits(problem: PlanningProblem, path: Path, slopes: FloatArray) ->
     return np.concatenate(values, axis=1), np.concatenate(derivatives, axis=1)
 
 
-def _clearance_limits(problem: PlanningProblem, path: Path, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _clearance_limits(
+    problem: PlanningProblem, path: CandidatePath, slopes: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Missing clearance; (n, 1), (n, 1, 9). Difference quotients over the joints, where it is small."""
     margin = problem.margins(path.joints)
     derivative = np.zeros((len(margin), 1, COORDINATES))

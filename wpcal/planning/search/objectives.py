@@ -1,237 +1,270 @@
-r"""What makes a path good: the functions of Hou 2018 as printed, and what is made small in their place.
+r"""The objectives of planning: one table, one function per objective.
 
-As printed, two functions are no goals for a search. Eq. 1 and eq. 2 are products, so one factor at zero frees the
-other; and eq. 2 is least with the torch at a limit of its range, where α = β = 90° is the neutral torch. Eq. 4 sums
-absolute steps, which does not tell an even motion from a jerk of the same total. The search therefore makes root mean
-squares small: of the deviation from the wished weld position, from the wished torch angles, and of the weighted joint
-rates. The printed functions are reported beside them.
+To add an objective, add a row to `OBJECTIVES` and the function that the row names. Fronts, files, tables, the page and
+NSGA-II follow the table. The deterministic search minimises an objective if its row says which residuals carry its
+weight (`Residuals`); otherwise the search only reports and compares it.
 
-The text of the paper at hand has lost the layout of its formulas; each function states the reading.
+The functions of Hou 2018 cannot be minimised as printed. Eq. 1 and eq. 2 are products: if one factor is zero, the other
+is unconstrained. Eq. 2 is also least with the torch at a limit of its range, because α = β = 90° is the neutral torch.
+Eq. 4 sums absolute steps: an even motion and a jerk of the same total cost the same. The search therefore minimises
+root mean squares: of the deviation from the target weld position, of the deviation from the target torch angles, and of
+the weighted joint rates. The printed functions are reported beside them.
+
+The text of the paper at hand has lost the layout of its formulas. Each function says how the formula was read.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 
-from wpcal.core.arrays import BoolArray, FloatArray
-from wpcal.core.errors import InputError
-from wpcal.planning.cell.closed_chain import ROTATION, SLOPE, TRAVEL, WORK
+from wpcal.core.arrays import FloatArray
+from wpcal.planning.cell.closed_chain import COORDINATES, ROTATION, SLOPE, TRAVEL, WORK
 from wpcal.planning.cell.robot_cell import RobotCell
-
-OBJECTIVES = ("position_deg", "torch_deg", "motion_deg_per_mm")
-"""What a front trades: weld position, torch attitude, motion of the joints."""
-ATTITUDE = [SLOPE, ROTATION, WORK, TRAVEL]
-"""The coordinates that have a wish and a range."""
+from wpcal.planning.search.targets import ATTITUDE, WeldTargets
 
 
-@dataclass(frozen=True, slots=True)
-class Wishes:
-    """The weld position and torch angles that are wished, and how far from them a plan may go.
+@dataclass(frozen=True, slots=True, eq=False)
+class PathValues:
+    """What an objective is a function of: one path, or many paths along the leading axes.
 
     Parameters
     ----------
-    slope_rad, rotation_rad : float
-        θ0 and -φ0 of Hou 2018: the boat position has θ0 8…12° and φ0 0…5°.
-    slope_range_rad, rotation_range_rad : float
-        θmax and φmax: no plan leaves ``-max … max``.
-    work_rad, travel_rad : float
-        Wished torch angles (DESIGN §3).
-    torch_range_rad : float
-        Largest deviation of either torch angle from its wish.
-
-    Raises
-    ------
-    InputError
-        When a wish is outside its range, or a range is not positive or too large.
+    cell : RobotCell
+    targets : WeldTargets
+    s_mm : ndarray, shape (n,)
+        Arc length at the points of the seam.
+    coordinates : ndarray, shape (..., n, 9)
+        mm and rad, as in `wpcal.planning.cell.closed_chain`.
+    joints : ndarray, shape (..., n, 12)
+        Robot 1, then robot 2; unwrapped, rad.
     """
 
-    slope_rad: float = math.radians(10.0)
-    rotation_rad: float = 0.0
-    slope_range_rad: float = math.radians(30.0)
-    rotation_range_rad: float = math.radians(90.0)
-    work_rad: float = 0.0
-    travel_rad: float = 0.0
-    torch_range_rad: float = math.radians(15.0)
-
-    def __post_init__(self) -> None:
-        ranges = (
-            ("slope", self.slope_rad, self.slope_range_rad, 80.0),
-            ("rotation", self.rotation_rad, self.rotation_range_rad, 180.0),
-        )
-        for name, wish, largest, most_deg in ranges:
-            if not 0 < largest <= math.radians(most_deg):
-                what = f"{name}: its range must be above 0 and at most {most_deg:g} deg"
-                raise InputError(f"{what}, got {math.degrees(largest):g}")
-            if not abs(wish) <= largest:
-                raise InputError(f"{name}: {math.degrees(wish):g} deg is outside its range {math.degrees(largest):g}")
-        if not 0 < self.torch_range_rad <= math.radians(45.0):
-            got = math.degrees(self.torch_range_rad)
-            raise InputError(f"torch range: expected above 0 and at most 45 deg, got {got:g}")
-        for name, wish in (("work", self.work_rad), ("travel", self.travel_rad)):
-            if not abs(wish) <= math.radians(45.0):
-                raise InputError(f"{name} angle: expected -45 to 45 deg, got {math.degrees(wish):g}")
+    cell: RobotCell
+    targets: WeldTargets
+    s_mm: FloatArray
+    coordinates: FloatArray
+    joints: FloatArray
 
 
-def wrapped(angle: FloatArray) -> FloatArray:
-    """Return angles in [-π, π]."""
-    return np.asarray(angle - 2 * np.pi * np.rint(angle / (2 * np.pi)), dtype=np.float64)
+class Residuals(Enum):
+    """Which residuals of the least-squares model carry the weight of an objective."""
+
+    TARGET_DEVIATIONS = "target deviations"
+    """Deviations of the objective's coordinates from their targets, at every point."""
+    JOINT_STEPS = "joint steps"
+    """Joint steps between neighbouring points."""
+    NONE = "none"
+    """The deterministic search reports the objective and does not minimise it."""
 
 
-def wished_attitude(wishes: Wishes) -> FloatArray:
-    """Return the wished slope, rotation, work and travel, shape (4,), rad."""
-    return np.array([wishes.slope_rad, wishes.rotation_rad, wishes.work_rad, wishes.travel_rad])
+@dataclass(frozen=True, slots=True, eq=False)
+class Objective:
+    """One row of the table.
+
+    Parameters
+    ----------
+    name : str
+        Key in files, with the unit.
+    label, unit : str
+        For tables and pages.
+    value : callable
+        The objective of `PathValues`; shape (...). Smaller is better.
+    residuals : Residuals
+        What its weight multiplies in the least squares.
+    coordinates : tuple of int
+        Columns of `ATTITUDE` that it measures; empty unless `residuals` is TARGET_DEVIATIONS.
+    symbol : str
+        Key of the paper's function in ``as_printed``; empty where the paper has none.
+    printed : callable or None
+        The paper's function as printed, of one path.
+    """
+
+    name: str
+    label: str
+    unit: str
+    value: Callable[[PathValues], FloatArray]
+    residuals: Residuals = Residuals.NONE
+    coordinates: tuple[int, ...] = ()
+    symbol: str = ""
+    printed: Callable[[PathValues], float] | None = None
+
+    @property
+    def title(self) -> str:
+        """Label and unit, for the axis of a chart."""
+        return f"{self.label}, {self.unit}"
 
 
-def attitude_box(wishes: Wishes) -> tuple[FloatArray, FloatArray]:
-    """Return the least and largest slope, rotation, work and travel, shape (4,) each, rad."""
-    wished = wished_attitude(wishes)
-    centre = np.where([False, False, True, True], wished, 0.0)
-    range_ = np.array([wishes.slope_range_rad, wishes.rotation_range_rad, *(wishes.torch_range_rad,) * 2])
-    return centre - range_, centre + range_
-
-
-def deviations(coordinates: FloatArray, wishes: Wishes) -> FloatArray:
-    """Return how far slope, rotation, work and travel are from what is wished, shape (..., 4), rad."""
-    return np.asarray(coordinates[..., ATTITUDE] - wished_attitude(wishes), dtype=np.float64)
-
-
-def position_deviation(coordinates: FloatArray, wishes: Wishes) -> FloatArray:
-    r"""Return the root mean square deviation from the wished weld position, deg: what stands for eq. 1.
+def root_mean_square_deviation(path: PathValues, columns: tuple[int, ...]) -> FloatArray:
+    r"""Return the root mean square deviation of some coordinates from their targets, deg.
 
     .. math::
-        \sqrt{\tfrac1n \sum_i (\theta_i - \theta_0)^2 + (\varphi_i - \varphi_0)^2}
+        \sqrt{\tfrac1n \sum_i \sum_k (x_{ik} - x_{0k})^2}
 
     Parameters
     ----------
-    coordinates : ndarray, shape (..., n, 9)
-    wishes : Wishes
+    path : PathValues
+    columns : tuple of int
+        Of `ATTITUDE`.
 
     Returns
     -------
     ndarray, shape (...)
     """
-    squares = (deviations(coordinates, wishes)[..., :2] ** 2).sum(axis=-1)
-    return np.asarray(np.degrees(np.sqrt(squares.mean(axis=-1))), dtype=np.float64)
+    rows = [ATTITUDE.index(column) for column in columns]
+    off = path.coordinates[..., list(columns)] - path.targets.attitude_rad[rows]
+    return np.asarray(np.degrees(np.sqrt((off**2).sum(axis=-1).mean(axis=-1))), dtype=np.float64)
 
 
-def torch_deviation(coordinates: FloatArray, wishes: Wishes) -> FloatArray:
-    """Return the root mean square deviation of work and travel from their wishes, deg: what stands for eq. 2.
-
-    Parameters
-    ----------
-    coordinates : ndarray, shape (..., n, 9)
-    wishes : Wishes
-
-    Returns
-    -------
-    ndarray, shape (...)
-    """
-    squares = (deviations(coordinates, wishes)[..., 2:] ** 2).sum(axis=-1)
-    return np.asarray(np.degrees(np.sqrt(squares.mean(axis=-1))), dtype=np.float64)
+def position_deviation(path: PathValues) -> FloatArray:
+    """Return the root mean square deviation from the target weld position (in place of eq. 1), deg, shape (...)."""
+    return root_mean_square_deviation(path, (SLOPE, ROTATION))
 
 
-def joint_motion(cell: RobotCell, s_mm: FloatArray, joints: FloatArray) -> FloatArray:
-    r"""Return the root mean square of the weighted joint rates along the seam, deg/mm: what stands for eq. 4.
+def torch_deviation(path: PathValues) -> FloatArray:
+    """Return the root mean square deviation from the target torch angles (in place of eq. 2), deg, shape (...)."""
+    return root_mean_square_deviation(path, (WORK, TRAVEL))
+
+
+def joint_motion(path: PathValues) -> FloatArray:
+    r"""Return the root mean square of the weighted joint rates along the seam (in place of eq. 4), deg/mm.
 
     .. math::
         \sqrt{\frac{1}{L \sum_j K_j} \int_0^L \sum_j K_j\, (dq_j/ds)^2\, ds}
 
     Parameters
     ----------
-    cell : RobotCell
-        With K_j of all twelve joints.
-    s_mm : ndarray, shape (n,)
-    joints : ndarray, shape (..., n, 12)
-        Unwrapped, rad.
+    path : PathValues
+        With K_j of all twelve joints in its cell.
 
     Returns
     -------
     ndarray, shape (...)
     """
-    steps, ds = np.diff(joints, axis=-2), np.diff(s_mm)
-    weights = np.concatenate([cell.weights1, cell.weights2])
-    squares = ((steps**2) @ weights / ds).sum(axis=-1)
+    s_mm, steps = path.s_mm, np.diff(path.joints, axis=-2)
+    weights = path.cell.joint_weights
+    squares = ((steps**2) @ weights / np.diff(s_mm)).sum(axis=-1)
     return np.asarray(np.degrees(np.sqrt(squares / (weights.sum() * (s_mm[-1] - s_mm[0])))), dtype=np.float64)
 
 
-def f1_1(slope: FloatArray, rotation: FloatArray, wishes: Wishes) -> float:
-    r"""Return the weld position function as printed (Hou 2018, eq. 1).
+def printed_position(path: PathValues) -> float:
+    r"""Return the weld position function as printed (Hou 2018, eq. 1, f1-1).
 
     .. math::
         f_{1-1} = \frac1n \sum_i
                   \frac{|\theta_i - \theta_0|}{\theta_{max}} \frac{|\varphi_i - \varphi_0|}{\varphi_{max}}
 
-    Parameters
-    ----------
-    slope, rotation : ndarray, shape (n,)
-        Weld position, rad; θ is the slope and φ the rotation with its sign turned. Where the rotation is not defined
-        (NaN, vertical travel) it is taken as wished.
-    wishes : Wishes
+    θ is the slope and φ the rotation with the opposite sign.
 
     Notes
     -----
-    No sign stands between the two fractions in the text at hand: they are multiplied. Differences of angles are taken
-    the shorter way round, because φ just below zero is printed as just below 360°.
+    A rotation that is not defined (NaN, vertical travel) counts as on target.
+    The text at hand shows no operator between the two fractions, so they are multiplied. Differences of angles are
+    taken the shorter way round, because φ just below zero is printed as just below 360°.
     """
-    theta = np.abs(wrapped(slope - wishes.slope_rad)) / wishes.slope_range_rad
-    phi = np.abs(wrapped(np.nan_to_num(rotation, nan=wishes.rotation_rad) - wishes.rotation_rad))
-    return float(np.mean(theta * phi / wishes.rotation_range_rad))
+    slope, rotation, targets = path.coordinates[:, SLOPE], path.coordinates[:, ROTATION], path.targets
+    theta = np.abs(wrapped(slope - targets.slope_rad)) / targets.slope_range_rad
+    phi = np.abs(wrapped(np.nan_to_num(rotation, nan=targets.rotation_rad) - targets.rotation_rad))
+    return float(np.mean(theta * phi / targets.rotation_range_rad))
 
 
-def f1_2(work: FloatArray, travel: FloatArray, wishes: Wishes) -> float:
-    r"""Return the torch attitude function as printed (Hou 2018, eq. 2), as a mean over the points.
+def wrapped(angle: FloatArray) -> FloatArray:
+    """Return angles of any shape in [-π, π], rad."""
+    return np.asarray(angle - 2 * np.pi * np.rint(angle / (2 * np.pi)), dtype=np.float64)
+
+
+def printed_torch(path: PathValues) -> float:
+    r"""Return the torch attitude function as printed (Hou 2018, eq. 2, f1-2), as a mean over the points.
 
     .. math::
         f_{1-2} = \frac1n \sum_i (1 - \alpha_i / \alpha_{max})(1 - \beta_i / \beta_{max})
 
-    Parameters
-    ----------
-    work, travel : ndarray, shape (n,)
-        Torch angles of DESIGN §3, rad.
-    wishes : Wishes
-
     Notes
     -----
-    α and β are the angles between the wire and the seam's y and x axes; both are 90° for the neutral torch, and their
-    largest allowed values are 90° plus the range around the wish. The text at hand prints no sum.
+    α and β are the angles between the wire and the seam's y and x axes. Both are 90° for the neutral torch. Their
+    largest allowed values are 90° plus the range around the target. The text at hand prints no sum.
     """
+    work, travel, targets = path.coordinates[:, WORK], path.coordinates[:, TRAVEL], path.targets
     alpha = np.arccos(np.cos(travel) * np.sin(work))
     beta = np.arccos(np.sin(travel))
-    alpha_max = math.pi / 2 + abs(wishes.work_rad) + wishes.torch_range_rad
-    beta_max = math.pi / 2 + abs(wishes.travel_rad) + wishes.torch_range_rad
+    alpha_max = math.pi / 2 + abs(targets.work_rad) + targets.torch_range_rad
+    beta_max = math.pi / 2 + abs(targets.travel_rad) + targets.torch_range_rad
     return float(np.mean((1.0 - alpha / alpha_max) * (1.0 - beta / beta_max)))
 
 
-def f2(cell: RobotCell, joints: FloatArray) -> float:
-    r"""Return the smoothness of the motion as printed (Hou 2018, eq. 4), over the joints of both robots.
+def printed_smoothness(path: PathValues) -> float:
+    r"""Return the smoothness of the motion as printed (Hou 2018, eq. 4, f2), over the joints of both robots.
 
     .. math::
         f_2 = \frac1n \sum_i \frac{1}{\sum_j K_j} \sum_j K_j
               \frac{|\delta_{i,j} - \delta_{i-1,j}|}{\delta_{j,max} - \delta_{j,min}}
-
-    Parameters
-    ----------
-    cell : RobotCell
-    joints : ndarray, shape (n, 12)
-        Unwrapped, rad.
     """
-    weights = np.concatenate([cell.weights1, cell.weights2])
-    low, high = (np.concatenate(limits) for limits in zip(cell.arm1.limits, cell.arm2.limits, strict=True))
-    parts = np.abs(np.diff(joints, axis=0)) / (high - low)
-    return float((parts @ weights).sum() / (len(joints) * weights.sum()))
+    weights = path.cell.joint_weights
+    low, high = path.cell.joint_limits
+    parts = np.abs(np.diff(path.joints, axis=0)) / (high - low)
+    return float((parts @ weights).sum() / (len(path.joints) * weights.sum()))
 
 
-def f4(clearance_mm: FloatArray, d1_mm: float) -> BoolArray:
-    """Tell which states are clear (Hou 2018, eq. 6): 1 where the least distance is larger than d1, 0 elsewhere.
+POSITION = Objective(
+    name="position_deg",
+    label="position",
+    unit="deg",
+    value=position_deviation,
+    residuals=Residuals.TARGET_DEVIATIONS,
+    coordinates=(SLOPE, ROTATION),
+    symbol="f1_1",
+    printed=printed_position,
+)
+TORCH = Objective(
+    name="torch_deg",
+    label="torch",
+    unit="deg",
+    value=torch_deviation,
+    residuals=Residuals.TARGET_DEVIATIONS,
+    coordinates=(WORK, TRAVEL),
+    symbol="f1_2",
+    printed=printed_torch,
+)
+MOTION = Objective(
+    name="motion_deg_per_mm",
+    label="motion",
+    unit="deg/mm",
+    value=joint_motion,
+    residuals=Residuals.JOINT_STEPS,
+    symbol="f2",
+    printed=printed_smoothness,
+)
+OBJECTIVES = (POSITION, TORCH, MOTION)
+"""What a front trades, in the order of the columns of files, tables and charts."""
+OBJECTIVE_NAMES = tuple(objective.name for objective in OBJECTIVES)
 
-    Parameters
-    ----------
-    clearance_mm : ndarray, shape (...)
-        d_min.
-    d1_mm : float
-        Safety distance.
-    """
-    return np.asarray(clearance_mm > d1_mm)
+Weights = Mapping[Objective, float]
+"""Weights of the squared objectives; an objective that is missing has weight 0."""
+
+
+def objective_values(path: PathValues) -> FloatArray:
+    """Return all objectives of one path or of many, shape (..., len(OBJECTIVES)), in the order of `OBJECTIVES`."""
+    return np.stack([objective.value(path) for objective in OBJECTIVES], axis=-1)
+
+
+def printed_values(path: PathValues) -> dict[str, float]:
+    """Return the paper's functions of one path as printed, by their symbols."""
+    return {row.symbol: row.printed(path) for row in OBJECTIVES if row.printed is not None}
+
+
+def deviation_weights(weights: Weights) -> FloatArray:
+    """Return the weights of the squared deviations of slope, rotation, work and travel, shape (4,), per deg²."""
+    by_column = np.zeros(COORDINATES)
+    for objective, weight in weights.items():
+        if objective.residuals is Residuals.TARGET_DEVIATIONS:
+            by_column[list(objective.coordinates)] += weight
+    return by_column[ATTITUDE]
+
+
+def joint_step_weight(weights: Weights) -> float:
+    """Return the weight of the squared joint motion, per (deg/mm)²."""
+    return float(sum(weight for row, weight in weights.items() if row.residuals is Residuals.JOINT_STEPS))

@@ -1,4 +1,4 @@
-"""``pareto.json``: every plan worth choosing from, what each method found, and how much it dominates."""
+"""``pareto.json``: the plans to choose from, the front of each method, and the volume that each front dominates."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 
 from wpcal.planning.cell.robot_cell import RobotCell
-from wpcal.planning.plan.plan import Plan, Preference
-from wpcal.planning.search.objectives import OBJECTIVES, Wishes
-from wpcal.planning.search.plan_seam import PlanningResult
+from wpcal.planning.plan.plan import Plan
+from wpcal.planning.search.objectives import OBJECTIVE_NAMES
+from wpcal.planning.search.pareto import Preference
+from wpcal.planning.search.planning_result import PlanningResult
+from wpcal.planning.search.targets import WeldTargets
 
 PARETO_SCHEMA = "wpcal/pareto/1"
 
@@ -32,7 +34,7 @@ def pareto_record(result: PlanningResult, cell: RobotCell, preference: Preferenc
     """
     front = result.front
     return {
-        **_head(cell, front.plans[0].seam, result.wishes, result.speed_mm_s),
+        **_head(cell, front.plans[0].seam, result.targets, result.speed_mm_s),
         "interrupted": result.interrupted,
         "not_free": result.not_free,
         "failed": None,
@@ -49,12 +51,12 @@ def pareto_record(result: PlanningResult, cell: RobotCell, preference: Preferenc
     }
 
 
-def failed_record(cell: RobotCell, seam: str, wishes: Wishes, speed_mm_s: float, why: str) -> dict[str, Any]:
+def failed_record(cell: RobotCell, seam: str, targets: WeldTargets, speed_mm_s: float, why: str) -> dict[str, Any]:
     """Return the record of a search that found no feasible plan; `why` names the constraint that failed most."""
-    return {**_head(cell, seam, wishes, speed_mm_s), "failed": why, "plans": []}
+    return {**_head(cell, seam, targets, speed_mm_s), "failed": why, "plans": []}
 
 
-def _head(cell: RobotCell, seam: str, wishes: Wishes, speed_mm_s: float) -> dict[str, Any]:
+def _head(cell: RobotCell, seam: str, targets: WeldTargets, speed_mm_s: float) -> dict[str, Any]:
     return {
         "schema": PARETO_SCHEMA,
         "cell": cell.name,
@@ -63,15 +65,15 @@ def _head(cell: RobotCell, seam: str, wishes: Wishes, speed_mm_s: float) -> dict
         "speed_mm_s": speed_mm_s,
         "safety_distance_mm": cell.d1_mm,
         "wishes": {
-            "slope_deg": math.degrees(wishes.slope_rad),
-            "rotation_deg": math.degrees(wishes.rotation_rad),
-            "work_deg": math.degrees(wishes.work_rad),
-            "travel_deg": math.degrees(wishes.travel_rad),
-            "slope_range_deg": math.degrees(wishes.slope_range_rad),
-            "rotation_range_deg": math.degrees(wishes.rotation_range_rad),
-            "torch_range_deg": math.degrees(wishes.torch_range_rad),
+            "slope_deg": math.degrees(targets.slope_rad),
+            "rotation_deg": math.degrees(targets.rotation_rad),
+            "work_deg": math.degrees(targets.work_rad),
+            "travel_deg": math.degrees(targets.travel_rad),
+            "slope_range_deg": math.degrees(targets.slope_range_rad),
+            "rotation_range_deg": math.degrees(targets.rotation_range_rad),
+            "torch_range_deg": math.degrees(targets.torch_range_rad),
         },
-        "objectives": list(OBJECTIVES),
+        "objectives": list(OBJECTIVE_NAMES),
     }
 
 
@@ -80,7 +82,7 @@ def _plan(row: int, plan: Plan) -> dict[str, Any]:
     return {
         "plan": row + 1,
         "found_by": plan.found_by,
-        "freedom": plan.freedom.value,
+        "freedom": plan.verdict.value,
         "objectives": dict(plan.objectives),
         "as_printed": dict(plan.printed),
         "least_clearance_mm": None if clearance is None else float(clearance.min()),

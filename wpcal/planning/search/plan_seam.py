@@ -1,229 +1,188 @@
-"""`plan_seam`: from a cell and a seam to the plans between which one chooses.
+"""`plan_seam`: from a cell and a seam to a set of trade-off plans to choose from.
 
-The deterministic search gives a front by itself. The published genetic algorithm can be run after it, seeded with that
-front; what it adds is told by the hypervolumes of both.
+The deterministic search gives a front by itself. The published genetic algorithm can run after it and starts from that
+front. The hypervolumes of both fronts show what it adds.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray, frozen
-from wpcal.core.errors import ConvergenceError, GeometryError
-from wpcal.planning.cell.clearance import capsule_clearance
+from wpcal.core.arrays import frozen
+from wpcal.core.errors import ConvergenceError
+from wpcal.planning.cell.clearance import require_bases_apart
 from wpcal.planning.cell.closed_chain import ROTATION, SLOPE, TRAVEL, WORK, SeamPath
 from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell
-from wpcal.planning.plan.pareto import hypervolume, is_nondominated
-from wpcal.planning.plan.plan import Freedom, ParetoSet, Plan
+from wpcal.planning.plan.plan import CollisionVerdict, Plan
 from wpcal.planning.plan.recheck import recheck_clearance
 from wpcal.planning.plan.schedule import SPEED_MM_S
-from wpcal.planning.search.genetic import GeneticOptions, evolve_paths
-from wpcal.planning.search.linear_model import Path
-from wpcal.planning.search.objectives import OBJECTIVES, Wishes, f1_1, f1_2, f2
-from wpcal.planning.search.problem import ALLOWED_EXCESS, PlanningProblem
-from wpcal.planning.search.sweep import Progress, sweep_paths
+from wpcal.planning.search.nsga2 import Nsga2Options, evolve_paths
+from wpcal.planning.search.objectives import OBJECTIVE_NAMES, OBJECTIVES, Weights, printed_values
+from wpcal.planning.search.pareto import ParetoSet, is_nondominated
+from wpcal.planning.search.planning_result import PlanningResult
+from wpcal.planning.search.problem import ALLOWED_EXCESS, CandidatePath, PlanningProblem, SearchProgress
+from wpcal.planning.search.sweep import SWEEP, sweep_paths
+from wpcal.planning.search.targets import WeldTargets
 
 REFERENCE_MARGIN = 1.5
-"""The reference of the hypervolume is this times the largest value of each objective over the deterministic front: its
-ends then count, and a plan that is worse than all of it in one objective does not."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PlanningResult:
-    """What a search found.
-
-    Parameters
-    ----------
-    front : ParetoSet
-        All plans worth choosing from, by whichever method; every one checked by hulls between its points.
-    ladder, genetic : ParetoSet or None
-        The fronts of the deterministic search and of the genetic algorithm, each by itself.
-    reference : ndarray, shape (k,)
-        Corner of the hypervolumes.
-    interrupted : bool
-        Whether the user ended the search early.
-    not_free : int
-        Plans left out because the check between their points found them too near.
-    wishes : Wishes
-    speed_mm_s : float
-    """
-
-    front: ParetoSet
-    ladder: ParetoSet | None
-    genetic: ParetoSet | None
-    reference: FloatArray
-    interrupted: bool
-    not_free: int
-    wishes: Wishes
-    speed_mm_s: float
-
-    def hypervolume_of(self, front: ParetoSet | None) -> float:
-        """Return what a front dominates; zero for none."""
-        return 0.0 if front is None else hypervolume(front.values, self.reference)
+"""The reference of the hypervolume is this times the largest value of each objective over the deterministic front. The
+ends of that front then count; a plan that is worse than all of that front in one objective hardly counts."""
 
 
 def plan_seam(
     cell: RobotCell,
     path: SeamPath,
     *,
-    wishes: Wishes | None = None,
+    targets: WeldTargets | None = None,
     speed_mm_s: float = SPEED_MM_S,
-    genetic: GeneticOptions | None = None,
-    progress: Progress = lambda what, done, of: None,
+    weights: Sequence[Weights] = SWEEP,
+    genetic: Nsga2Options | None = None,
+    progress: SearchProgress = lambda what, done, of: None,
 ) -> PlanningResult:
-    """Search for the plans of a seam.
+    """Search for plans of a seam.
 
     Parameters
     ----------
     cell : RobotCell
     path : SeamPath
         In `part`.
-    wishes : Wishes, optional
+    targets : WeldTargets, optional
     speed_mm_s : float
         Of the torch along the seam.
-    genetic : GeneticOptions, optional
-        Runs the genetic algorithm, too.
+    weights : sequence of mapping of Objective to float
+        Of the squared objectives, one set per path, in an order in which neighbours are near.
+    genetic : Nsga2Options, optional
+        Runs the genetic algorithm after the deterministic search.
     progress : callable, optional
-        Called with what is going on, how many steps of it are done, and of how many.
+        Called with the name of the running step, how many of its parts are done, and of how many.
 
     Returns
     -------
     PlanningResult
-        Ended by the user (KeyboardInterrupt), the best front so far.
+        If the user ends the search (KeyboardInterrupt), the best front so far.
 
     Raises
     ------
     GeometryError
-        When the seam is out of reach, the robots stand in each other or the start is in collision.
+        When the seam is out of reach, the bases are too close to each other or the start is in collision.
     ConvergenceError
-        When no feasible plan is found; what fails most.
+        When no feasible plan is found; it names what fails most.
     KeyboardInterrupt
         When the user ends the search before there is any plan.
     """
-    problem = PlanningProblem(cell, path, wishes or Wishes(), speed_mm_s)
-    require_apart(cell)
-    found: list[Path] = []
+    problem = PlanningProblem(cell, path, targets or WeldTargets(), speed_mm_s)
+    require_bases_apart(cell)
+    found: list[CandidatePath] = []
     interrupted = False
     try:
-        found.extend(sweep_paths(problem, progress))
+        found.extend(sweep_paths(problem, progress, weights))
     except KeyboardInterrupt:
         if not found:
             raise
         interrupted = True
-    ladder = best_paths(problem, found)
-    bred: list[Path] = []
+    bred: list[CandidatePath] = []
     if genetic is not None and not interrupted:
-        bred, interrupted = evolve_paths(problem, ladder, genetic, progress)
-        bred = best_paths(problem, bred)
-    return _result(problem, found, ladder, bred, interrupted=interrupted)
+        bred, interrupted = evolve_paths(problem, best_paths(problem, found), genetic, progress)
+    return judge_paths(problem, found, bred, interrupted=interrupted)
 
 
-def require_apart(cell: RobotCell) -> None:
-    """Refuse a cell whose fixed bodies (pedestals and bench) are nearer to each other than the safety distance.
-
-    Raises
-    ------
-    GeometryError
-        With the two bodies and what is missing.
-    """
-    fixed = replace(
-        cell,
-        links1=tuple(shape for shape in cell.links1 if shape.link == 0),
-        links2=tuple(shape for shape in cell.links2 if shape.link == 0),
-        torch=(),
-        part=(),
-    )
-    clear = capsule_clearance(fixed, CellState(np.zeros((1, JOINTS)), np.zeros((1, JOINTS))))
-    if not clear.is_clear[0]:
-        one, two = clear.nearest(0)
-        apart = float(np.linalg.norm(cell.T_base1_base2.t_mm))
-        raise GeometryError(
-            f"the robots stand too close (bases {apart:.0f} mm apart): {one} and {two} miss their safety distance by "
-            f"{-clear.margin_mm[0]:.0f} mm, whatever the joints"
-        )
-
-
-def best_paths(problem: PlanningProblem, paths: Sequence[Path]) -> list[Path]:
-    """Return the paths that break no limit and that none of the others beats, in their order."""
-    allowed = [path for path in paths if problem.is_allowed(path.coordinates, path.joints)]
+def best_paths(problem: PlanningProblem, paths: Sequence[CandidatePath]) -> list[CandidatePath]:
+    """Return the paths that break no limit and that no other path beats, in their order."""
+    allowed = [path for path in paths if problem.is_allowed(path)]
     if not allowed:
         return []
     values = np.stack([problem.objectives(path.coordinates, path.joints) for path in allowed])
     return [allowed[row] for row in np.flatnonzero(is_nondominated(values))]
 
 
-def make_plan(problem: PlanningProblem, path: Path, found_by: str) -> Plan:
-    """Return a path as a plan, with its objectives; clearances are not yet known."""
+def make_plan(problem: PlanningProblem, path: CandidatePath, found_by: str) -> Plan:
+    """Return a path as a plan with its objectives; clearances are not measured."""
     coordinates, joints = path.coordinates, path.joints
-    slope, rotation = coordinates[:, SLOPE], coordinates[:, ROTATION]
-    work, travel = coordinates[:, WORK], coordinates[:, TRAVEL]
     values = problem.objectives(coordinates, joints)
     return Plan(
         seam=problem.path.name,
         s_mm=problem.path.s_mm,
         state=CellState(joints[:, :JOINTS], joints[:, JOINTS:]),
-        slope_rad=slope,
-        rotation_rad=rotation,
-        work_rad=work,
-        travel_rad=travel,
-        objectives={name: float(value) for name, value in zip(OBJECTIVES, values, strict=True)},
-        printed={
-            "f1_1": f1_1(slope, rotation, problem.wishes),
-            "f1_2": f1_2(work, travel, problem.wishes),
-            "f2": f2(problem.cell, joints),
-        },
+        slope_rad=coordinates[:, SLOPE],
+        rotation_rad=coordinates[:, ROTATION],
+        work_rad=coordinates[:, WORK],
+        travel_rad=coordinates[:, TRAVEL],
+        objectives={name: float(value) for name, value in zip(OBJECTIVE_NAMES, values, strict=True)},
+        printed=printed_values(problem.path_values(coordinates, joints)),
         found_by=found_by,
     )
 
 
-def _checked(problem: PlanningProblem, paths: Sequence[Path], found_by: str) -> list[Plan]:
-    """Return the plans that are free between their points, too, with their clearances by hulls."""
-    plans = []
-    for path in paths:
-        plan = make_plan(problem, path, found_by)
-        check = recheck_clearance(plan, problem.cell)
-        if check.freedom is Freedom.FREE:
-            plans.append(
-                replace(plan, clearance_mm=check.clearance.distance_mm[:: check.refine], freedom=check.freedom)
-            )
-    return plans
-
-
-def _result(
-    problem: PlanningProblem, tried: list[Path], ladder: list[Path], bred: list[Path], *, interrupted: bool
+def judge_paths(
+    problem: PlanningProblem,
+    swept: Sequence[CandidatePath],
+    bred: Sequence[CandidatePath] = (),
+    *,
+    interrupted: bool = False,
 ) -> PlanningResult:
-    swept, evolved = _checked(problem, ladder, "ladder"), _checked(problem, bred, "nsga2")
-    plans = swept + evolved
+    """Check the best paths for collisions between their points and compare those that are free.
+
+    Parameters
+    ----------
+    problem : PlanningProblem
+    swept, bred : sequence of CandidatePath
+        What the deterministic search and the genetic algorithm found; they may break limits.
+    interrupted : bool
+        Whether the user ended the search early.
+
+    Returns
+    -------
+    PlanningResult
+
+    Raises
+    ------
+    ConvergenceError
+        When no path is allowed and free; it names what fails most.
+    """
+    best, evolved = best_paths(problem, swept), best_paths(problem, bred)
+    ladder, genetic = _free_plans(problem, best, "ladder"), _free_plans(problem, evolved, "nsga2")
+    plans = ladder + genetic
     if not plans:
-        raise ConvergenceError(f"no feasible plan: {_what_fails(problem, tried, ladder)}")
-    sets = [ParetoSet(tuple(group), OBJECTIVES) if group else None for group in (swept, evolved)]
-    values = np.array([[plan.objectives[name] for name in OBJECTIVES] for plan in plans])
-    basis = values if sets[0] is None else sets[0].values
-    kept = [plans[row] for row in np.flatnonzero(is_nondominated(values))]
+        raise ConvergenceError(f"no feasible plan: {_what_fails(problem, swept, best)}")
+    sets = [ParetoSet(tuple(group)) if group else None for group in (ladder, genetic)]
+    every = ParetoSet(tuple(plans))
+    basis = every if sets[0] is None else sets[0]
+    kept = [plans[row] for row in np.flatnonzero(is_nondominated(every.values))]
     return PlanningResult(
-        front=ParetoSet(tuple(sorted(kept, key=lambda plan: plan.objectives[OBJECTIVES[0]])), OBJECTIVES),
+        front=ParetoSet(tuple(sorted(kept, key=lambda plan: plan.objectives[OBJECTIVES[0].name]))),
         ladder=sets[0],
         genetic=sets[1],
-        reference=frozen(REFERENCE_MARGIN * basis.max(axis=0)),
+        reference=frozen(REFERENCE_MARGIN * basis.values.max(axis=0)),
         interrupted=interrupted,
-        not_free=len(ladder) + len(bred) - len(plans),
-        wishes=problem.wishes,
+        not_free=len(best) + len(evolved) - len(plans),
+        targets=problem.targets,
         speed_mm_s=problem.speed_mm_s,
     )
 
 
-def _what_fails(problem: PlanningProblem, tried: list[Path], allowed: list[Path]) -> str:
-    """Say which constraint keeps most of the tried paths from being allowed."""
+def _free_plans(problem: PlanningProblem, paths: Sequence[CandidatePath], found_by: str) -> list[Plan]:
+    """Return the plans that are free between their points too, with their clearances by hulls."""
+    plans = []
+    for path in paths:
+        plan = make_plan(problem, path, found_by)
+        check = recheck_clearance(plan, problem.cell)
+        if check.verdict is CollisionVerdict.FREE:
+            clearance_mm = check.clearance.distance_mm[:: check.refine]
+            plans.append(replace(plan, clearance_mm=clearance_mm, verdict=check.verdict))
+    return plans
+
+
+def _what_fails(problem: PlanningProblem, tried: Sequence[CandidatePath], allowed: list[CandidatePath]) -> str:
+    """Name the constraint that most of the tried paths break."""
     if allowed:
         return "clearance fails most: every path comes too near between its points"
     counts: Counter[str] = Counter()
     for path in tried:
-        excesses = problem.excesses(path.coordinates, path.joints)
-        counts.update(name for name, value in excesses.items() if value > ALLOWED_EXCESS)
+        counts.update(name for name, value in problem.excesses(path).items() if value > ALLOWED_EXCESS)
     if not counts:
         return "no path was tried"
     name, times = counts.most_common(1)[0]

@@ -1,7 +1,8 @@
-"""What is planned: a seam, a cell and wishes; and how far paths are from being allowed, one number a constraint."""
+"""What is planned: a seam, a cell and targets. Paths as numbers, and how far they are from being allowed."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,18 +13,34 @@ from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, ROTATION, SLOPE
 from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell
 from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
 from wpcal.planning.cell.workplace import weld_zone
-from wpcal.planning.plan.schedule import SPEED_MM_S, joint_speeds
-from wpcal.planning.search.objectives import (
-    ATTITUDE,
-    Wishes,
-    attitude_box,
-    joint_motion,
-    position_deviation,
-    torch_deviation,
-)
+from wpcal.planning.plan.schedule import SPEED_MM_S
+from wpcal.planning.search.objectives import PathValues, objective_values
+from wpcal.planning.search.targets import ATTITUDE, WeldTargets
 
 ALLOWED_EXCESS = 1e-9
-"""Round-off of an angle that stands at the end of its range."""
+"""Round-off of an angle at the end of its range."""
+
+SearchProgress = Callable[[str, int, int], None]
+"""Called with the name of the running step, how many of its parts are done, and of how many."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CandidatePath:
+    """A path as the search handles it: coordinates, the branches of both inverses, and the joints that follow.
+
+    Parameters
+    ----------
+    coordinates : ndarray, shape (n, 9)
+        mm and rad, as in `wpcal.planning.cell.closed_chain`.
+    branches : tuple of int
+        Of robot 1 and robot 2.
+    joints : ndarray, shape (n, 12)
+        Unwrapped, rad.
+    """
+
+    coordinates: FloatArray
+    branches: tuple[int, int]
+    joints: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,71 +52,87 @@ class PlanningProblem:
     cell : RobotCell
     path : SeamPath
         n points in `part`.
-    wishes : Wishes
+    targets : WeldTargets
     speed_mm_s : float
         Of the torch along the seam: no joint may need more than its largest speed.
     """
 
     cell: RobotCell
     path: SeamPath
-    wishes: Wishes
+    targets: WeldTargets
     speed_mm_s: float = SPEED_MM_S
 
     @property
-    def joint_limits(self) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper limits of all twelve joints, shape (12,) each, rad."""
-        (low1, high1), (low2, high2) = self.cell.arm1.limits, self.cell.arm2.limits
-        return np.concatenate([low1, low2]), np.concatenate([high1, high2])
-
-    @property
-    def joint_speeds(self) -> FloatArray:
-        """Largest speeds of all twelve joints, shape (12,), rad/s; infinite where the arm's file states none."""
-        return np.concatenate([joint_speeds(self.cell.arm1), joint_speeds(self.cell.arm2)])
-
-    @property
     def box(self) -> tuple[FloatArray, FloatArray]:
-        """Least and largest coordinates, shape (9,) each: the weld zone, and the ranges of the wishes."""
+        """Least and largest coordinates, shape (9,) each: the weld zone, and the ranges of the targets."""
         low, high = np.full(COORDINATES, -np.inf), np.full(COORDINATES, np.inf)
         low[PLACE], high[PLACE] = weld_zone(self.cell)
-        low[ATTITUDE], high[ATTITUDE] = attitude_box(self.wishes)
+        low[ATTITUDE], high[ATTITUDE] = self.targets.attitude_box_rad
         return low, high
 
-    @property
-    def weights(self) -> FloatArray:
-        """K_j of all twelve joints (Hou 2018, eq. 4)."""
-        return np.concatenate([self.cell.weights1, self.cell.weights2])
+    def path_values(self, coordinates: FloatArray, joints: FloatArray) -> PathValues:
+        """Return what objectives are functions of; shapes (..., n, 9) and (..., n, 12), mm and rad."""
+        return PathValues(self.cell, self.targets, self.path.s_mm, coordinates, joints)
 
     def objectives(self, coordinates: FloatArray, joints: FloatArray) -> FloatArray:
-        """Return the three objectives of paths, shape (..., 3), in the order of `OBJECTIVES`."""
-        values = (
-            position_deviation(coordinates, self.wishes),
-            torch_deviation(coordinates, self.wishes),
-            joint_motion(self.cell, self.path.s_mm, joints),
-        )
-        return np.stack(values, axis=-1)
+        """Return the objectives of one path or of many.
+
+        Parameters
+        ----------
+        coordinates : ndarray, shape (..., n, 9)
+        joints : ndarray, shape (..., n, 12)
+            Unwrapped, rad.
+
+        Returns
+        -------
+        ndarray, shape (..., len(OBJECTIVES))
+            In the order of `OBJECTIVES`.
+        """
+        return objective_values(self.path_values(coordinates, joints))
 
     def margins(self, joints: FloatArray) -> FloatArray:
-        """Return the least capsule clearance beyond the safety distances at N states (N, 12); shape (N,), mm."""
+        """Return the least capsule clearance beyond the safety distances.
+
+        Parameters
+        ----------
+        joints : ndarray, shape (N, 12)
+            Robot 1, then robot 2, rad.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            mm.
+        """
         return capsule_clearance(self.cell, CellState(joints[:, :JOINTS], joints[:, JOINTS:])).margin_mm
 
     def regularity(self, joints: FloatArray) -> FloatArray:
-        """Return how far both arms are from singular poses at N states (N, 12); shape (N, 6)."""
+        """Return how far both arms are from singular poses.
+
+        Parameters
+        ----------
+        joints : ndarray, shape (N, 12)
+            Robot 1, then robot 2, rad.
+
+        Returns
+        -------
+        ndarray, shape (N, 6)
+            The three measures of each arm.
+        """
         one, _ = regularity(self.cell.arm1, joints[:, :JOINTS])
         two, _ = regularity(self.cell.arm2, joints[:, JOINTS:])
         return np.concatenate([one, two], axis=1)
 
-    def is_allowed(self, coordinates: FloatArray, joints: FloatArray) -> bool:
-        """Tell whether one path keeps all limits at its points; arguments as in `excesses`."""
-        return max(self.excesses(coordinates, joints).values()) <= ALLOWED_EXCESS
+    def is_allowed(self, path: CandidatePath) -> bool:
+        """Tell whether a path keeps all limits at its points."""
+        return max(self.excesses(path).values()) <= ALLOWED_EXCESS
 
-    def excesses(self, coordinates: FloatArray, joints: FloatArray) -> dict[str, float]:
-        """Return how far one path is beyond each kind of limit, by name; all zero for an allowed path.
+    def excesses(self, path: CandidatePath) -> dict[str, float]:
+        """Return how far a path is beyond each kind of limit, by name; all zero for an allowed path.
 
         Parameters
         ----------
-        coordinates : ndarray, shape (n, 9)
-        joints : ndarray, shape (n, 12)
-            Unwrapped, rad; NaN makes ``reach`` one.
+        path : CandidatePath
+            Joints that are NaN are out of reach.
 
         Returns
         -------
@@ -108,18 +141,19 @@ class PlanningProblem:
             poses`` (of `regularity`), ``joint speeds`` (parts of the largest),
             ``weld position`` and ``torch angles`` (rad), ``weld zone`` (mm), ``clearance`` (mm).
         """
+        joints = path.joints
         missing = ~np.isfinite(joints).all(axis=-1)
         if missing.any():
             return {"reach": float(missing.mean())}
-        low, high = self.joint_limits
+        low, high = self.cell.joint_limits
         least, largest = self.box
-        outside = np.maximum(coordinates - largest, least - coordinates).max(axis=0)
+        outside = np.maximum(path.coordinates - largest, least - path.coordinates).max(axis=0)
         rates = np.abs(np.diff(joints, axis=0)) / np.diff(self.path.s_mm)[:, None] * self.speed_mm_s
         found = {
             "reach": 0.0,
             "joint limits": np.maximum(joints - high, low - joints).max(),
             "singular poses": LEAST_REGULARITY - self.regularity(joints).min(),
-            "joint speeds": (rates / self.joint_speeds).max() - 1.0,
+            "joint speeds": (rates / self.cell.joint_speeds).max() - 1.0,
             "weld position": outside[[SLOPE, ROTATION]].max(),
             "torch angles": outside[[WORK, TRAVEL]].max(),
             "weld zone": outside[PLACE].max(),

@@ -1,7 +1,8 @@
-"""Where the robots may meet: places of the weld point and branches of the inverses from which a search can start.
+"""Where both robots reach the seam: places of the weld point and branches of the inverses to start a search from.
 
-A coarse look at places between the bases, at all directions of travel, all spins of the torch and some points of the
-seam, with the wished weld position and torch angles; where that leads nowhere, with other rotations of the joint, too.
+Places between the bases are scanned on a coarse grid, with all directions of travel, all spins of the torch and some
+points of the seam, at the target weld position and torch angles. If no place is found, the scan is repeated with other
+rotations of the joint.
 """
 
 from __future__ import annotations
@@ -15,13 +16,9 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import ConvergenceError, GeometryError
 from wpcal.planning.cell.clearance import Clearance, capsule_clearance
 from wpcal.planning.cell.closed_chain import (
-    COORDINATES,
     PLACE,
     ROTATION,
-    SLOPE,
     SPIN,
-    TRAVEL,
-    WORK,
     YAW,
     SeamPath,
     all_joints,
@@ -30,48 +27,50 @@ from wpcal.planning.cell.closed_chain import (
 from wpcal.planning.cell.robot_cell import CellState
 from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
 from wpcal.planning.cell.workplace import candidate_places, reach_shortage
-from wpcal.planning.search.objectives import Wishes
 from wpcal.planning.search.problem import PlanningProblem
+from wpcal.planning.search.targets import WeldTargets, target_coordinates
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import TURN
 from wpcal.robot.kinematics.opw import BRANCHES
 
 TURNS = 8
-"""Directions of travel and spins of the torch, each."""
+"""Number of directions of travel, and number of spins of the torch."""
 ROTATIONS_RAD = tuple(np.radians((0.0, -50.0, -25.0, 25.0, 50.0)))
-"""Rotations of the joint from the wished one, that first: a part that turns less must accept such."""
+"""Rotations of the joint relative to the target, the target first. A part that cannot turn enough needs the others."""
 SCANNED_POINTS = 6
 """Points of the seam, from its first to its last."""
 CHECKED_PLACES, CHECKED = 6, 96
-"""Best places of each pair of branches, and best of all these, whose clearance is measured: some tenths of a second."""
+"""Clearance is measured at this many best places of each pair of branches, and at this many best of all these. It takes
+some tenths of a second."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Meeting:
-    """A place of the weld point in `middle` (mm) and a pair of branches that can reach all scanned points there."""
+class ReachablePlace:
+    """A place of the weld point and a pair of branches that have an allowed state at every scanned point.
+
+    Parameters
+    ----------
+    place : ndarray, shape (3,)
+        In `middle`, mm.
+    branches : tuple of int
+        Of robot 1 and robot 2.
+    allowed : int
+        Number of allowed states at the scanned point that has fewest.
+    """
 
     place: FloatArray
     branches: tuple[int, int]
     allowed: int
-    """Allowed states at the scanned point that has fewest."""
 
 
-def wished_coordinates(wishes: Wishes, count: int) -> FloatArray:
-    """Return coordinates of `count` points with the wished weld position and torch angles; the others are zero."""
-    coordinates = np.zeros((count, COORDINATES))
-    coordinates[:, SLOPE], coordinates[:, ROTATION] = wishes.slope_rad, wishes.rotation_rad
-    coordinates[:, WORK], coordinates[:, TRAVEL] = wishes.work_rad, wishes.travel_rad
-    return coordinates
-
-
-def allowed_rotations(wishes: Wishes, offsets_rad: Sequence[float]) -> FloatArray:
-    """Return those rotations, so far from the wished one, that are within their range; rad."""
-    rotations = wishes.rotation_rad + np.array(offsets_rad)
-    return np.asarray(rotations[np.abs(rotations) <= wishes.rotation_range_rad], dtype=np.float64)
+def allowed_rotations(targets: WeldTargets, offsets_rad: Sequence[float]) -> FloatArray:
+    """Return the target rotation plus each offset, without those outside the range; shape (k,), rad."""
+    rotations = targets.rotation_rad + np.array(offsets_rad)
+    return np.asarray(rotations[np.abs(rotations) <= targets.rotation_range_rad], dtype=np.float64)
 
 
 def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: SeamPath) -> tuple[FloatArray, BoolArray]:
-    """Return all joints at N points, and which branches are within limits and off singular poses.
+    """Return all joints at N points, and which branches are within limits and away from singular poses.
 
     Parameters
     ----------
@@ -106,18 +105,18 @@ def _is_regular(arm: Arm, q: FloatArray) -> BoolArray:
     return np.asarray((values.min(axis=1) >= LEAST_REGULARITY).reshape(q.shape[:2])) & np.isfinite(q).all(axis=2)
 
 
-def find_meetings(problem: PlanningProblem, count: int) -> list[Meeting]:
-    """Return the most promising places and branches, best first, no branches twice.
+def find_reachable_places(problem: PlanningProblem, count: int) -> list[ReachablePlace]:
+    """Return the most promising places with their branches, best first; each pair of branches appears once.
 
     Parameters
     ----------
     problem : PlanningProblem
     count : int
-        At most so many.
+        Most places.
 
     Returns
     -------
-    list of Meeting
+    list of ReachablePlace
         At least one.
 
     Raises
@@ -125,15 +124,15 @@ def find_meetings(problem: PlanningProblem, count: int) -> list[Meeting]:
     GeometryError
         When a point of the seam is out of reach, or every state at its start is in collision.
     ConvergenceError
-        When no place and branches have an allowed state at every scanned point; what fails most.
+        When no place and branches have an allowed state at every scanned point; it names what fails most.
     """
     try:
-        return _find_meetings(problem, count, _Scan.of(problem, ROTATIONS_RAD[:1]))
-    except (ConvergenceError, GeometryError):  # the wished weld position may be what keeps the robots from meeting
-        return _find_meetings(problem, count, _Scan.of(problem, ROTATIONS_RAD))
+        return _places_of_scan(problem, count, _Scan.of(problem, ROTATIONS_RAD[:1]))
+    except (ConvergenceError, GeometryError):  # perhaps only the target rotation cannot be reached
+        return _places_of_scan(problem, count, _Scan.of(problem, ROTATIONS_RAD))
 
 
-def _find_meetings(problem: PlanningProblem, count: int, scan: _Scan) -> list[Meeting]:
+def _places_of_scan(problem: PlanningProblem, count: int, scan: _Scan) -> list[ReachablePlace]:
     places = candidate_places(problem.cell)
     joints, usable = scan.solve(problem, places)
     _require_reach(problem, scan, places, joints)
@@ -154,18 +153,18 @@ def _find_meetings(problem: PlanningProblem, count: int, scan: _Scan) -> list[Me
         )
     clear = capsule_clearance(problem.cell, CellState(*np.concatenate([s.joints for s in states], axis=1)))
     _require_clear_start(states, clear)
-    meetings = _best(places, states, clear.is_clear, count)
-    if not meetings:
+    best = _best(places, states, clear.is_clear, count)
+    if not best:
         one, two = _most_in_the_way(clear)
         raise ConvergenceError(
             "no feasible plan: clearance fails most; nowhere is every point of the seam clear, most often "
             f"{one} is too near to {two}"
         )
-    return meetings
+    return best
 
 
 def _most_in_the_way(clear: Clearance) -> tuple[str, str]:
-    """Return the names of the two bodies that most often are the nearest of a state that is not clear."""
+    """Return the names of the two bodies that are nearest to each other in most of the states that are not clear."""
     rows = np.flatnonzero(~clear.is_clear)
     _, first, counts = np.unique(clear.pair[rows], return_index=True, return_counts=True)
     return clear.nearest(int(rows[first[np.argmax(counts)]]))
@@ -173,7 +172,7 @@ def _most_in_the_way(clear: Clearance) -> tuple[str, str]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Scan:
-    """Points, rotations and turns that are looked at in every place: K rows, point by point."""
+    """Points, rotations and turns that are tried at every place: K rows, point by point."""
 
     path: SeamPath
     coordinates: FloatArray
@@ -183,10 +182,10 @@ class _Scan:
     def of(cls, problem: PlanningProblem, rotations_rad: Sequence[float]) -> _Scan:
         turns = TURN * np.arange(TURNS) / TURNS
         points = np.linspace(0, len(problem.path) - 1, SCANNED_POINTS).round().astype(np.int64)
-        grid = np.meshgrid(allowed_rotations(problem.wishes, rotations_rad), turns, turns, indexing="ij")
+        grid = np.meshgrid(allowed_rotations(problem.targets, rotations_rad), turns, turns, indexing="ij")
         rotation, yaw, spin = (np.tile(values.ravel(), SCANNED_POINTS) for values in grid)
         point = np.repeat(points, grid[0].size)
-        coordinates = wished_coordinates(problem.wishes, len(point))
+        coordinates = target_coordinates(problem.targets, len(point))
         coordinates[:, ROTATION], coordinates[:, YAW], coordinates[:, SPIN] = rotation, yaw, spin
         return cls(problem.path.select(point), coordinates, point)
 
@@ -219,7 +218,7 @@ def _states(joints: FloatArray, usable: BoolArray, places: int, place: np.intp, 
 
 
 def _require_reach(problem: PlanningProblem, scan: _Scan, places: FloatArray, joints: FloatArray) -> None:
-    """Refuse a seam with a point that no place lets both arms reach: which point, which arm, by how much."""
+    """Refuse a seam if both arms reach one of its points from no place; name the point, the arm and the distance."""
     reached = np.any(np.isfinite(joints).all(axis=3), axis=2)  # (2, P·K)
     per_point = (reached[0] & reached[1]).reshape(len(places), SCANNED_POINTS, -1).any(axis=(0, 2))
     if per_point.all():
@@ -252,12 +251,12 @@ def _require_clear_start(states: list[_States], clear: Clearance) -> None:
     )
 
 
-def _best(places: FloatArray, states: list[_States], clear: BoolArray, count: int) -> list[Meeting]:
-    """Rank by the allowed states at the point that has fewest, and keep the best of each pair of branches."""
+def _best(places: FloatArray, states: list[_States], clear: BoolArray, count: int) -> list[ReachablePlace]:
+    """Keep the best place of each pair of branches; rank them by the allowed states at the point that has fewest."""
     ends = np.cumsum([len(s.point) for s in states])
-    found: dict[tuple[int, int], Meeting] = {}
+    found: dict[tuple[int, int], ReachablePlace] = {}
     for s, end in zip(states, ends, strict=True):
         allowed = np.bincount(s.point[clear[end - len(s.point) : end]], minlength=SCANNED_POINTS).min()
         if allowed > 0 and (s.branches not in found or found[s.branches].allowed < allowed):
-            found[s.branches] = Meeting(places[s.place], s.branches, int(allowed))
-    return sorted(found.values(), key=lambda meeting: -meeting.allowed)[:count]
+            found[s.branches] = ReachablePlace(places[s.place], s.branches, int(allowed))
+    return sorted(found.values(), key=lambda place: -place.allowed)[:count]

@@ -1,13 +1,13 @@
 """Modelled beads and rounds inside one solid: the seam is where the two faces beside the strip would meet.
 
-A strip is a concave face that runs smoothly into two others along its sides. The curve in which their surfaces meet is
-closed form for two planes (a line) and for a plane across a cylinder (a circle). Otherwise it is found point by point:
-in the plane across the strip's side, Newton's method on the distances from both surfaces,
+A strip is a concave face that runs smoothly into two other faces along its sides. The curve in which their surfaces
+meet is a line for two planes, and a circle for a plane across a cylinder. Otherwise it is computed point by point. In
+the plane across the side of the strip, Newton's method solves for a point on both surfaces,
 
     n1 · (p − f1) = 0,   n2 · (p − f2) = 0,   x · (p − p0) = 0,
 
 with f the nearest points of the surfaces, n their normals there, and x the direction of the side at p0. A cubic spline
-goes through the points.
+through the points is the curve.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
 WIDEST_MM = 30.0
-"""A bead's face is not wider: a fillet of 20 mm legs, laid in many runs, has 28 mm."""
+"""Largest width of the face of a bead: a fillet with 20 mm legs, laid in many runs, is 28 mm wide."""
 LEAST_CORNER_COS = 0.87
-"""Faces beside a strip that differ by less than 30 degrees are one bent sheet, not two members."""
+"""Faces beside a strip at an angle of less than 30 degrees are one bent sheet, not two members."""
 STRIPS = (SurfaceKind.CYLINDER, SurfaceKind.TORUS, SurfaceKind.CONE, SurfaceKind.NURBS)
 CURVE_POINTS = 513
-"""Points through which the spline goes: on an ellipse round a pipe of 60 mm it is then within 1e-7 mm of the curve, and
-its slope at an end within 1e-6."""
+"""Points of the spline. On an ellipse round a pipe of 60 mm it is then within 1e-7 mm of the curve, and its slope at an
+end within 1e-6."""
 NEWTON_ROUNDS = 12
-"""The distance is squared each round; analytic surfaces settle in 5."""
+"""Most steps of Newton's method, which squares the distance in each step; analytic surfaces need 5."""
 ACROSS_SIN = 1e-6
-"""Sine below which an axis is along a plane's normal."""
+"""A plane is across a cylinder if the sine between its normal and the axis is below this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ class Strip:
     sides : tuple of int
         The faces beside it.
     edges : tuple of tuple of int
-        The edges along which it runs into each of them.
+        The edges between the strip and each of these faces.
     """
 
     face: int
@@ -105,7 +105,7 @@ def find_strips(
 
 
 def _is_concave_corner(graph: BrepGraph, strip: Strip) -> bool:
-    """Tell whether a strip is narrow, its sides stand at an angle, and its middle lies behind the chord across it."""
+    """Tell whether a strip is narrow, its sides are at an angle, and its middle lies behind the chord across it."""
     first, second = (edges[0] for edges in strip.edges)
     p = evaluate_edges(graph, [first], [graph.edge_range[first].mean()])[0]
     across = evaluate_edges(
@@ -131,7 +131,7 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
     trimmed : TrimmedFaces
         Of the same graph.
     options : SeamOptions
-        With `ConcaveEdges.AUTO` only solids are asked that stand apart from others and do not look machined.
+        With `ConcaveEdges.AUTO`, only solids are searched that are apart from others and do not look machined.
 
     Returns
     -------
@@ -143,7 +143,7 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
     if options.concave is ConcaveEdges.ALWAYS:
         strips = find_strips(graph, min_length_mm=options.min_edge_mm)
     elif options.concave is ConcaveEdges.AUTO:
-        apart = _stand_apart(graph, trimmed, options.gap_for(graph))
+        apart = _are_apart(graph, trimmed, options.gap_for(graph))
         strips = find_strips(graph, apart, min_length_mm=options.min_edge_mm)
         faces = np.array([strip.face for strip in strips], dtype=np.int64)
         machined = {solid: looks_machined(graph, solid, but=faces) for solid in set(graph.face_solid[faces].tolist())}
@@ -157,8 +157,8 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
     return wider, JoinedPieces(pieces, (JointType.UNKNOWN,) * n, (WeldType.FILLET,) * n)
 
 
-def _stand_apart(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolArray:
-    """Tell which solids' boxes come near no other solid's."""
+def _are_apart(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolArray:
+    """Tell which solids are apart: their boxes are near no other box; shape (S,)."""
     count = len(graph.solid_names)
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, graph.face_solid, trimmed.face_box[0] - gap_mm)
@@ -192,7 +192,7 @@ def _meet(graph: BrepGraph, sides: tuple[int, int], p0: FloatArray, slope: Float
         feet = [project_to_faces(graph, np.full(len(p), side), p) for side in sides]
         A = np.stack([feet[0].normal, feet[1].normal, x], axis=1)
         if (np.abs(np.linalg.det(A)) < LEAST_TURN_SIN).any():
-            return None  # the surfaces run into each other: no corner there
+            return None  # the surfaces continue each other: there is no corner
         off = [np.einsum("ki,ki->k", foot.p - p, foot.normal) for foot in feet]
         back = np.einsum("ki,ki->k", p0 - p, x)
         p = p + np.linalg.solve(A, np.stack([*off, back], axis=1)[..., None])[..., 0]
@@ -200,7 +200,7 @@ def _meet(graph: BrepGraph, sides: tuple[int, int], p0: FloatArray, slope: Float
 
 
 def _is_across(graph: BrepGraph, sides: tuple[int, int]) -> bool:
-    """Tell whether a cylinder's axis is along a plane's normal."""
+    """Tell whether a plane is across a cylinder."""
     z0, z1 = (graph.face_frame[side, 3] for side in sides)
     return float(np.linalg.norm(np.cross(z0, z1))) <= ACROSS_SIN
 

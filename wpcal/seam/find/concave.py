@@ -41,14 +41,15 @@ def find_concave_edges(graph: BrepGraph, *, min_length_mm: float = LEAST_SEAM_MM
 
 
 CUT_OUT_STEP_MM = 0.5
-"""The material behind a face is felt this far from the edge: clear of the other face, inside a 1 mm sheet's corner."""
+"""Distance from the edge at which the depth of the material is tested: clear of the other face, but still inside the
+corner of a 1 mm sheet."""
 
 
 def are_cut_outs(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolArray:
     """Tell which concave edges are corners of an opening (a window in a plate) rather than joints of members.
 
-    Such an edge runs through the thickness of one member: the material behind both of its faces is deeper than the edge
-    is long, and no other concave edge meets it.
+    Such an edge runs through the thickness of one member. The material behind both of its faces is deeper than the edge
+    is long, and no other concave edge meets the edge.
 
     Parameters
     ----------
@@ -66,7 +67,7 @@ def are_cut_outs(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> Bo
 
 
 def are_deeper(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray, depth_mm: FloatArray) -> BoolArray:
-    """Tell behind which concave edges the material of both faces reaches deeper than given.
+    """Tell behind which concave edges the material of both faces is deeper than given.
 
     Parameters
     ----------
@@ -74,6 +75,10 @@ def are_deeper(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray, depth_m
         The part.
     edges : ndarray of int, shape (k,)
     depth_mm : ndarray, shape (k,)
+
+    Returns
+    -------
+    ndarray of bool, shape (k,)
     """
     p = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))[0]
     normals = [project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1)]
@@ -89,10 +94,16 @@ def are_deeper(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray, depth_m
 def looks_machined(graph: BrepGraph, solid: int, *, but: IntArray | None = None) -> bool:
     """Tell whether a solid was cut from one piece rather than welded together.
 
-    The rule: a weldment is made of plates, bars and tubes, so nearly all its faces are planes and cylinders, and its
-    concave edges lie between outer faces. Cones, spheres, tori and free-form faces (chamfers, rounds, countersinks) on
-    more than a tenth of the faces, or more than a third of the faces being walls of holes, say machined. The faces
-    `but` do not count: strips that may be beads.
+    A weldment is made of plates, bars and tubes, so nearly all its faces are planes and cylinders, and its concave
+    edges lie between outer faces. A solid counts as machined if more than a tenth of its faces are cones, spheres, tori
+    or free-form faces (chamfers, rounds, countersinks), or more than a third of them are walls of holes.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    solid : int
+    but : ndarray of int, shape (k,), optional
+        Faces that do not count: strips that may be beads.
     """
     faces = graph.face_solid == solid
     if but is not None:

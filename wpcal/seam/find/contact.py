@@ -16,19 +16,20 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.limits import FLUSH_MM, LEAST_CANDIDATE_MM
 
 CONTACT_SAMPLES = 33
-"""Points at which an edge is compared with a face, inside the face's box: a contact of 1/32 of that is seen."""
+"""Points at which an edge is compared with a face, inside the box of the face: a contact over 1/32 of it is found."""
 BISECTIONS = 34
-"""Halvings of an interval's end: from the 31 mm between samples of an edge of 1000 mm to 2e-9 mm."""
+"""Bisections of the end of a contact: from the 31 mm between samples of an edge of 1000 mm to 2e-9 mm."""
 INWARD = 3
-"""Samples looked at behind the outermost one for one well inside the face. On an arc of 16 mm one may lie beyond the
-boundary within the gap of 0.5 mm, the next on it; a contact that runs along the boundary has none for many."""
+"""A contact crosses the boundary of a face if one of this many samples behind its outermost one is well inside the
+face. On an arc of 16 mm, one sample may be beyond the boundary by less than the gap, and the next one on it. A contact
+along the boundary has many samples in a row that are not inside."""
 PARAMETER_ROUND_OFF = 1e-12
 """Relative round-off of an interpolated parameter."""
 CHUNK = 100_000
 """Points compared with faces in one array: about 50 MB."""
 
 Holds: TypeAlias = Callable[[IntArray, IntArray, FloatArray], BoolArray]
-"""Whether something holds at parameters of edges with respect to faces."""
+"""Whether something is true at parameters of edges with respect to faces."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,11 +66,11 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
     Returns
     -------
     Contacts
-        Ends are refined by bisection on the exact edge, or stand at the corner of the face that ends a flush contact.
+        Ends are refined by bisection on the exact edge; a flush contact ends at the corner of the face.
 
     Notes
     -----
-    Cost: pairs whose boxes meet, times `CONTACT_SAMPLES` points, as arrays.
+    Cost: the number of pairs whose boxes meet, times `CONTACT_SAMPLES` points, in array operations.
     """
     edge, face = candidate_pairs(graph, trimmed, gap_mm)
     low, high = clipped_range(graph, trimmed, edge, face, gap_mm)
@@ -95,7 +96,7 @@ def _joins_others(
 ) -> BoolArray:
     """Tell which contacts are whole edges both of whose vertices end one of the `others` between the same solids.
 
-    Such a short edge (a sliver between two faces) carries a seam on; alone it would be none.
+    Such a short edge (a sliver between two faces) continues a seam; by itself it would not be one.
     """
     low, high = graph.edge_range[edge].T
     reach = PARAMETER_ROUND_OFF * (1.0 + np.abs(graph.edge_range[edge]).max(axis=1))
@@ -110,7 +111,7 @@ def candidate_pairs(
 ) -> tuple[IntArray, IntArray]:
     """Return pairs of an edge and a face of different solids whose boxes come nearer than the gap.
 
-    `seam_edges` says whether edges that close a face onto itself take part.
+    `seam_edges` includes edges that close a face onto itself.
     """
     real = (graph.edge_kind != CurveKind.DEGENERATE) & (graph.edge_solid >= 0)
     usable = np.flatnonzero(real if seam_edges else real & ~graph.is_seam_edge)
@@ -136,9 +137,24 @@ def edge_boxes(graph: BrepGraph) -> tuple[FloatArray, FloatArray]:
 def clipped_range(
     graph: BrepGraph, trimmed: TrimmedFaces, edge: IntArray, face: IntArray, gap_mm: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the parameter range of each edge, of a straight one cut to the face's box.
+    """Return the parameter range of each edge; that of a straight edge is clipped to the box of the face.
 
-    So a short contact on a long edge is not stepped over.
+    Clipping keeps the samples close, so that a short contact on a long edge is not missed.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    trimmed : TrimmedFaces
+        Of the same graph.
+    edge, face : ndarray of int, shape (k,)
+        Pairs.
+    gap_mm : float
+        The box grows by this.
+
+    Returns
+    -------
+    low, high : ndarray, shape (k,)
+        Parameters; low > high if the edge misses the box.
     """
     low, high = graph.edge_range[edge].T.copy()
     rows = graph.edge_kind[edge] == CurveKind.LINE
@@ -171,14 +187,14 @@ class _Touching:
     gap_mm: float
 
     def states(self, edge: IntArray, face: IntArray, t: FloatArray) -> tuple[BoolArray, BoolArray]:
-        """Compare points of edges, at parameters t (k, n), with one face an edge.
+        """Compare points of edges, at parameters t (k, n), with one face per edge.
 
         Returns
         -------
         touching : ndarray of bool, shape (k, n)
             Within the gap of the trimmed face.
         deep : ndarray of bool, shape (k, n)
-            Within the gap, and the foot well inside the face.
+            Within the gap, and the nearest point well inside the face.
         """
         touching, deep = np.zeros(t.shape, dtype=bool), np.zeros(t.shape, dtype=bool)
         rows = max(1, CHUNK // t.shape[1])
@@ -235,7 +251,7 @@ class _Touching:
         return end
 
     def _bisected(self, edge: IntArray, face: IntArray, good: FloatArray, bad: FloatArray, holds: Holds) -> FloatArray:
-        """Halve the ranges from parameters where something holds to ones where it does not."""
+        """Bisect between parameters where something is true and parameters where it is not."""
         for _ in range(BISECTIONS):
             middle = (good + bad) / 2
             here = holds(edge, face, middle)
@@ -250,7 +266,7 @@ class _Touching:
         return self.states(edge, face, t[:, None])[0][:, 0]
 
     def _at_corners(self, edge: IntArray, face: IntArray, t: FloatArray) -> FloatArray:
-        """Move the ends of flush contacts on straight edges to the foot of the face's corner: there they end."""
+        """Move the ends of flush contacts on straight edges to the nearest corner of the face, where they end."""
         t = t.copy()
         points = evaluate_edges(self.graph, edge, t)[0]
         for row in np.flatnonzero(self.graph.edge_kind[edge] == CurveKind.LINE):

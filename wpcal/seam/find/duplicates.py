@@ -1,4 +1,4 @@
-"""The same seam seen twice: by an edge of either member, or by one edge on two neighbouring faces."""
+"""The same seam found twice: by an edge of either member, or by one edge on two neighbouring faces."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SHARES = np.linspace(0.0, 1.0, CONTACT_SAMPLES)
 
 
 def without_duplicates(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float) -> JoinedPieces:
-    """Return pieces of which no two stand for the same stretch of the same joint.
+    """Return pieces of which no two cover the same stretch of the same joint.
 
     Parameters
     ----------
@@ -37,8 +37,8 @@ def without_duplicates(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float)
     Returns
     -------
     JoinedPieces
-        Of one edge that comes near two faces of the other member, the nearer face keeps the stretch. Of an edge of A on
-        B and one of B on A, a fillet is kept before a groove, then the smaller gap.
+        If one edge is near two faces of the other member, the stretch belongs to the nearer face. If an edge of A on B
+        and an edge of B on A coincide, a fillet is preferred to a groove, then the smaller gap.
     """
     return _without_twins(graph, _without_overlaps(graph, joined), gap_mm)
 
@@ -46,7 +46,7 @@ def without_duplicates(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float)
 def sections_beside(graph: BrepGraph, sections: SeamPieces, joined: JoinedPieces, *, gap_mm: float) -> SeamPieces:
     """Return the section curves that do not run along a contact of the same two solids.
 
-    Members in contact overlap a little in many files; there the section curve is the contact once more.
+    In many files, members in contact overlap a little; their section curve is then the contact once more.
     """
     pairs, known = solids_of(graph, sections), solids_of(graph, joined.pieces)
     kept = np.ones(len(sections), dtype=bool)
@@ -84,7 +84,7 @@ def _without_overlaps(graph: BrepGraph, joined: JoinedPieces) -> JoinedPieces:
 
 
 def _longest_free(whole: Interval, taken: list[Interval]) -> Interval:
-    """Return the longest part of an interval that no other covers; of length zero where all is covered."""
+    """Return the longest part of an interval that no other covers; its length is zero if all is covered."""
     low, high = whole
     cuts = sorted({low, high, *(t for interval in taken for t in interval if low < t < high)})
     parts = [(a, b) for a, b in pairwise(cuts) if not _is_covered((a + b) / 2, taken)]
@@ -96,7 +96,7 @@ def _is_covered(t: float, taken: list[Interval]) -> bool:
 
 
 def _without_twins(graph: BrepGraph, joined: JoinedPieces, gap_mm: float) -> JoinedPieces:
-    """Keep one of the pieces that both members claim (edge of A on B, edge of B on A), the fillet before the groove."""
+    """Keep one of two coinciding pieces (edge of A on B, edge of B on A), a fillet rather than a groove."""
     pieces = joined.pieces
     groove = np.array([weld is not WeldType.FILLET for weld in joined.weld], dtype=bool)
     rank = np.empty(len(pieces), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Solids that run into each other: an untrimmed branch pipe. No edge lies on a face there, but some pierce one."""
+"""Solids that run into each other, such as an untrimmed branch pipe: no edge lies on a face, but edges pierce faces."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.contact import CHUNK, CONTACT_SAMPLES, candidate_pairs, clipped_range
 
 DEEP_MM = 0.5
-"""An edge must stand this far out on both sides of a face to pierce it: members in contact overlap by less."""
+"""To pierce a face, an edge must extend this far on both sides of it: members in contact overlap by less."""
 
 
 def interpenetrating_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
-    """Find pairs of solids of which an edge of one pierces a face of the other.
+    """Find pairs of solids where an edge of one pierces a face of the other.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def interpenetrating_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray
 
     Notes
     -----
-    Edges that close a face onto itself take part: of two crossing pipes they alone pierce the other's wall.
+    Edges that close a face onto itself are included: of two crossing pipes, only these edges pierce the other wall.
     """
     edge, face = candidate_pairs(graph, trimmed, 0.0, seam_edges=True)
     low, high = clipped_range(graph, trimmed, edge, face, 2.0 * DEEP_MM)
@@ -50,7 +50,7 @@ def interpenetrating_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray
 
 
 def _may_pierce(graph: BrepGraph, edge: IntArray, face: IntArray, low: FloatArray, high: FloatArray) -> BoolArray:
-    """Tell which edges may pierce their face: of a straight one and a plane the ends on both sides say it."""
+    """Tell which edges may pierce their face: a straight edge and a plane only if the ends are on both sides."""
     may = np.ones(len(edge), dtype=bool)
     flat = (graph.edge_kind[edge] == CurveKind.LINE) & (graph.face_kind[face] == SurfaceKind.PLANE)
     e, frame = edge[flat], graph.face_frame[face[flat]]
@@ -74,7 +74,7 @@ def _pierced(
     at = find_crossings(partial(_heights, graph, edge, face), t[row, column], t[row, column + 1])
     points = evaluate_edges(graph, edge, at)[0]
     hit = project_to_faces(graph, face, points)
-    # where the nearest point jumps from one part of a surface to another the height changes its sign, too
+    # the height also changes sign where the nearest point jumps from one part of a surface to another
     meets = np.linalg.norm(hit.p - points, axis=1) <= DEEP_MM
     inside = meets & trimmed.contains(face, hit.uv)
     clear = trimmed.boundary_distance(face, hit.p, within_mm=DEEP_MM) > DEEP_MM

@@ -1,8 +1,8 @@
 """From contacts to joints: which faces meet, on which side the weld lies, and what the joint is called.
 
-At a contact edge three faces meet: the *contact face* of the member that the edge bounds (opposed to the other
-member's face), its neighbour the *wall*, and the *base*, the face of the other member. The weld lies between wall and
-base. Where the other member ends flush at the edge, the base is its face around the corner.
+At a contact edge three faces meet. The edge bounds two faces of one member: the *contact face*, which is opposed to the
+face of the other member, and the *wall*. The face of the other member is the *base*. The weld lies between wall and
+base. If the other member ends flush at the edge, its face around the corner is the base.
 """
 
 from __future__ import annotations
@@ -23,11 +23,12 @@ from wpcal.seam.seam import JointType, SeamPieces, WeldType
 SAME_PLANE = 0.99
 """Cosine between normals of faces that continue each other (8 degrees)."""
 FLAT_COS = 0.7
-"""Cosine between the normals of wall and base above which they lie side by side (45 degrees): butt or edge joint."""
+"""Wall and base are side by side (butt or edge joint) if the cosine between their normals is above this (45
+degrees)."""
 EXTENT_BISECTIONS = 16
-"""From a quarter of an extent to a few hundred-thousandths of it."""
+"""Bisections of an extent: from a quarter of it to a few hundred-thousandths."""
 EXTENT_SAMPLES = 40
-"""Points of the geometric row by which a face's extent is felt: neighbours differ by a factor of 1.25."""
+"""Distances at which the extent of a face is tested, in a geometric series: neighbours differ by a factor of 1.25."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +47,7 @@ class JoinedPieces:
     weld: tuple[WeldType, ...]
 
     def select(self, rows: IntArray) -> JoinedPieces:
-        """Return the pieces at `rows`."""
+        """Return the pieces at `rows`, shape (m,)."""
         joint, weld = tuple(self.joint[i] for i in rows), tuple(self.weld[i] for i in rows)
         return JoinedPieces(self.pieces.select(rows), joint, weld)
 
@@ -91,7 +92,7 @@ class JointView:
 
 
 def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *, gap_mm: float) -> JoinedPieces:
-    """Find wall, base and joint of every contact; contacts inside a contact patch are left out.
+    """Find wall, base and joint of every contact; contacts inside a contact area are left out.
 
     Parameters
     ----------
@@ -99,7 +100,7 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *
         The part.
     contacts : Contacts
     gap_mm : float
-        Gap within which they were found, mm.
+        The gap with which they were found, mm.
 
     Returns
     -------
@@ -125,7 +126,7 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *
     width = _extent(graph, trimmed, contact_face, p, inward, gap_mm)
     stands = _extent(graph, trimmed, wall, p, up, gap_mm) >= _thickness(patch_pair, width)
     other_thickness = _thickness(patch_pair, _extent(graph, trimmed, f, p, inward, gap_mm))
-    flush = np.flatnonzero(~continues)  # only there the other member's view is asked for
+    flush = np.flatnonzero(~continues)  # only these need the view from the other member
     other_stands = np.zeros(len(e), dtype=bool)
     other_height = _extent(graph, trimmed, base[flush], p[flush], -up[flush], gap_mm)
     other_stands[flush] = other_height >= other_thickness[flush]
@@ -139,7 +140,7 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *
 
 
 def _thickness(patch: IntArray, width: FloatArray) -> FloatArray:
-    """Return the least width of the contact patch (pair of faces) of each piece: how thick the member is there."""
+    """Return how thick the member is at each piece: the least width of the contact area (pair of faces)."""
     _, group = np.unique(patch, axis=0, return_inverse=True)
     least = np.full(group.max(initial=-1) + 1, np.inf)
     np.minimum.at(least, group.ravel(), width)
@@ -162,10 +163,10 @@ def _base(
     n_wall: FloatArray,
     gap_mm: float,
 ) -> tuple[IntArray, FloatArray, BoolArray]:
-    """Return the face that the weld is laid on, its normal, and whether it goes on beyond the wall."""
+    """Return the face that the weld is laid on, its normal, and whether it continues beyond the wall."""
     out = n_wall - np.einsum("ki,ki->k", n_wall, n_face)[:, None] * n_face
     length = np.linalg.norm(out, axis=1, keepdims=True)
-    step = 2.0 * gap_mm + 0.1  # clear of the tolerance within which an edge counts as flush
+    step = 2.0 * gap_mm + 0.1  # beyond the tolerance for a flush edge
     continues = _is_on(graph, trimmed, face, p + step * out / np.where(length > 0, length, 1.0))
     base, normal = face.copy(), n_face.copy()
     for row in np.flatnonzero(~continues):
@@ -190,7 +191,7 @@ def _face_around_corner(graph: BrepGraph, trimmed: TrimmedFaces, face: int, p: F
 
 
 def _is_on(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> BoolArray:
-    """Tell whether the feet of points lie inside trimmed faces."""
+    """Tell whether the nearest points of surfaces lie inside the trimmed faces."""
     on = np.zeros(len(face), dtype=bool)
     for first in range(0, len(face), CHUNK):
         own = slice(first, first + CHUNK)
@@ -202,7 +203,7 @@ def _is_on(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, points: Floa
 def _extent(
     graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, p: FloatArray, direction: FloatArray, gap_mm: float
 ) -> FloatArray:
-    """Feel how far faces reach from p in a direction, mm: to the first gap that a geometric row of points meets."""
+    """Measure how far faces extend from p in a direction, mm: to the first gap between points in a geometric series."""
     steps = np.geomspace(2.0 * gap_mm + 0.1, max(graph.size_mm, 1.0), EXTENT_SAMPLES)
     first_off = np.full(len(p), len(steps) - 1)
     rows = np.arange(len(p))

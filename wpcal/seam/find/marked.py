@@ -1,7 +1,8 @@
 """Edges that a person marked (by name, colour or layer in the CAD file) or picked: these are the seams.
 
-A marked edge that runs along a contact of two solids stands for that contact, whose two faces give the frames. Another
-one has its own two faces. An edge with one face has that face's normal; one without any has z upwards in `part`.
+If a marked edge runs along a contact of two solids, the seam is that contact, and the two faces of the contact give the
+frames. Otherwise the seam has the two faces of the edge itself. If the edge has one face, z is the normal of this face.
+If it has none, z points up in `part`.
 """
 
 from __future__ import annotations
@@ -25,13 +26,13 @@ from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MarkedEdges:
-    """Edges of a graph that are to be welded.
+    """Edges of a graph to be welded.
 
     Parameters
     ----------
     edge : ndarray of int, shape (k,)
     label : tuple of str, length k
-        What each is marked by, for people.
+        The mark of each edge, for people.
     """
 
     edge: IntArray
@@ -41,7 +42,7 @@ class MarkedEdges:
 def take_marked(
     graph: BrepGraph, joined: JoinedPieces, marked: MarkedEdges, *, gap_mm: float
 ) -> tuple[JoinedPieces, tuple[str, ...], JoinedPieces]:
-    """Take what is marked out of the contacts.
+    """Separate what is marked from the other contacts.
 
     Parameters
     ----------
@@ -50,14 +51,14 @@ def take_marked(
         The contacts.
     marked : MarkedEdges
     gap_mm : float
-        Gap within which the contacts were found, mm.
+        The gap with which the contacts were found, mm.
 
     Returns
     -------
     pieces : JoinedPieces
-        Contacts along marked edges, and the marked edges along no contact with their own faces (-1 for none).
+        Contacts along marked edges, and marked edges without a contact, with their own faces (-1 for a missing one).
     label : tuple of str
-        Of each of them.
+        The mark of each piece.
     rest : JoinedPieces
         The other contacts.
     """
@@ -82,7 +83,7 @@ def take_marked(
 
 
 def _run_along(graph: BrepGraph, curves: FloatArray, edge: int, near: float) -> BoolArray:
-    """Tell which curves, as points (k, n, 3), run along an edge, all of them nearer to it than `near`."""
+    """Tell which curves, as points (k, n, 3), run along an edge: all their points are nearer to it than `near`."""
     first, last = graph.edge_range[edge]
     path = evaluate_edges(graph, np.full(CONTACT_SAMPLES, edge), np.linspace(first, last, CONTACT_SAMPLES))[0]
     along = ((curves >= path.min(axis=0) - near) & (curves <= path.max(axis=0) + near)).all(axis=(1, 2))
@@ -105,7 +106,7 @@ def _with_own_faces(graph: BrepGraph, edges: IntArray) -> JoinedPieces:
 
 
 def in_words(graph: BrepGraph, pieces: SeamPieces, labels: tuple[str, ...]) -> tuple[str, ...]:
-    """Say by what the pieces of a seam are marked, and what faces they lack."""
+    """Return the reasons of a marked seam: its marks, and how z is chosen if a face is missing."""
     words = tuple(dict.fromkeys(f"marked: {label}" for label in labels))
     count = ((pieces.wall >= 0).astype(int) + (pieces.base >= 0)).min()
     if count == 2:

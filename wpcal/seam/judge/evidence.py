@@ -1,7 +1,7 @@
-"""How sure are we that a candidate is a weld: what speaks for it, what against, in words and as a number.
+"""How sure the rules are that a candidate is a weld: the findings for and against it, in words and as a number.
 
-Each finding multiplies the confidence by a factor. The factors are a ranking, not probabilities: one strong finding
-(no torch gets there; a bolt) brings any candidate below `LEAST_CONFIDENCE`, a weak one (short, wide gap) does not.
+Each finding multiplies the confidence by a factor. The factors are a ranking, not probabilities. One strong finding (no
+torch gets there; a bolt) brings any candidate below `LEAST_CONFIDENCE`; a weak one (a wide gap) does not.
 """
 
 from __future__ import annotations
@@ -30,25 +30,26 @@ PRIOR = {
     SeamSource.BEAD: 0.7,
     SeamSource.MARKED: 1.0,
 }
-"""Members in contact are meant to be joined; overlapping ones may be a slip; a concave edge or a round may be
-just a shape. What a person marked is a weld, whatever speaks against it."""
+"""Confidence before any finding. Members in contact are meant to be joined; overlapping ones may be a mistake; a
+concave edge or a round may be just a shape. What a person marked is a weld, whatever the findings."""
 NOT_REACHED, FASTENER, TOO_SHORT, CUT_OUT, MASSIVE, NOT_MARKED = 0.1, 0.05, 0.3, 0.2, 0.3, 0.4
-"""Each of these alone rejects."""
+"""Each of these rejects a candidate by itself."""
 NAMED, BOLTED, PIN_IN_HOLE = 0.7, 0.75, 0.8
-"""Each of these alone lowers a contact's confidence and does not reject it."""
+"""Each of these lowers the confidence of a contact, but does not reject it by itself."""
 GAP_SHARE_LOST = 0.4
-"""Lost where the mean gap is as wide as allowed; a tee with a gap of 0.4 of 0.5 mm stays a weld."""
+"""Share of the confidence that is lost if the mean gap is as wide as allowed; a tee with a gap of 0.4 mm of 0.5 mm is
+still accepted."""
 THICKEST_MM = 60.0
-"""Of concave edges: where both members are thicker, the part is a casting or a building; plate welded by robots is
-rarely above 40 mm."""
+"""Concave edges: if both members are thicker, the part is a casting or a building. Plates welded by robots are rarely
+thicker than 40 mm."""
 FELT_GAP = 0.1
-"""A smaller share of the allowed gap is nothing to speak of."""
+"""Gaps below this fraction of the allowed gap do not lower the confidence."""
 BEAD_MM = 15.0
-"""A modelled bead's root is up to this deep below its face: 14 mm for a flat one of 20 mm legs. Rays start there."""
+"""Rays out of a modelled bead start this far from its root, which is below its face: 14 mm for 20 mm legs."""
 AROUND = 0.1
-"""A seam that runs round an axis is nowhere along it: cosine of 84 degrees."""
+"""A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees)."""
 REACH_STATIONS = 5
-"""Places along a seam at which its reach is felt."""
+"""Places along a seam at which the reach is tested."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,9 +59,9 @@ class Evidence:
     Parameters
     ----------
     factor : float
-        By which its confidence is multiplied.
+        The confidence is multiplied by it.
     text : str
-        In words, for people.
+        The finding in words, for people.
     """
 
     factor: float
@@ -70,7 +71,7 @@ class Evidence:
 def judge_seams(
     graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], options: SeamOptions
 ) -> tuple[Seam, ...]:
-    """Give every candidate its confidence, and say why.
+    """Compute the confidence of every candidate, with the reasons.
 
     Parameters
     ----------
@@ -137,7 +138,7 @@ class _Judge:
         return cls(graph, number, holes, fasteners, options.gap_for(graph), options.min_length_mm, has_marks)
 
     def evidence(self, seam: Seam, share: float) -> Iterator[Evidence]:
-        """Yield what speaks against a candidate."""
+        """Yield the findings against a candidate."""
         solids = [self.number[name] for name in seam.solids]
         held = [self.fasteners[solid] for solid in solids if solid in self.fasteners]
         if share < LEAST_FREE:
@@ -170,7 +171,7 @@ class _Judge:
             yield Evidence(PIN_IN_HOLE, "a round member in a hole: it may be pressed in, or turn there")
 
     def _is_pin(self, seam: Seam) -> bool:
-        """Tell whether the seam runs round a cylinder that sits in a hole of the other member."""
+        """Tell whether the seam runs round a cylinder that fits in a hole of the other member."""
         graph = self.graph
         faces = np.concatenate([seam.pieces.wall, seam.pieces.base])
         pins = faces[(graph.face_kind[faces] == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)]
@@ -188,7 +189,7 @@ class _Judge:
 
 
 def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> dict[int, list[Evidence]]:
-    """Return, by row, what speaks against seams that are concave edges inside a solid."""
+    """Return, by row, the findings against seams that are concave edges inside a solid."""
     rows = [row for row, seam in enumerate(seams) if seam.source is SeamSource.CONCAVE]
     found: dict[int, list[Evidence]] = defaultdict(list)
     if not rows:

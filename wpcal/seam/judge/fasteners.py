@@ -1,9 +1,10 @@
 """Bolts, screws, nuts, washers and tie rods: solids that hold others together without a weld.
 
-Found by their shape and seat, so that a file without names serves, too. A *pin* is a solid of revolution without a bore
-(flats along or across its axis are a hexagon and end faces); a *ring* is a short one with a through bore. A pin that
-goes through other solids is a fastener when it has a head or carries a ring; a ring is one when such a pin goes through
-it and through something else, too. So a plain pin, a shaft, and a collar on a tube are none.
+They are recognised by shape and seat, so that a file without names works as well. A *pin* is a solid of revolution
+without a bore (flats along its axis may be a hexagon, flats across it are end faces). A *ring* is a short one with a
+through bore. A pin that goes through other solids is a fastener if it has a head or carries a ring. A ring is a
+fastener if such a pin goes through it and through something else. So a plain pin, a shaft and a collar on a tube are
+not.
 """
 
 from __future__ import annotations
@@ -18,19 +19,22 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 LARGEST_RADIUS_MM = 20.0
-"""Bolts of steelwork go up to M36; beyond, a round bar in a hole is a member."""
+"""Bolts of steelwork go up to M36; a thicker round bar in a hole is a member."""
 COAXIAL_MM, COAXIAL_SIN = 0.2, 2e-3
-"""Axes nearer and more parallel than this are one: holes are modelled in place, to exporters' round-off."""
+"""Axes nearer and more parallel than this are one: holes are modelled in place, and exporters round."""
 BORE_RATIO = (0.75, 1.3)
-"""Radius of a hole over that of the pin in it: a tapped nut is modelled at the core (0.8), a clearance hole is 1.1."""
+"""Radius of a hole over that of its pin: a tapped nut is modelled at the core diameter (0.8); a clearance hole is
+1.1."""
 HEAD_RATIO, HEAD_HEIGHT = 1.15, 1.5
-"""A head is wider than this times the shank (a set screw's is not) and no higher than this times its diameter."""
+"""A head is wider than the first times the shank (that of a set screw is not) and at most the second times its
+diameter high."""
 RING_WIDTH, RING_HEIGHT = 1.75, 1.5
-"""A nut reaches out 1 bore from the axis, a large washer 1.5; a nut is 0.8 bores high, a lock nut 1.2."""
+"""Largest radius and height of a ring, in bores: a nut has radius 1, a large washer 1.5; a nut is 0.8 high, a lock nut
+1.2."""
 NAMES = frozenset(
     ("bolt", "screw", "nut", "washer", "rivet", "fastener", "schraube", "mutter", "unterlegscheibe", "niet")
 )
-"""Words of names, in the languages of the files at hand."""
+"""Words in names of fasteners, in English and German."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +46,7 @@ class Fastener:
     what : str
         For people: ``a bolt or screw``, ``a nut or washer``, ``a rod with nuts``.
     through : frozenset of int
-        The solids that it, or the pin in it, goes through.
+        The solids that it goes through; for a ring, those of its pin.
     """
 
     what: str
@@ -64,7 +68,7 @@ class _Turned:
 
 
 def find_fasteners(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, Fastener]:
-    """Find the solids that are fasteners by their shape and seat.
+    """Find the solids that are fasteners, by shape and seat.
 
     Parameters
     ----------
@@ -75,7 +79,7 @@ def find_fasteners(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, Fastene
     Returns
     -------
     dict
-        From the number of a solid to what it is.
+        The fasteners, by number of the solid.
     """
     turned = {}
     faces = np.argsort(graph.face_solid, kind="stable")
@@ -107,7 +111,7 @@ def _fasteners(turned: dict[int, _Turned], rings: set[int], through: dict[int, f
 
 
 def _turned(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray) -> _Turned | None:
-    """Return a solid's shape if it is one of revolution about one axis, but for flats along or across it."""
+    """Return the shape of a solid if it is a solid of revolution, except for flats along or across its axis."""
     kinds = graph.face_kind[faces]
     round_ = kinds == SurfaceKind.CYLINDER
     if not round_.any() or np.isin(kinds, (SurfaceKind.NURBS, SurfaceKind.NONE)).any():
@@ -140,7 +144,7 @@ def _share_axis(graph: BrepGraph, faces: IntArray, o: FloatArray, z: FloatArray)
 
 
 def _span(trimmed: TrimmedFaces, face: int, o: FloatArray, z: FloatArray) -> tuple[float, float, float]:
-    """Return where along an axis a face's boundary begins and ends, and its largest distance from the axis, mm."""
+    """Return where along an axis the boundary of a face begins and ends, and its largest distance from the axis, mm."""
     arm = trimmed.p0[trimmed.start[face] : trimmed.start[face + 1]] - o
     if len(arm) == 0:
         return 0.0, 0.0, 0.0
@@ -161,7 +165,7 @@ def _has_head(shape: _Turned) -> bool:
 
 
 def _gone_through(graph: BrepGraph, trimmed: TrimmedFaces, holes: IntArray, solid: int, pin: _Turned) -> frozenset[int]:
-    """Return the solids with a hole in which a pin sits."""
+    """Return the solids with a hole for a pin."""
     ratio = graph.face_param[holes, 0] / pin.shank
     fits = (graph.face_solid[holes] != solid) & (ratio >= BORE_RATIO[0]) & (ratio <= BORE_RATIO[1])
     fits[fits] = _share_axis(graph, holes[fits], pin.o, pin.z)
@@ -174,5 +178,5 @@ def _gone_through(graph: BrepGraph, trimmed: TrimmedFaces, holes: IntArray, soli
 
 
 def is_named_fastener(name: str) -> bool:
-    """Tell whether a solid's name has a word for a fastener (``Hex Nut M10``, ``bolt_3``), not as part of another."""
+    """Tell whether the name of a solid contains a word for a fastener (``Hex Nut M10``, ``bolt_3``) as a whole word."""
     return any(word.rstrip("s") in NAMES for word in re.split(r"[^a-z]+", name.lower()))

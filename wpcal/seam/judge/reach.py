@@ -1,4 +1,4 @@
-"""Can a torch reach a seam: straight lines out of the joint that leave the part."""
+"""Whether a torch can reach a seam: straight lines out of the joint that leave the part."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import rotation_from_zyx
 
 WORK_RAD, TRAVEL_RAD = np.radians(15.0), np.radians(25.0)
-"""Tilts of the torch across and along the seam, as far as a welder goes before he calls a joint unreachable."""
+"""Tilts of the torch across and along the seam: as far as welders go before they call a joint unreachable."""
 NOZZLE_MM = 10.0
-"""Radius of a gas nozzle of usual size, with a little air."""
+"""Radius of a gas nozzle of usual size, with a small clearance."""
 STICKOUT_MM = 20.0
-"""The nozzle's mouth stands this far out of the joint; only the wire is nearer."""
+"""Distance of the mouth of the nozzle from the joint; only the wire is nearer."""
 LEAST_FREE = 0.6
-"""Share of the torch's directions that must be free: one that slips out through a pipe's end does not make a way."""
+"""Share of the directions of the torch that must be free: one direction out through the end of a pipe is not enough."""
 
 
 def cone_of_rays(R: FloatArray) -> FloatArray:
@@ -39,18 +39,20 @@ def cone_of_rays(R: FloatArray) -> FloatArray:
 def free_share(
     graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, R: FloatArray, *, start_mm: FloatArray | float = START_MM
 ) -> FloatArray:
-    """Return the share of the directions of each frame in which a torch gets at the seam; shape (n,).
+    """Return the share of directions, for each frame, in which a torch reaches the seam; shape (n,).
 
-    A direction is free where the wire's ray leaves the part, and so do four rays around it at the nozzle's radius.
+    A direction is free if the ray of the wire leaves the part, and four rays around it at the radius of the nozzle do.
 
     Parameters
     ----------
+    graph, trimmed :
+        The part.
     p : ndarray, shape (n, 3)
         Origins on the seam, in `part`, mm.
     R : ndarray, shape (n, 3, 3)
         Seam frames in `part`.
     start_mm : float or ndarray, shape (n,)
-        How far out of the joint the wire's rays start.
+        How far out of the joint the rays of the wire start.
     """
     rays = cone_of_rays(R)
     n, k = rays.shape[:2]

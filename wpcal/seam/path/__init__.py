@@ -1,1 +1,1 @@
-"""From pieces of edges to frames: chained, directed, cut into steps."""
+"""From pieces of edges to seams with frames: chained, directed, cut into steps, turned to the free side."""

@@ -33,12 +33,12 @@ def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, so
     joined : JoinedPieces
     options : SeamOptions
     source : SeamSource
-        Where the pieces come from.
+        How the pieces were found.
 
     Returns
     -------
     list of Seam
-        Without names, not judged yet. The joint is that of the longest share of the seam.
+        Without names, not judged yet. The joint of a seam is the one with the largest share of its length.
     """
     pieces = joined.pieces
     if len(pieces) == 0:
@@ -76,7 +76,23 @@ def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, so
 def measured(
     graph: BrepGraph, runs: Runs, closed: BoolArray, options: SeamOptions
 ) -> tuple[list[SeamFrames], FloatArray, BoolArray]:
-    """Return the frames and the length of every run, and whether it is closed (as told, or its ends meet)."""
+    """Return the frames and the length of every run, and whether it is closed.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    runs : Runs
+        n runs.
+    closed : ndarray of bool, shape (n,)
+        Runs that are known to be closed; those whose ends meet are closed as well.
+    options : SeamOptions
+
+    Returns
+    -------
+    frames : list of SeamFrames, length n
+    length_mm : ndarray, shape (n,)
+    closed : ndarray of bool, shape (n,)
+    """
     p0, p1 = runs.ends(graph)
     closed = closed | (np.linalg.norm(p1 - p0, axis=1) <= CLOSED_MM)
     stations = discretise(graph, runs, options.steps)
@@ -87,7 +103,7 @@ def measured(
 
 
 def with_frames(graph: BrepGraph, seam: Seam, options: SeamOptions) -> Seam:
-    """Return a seam with the length and the frames of its pieces."""
+    """Return a seam with new length and frames, computed from its pieces."""
     runs = Runs(seam.pieces, np.array([0, len(seam.pieces)]))
     (frames,), lengths, _ = measured(graph, runs, np.array([seam.closed]), options)
     return replace(seam, length_mm=float(lengths[0]), frames=frames)
@@ -101,7 +117,7 @@ def _longest_joint(joined: JoinedPieces, rows: IntArray, length_mm: FloatArray) 
 
 
 def _closed(frames: SeamFrames) -> SeamFrames:
-    """Let the last frame of a loop equal the first to the bit."""
+    """Make the last frame of a loop exactly equal to the first."""
     p, R, angle = frames.p.copy(), frames.R.copy(), frames.angle_rad.copy()
     p[-1], R[-1], angle[-1] = p[0], R[0], angle[0]
     return SeamFrames(frames.s_mm, p, R, angle, frames.frame)

@@ -1,4 +1,4 @@
-"""Pieces in a row: from pieces of edges to curves."""
+"""Consecutive pieces: from pieces of edges to curves."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.seam import SeamPieces
 
 SAME_POINT_MM = 0.01
-"""Ends nearer than this are one point: kernels keep vertices to 1e-3 mm or better."""
+"""Ends nearer than this are one point: kernels place vertices within 1e-3 mm or better."""
 ROUND_MM = 1e-6
 """Coordinates are compared after rounding to this (DESIGN §3)."""
 
@@ -28,7 +28,7 @@ class Chain:
     rows : ndarray of int, shape (k,)
         Rows of the pieces in order.
     flip : ndarray of bool, shape (k,)
-        Whether a piece runs backwards.
+        Whether a piece is reversed.
     closed : bool
     """
 
@@ -38,14 +38,14 @@ class Chain:
 
 
 def chain_pieces(graph: BrepGraph, pieces: SeamPieces, group: IntArray, *, split_rad: float) -> list[Chain]:
-    """Join pieces of one group that follow each other with a turn of at most `split_rad`.
+    """Join consecutive pieces of one group if the direction turns by at most `split_rad`.
 
     Parameters
     ----------
     graph : BrepGraph
     pieces : SeamPieces
     group : ndarray of int, shape (k,)
-        Only pieces of the same group are joined.
+        Only pieces with the same number are joined.
     split_rad : float
         Largest turn of the direction of travel from one piece to the next, rad.
 
@@ -73,7 +73,7 @@ def _ends(graph: BrepGraph, pieces: SeamPieces) -> tuple[FloatArray, FloatArray]
 
 
 def _links(p: FloatArray, out: FloatArray, group: IntArray, least_cos: float) -> dict[int, int]:
-    """Pair ends that continue each other, the straightest pairs first; an end is paired once."""
+    """Pair ends that continue each other, the straightest pairs first; each end is paired once."""
     near = cKDTree(p).query_pairs(SAME_POINT_MM, output_type="ndarray") if len(p) else np.zeros((0, 2), dtype=np.int64)
     a, b = near[:, 0], near[:, 1]
     straight = -np.einsum("ki,ki->k", out[a], out[b])
@@ -102,11 +102,11 @@ def _walk(start: int, link: dict[int, int], used: BoolArray) -> Chain:
 
 
 def rounded(p: FloatArray) -> tuple[float, ...]:
-    """Return coordinates for comparing places: rounded to 1e-6 mm, without a negative zero."""
+    """Return a point, shape (3,), for comparing places: rounded to `ROUND_MM`, without a negative zero."""
     return tuple((np.round(p / ROUND_MM) * ROUND_MM + 0.0).tolist())
 
 
 def groups(keys: list[tuple[object, ...]]) -> IntArray:
-    """Return one number for each distinct key, in the order of first use."""
+    """Return the number of each key: equal keys have equal numbers, in the order of first use."""
     numbers: dict[tuple[object, ...], int] = defaultdict(lambda: len(numbers))
     return np.array([numbers[key] for key in keys], dtype=np.int64)

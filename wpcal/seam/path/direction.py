@@ -1,6 +1,7 @@
 """The direction of travel of chains of pieces (DESIGN §3), for all chains at once.
 
-Runs stand one after the other in one `SeamPieces`; `start` (n + 1 numbers) says where each begins and the last ends.
+All runs are stored in one `SeamPieces`; `start` (n + 1 numbers) says where each run begins, and where the last one
+ends.
 """
 
 from __future__ import annotations
@@ -17,15 +18,15 @@ from wpcal.seam.pieces import sample_pieces
 from wpcal.seam.seam import SeamPieces
 
 CHUNK = 1000
-"""Chains that are sampled together: some 50 MB at eight pieces each."""
+"""Chains sampled in one array: some 50 MB at eight pieces per chain."""
 LOOP_SAMPLES = 65
-"""Points a piece at which the start of a loop is sought before it is refined: a piece is at most one turn."""
+"""Points per piece for finding the start of a loop, which is then refined: a piece is at most one turn."""
 AREA_SAMPLES = 32
-"""Points a piece by which a loop's area vector is felt; only the sign of its components counts."""
+"""Points per piece for the area vector of a loop, of which only the signs are used."""
 UPRIGHT = 1e-6
-"""A component of a loop's area below this share of the largest is round-off of a loop that stands upright."""
+"""A component of the area vector below this share of the largest one is round-off: the loop is upright."""
 BISECTIONS = 60
-"""Halvings of a range of parameters: to the last bit."""
+"""Bisections of a parameter interval: to the last bit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,7 +36,7 @@ class Runs:
     Parameters
     ----------
     pieces : SeamPieces
-        Those of the first run in order, then those of the second, …
+        The pieces of the first run in order, then those of the second, …
     start : ndarray of int, shape (n + 1,)
         The pieces of run i are ``start[i]:start[i + 1]``.
     """
@@ -109,7 +110,7 @@ def _precedes(p: FloatArray, q: FloatArray) -> BoolArray:
 
 
 def _backwards(runs: Runs, flip: BoolArray) -> Runs:
-    """Turn the runs marked in `flip` round."""
+    """Reverse the runs marked in `flip`."""
     run = runs.run_of_piece
     rows = np.arange(len(run))
     rows = np.where(flip[run], runs.start[run] + runs.start[run + 1] - 1 - rows, rows)
@@ -128,13 +129,13 @@ def _runs_clockwise(graph: BrepGraph, runs: Runs) -> BoolArray:
     area = np.add.reduceat(np.cross(p, p[after]), start)
     size = np.abs(area).max(axis=1)
     down = np.zeros(len(area), dtype=bool)
-    for k in (0, 1, 2):  # z has the last word
+    for k in (0, 1, 2):  # y overrides x, and z both
         down = np.where(np.abs(area[:, k]) > UPRIGHT * size, area[:, k] < 0, down)
     return down
 
 
 def _from_smallest_points(graph: BrepGraph, runs: Runs, closed: BoolArray) -> Runs:
-    """Let closed runs begin at their points with the smallest (x, y, z), where a piece is cut in two if need be."""
+    """Let each closed run begin at its point with the smallest (x, y, z); a piece is cut in two there if necessary."""
     count = np.diff(runs.start)
     shift, inner = np.zeros(len(runs), dtype=np.int64), np.zeros(len(runs), dtype=bool)
     cut = np.zeros(len(runs))
@@ -153,7 +154,7 @@ def _from_smallest_points(graph: BrepGraph, runs: Runs, closed: BoolArray) -> Ru
 
 
 def _smallest_points(graph: BrepGraph, runs: Runs, loops: IntArray) -> tuple[IntArray, FloatArray]:
-    """Return the piece that holds the smallest point of each loop, and the parameter there."""
+    """Return the piece with the smallest point of each loop, and the parameter there."""
     run = runs.run_of_piece
     rows = np.flatnonzero(np.isin(run, loops))
     t, p = sample_pieces(graph, runs.pieces.select(rows), np.linspace(0.0, 1.0, LOOP_SAMPLES))
@@ -170,7 +171,7 @@ def _smallest_points(graph: BrepGraph, runs: Runs, loops: IntArray) -> tuple[Int
 
 
 def _lowest_x(graph: BrepGraph, edge: IntArray, t: FloatArray) -> FloatArray:
-    """Return where x is least between t[:, 0] and t[:, 2]: the zero of its slope, or t[:, 1] where it has none."""
+    """Return where x is least between t[:, 0] and t[:, 2]: at the zero of its slope, or t[:, 1] if there is no zero."""
     way = np.sign(t[:, 2] - t[:, 0])
 
     def slope(at: FloatArray) -> FloatArray:

@@ -1,7 +1,8 @@
-"""Where along a seam the frames stand: bounded by the chord error, the largest and the least step.
+"""Where along a seam the frames are: limited by the chord error, the largest step and the least step.
 
-Hou 2018, §1.1: points are placed by the chord tolerance, so that a strong curvature gets more of them, and those nearer
-than the step are taken out. The largest step is ours: a straight seam has points to work with. The chord bound wins.
+Hou 2018, §1.1: the chord tolerance places the points, so that a strong curvature gets more of them; points nearer than
+the least step are removed. The largest step is our addition: a straight seam has points to work with. If the limits
+conflict, the chord tolerance takes precedence.
 """
 
 from __future__ import annotations
@@ -23,13 +24,13 @@ from wpcal.seam.seam import SeamPieces
 CHORD_SAMPLES = 7
 """Points inside a step at which its distance from the chord is measured."""
 BASE_STEPS = 64
-"""Steps of a curved piece by which its curvature is felt before points are placed."""
+"""Steps of a curved piece at which its curvature is measured before points are placed."""
 CHORD_MARGIN = 0.98
-"""Points are placed for a slightly smaller chord error, so that the measured one keeps the bound."""
+"""Points are placed for this share of the chord tolerance, so that the measured chord error stays within it."""
 MOST_POINTS = 1_000_000
-"""More points on one seam are a slip in the options."""
+"""More points on one piece are a mistake in the options."""
 EXACT_STEPS = 1e-9
-"""A number of steps this little above a whole one is it: 100 mm in steps of 10 mm are ten."""
+"""Step counts within this above an integer are rounded down to it: 100 mm in steps of 10 mm are ten steps."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,13 +67,13 @@ def discretise(graph: BrepGraph, runs: Runs, options: StepOptions) -> Stations:
     Returns
     -------
     Stations
-        For each run from its start to its end, both included; a point where two pieces meet stands once, on the later
+        For each run from its start to its end, both included. A point where two pieces meet occurs once, on the later
         piece.
 
     Raises
     ------
     InputError
-        When a piece would get more than `MOST_POINTS`.
+        If a piece would get more than `MOST_POINTS`.
     """
     pieces = runs.pieces
     counts, t, s = _piece_stations(graph, pieces, options)
@@ -94,7 +95,7 @@ def run_lengths(graph: BrepGraph, runs: Runs) -> FloatArray:
 
 
 def _lengths(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
-    """Return the length of every piece, mm: closed form where the parameter runs evenly."""
+    """Return the length of every piece, mm: in closed form on lines and circles."""
     lengths = speeds(graph, pieces.edge) * np.abs(pieces.t1 - pieces.t0)
     for row in np.flatnonzero(~is_even(graph, pieces.edge)):
         span = np.array([pieces.t0[row], pieces.t1[row]])
@@ -103,13 +104,13 @@ def _lengths(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
 
 
 def is_even(graph: BrepGraph, edge: IntArray) -> BoolArray:
-    """Tell on which edges equal steps of the parameter are equal lengths: lines and circles."""
+    """Tell on which edges, shape (k,), equal steps of the parameter have equal lengths: lines and circles."""
     kind = graph.edge_kind[edge]
     return np.asarray((kind == CurveKind.LINE) | (kind == CurveKind.CIRCLE), dtype=bool)
 
 
 def speeds(graph: BrepGraph, edge: IntArray) -> FloatArray:
-    """Return the length per unit of the parameter on lines and circles, mm."""
+    """Return the length per unit of the parameter on lines and circles, shape (k,), mm."""
     return np.where(graph.edge_kind[edge] == CurveKind.LINE, 1.0, graph.edge_param[edge, 0])
 
 
@@ -151,7 +152,7 @@ def _even_counts(graph: BrepGraph, pieces: SeamPieces, options: StepOptions) -> 
 
 def _refuse_too_many(count: float, length: float) -> None:
     if count > MOST_POINTS:
-        raise InputError(f"a seam of {length:.0f} mm would get {count:.0f} points; give a larger chord or step")
+        raise InputError(f"a piece of {length:.0f} mm would get {count:.0f} points; choose a larger chord or step")
 
 
 def _uneven_stations(
@@ -160,7 +161,7 @@ def _uneven_stations(
     """Return parameters and arc lengths of points on one piece of an ellipse or a NURBS curve."""
     t = np.linspace(t0, t1, BASE_STEPS + 1)
     s = np.abs(cumulative_length(graph, edge, t))
-    # the chord error grows with the square of the step: so many parts of each base step keep the bound
+    # the chord error grows with the square of the step: `parts` of each base step stay within the tolerance
     error = chord_errors(graph, np.full(BASE_STEPS, edge), t[:-1], t[1:])
     parts = np.sqrt(error / (CHORD_MARGIN * options.chord_mm))
     load = np.concatenate([[0.0], np.cumsum(np.maximum(parts, np.diff(s) / options.max_step_mm))])
@@ -180,7 +181,20 @@ def _split_until_bound(graph: BrepGraph, edge: int, t: FloatArray, chord_mm: flo
 
 
 def chord_errors(graph: BrepGraph, edge: IntArray, t0: FloatArray, t1: FloatArray) -> FloatArray:
-    """Return the largest distance of each piece of an edge from the chord between its ends, mm, shape (m,)."""
+    """Return the largest distance of each piece of an edge from the chord between its ends.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    edge : ndarray of int, shape (m,)
+    t0, t1 : ndarray, shape (m,)
+        Parameters of the ends.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        mm.
+    """
     if (graph.edge_kind[edge] == CurveKind.LINE).all():
         return np.zeros(len(edge))
     share = np.arange(1, CHORD_SAMPLES + 1) / (CHORD_SAMPLES + 1)
@@ -192,10 +206,12 @@ def chord_errors(graph: BrepGraph, edge: IntArray, t0: FloatArray, t1: FloatArra
 
 
 def _thinned(graph: BrepGraph, pieces: SeamPieces, stations: Stations, options: StepOptions) -> Stations:
-    """Take out points nearer than the least step to the one before, where the chord without them keeps the bound."""
+    """Remove points nearer than the least step to the point before, if the chord tolerance allows it."""
     near = np.flatnonzero(np.diff(stations.s_mm) < options.min_step_mm)
     runs = np.searchsorted(stations.start, near, side="right") - 1
-    near_runs = np.unique(runs[near + 1 < stations.start[runs + 1]])  # not from one run's end to the next one's start
+    near_runs = np.unique(
+        runs[near + 1 < stations.start[runs + 1]]
+    )  # not from the end of a run to the start of the next one
     keep = np.ones(len(stations.t), dtype=bool)
     for run in near_runs:
         rows = np.arange(stations.start[run], stations.start[run + 1])
@@ -216,7 +232,7 @@ def _kept(graph: BrepGraph, pieces: SeamPieces, stations: Stations, rows: IntArr
         if near and s[row + 1] - s[before] <= options.max_step_mm:
             skipped = p[before + 1 : row + 1]
             ends = np.broadcast_to(p[before], skipped.shape), np.broadcast_to(p[row + 1], skipped.shape)
-            # the curve is no farther from the new chord than the old chords are, and it from them
+            # the curve is at most its distance from the old chords plus their distance from the new one away
             off = distance_to_segments(skipped, *ends).max() + own[before : row + 1].max()
             if off <= options.chord_mm:
                 keep[row] = False
@@ -228,5 +244,5 @@ def _kept(graph: BrepGraph, pieces: SeamPieces, stations: Stations, rows: IntArr
 def _own_errors(graph: BrepGraph, pieces: SeamPieces, piece: IntArray, t: FloatArray) -> FloatArray:
     """Return the chord error of each step between neighbouring stations of one run, mm, shape (n - 1,)."""
     here = piece[:-1]
-    t1 = np.where(piece[1:] == here, t[1:], pieces.t1[here])  # a later piece's start is this one's end
+    t1 = np.where(piece[1:] == here, t[1:], pieces.t1[here])  # the start of a later piece is the end of this one
     return chord_errors(graph, pieces.edge[here], t[:-1], t1)

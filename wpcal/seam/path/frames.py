@@ -12,9 +12,9 @@ from wpcal.seam.path.discretise import Stations
 from wpcal.seam.seam import SeamFrames, SeamPieces
 
 UPRIGHT_COS = 0.99
-"""A seam without a face that runs within 8 degrees of upright has no useful direction upwards."""
+"""A seam without faces counts as vertical within 8 degrees; then z cannot point up."""
 OPPOSED_LENGTH = 1e-6
-"""Normals whose sum is shorter than this are opposed: they have no bisector."""
+"""Two normals are opposed, and have no bisector, if their sum is shorter than this."""
 
 
 def seam_frames(graph: BrepGraph, pieces: SeamPieces, stations: Stations) -> SeamFrames:
@@ -30,9 +30,9 @@ def seam_frames(graph: BrepGraph, pieces: SeamPieces, stations: Stations) -> Sea
     Returns
     -------
     SeamFrames
-        In `part`. Tangent and normals are those of the exact curve and surfaces. Where the two normals are opposed
-        there is no bisector: z is then the wall's normal (`turning.face_free_space` turns it). A face -1 is none: the
-        other one's normal stands for it; where both are missing z is up in `part`, or along its x on an upright seam.
+        In `part`, from the exact tangents and normals. If the two normals are opposed, there is no bisector, and z is
+        the normal of the wall (`turning.face_free_space` turns it). If one face is missing (-1), z is the normal of the
+        other one. If both are missing, z points up in `part`, or along its x axis on a vertical seam.
     """
     rows = stations.piece
     p, slope = evaluate_edges(graph, pieces.edge[rows], stations.t)
@@ -47,7 +47,7 @@ def seam_frames(graph: BrepGraph, pieces: SeamPieces, stations: Stations) -> Sea
 def _normals(
     graph: BrepGraph, wall: IntArray, base: IntArray, p: FloatArray, x: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the outward normals of both faces at p; of a missing one that of the other, or a direction across x."""
+    """Return the outward normals of both faces at p; a missing one is replaced (see `seam_frames`)."""
     n_wall, n_base = (project_to_faces(graph, np.maximum(face, 0), p).normal for face in (wall, base))
     lone = np.flatnonzero((wall < 0) | (base < 0))
     for row in lone.tolist():

@@ -4,8 +4,8 @@ With u = up (against gravity), x the travel and z out of the joint (DESIGN §3):
 rotation R = atan2(x·(u⊥ × z), u⊥·z) with u⊥ = u - (u·x) x: 0 when the joint faces up, ±90° sideways, 180° down. Within
 1° of vertical travel R is not defined (NaN). Hou 2018, §1.2 writes θ = S and φ = -R modulo 360°.
 
-The standard's ranges are not in hand: the rules here are the principal positions with tolerances of our own, and a
-caller may give others.
+We do not have the ranges of the standard. The rules here are the principal positions with tolerances of our own; a
+caller may pass others.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ VERTICAL_RAD = float(np.radians(1.0))
 
 @dataclass(frozen=True, slots=True)
 class PositionRule:
-    """One principal position; the first rule that fits names a frame.
+    """One principal position; the first rule that matches names a frame.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class PositionRule:
     slope_deg : tuple of float
         Least and greatest slope S.
     rotation_deg : tuple of float or None
-        Least and greatest |R|; None where R does not matter.
+        Least and greatest |R|; None if R does not matter.
     weld : WeldType or None
         Only for this weld; None for any.
     """
@@ -57,8 +57,8 @@ DEFAULT_RULES = (
     PositionRule("PD", (-45.0, 45.0), (112.5, 157.5)),
     PositionRule("PE", (-45.0, 45.0), (157.5, 180.0)),
 )
-"""Half way between the principal positions: PA 0°, PB 45°, PC 90°, PD 135°, PE 180° rotation; PF +90° and PG -90°
-slope. A fillet that leans sideways is PB until it faces a wall (80°)."""
+"""The limits are half-way between the principal positions: rotation 0° for PA, 45° for PB, 90° for PC, 135° for PD,
+180° for PE; slope +90° for PF, -90° for PG. A fillet is PB up to 80°, where it faces a wall."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,7 +149,7 @@ def weld_positions(
     up : array_like, shape (3,)
         Against gravity; scaled to unit length.
     rules : sequence of PositionRule
-        The first that fits names the frame; a frame that fits none is called ``-``.
+        The first one that matches names the frame. A frame without a match is called ``-``.
 
     Returns
     -------
@@ -158,16 +158,16 @@ def weld_positions(
     Raises
     ------
     InputError
-        When `up` has no length.
+        If `up` has no length.
     """
     frames, u = np.asarray(R, dtype=np.float64), np.asarray(up, dtype=np.float64)
     length = float(np.linalg.norm(u))
     if not length > 0:
-        raise InputError("the direction against gravity has no length")
+        raise InputError("the direction against gravity (up) has length zero")
     slope = weld_slope(frames[:, :, 0], u / length)
     rotation = weld_rotation(frames[:, :, 0], frames[:, :, 2], u / length)
     names = np.full(len(frames), "-", dtype="<U8")
-    for rule in reversed(rules):  # the first that fits has the last word
+    for rule in reversed(rules):  # so the first rule overrides later ones
         if rule.weld in (None, weld):
             names[_fits(rule, np.degrees(slope), np.degrees(rotation))] = rule.name
     return WeldPositions(slope, rotation, tuple(str(name) for name in names))

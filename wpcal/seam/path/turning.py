@@ -1,4 +1,4 @@
-"""How fast frames turn along a seam: more points where they turn far, and no flips where normals are opposed."""
+"""How far frames turn along a seam: more points where they turn fast, and no flips where normals are opposed."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from wpcal.seam.path.frames import seam_frames
 from wpcal.seam.seam import Seam, SeamFrames, SeamPieces
 
 MOST_ROUNDS = 8
-"""Halvings of a step: a frame that still turns too far over 1/256 of it turns at a point, not along the seam."""
+"""Bisections of a step: a frame that still turns too far over 1/256 of it turns at a point, not along the seam."""
 OPPOSED_RAD = np.pi - np.radians(0.1)
-"""Two normals at a larger angle are opposed: their sum is shorter than 1/500 and its direction is that of round-off."""
+"""Two normals at a larger angle are opposed: their sum is shorter than 1/500, and its direction is round-off."""
 OPPOSED_REASON = "the faces are opposed"
 """How a reason about opposed normals begins."""
 
@@ -45,8 +45,8 @@ def limit_turn(
 
     Notes
     -----
-    At the kink between two pieces the frame turns at one point, which no point more can help: what counts there is the
-    turn from a station to the end of its own piece.
+    At a kink between two pieces the frame turns at one point, and more points do not help. So the turn is measured from
+    a station to the end of its own piece.
     """
     frames = seam_frames(graph, pieces, stations)
     for _ in range(MOST_ROUNDS):
@@ -62,16 +62,26 @@ def limit_turn(
 
 
 def rotation_angles(R0: FloatArray, R1: FloatArray) -> FloatArray:
-    """Return the angles of the rotations from one set of frames to another, rad, shape (n,).
+    """Return the angles of the rotations from one set of frames to another.
 
-    From the chord, ``|R1 - R0|_F = 2 sqrt(2) sin(angle / 2)``: exact for small angles, where the trace is not.
+    They follow from the chord, ``|R1 - R0|_F = 2 sqrt(2) sin(angle / 2)``, which is exact for small angles; the trace
+    is not.
+
+    Parameters
+    ----------
+    R0, R1 : ndarray, shape (n, 3, 3)
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        rad.
     """
     chord = np.linalg.norm(R1 - R0, axis=(1, 2)) / (2.0 * np.sqrt(2.0))
     return np.asarray(2.0 * np.arcsin(np.clip(chord, 0.0, 1.0)), dtype=np.float64)
 
 
 def _steps(graph: BrepGraph, pieces: SeamPieces, stations: Stations) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return the stations that are not the last of their run, and where on their own piece the step after them ends."""
+    """Return all stations but the last of each run, and where on their own piece the step after each of them ends."""
     last = np.zeros(len(stations.t), dtype=bool)
     last[stations.start[1:] - 1] = True
     here = np.flatnonzero(~last)
@@ -99,10 +109,10 @@ def _inserted(values: FloatArray, rows: IntArray, more: FloatArray) -> FloatArra
 
 
 def face_free_space(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam) -> Seam:
-    """Turn z towards free space where the normals of the two faces are opposed, and say so.
+    """Turn z towards free space where the normals of the two faces are opposed, and add a reason that says so.
 
-    There is no bisector then, but two directions normal to both x and the normals. The one of which more rays leave the
-    part is taken for the whole seam, so the frame does not flip; of two equal ones that which points up.
+    There is no bisector then, but there are two directions normal to x and to the normals. The direction in which more
+    rays leave the part is taken for the whole seam, so the frame does not flip. If both are equal, z points up.
 
     Parameters
     ----------

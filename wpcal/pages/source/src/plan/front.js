@@ -1,7 +1,7 @@
 // The trade-off plans to choose from: a chart to click in, and a table of the same plans.
 import { el, fixed, short, table } from "../dom.js";
 import { ramp } from "../viewer.js";
-import { frontChart, titleOf } from "./front_chart.js";
+import { frontChart } from "./front_chart.js";
 
 /**
  * The section of the page.
@@ -21,7 +21,7 @@ export function buildFront(data, onPick) {
     chart,
     colour &&
       legend(
-        colour,
+        data.titles[colour],
         data.plans.map(({ objectives }) => objectives[colour]),
       ),
     data.fronts.map(found),
@@ -38,9 +38,9 @@ export function buildFront(data, onPick) {
   };
 }
 
-function planTable({ plans, names }, onPick) {
+function planTable({ plans, names, titles }, onPick) {
   const rows = plans.map((plan, row) => ({ plan, row }));
-  const element = table(columns(names), rows, {
+  const element = table(columns(names, titles), rows, {
     rowOf: ({ row }) => ({ "data-row": row, tabindex: 0, class: "link" }),
   });
   const lines = [...element.querySelectorAll("tbody tr")];
@@ -51,11 +51,11 @@ function planTable({ plans, names }, onPick) {
   return { element, lines };
 }
 
-function columns(names) {
+function columns(names, titles) {
   const margin = ({ check }) => (check?.between ? short(check.least_margin_mm) : "–");
   return [
     { title: "plan", cell: ({ row }) => String(row + 1) },
-    ...names.map((name) => ({ title: titleOf(name), number: true, cell: ({ plan }) => short(plan.objectives[name]) })),
+    ...names.map((name) => ({ title: titles[name], number: true, cell: ({ plan }) => short(plan.objectives[name]) })),
     { title: "margin, mm", number: true, cell: ({ plan }) => margin(plan) },
     { title: "path", cell: ({ plan }) => plan.freedom },
     { title: "found by", cell: ({ plan }) => plan.found_by },
@@ -70,11 +70,11 @@ function found({ name, values, hypervolume }, i) {
 }
 
 /** The colours of the third objective, and what the shapes mean. */
-function legend(name, values) {
+function legend(title, values) {
   const bar = el("span", { class: "ramp" });
   bar.style.background = ramp();
   const [low, high] = [Math.min(...values), Math.max(...values)].map(short);
   const words = (text) => el("span", {}, text);
   const shapes = "disc: ladder, diamond: other method; hollow: not known to be free of collisions";
-  return el("p", { class: "colours" }, words(titleOf(name)), words(low), bar, words(high), words(shapes));
+  return el("p", { class: "colours" }, words(title), words(low), bar, words(high), words(shapes));
 }

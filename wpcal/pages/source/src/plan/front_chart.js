@@ -8,19 +8,14 @@ const AREA = areaOf(520, 330, { left: 62, right: 18, top: 16, bottom: 46 });
 const RADIUS = 7;
 const AIR = 0.08; // around the marks, as a part of their range
 
-/** "motion_deg_per_mm" as people write it. */
-export function titleOf(name) {
-  return name.replace("_deg_per_mm", ", deg/mm").replace("_deg", ", deg").replace("_mm", ", mm").replaceAll("_", " ");
-}
-
 /**
  * Draws the plans, and behind them what each method found by itself.
  *
- * @param {object} data  of the page; `axes` names the objectives {x, y, colour}, `colour` may be null
+ * @param {object} data  of the page; `axes` names the objectives {x, y, colour}, `colour` may be null; `titles` by name
  * @param {function(number)} onPick  called with the row of a plan
  * @returns {{element, marks}}  `marks`: one element per plan
  */
-export function frontChart({ plans, fronts, axes: names }, onPick) {
+export function frontChart({ plans, fronts, axes: names, titles }, onPick) {
   const behind = fronts.flatMap(({ values }) => values);
   const all = [...plans.map(({ objectives }) => objectives), ...behind];
   const x = linear(withAir(all.map((values) => values[names.x])), [AREA.left, AREA.right]);
@@ -33,7 +28,7 @@ export function frontChart({ plans, fronts, axes: names }, onPick) {
   const element = chart(
     AREA,
     { title: "the front", className: "chart front", role: "group" },
-    axes(AREA, x, y, { xTitle: titleOf(names.x), yTitle: titleOf(names.y), xLines: X_LINES.grid }),
+    axes(AREA, x, y, { xTitle: titles[names.x], yTitle: titles[names.y], xLines: X_LINES.grid }),
     fronts.map((front, i) => crosses(front, i, placeOf)),
     marks,
   );

@@ -14,8 +14,8 @@ from wpcal.controllers.two_robots import dual_program, possible_programs, write_
 from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
 from wpcal.planning.cell.robot_cell import Shape, part_in_world, tool_in_world
-from wpcal.planning.plan.output import run_csv, run_record
 from wpcal.planning.plan.run import build_run
+from wpcal.planning.plan.run_record import run_csv, run_record
 from wpcal.planning.plan.schedule import schedule_plan
 from wpcal.results.schemas import schema_text
 

@@ -1,20 +1,80 @@
-"""Which of many vectors of objectives are worth choosing from, and how much of the space they dominate."""
+"""`ParetoSet`: plans to choose from; which vectors of objectives are not dominated, and the volume they dominate."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
+from wpcal.planning.plan.plan import Plan
+from wpcal.planning.search.objectives import MOTION, OBJECTIVE_NAMES, POSITION
+
+
+class Preference(Enum):
+    """Which plan of a front is taken."""
+
+    POSITION = "position"
+    """The least deviation from the target weld position."""
+    SMOOTH = "smooth"
+    """The least joint motion."""
+    BALANCED = "balanced"
+    """The plan nearest to the best value of every objective, each scaled by its range over the front."""
+
+
+MINIMISED = {Preference.POSITION: POSITION, Preference.SMOOTH: MOTION}
+"""The one objective that decides; BALANCED weighs all of them."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ParetoSet:
+    """Plans none of which is at least as good as another in every objective.
+
+    Parameters
+    ----------
+    plans : tuple of Plan
+        With all objectives of `OBJECTIVES`.
+
+    Raises
+    ------
+    InputError
+        When there is no plan.
+    """
+
+    plans: tuple[Plan, ...]
+
+    def __post_init__(self) -> None:
+        if not self.plans:
+            raise InputError("a front needs at least one plan")
+
+    def __len__(self) -> int:
+        return len(self.plans)
+
+    @property
+    def values(self) -> FloatArray:
+        """Objectives, shape (m, k), in the order of `OBJECTIVES`."""
+        return np.array([[plan.objectives[name] for name in OBJECTIVE_NAMES] for plan in self.plans])
+
+    def chosen(self, preference: Preference) -> int:
+        """Return the row of the plan that a preference takes."""
+        if preference in MINIMISED:
+            name = MINIMISED[preference].name
+            return int(np.argmin([plan.objectives[name] for plan in self.plans]))
+        values = self.values
+        low, high = values.min(axis=0), values.max(axis=0)
+        scaled = (values - low) / np.where(high > low, high - low, 1.0)
+        return int(np.argmin(np.linalg.norm(scaled, axis=1)))
 
 
 def is_nondominated(values: FloatArray) -> BoolArray:
-    """Tell which rows no other row beats: none is at least as good everywhere and better somewhere.
+    """Tell which rows no other row beats. A row beats another if it is nowhere worse and somewhere better.
 
     Parameters
     ----------
     values : ndarray, shape (m, k)
-        All made small. Of equal rows the first stays.
+        Smaller is better. Of equal rows the first stays.
 
     Returns
     -------
@@ -27,15 +87,15 @@ def is_nondominated(values: FloatArray) -> BoolArray:
     return np.asarray(~beats.any(axis=0))
 
 
-def spread_rows(values: FloatArray, count: int) -> IntArray:
-    """Choose rows that lie far from each other: the best of each objective first, then always the farthest one.
+def thin_front(values: FloatArray, count: int) -> IntArray:
+    """Choose rows that are far from each other: the best of each objective first, then always the farthest one.
 
     Parameters
     ----------
     values : ndarray, shape (m, k)
         Scaled by the range of each column for the distances.
     count : int
-        At most so many rows.
+        Most rows.
 
     Returns
     -------
@@ -55,13 +115,14 @@ def spread_rows(values: FloatArray, count: int) -> IntArray:
 
 
 def hypervolume(values: FloatArray, reference: FloatArray) -> float:
-    """Return the volume of all that some row beats and that beats the reference.
+    """Return the volume of the points that some row beats and that beat the reference.
 
     Parameters
     ----------
     values : ndarray, shape (m, k)
-        All made small; rows that do not beat the reference in every objective add nothing.
+        Smaller is better. Rows that do not beat the reference in every objective add nothing.
     reference : ndarray, shape (k,)
+        In the units of the objectives.
 
     Raises
     ------

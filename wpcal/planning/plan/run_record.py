@@ -10,18 +10,12 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.planning.cell.robot_cell import RobotCell
-from wpcal.planning.plan.plan import Freedom
 from wpcal.planning.plan.recheck import PathCheck
 from wpcal.planning.plan.run import CellRun
 
 PLAN_SCHEMA = "wpcal/plan/1"
 CSV_DIGITS = 10
 """Significant digits of the table: 1e-8 degrees."""
-
-
-def freedom_of(run: CellRun) -> Freedom:
-    """Return what is known of a run: unchecked is a verdict of its own."""
-    return Freedom.UNCHECKED if run.check is None else run.check.freedom
 
 
 def run_record(run: CellRun, cell: RobotCell) -> dict[str, Any]:
@@ -51,7 +45,7 @@ def run_record(run: CellRun, cell: RobotCell) -> dict[str, Any]:
         "speed_limit": None
         if limit is None
         else {"robot": limit.robot, "joint": limit.joint, "s_mm": limit.s_mm, "fastest_mm_s": limit.fastest_mm_s},
-        "freedom": freedom_of(run).value,
+        "freedom": run.verdict.value,
         "check": None if run.check is None else check_record(run.check),
         "robots": [{"arm": arm.name, "joints": [joint.name for joint in arm.joints]} for arm in (cell.arm1, cell.arm2)],
         "points": _points(run),

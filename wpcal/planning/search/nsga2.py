@@ -1,8 +1,8 @@
-"""The published way: a multi-objective genetic algorithm, here NSGA-II as pymoo has it, on smooth paths.
+"""The published method: a multi-objective genetic algorithm on smooth paths. Here it is NSGA-II from pymoo.
 
 References
 ----------
-Hou, Wang, Yue, Jia 2018, §2; its operators are lost in the text at hand. Deb, Pratap, Agarwal, Meyarivan 2002 for
+Hou, Wang, Yue, Jia 2018, §2; the text at hand has lost its operators. Deb, Pratap, Agarwal, Meyarivan 2002 for
 NSGA-II; Blank, Deb 2020 for pymoo.
 """
 
@@ -16,24 +16,22 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
-from wpcal.planning.plan.pareto import is_nondominated, spread_rows
-from wpcal.planning.search.ga_variation import CONSTRAINTS, PathCode
-from wpcal.planning.search.linear_model import Path
+from wpcal.planning.search.ga_variation import CONSTRAINTS, PathEncoding
 from wpcal.planning.search.objectives import OBJECTIVES
-from wpcal.planning.search.problem import PlanningProblem
-from wpcal.planning.search.sweep import Progress
+from wpcal.planning.search.pareto import is_nondominated, thin_front
+from wpcal.planning.search.problem import CandidatePath, PlanningProblem, SearchProgress
 
 POOL = 20
-"""Random paths for each one of an unseeded population: one in some hundreds is allowed, and a few are a start."""
+"""Random paths per path of an unseeded population. One in some hundreds is allowed, and a few are enough to start."""
 LARGEST_ARCHIVE = 300
-"""Paths that are remembered while it runs: comparing all of them with a generation then takes milliseconds."""
+"""Paths that are kept while it runs: comparing all of them with a generation then takes milliseconds."""
 MOST_PATHS = 60
-"""Paths that are given out: more than one can choose from, spread over the front."""
+"""Paths that are returned, spread over the front: more than a person wants to choose from."""
 
 
 @dataclass(frozen=True, slots=True)
-class GeneticOptions:
-    """How long the genetic algorithm runs, and from what.
+class Nsga2Options:
+    """How long NSGA-II runs, and what it starts from.
 
     Parameters
     ----------
@@ -60,22 +58,22 @@ class GeneticOptions:
 
 
 def evolve_paths(
-    problem: PlanningProblem, seeds: Sequence[Path], options: GeneticOptions, progress: Progress
-) -> tuple[list[Path], bool]:
+    problem: PlanningProblem, seeds: Sequence[CandidatePath], options: Nsga2Options, progress: SearchProgress
+) -> tuple[list[CandidatePath], bool]:
     """Run NSGA-II.
 
     Parameters
     ----------
     problem : PlanningProblem
-    seeds : sequence of Path
+    seeds : sequence of CandidatePath
         The deterministic front.
-    options : GeneticOptions
+    options : Nsga2Options
     progress : callable
 
     Returns
     -------
-    paths : list of Path
-        The best allowed ones of all generations, at most `MOST_PATHS`.
+    paths : list of CandidatePath
+        The best allowed paths of all generations, at most `MOST_PATHS`.
     interrupted : bool
         Whether the user ended it early.
 
@@ -91,7 +89,7 @@ def evolve_paths(
         from pymoo.problems.static import StaticProblem  # noqa: PLC0415
     except ImportError:
         raise InputError("the genetic algorithm needs pymoo: install wpcal[planning]") from None
-    code = PathCode.of_seeds(problem, seeds if options.seeded else ())
+    code = PathEncoding.of_seeds(problem, seeds if options.seeded else ())
     start = first_population(code, options.population, np.random.default_rng(options.seed))
     task = Problem(
         n_var=len(code.least),
@@ -119,19 +117,19 @@ def evolve_paths(
         interrupted = True
     if len(kept.genes) == 0:
         return [], interrupted
-    best = code.decode(kept.genes[spread_rows(kept.values, MOST_PATHS)])
+    best = code.decode(kept.genes[thin_front(kept.values, MOST_PATHS)])
     return [best.path(row) for row in range(len(best.coordinates))], interrupted
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Archive:
-    """The best allowed paths so far: a population forgets some of them when it thins a crowd.
+    """The best allowed paths so far. NSGA-II loses some of them when it thins a crowded population.
 
     Parameters
     ----------
     genes : ndarray, shape (m, g)
     values : ndarray, shape (m, k)
-        Their objectives.
+        Objectives of the m paths.
     """
 
     genes: FloatArray
@@ -139,23 +137,23 @@ class Archive:
 
     @classmethod
     def empty(cls, genes: int) -> Archive:
-        """Return an archive without paths, for so many genes."""
+        """Return an archive without paths; `genes` is the number of genes per path."""
         return cls(np.zeros((0, genes)), np.zeros((0, len(OBJECTIVES))))
 
     def joined(self, genes: FloatArray, values: FloatArray) -> Archive:
-        """Return the best of these paths and of new ones."""
+        """Return the best of these paths and of new ones, with genes (m, g) and objectives (m, k)."""
         both = np.concatenate([self.genes, genes]), np.concatenate([self.values, values])
         rows = np.flatnonzero(is_nondominated(both[1]))
         if len(rows) > LARGEST_ARCHIVE:
-            rows = rows[spread_rows(both[1][rows], LARGEST_ARCHIVE)]
+            rows = rows[thin_front(both[1][rows], LARGEST_ARCHIVE)]
         return Archive(both[0][rows], both[1][rows])
 
 
-def first_population(code: PathCode, population: int, rng: np.random.Generator) -> FloatArray:
-    """Return the genes of a first population.
+def first_population(code: PathEncoding, population: int, rng: np.random.Generator) -> FloatArray:
+    """Return the genes of a first population, shape (population, g).
 
-    The bases as they are, if there are any, and random paths near them; otherwise those random smooth paths, of
-    `POOL` times as many, that violate least.
+    With bases: the bases unchanged, and random paths near them. Without bases: of `POOL` times as many random smooth
+    paths, those that violate least.
     """
     if len(code.bases) > 1:
         genes, given = code.random(population, rng), code.of_bases()[:population]

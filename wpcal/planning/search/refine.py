@@ -1,9 +1,11 @@
 """Weighted least squares on whole paths: all points move at once, with exact derivatives through both inverses.
 
-For weights of the objectives the sum of their squares is made small over the nine coordinates of every point. Only
-neighbouring points share a residual (the joint steps), so the normal equations are a band, and a step of
-Levenberg-Marquardt costs as much as some inverse kinematics. Limits and clearance enter as squares of what a path is
-beyond them; which of them count is found again for every step, by what they are after it.
+The weighted sum of the squared objectives is minimised over the nine coordinates of every point. Only neighbouring
+points share a residual (the joint steps), so the normal equations are banded and one step of Levenberg-Marquardt costs
+about as much as the inverse kinematics of the path. Limits and clearance enter as the squares of what a path is beyond
+them. Which limits count is decided again in every step, by the state after it.
+
+The loop does not use the solver of `wpcal.optim`: that solver is dense and has no set of active limits.
 """
 
 from __future__ import annotations
@@ -13,8 +15,9 @@ from scipy.linalg import LinAlgError, solveh_banded
 
 from wpcal.core.arrays import FloatArray
 from wpcal.planning.cell.closed_chain import joints_along
-from wpcal.planning.search.linear_model import LinearModel, Path, linearise
-from wpcal.planning.search.problem import PlanningProblem
+from wpcal.planning.search.linear_model import LinearModel, linearise
+from wpcal.planning.search.objectives import Weights
+from wpcal.planning.search.problem import CandidatePath, PlanningProblem
 
 FIRST_DAMPING = 1e-2
 """Of Levenberg-Marquardt, relative to the diagonal."""
@@ -23,57 +26,58 @@ LARGEST_DAMPING = 1e6
 LEAST_DAMPING = 1e-6
 """Below this the damping has no effect on a step, and would take long to come back."""
 STIFFNESSES = (1.0, 10.0, 100.0)
-"""Of limits, one after the other. Stiff limits make short steps, and are needed only where a limit stands against a
-heavy objective: where the wished weld position is not clear."""
+"""Of limits, one after the other. Stiff limits make short steps. They are needed only where a limit opposes a heavy
+objective, for example where the target weld position is not clear."""
 WINDOW, LEAST_GAIN = 5, 2e-3
-"""Ends when so many steps together gain less than this part of the sum: an objective then changes by a thousandth."""
+"""The loop ends if this many steps together gain less than this part of the sum: an objective then changes by a
+thousandth."""
 LEAST_CURVATURE = 1e-9
 """Added to the diagonal: a coordinate without influence (the spin of a torch at rest) does not move."""
 ACTIVE_ROUNDS = 4
-"""Most rounds that look for the limits which count after a step; two or three settle as a rule."""
+"""Most rounds that look for the limits which count after a step. Two or three are usually enough."""
 
 
-def refine_within_limits(problem: PlanningProblem, path: Path, weights: FloatArray) -> Path:
+def refine_within_limits(problem: PlanningProblem, path: CandidatePath, weights: Weights) -> CandidatePath:
     """Refine a path with stiffer and stiffer limits until it keeps them, or the stiffest do not help.
 
     Parameters
     ----------
     problem : PlanningProblem
-    path : Path
-    weights : ndarray, shape (3,)
+    path : CandidatePath
+    weights : mapping of Objective to float
 
     Returns
     -------
-    Path
+    CandidatePath
         As `refine_path` leaves it; it may still break a limit.
     """
     for stiffness in STIFFNESSES:
         path = refine_path(problem, path, weights, stiffness=stiffness)
-        if problem.is_allowed(path.coordinates, path.joints):
+        if problem.is_allowed(path):
             break
     return path
 
 
 def refine_path(
-    problem: PlanningProblem, path: Path, weights: FloatArray, *, stiffness: float = 1.0, iterations: int = 80
-) -> Path:
-    """Make the weighted sum of squared objectives small, starting from a path.
+    problem: PlanningProblem, path: CandidatePath, weights: Weights, *, stiffness: float = 1.0, iterations: int = 80
+) -> CandidatePath:
+    """Minimise the weighted sum of squared objectives, starting from a path.
 
     Parameters
     ----------
     problem : PlanningProblem
-    path : Path
+    path : CandidatePath
         The start; its branches stay.
-    weights : ndarray, shape (3,)
-        Of the squared objectives, in the order of `OBJECTIVES`.
+    weights : mapping of Objective to float
+        Of the squared objectives.
     stiffness : float
         Factor on what a path is beyond its limits.
     iterations : int
-        At most so many steps.
+        Most steps.
 
     Returns
     -------
-    Path
+    CandidatePath
         Never with a larger sum than the start.
     """
     damping, model = FIRST_DAMPING, linearise(problem, path, weights, stiffness=stiffness)
@@ -94,17 +98,27 @@ def refine_path(
     return path
 
 
-def _moved(problem: PlanningProblem, path: Path, step: FloatArray) -> Path | None:
-    """Return the path after a step, cut off at the ends of the ranges; None where it leaves the reach."""
+def _moved(problem: PlanningProblem, path: CandidatePath, step: FloatArray) -> CandidatePath | None:
+    """Return the path after a step, clipped to the ranges; None where it leaves the reach."""
     coordinates = np.clip(path.coordinates + step, *problem.box)
     joints = joints_along(problem.cell, problem.path, coordinates, path.branches, path.joints[0])
-    return Path(coordinates, path.branches, joints) if np.isfinite(joints).all() else None
+    return CandidatePath(coordinates, path.branches, joints) if np.isfinite(joints).all() else None
 
 
 def damped_step(model: LinearModel, damping: float) -> FloatArray | None:
-    """Return the step that makes the damped model small, with the limits that count after it; shape (n, 9).
+    """Return the step that minimises the damped model with the limits that count after it.
 
-    None where round-off makes the normal matrix indefinite.
+    Parameters
+    ----------
+    model : LinearModel
+        Of n points.
+    damping : float
+        Relative to the diagonal of the normal matrix.
+
+    Returns
+    -------
+    ndarray, shape (n, 9), or None
+        mm and rad. None where round-off makes the normal matrix indefinite.
     """
     active, step = model.beyond > 0, None
     for _ in range(ACTIVE_ROUNDS):
@@ -114,7 +128,7 @@ def damped_step(model: LinearModel, damping: float) -> FloatArray | None:
             flat = solveh_banded(band, -model.gradient(active).ravel(), lower=True, check_finite=False)
         except LinAlgError:
             return None
-        step = np.asarray(flat, dtype=np.float64).reshape(len(model.wish), -1)
+        step = np.asarray(flat, dtype=np.float64).reshape(len(model.deviation), -1)
         after = model.beyond_after(step) > 0
         if (after == active).all():
             break

@@ -1,0 +1,42 @@
+"""How far the closed chain of two robots is open: an independent measure of plans that are closed by construction."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.tangent import log_rotation
+from wpcal.planning.cell.closed_chain import SeamPath
+from wpcal.planning.cell.robot_cell import CellState, RobotCell, part_in_world, tool_in_world
+
+
+def chain_error(
+    cell: RobotCell, path: SeamPath, state: CellState, R_seam_tool: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    r"""Return what the closed chain is off at every point (Hou 2018, eq. 5, f3).
+
+    .. math::
+        T_{base1,flange1}\, T_{flange1,tool} = T_{base1,base2}\, T_{base2,flange2}\, T_{flange2,part}\, T_{part,seam}\,
+        R_{seam,tool}
+
+    Parameters
+    ----------
+    cell : RobotCell
+    path : SeamPath
+        n points.
+    state : CellState
+        n states.
+    R_seam_tool : ndarray, shape (n, 3, 3)
+        Target axes of the tool in the seam frame.
+
+    Returns
+    -------
+    off_mm, off_rad : ndarray, shape (n,)
+        Distance of the wire's tip from the weld point, and angle between the torch and its target attitude.
+    """
+    T_world_tool, T_world_part = tool_in_world(cell, state.joints1), part_in_world(cell, state.joints2)
+    weld = np.einsum("nij,nj->ni", T_world_part[:, :3, :3], path.p) + T_world_part[:, :3, 3]
+    target = T_world_part[:, :3, :3] @ path.R @ R_seam_tool
+    off_mm = np.linalg.norm(T_world_tool[:, :3, 3] - weld, axis=1)
+    off_rad = np.linalg.norm(log_rotation(np.swapaxes(target, 1, 2) @ T_world_tool[:, :3, :3]), axis=1)
+    return np.asarray(off_mm, dtype=np.float64), np.asarray(off_rad, dtype=np.float64)

@@ -1,0 +1,41 @@
+"""Two ways to run `wpcal` in a test: in this process, which is quick, and in one of its own, as a user does."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import sys
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+
+from wpcal.cli.main import run
+
+TIMEOUT_S = 300
+"""Of a command in a process: far above the slowest test."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """How a command ended; the fields are those of `subprocess.CompletedProcess`."""
+
+    returncode: int | str | None
+    stdout: str
+    stderr: str
+
+
+def run_here(*arguments: Path | str) -> Ended:
+    """Run a command in this process. Work with the CAD kernel still runs in a child process of its own."""
+    out, err = io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(err):
+        try:
+            run([str(argument) for argument in arguments])
+        except SystemExit as ended:
+            return Ended(ended.code, out.getvalue(), err.getvalue())
+    raise AssertionError("wpcal did not end by sys.exit")
+
+
+def run_process(*arguments: Path | str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Run a command in a new process: its exit code and its streams are those that a shell sees."""
+    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, timeout=TIMEOUT_S)

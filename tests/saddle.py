@@ -1,0 +1,69 @@
+"""The saddle of the fixtures and one search for its plans, which all tests of a run read."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import pickle
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.plan.seam_file import read_seam_path
+from wpcal.planning.search.plan_seam import judge_paths, plan_seam
+from wpcal.planning.search.planning_result import PlanningResult
+from wpcal.planning.search.problem import CandidatePath, PlanningProblem
+from wpcal.planning.search.sweep import SWEEP, sweep_paths
+from wpcal.planning.search.targets import WeldTargets
+
+CELLS = Path(__file__).parents[1] / "fixtures" / "cells"
+CELL, SEAMS = CELLS / "two-mh6.json", CELLS / "saddle-seams.json"
+THINNED = 4
+"""Every fourth point of the saddle: the shared search takes some seconds."""
+COARSE, FEW_WEIGHTS = 8, SWEEP[2::5]
+"""Every eighth point and three sets of weights, for tests that compare searches: each takes a second."""
+
+
+class SharedSearch(NamedTuple):
+    """All paths of the sweep of the thinned saddle, and the plans that came of them; and a coarse search."""
+
+    swept: list[CandidatePath]
+    result: PlanningResult
+    coarse: PlanningResult
+
+
+def saddle_problem(every: int = 1) -> PlanningProblem:
+    """Return the planning problem of the saddle with some of its points."""
+    cell = read_cell(CELL)
+    path = read_seam_path(SEAMS, "W1", cell)
+    return PlanningProblem(cell, path.select(np.arange(0, len(path), every)), WeldTargets())
+
+
+def coarse_search(problem: PlanningProblem) -> PlanningResult:
+    """Search with few weights."""
+    return plan_seam(problem.cell, problem.path, weights=FEW_WEIGHTS)
+
+
+def scan_coarsely(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Scan few states of every place: what cannot be planned is then refused quickly, for the same reason."""
+    monkeypatch.setattr("wpcal.planning.search.reachable_states.TURNS", 4)
+    monkeypatch.setattr("wpcal.planning.search.reachable_states.ROTATIONS_RAD", (0.0,))
+
+
+def shared_search(tmp_path_factory: pytest.TempPathFactory) -> SharedSearch:
+    """Return the searches that all tests share: the first worker runs and stores them, the others read them."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent  # of all workers
+    stored = folder / "saddle-search.pickle"
+    with (folder / "saddle-search.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not stored.exists():
+            problem = saddle_problem(THINNED)
+            swept = list(sweep_paths(problem, lambda what, done, of: None))
+            found = SharedSearch(swept, judge_paths(problem, swept), coarse_search(saddle_problem(COARSE)))
+            stored.write_bytes(pickle.dumps(tuple(found)))
+    return SharedSearch(*pickle.loads(stored.read_bytes()))

@@ -1,0 +1,55 @@
+"""Options of one subject reach a command as one typed value."""
+
+import json
+from dataclasses import asdict, dataclass
+
+import click
+from click.testing import CliRunner
+
+from wpcal.cli.option_groups import option, option_names, takes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inner:
+    depth_mm: float = option("--depth-mm", type=float, default=1.5, show_default=True, help="How deep.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outer:
+    names: tuple[str, ...] = option("--name", multiple=True)
+    inner: Inner
+    is_loud: bool = option("--loud", is_flag=True)
+
+
+@click.command()
+@click.option("--first")
+@takes("outer", Outer)
+@click.option("--last")
+def command(*, first: str | None, outer: Outer, last: str | None) -> None:
+    """Show what arrives."""
+    click.echo(json.dumps([first, asdict(outer), last]))
+
+
+def test_the_command_receives_the_groups_as_values():
+    shown = CliRunner().invoke(command, ["--last", "z", "--name", "a", "--depth-mm", "2", "--name", "b", "--loud"])
+    assert json.loads(shown.stdout) == [
+        None,
+        {"names": ["a", "b"], "inner": {"depth_mm": 2.0}, "is_loud": True},
+        "z",
+    ]
+
+
+def test_options_that_are_not_given_have_their_defaults():
+    shown = CliRunner().invoke(command, [])
+    assert json.loads(shown.stdout)[1] == {"names": [], "inner": {"depth_mm": 1.5}, "is_loud": False}
+
+
+def test_the_help_has_the_order_of_the_fields():
+    assert [parameter.opts[0] for parameter in command.params] == [
+        "--first",
+        "--name",
+        "--depth-mm",
+        "--loud",
+        "--last",
+    ]
+    assert option_names(Outer) == ["names", "depth_mm", "is_loud"]

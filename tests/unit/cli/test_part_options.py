@@ -1,0 +1,32 @@
+"""The options of seams agree with the library."""
+
+import pytest
+
+from cad.cli.options import SeamFlags
+from wpcal.cli.option_groups import option_names
+from wpcal.core.errors import InputError
+from wpcal.seam import SeamOptions
+
+
+def flags(**changed):
+    usual = {each.name: each.metadata["option"][1].get("default") for each in SeamFlags.__dataclass_fields__.values()}
+    assert list(usual) == option_names(SeamFlags)
+    return SeamFlags(**{**usual, **changed})
+
+
+def test_the_defaults_are_those_of_the_library():
+    assert flags().to_options() == SeamOptions()
+
+
+@pytest.mark.parametrize(
+    ("changed", "says"),
+    [
+        ({"turn_deg": 0.0}, "--turn-deg must be above 0"),
+        ({"gap_mm": -1.0}, "--gap-mm must be positive"),
+        ({"split_deg": 200.0}, "--split-deg must be between 0 and 180"),
+        ({"min_length_mm": -1.0}, "min_length_mm must be 0 or more"),
+    ],
+)
+def test_values_without_meaning_are_refused(changed, says):
+    with pytest.raises(InputError, match=says):
+        flags(**changed).to_options()

@@ -1,0 +1,159 @@
+"""One job per seam and a job that calls them all, relative to a user frame: what FANUC and Yaskawa have in common.
+
+A job cannot contain the values of its user frame. Comments of the main job list the six numbers for a person to type,
+rounded as the pendant takes them, and the points are relative to exactly these rounded numbers. A job cannot leave the
+arm's configuration open either: it is what the user gave, or question marks that the controller refuses.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from wpcal.controllers.naming import NameRules, safe_name, safe_names
+from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.rounding import rounded_frame, zyx_degrees
+from wpcal.core.errors import InputError
+from wpcal.core.transform import RigidTransform
+
+
+@dataclass(frozen=True, slots=True)
+class ConfigurationRule:
+    """How a language writes the arm's configuration.
+
+    Parameters
+    ----------
+    word : str
+        What the language calls it.
+    pattern : re.Pattern
+        What a user may give.
+    expected : str
+        The same for messages.
+    unknown : str
+        What is written when the user gave nothing; the controller refuses it.
+    to_fill_in : str
+        The part of `unknown` that a person replaces.
+    """
+
+    word: str
+    pattern: re.Pattern[str]
+    expected: str
+    unknown: str
+    to_fill_in: str
+
+    def text(self, controller: ControllerSettings) -> str:
+        """Return the configuration as written.
+
+        Raises
+        ------
+        InputError
+            When the user gave something else than a configuration.
+        """
+        given = controller.configuration
+        if given is not None and not self.pattern.fullmatch(given):
+            raise InputError(f"configuration {given!r}: expected {self.expected}")
+        return given or self.unknown
+
+    def note(self, controller: ControllerSettings) -> str:
+        """Say in a comment where the configuration comes from."""
+        if controller.configuration:
+            return f"{self.word} as given by the user"
+        return f"{self.word} is not known: put the arm's in place of {self.to_fill_in}"
+
+
+@dataclass(frozen=True, slots=True)
+class JobLanguage:
+    """What a language of such jobs has of its own.
+
+    Parameters
+    ----------
+    names : NameRules
+        Of jobs; they are written in upper case.
+    suffix : str
+        Of files, with the dot.
+    job_word : str
+        What the language calls a job.
+    mm_decimals, deg_decimals : int
+        Decimals that the pendant takes.
+    frame_word : str
+        What the language calls a user frame.
+    frame_keys : tuple of str
+        The six numbers of a user frame in the order x, y, z, and about x, y, z.
+    rotation : str
+        How the three angles are multiplied, for the comment.
+    configuration : ConfigurationRule
+    """
+
+    names: NameRules
+    suffix: str
+    job_word: str
+    mm_decimals: int
+    deg_decimals: int
+    frame_word: str
+    frame_keys: tuple[str, str, str, str, str, str]
+    rotation: str
+    configuration: ConfigurationRule
+
+
+def write_jobs(
+    program: WeldProgram,
+    language: JobLanguage,
+    *,
+    main_job: Callable[[str, list[str], Sequence[str]], str],
+    seam_job: Callable[[str, WeldPath, RigidTransform], str],
+) -> dict[str, str]:
+    """Write a job per seam and the job that calls them.
+
+    Parameters
+    ----------
+    program : WeldProgram
+    language : JobLanguage
+    main_job : callable
+        From the job's name, the text of its comments and the names of the jobs to call, to the contents of the file.
+    seam_job : callable
+        From the job's name, the path and ``T_base_frame`` as rounded, to the contents of the file.
+
+    Returns
+    -------
+    dict of str to str
+        File names and contents.
+
+    Raises
+    ------
+    InputError
+        When the configuration is not one of this language, or a job cannot be written.
+    """
+    language.configuration.text(program.controller)  # refused before anything else
+    main = safe_name(program.controller.program_name, language.names).upper()
+    keywords = f"{language.names.keywords} {main.lower()}"
+    rules = NameRules(language.names.language, language.names.longest, keywords)
+    names = {k: v.upper() for k, v in safe_names([path.seam.name for path in program.paths], rules).items()}
+    T_base_frame = rounded_frame(
+        program.T_base_part, mm_decimals=language.mm_decimals, deg_decimals=language.deg_decimals
+    )
+    comments = _comments(program, language, names, T_base_frame)
+    files = {f"{main}{language.suffix}": main_job(main, comments, list(names.values()))}
+    for path in program.paths:
+        name = names[path.seam.name]
+        files[f"{name}{language.suffix}"] = seam_job(name, path, T_base_frame)
+    return files
+
+
+def _comments(
+    program: WeldProgram, language: JobLanguage, names: dict[str, str], T_base_frame: RigidTransform
+) -> list[str]:
+    mm, deg = language.mm_decimals, language.deg_decimals
+    numbers = [f"{v:.{mm}f}" for v in T_base_frame.t_mm]
+    numbers += [f"{v:.{deg}f}" for v in zyx_degrees(T_base_frame.R, decimals=deg)]
+    return [
+        *describe(program),
+        f"set {language.frame_word} {program.controller.frame_number} to the part:",
+        *(f" {key} {number}" for key, number in zip(language.frame_keys, numbers, strict=True)),
+        "points are relative to it, mm",
+        f"{language.rotation}, deg",
+        f"rounded within {10.0**-mm:.{mm}f} mm, {10.0**-deg:.{deg}f} deg",
+        language.configuration.note(program.controller),
+        f"seam -> {language.job_word} here",
+        *(f" {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
+    ]
