@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
+from scipy.special import ndtri
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
@@ -29,6 +30,9 @@ TEST_SHARE = 20 / 70
 REACH_FACTOR = 1.05
 """A measured position may be farther away than the sum of the arm's lengths by this factor: real lengths differ."""
 
+
+TOOL_LENGTH_MM = 300.0
+"""A welding torch from the flange to the wire's tip: the lever of an angle of the last link."""
 
 NOMINAL_NOISE = Noise(sigma_mm=1.0, sigma_rad=float(np.deg2rad(0.25)))
 """Rough error of a nominal arm in one coordinate: weights for fitting its base and tool, so that the errors before
@@ -188,7 +192,9 @@ def identify_arm(
     after = np.concatenate([task.errors(found.fit.model, rows) for found, rows in rounds])
     outliers = task.outliers(final, train, np.concatenate([rows for _, rows in rounds]) if o.folds is None else None)
     return Identification(
-        arm=nominal.as_identified(nominal.chain.with_table(final.fit.model.chain.table)),
+        arm=nominal.as_identified(
+            nominal.chain.with_table(final.fit.model.chain.table), unseen_tool_mm=_unseen_tool_mm(final.fit, o)
+        ),
         fit=final.fit,
         search=final.search,
         nominal=final.nominal,
@@ -371,6 +377,22 @@ def _without_rows(
     return observations.select(np.flatnonzero(keep)), None if test is None else test[keep]
 
 
+def _unseen_of_last_link(fit: LeastSquaresFit, options: IdentifyOptions) -> list[Parameter]:
+    """Return the parameters of the last link that an unknown tool hides."""
+    last = len(fit.model.chain) - 1
+    unseen = [unseen.parameter for unseen in fit.unseen if options.free_tool]
+    return [parameter for parameter in unseen if parameter.group is Group.LINK and parameter.index == last]
+
+
+def _unseen_tool_mm(fit: LeastSquaresFit, options: IdentifyOptions) -> float:
+    """95 % error of a tool centre point taught in the controller, from the expected errors of the last link."""
+    sigmas = [
+        options.expected_mm if parameter.is_length else options.expected_rad * TOOL_LENGTH_MM
+        for parameter in _unseen_of_last_link(fit, options)
+    ]
+    return float(ndtri(0.975) * np.sqrt(np.sum(np.square(sigmas))))
+
+
 def _changes(fit: LeastSquaresFit) -> dict[str, tuple[float, bool]]:
     """Change of each link parameter, mm or rad, and whether it is a length."""
     return {
@@ -382,19 +404,14 @@ def _changes(fit: LeastSquaresFit) -> dict[str, tuple[float, bool]]:
 
 def _issues(fit: LeastSquaresFit, outliers: tuple[OutlierPose, ...], options: IdentifyOptions) -> tuple[Issue, ...]:
     issues = [Issue("outlier-pose", str(outlier), tuple(map(str, outlier.rows))) for outlier in outliers]
-    last = len(fit.model.chain) - 1
-    tool = tuple(
-        unseen.name
-        for unseen in fit.unseen
-        if options.free_tool and unseen.parameter.group is Group.LINK and unseen.parameter.index == last
-    )
+    tool = tuple(parameter.name for parameter in _unseen_of_last_link(fit, options))
     if tool:
         issues.append(
             Issue(
                 "tool-unknown",
                 f"{', '.join(tool)} stay nominal: with an unknown tool no measurement shows them. Their error becomes "
-                "an error of the tool centre point in this arm; find the tool centre point again in the identified arm "
-                "before you correct points",
+                "an error of the tool centre point in this arm; find the tool centre point in the identified arm "
+                "(`wpcal tcp`) before you correct points",
                 tool,
             )
         )
