@@ -1,7 +1,7 @@
 """From taught rows to the fit of a part, in three steps that need no kernel.
 
-`name_taught` finds which features the rows are, `prepare_fit` what each row lies on, and `run_fit` the pose and the error
-of every seam. The main job and the picker both take these steps, so that their numbers are the same.
+`name_taught` finds which features the rows are, `prepare_fit` what each row lies on, and `run_fit` the pose and the
+error of every seam. The main job and the picker both take these steps, so that their numbers are the same.
 """
 
 from __future__ import annotations
