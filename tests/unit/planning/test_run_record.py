@@ -25,7 +25,7 @@ RELATIVE = 1e-9
 CHAIN_MM = 0.02
 """Five decimals of a degree: 9e-8 rad at 2 m in twelve joints are 2e-3 mm."""
 CLOSED_CHAIN_MM = 1e-6
-"""The issue's own number, for every point of every plan."""
+"""Asked of every point of every plan."""
 
 
 @pytest.fixture(scope="module")
