@@ -1,10 +1,10 @@
-"""Write the whole files of the T-joint into docs/how-to: each page's blocks are what `wpcal export` writes.
+"""Write the whole files of the T-joint into docs/how-to: each block of a page is what `wpcal export` writes.
 
-A block stands below a line that says the options of the command and the file:
+The line above a block gives the options of the command and the file:
 
     <!-- wpcal export fixtures/tee/golden -f krl --tool-number 3: WPCAL.src -->
 
-Usage: python docs/make_controller_files.py (`make fixtures` does it, too).
+Usage: python docs/make_controller_files.py (`make fixtures` runs it, too).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ BLOCK = re.compile(
 
 
 def exported(folder: str, options: str, file: str) -> str:
-    """Run the command and return one of its files, with lines ended by LF."""
+    """Run the command and return one of its files, with LF at the ends of lines."""
     with tempfile.TemporaryDirectory() as out:
         arguments = ["export", str(ROOT / folder), *shlex.split(options), "-o", out]
         with contextlib.redirect_stdout(io.StringIO()):

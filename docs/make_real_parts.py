@@ -1,8 +1,7 @@
-"""Write docs/real-parts.md: what comes out of STEP files made by others.
+"""Write the table of docs/real-parts.md: results for STEP files made by others.
 
 ``python docs/make_real_parts.py FOLDER`` reads every STEP file of a folder, each in a process of its own, and takes
-the least of three times. The calibration has five features of the part that lie far from each other, moved by a known
-pose.
+the least of three times. The calibration uses five features of the part, far from each other and moved by a known pose.
 """
 
 import json
@@ -81,7 +80,7 @@ def measure(path: Path) -> dict[str, Any]:
 
 
 def row(path: Path) -> str:
-    """Return the table's line of one file, measured in a process of its own; a file that is refused says why."""
+    """Return the table's line of one file, measured in a process of its own. For a refused file it gives the reason."""
     command = [sys.executable, __file__, "--one", str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
     if done.returncode:
@@ -92,7 +91,7 @@ def row(path: Path) -> str:
 
 
 def write_page(folder: Path) -> None:
-    """Replace the table of the page; the text above it is written by hand."""
+    """Replace the table of the page. The text above the table is written by hand."""
     head = PAGE.read_text(encoding="utf-8").partition("\n| file |")[0]
     paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in (".step", ".stp"))
     lines = [f"| {' | '.join(HEADINGS)} |", f"|{' --- |' * len(HEADINGS)}", *map(row, paths)]

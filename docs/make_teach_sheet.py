@@ -12,7 +12,7 @@ from cad.sheet.paper import A4
 
 ROOT = Path(__file__).parents[1]
 COLOURS = 16
-"""Of the picture: black, red and blue lines with their soft edges."""
+"""Colours of the picture: enough for black, red and blue lines with soft edges."""
 
 
 def main() -> None:

@@ -1,6 +1,7 @@
-"""From taught rows to the fit of a part: which features they are, what they lie on, the pose, the error of every seam.
+"""From taught rows to the fit of a part, in three steps that need no kernel.
 
-The main job and the picker both take these steps, so that their numbers are the same. No kernel is needed here.
+`name_taught` finds which features the rows are, `prepare_fit` what each row lies on, and `run_fit` the pose and the
+error of every seam. The main job and the picker both take these steps, so that their numbers are the same.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class CalibrateOptions:
     seams : SeamOptions
     certify : bool
     ball_mm : float
-        Radius of the ball in touches on faces that state none.
+        Radius of the probe's ball for touches on faces that state no radius.
     choice : SeamChoice
         What a person decided about the seams.
     """
@@ -82,7 +83,7 @@ def name_taught(
 ) -> NamedPoints:
     """Find the features of points without one; parameters and errors as in `wpcal.match.name_points`.
 
-    Touches on edges and faces are left as they are; those without a ball's radius get that of the options.
+    Touches on edges and faces stay as they are. Touches without a ball radius get that of the options.
     """
     if given.has_touches:
         return NamedPoints(given.with_ball(options.ball_mm), found_names=False)

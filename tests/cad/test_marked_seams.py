@@ -1,8 +1,6 @@
 """Seams that a person marked in the CAD file or picks on the part."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +11,7 @@ from cad.samples.parts import box
 from cad.workpiece.calibrate import calibrate_files
 from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
+from tests.running import run_here
 from wpcal.core.errors import InputError
 from wpcal.seam import Seam, SeamOptions, SeamSource
 
@@ -103,26 +102,6 @@ def test_edges_are_picked_by_place_and_by_feature() -> None:
     assert len(chosen(TEE / "tee.step", edges=("100,56,10", "100,64,10"))[0]) == 2
 
 
-def test_a_wire_without_a_face_says_so() -> None:
-    from wpcal.brep.extend import add_edges, line
-    from wpcal.seam import detect_seams
-    from wpcal.seam.find.marked import MarkedEdges
-
-    graph = to_brep([("block", box(50, 50, 10, (0, 0, 0)))])
-    wires = [
-        line(np.array([0.0, 0, 50]), np.array([30.0, 0, 50])),
-        line(np.array([80.0, 0, 0]), np.array([80.0, 0, 9])),
-    ]
-    wider, edges = add_edges(graph, wires)
-    seams = detect_seams(wider, marked=MarkedEdges(edges, ("a", "b")))
-    assert [seam.solids for seam in seams] == [(), ()]
-    assert all("no face beside it: z is up in part coordinates" in seam.reasons for seam in seams)
-    for seam, z in zip(seams, ([0, 0, 1], [1, 0, 0]), strict=True):
-        np.testing.assert_allclose(
-            seam.frames.R[:, :, 2], np.broadcast_to(z, (len(seam.frames), 3)), rtol=0, atol=1e-12
-        )
-
-
 @pytest.mark.parametrize(
     ("marked", "edges", "message"),
     [
@@ -144,18 +123,7 @@ def test_shapes_from_a_script_have_no_marks() -> None:
         find_seams(workpiece, SeamOptions(), SeamChoice(marked=("W*",)))
 
 
-def test_the_commands_take_marks(tmp_path: Path) -> None:
-    command = [
-        sys.executable,
-        "-m",
-        "wpcal",
-        "seams",
-        str(TEE / "tee.step"),
-        "--edge",
-        "100,56,10",
-        "--edge",
-        "25,60,10",
-    ]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+def test_the_commands_take_marks() -> None:
+    done = run_here("seams", TEE / "tee.step", "--edge", "100,56,10", "--edge", "25,60,10")
     assert (done.returncode, done.stderr) == (0, "")
     assert "other edges are" in done.stdout

@@ -17,13 +17,13 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 
 ASIDE_MM = 0.05
-"""Five times the sag of the polylines that stand for a boundary, and far less than the width of any of these faces."""
+"""Five times the sag of the polylines of a boundary, and far less than the width of any of these faces."""
 ALONG = np.linspace(0.07, 0.93, 9)
 """Places along an edge, away from its ends, where the neighbouring edge would decide."""
 ON_MM = 1e-6
 """A point whose distance from the kernel's trimmed face is below this lies on it."""
 CLEAR_MM = 0.02
-"""Points nearer to a boundary than twice the sag of its polyline are not asked about."""
+"""Points nearer to a boundary than twice the sag of its polyline are not tested."""
 
 
 def slanted(make: Callable[[Any], Any]) -> Any:
@@ -63,7 +63,7 @@ NAMES = list(shapes())
 
 
 def asked(graph: BrepGraph) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Coedges whose left and right can be asked about: face, edge and direction."""
+    """Coedges of which left and right can be tested: face, edge and direction."""
     used = ~graph.is_seam_edge[graph.coedge_edge] & (graph.edge_kind[graph.coedge_edge] != CurveKind.DEGENERATE)
     return graph.coedge_face[used], graph.coedge_edge[used], np.where(graph.coedge_forward[used], 1.0, -1.0)
 
@@ -125,7 +125,7 @@ def test_a_patch_of_a_torus_does_not_go_on_along_the_meridians_that_bound_it() -
         trimmed = TrimmedFaces.of(graph)
         (patch,) = np.flatnonzero(graph.face_kind == SurfaceKind.TORUS)
         own = slice(trimmed.start[patch], trimmed.start[patch + 1])
-        ends = np.concatenate([trimmed.uv0[own, 0], trimmed.uv1[own, 0]])
+        ends = np.unique([trimmed.uv0[own, 0], trimmed.uv1[own, 0]])  # a point between two pieces once
         u = (ends[:, None] + np.linspace(-1e-13, 1e-13, 41)).ravel()
         assert not trimmed.contains(np.full(len(u), patch), np.column_stack([u, np.full(len(u), 2.0)])).any()
 

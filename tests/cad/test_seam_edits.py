@@ -1,12 +1,11 @@
 """Decisions about seams, given back in seams.json, through the commands; `unit/seam/test_edits.py` has the rules."""
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from tests.running import run_here
 from tests.saved_graphs import saved_graph
 from wpcal.core.records import to_json
 from wpcal.seam import detect_seams
@@ -24,24 +23,19 @@ def edited_file(folder: Path, edit: Callable[[dict[str, Any]], None]) -> Path:
     return path
 
 
-def wpcal(*arguments: Path | str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-
-
 def test_the_commands_take_the_file(tmp_path: Path) -> None:
     part, taught = FIXTURES / "tee" / "tee.step", FIXTURES / "tee" / "taught_exact.csv"
     path = edited_file(tmp_path, lambda seam: seam.update(edit={"reject": True}))
-    listed = wpcal("seams", part, "--seams", path, "--json")
+    listed = run_here("seams", part, "--seams", path, "--json")
     assert (listed.returncode, listed.stderr) == (0, "")
     assert [seam["accepted"] for seam in json.loads(listed.stdout)["seams"]] == [False, True, True, True]
-    done = wpcal("calibrate", part, taught, "-o", tmp_path / "out", "--seams", path)
+    done = run_here("calibrate", part, taught, "-o", tmp_path / "out", "--seams", path)
     assert (done.returncode, done.stderr) == (0, "")
     record = json.loads((tmp_path / "out" / "seams.json").read_text())
     assert [seam["accepted"] for seam in record["seams"]] == [False, True, True, True]
     assert record["seams"][0]["edit"] == {"reject": True}
     # what calibrate wrote, frames in base, is a file to give back, too
-    assert wpcal("seams", part, "--seams", tmp_path / "out" / "seams.json").returncode == 0
+    assert run_here("seams", part, "--seams", tmp_path / "out" / "seams.json").returncode == 0
 
 
 def test_a_stale_edit_is_one_line(tmp_path: Path) -> None:
@@ -49,7 +43,7 @@ def test_a_stale_edit_is_one_line(tmp_path: Path) -> None:
         seam["edit"] = {"reject": True}
         seam["candidate"]["start_part_mm"][0] += 1.0
 
-    done = wpcal("seams", FIXTURES / "tee" / "tee.step", "--seams", edited_file(tmp_path, move_start))
+    done = run_here("seams", FIXTURES / "tee" / "tee.step", "--seams", edited_file(tmp_path, move_start))
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
     assert "is not found on this part" in done.stderr

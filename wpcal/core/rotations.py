@@ -1,4 +1,4 @@
-"""Rotation matrices and the two other forms that leave wpcal: the seed's six-tuple angles and quaternions.
+"""Rotation matrices and the two other forms that leave wpcal: Z-Y-X angles and quaternions.
 
 Convention: column vectors, right-handed; ``R = Rz(gamma) Ry(beta) Rx(alpha)``, verified on the printed numbers of
 Yin 2003 (Table 1 and the result beside figure 2). Quaternions are stored x, y, z, w with w >= 0.

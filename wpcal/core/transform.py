@@ -20,7 +20,7 @@ ORTHONORMAL_ATOL = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class SixTuple:
-    """The seed's six variables of a rigid motion (Yin 2003, §1): translation in mm and Z-Y-X angles in rad."""
+    """The six variables of a rigid motion in Yin 2003, §1: translation in mm and Z-Y-X angles in rad."""
 
     x_mm: float
     y_mm: float
