@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 class AdviseFlags:
     """How many points are advised, for which seams, and from which features."""
 
-    points: int = option("--points", type=int, default=4, show_default=True, help="How many to teach, --have included.")
+    points: int = option(
+        "--points", type=int, default=4, show_default=True, help="Number of points to teach, with --have."
+    )
     seams: tuple[str, ...] = option(
         "--seams",
         metavar="W1,W2|FILE",
@@ -35,10 +37,10 @@ class AdviseFlags:
         type=click.Choice(["minimax", "least_squares"]),
         default="minimax",
         show_default=True,
-        help="That of `wpcal calibrate`.",
+        help="Criterion of `wpcal calibrate`.",
     )
-    have: str = option("--have", metavar="V1,V4", default="", help="Features that are taught anyway.")
-    exclude: str = option("--exclude", metavar="V3,H2", default="", help="Features not to be advised.")
+    have: str = option("--have", metavar="V1,V4", default="", help="Features that will be taught in any case.")
+    exclude: str = option("--exclude", metavar="V3,H2", default="", help="Features that must not be advised.")
     near: str | None = option("--near", metavar="X,Y,Z,R", help="Only features within R mm of this point of the part.")
     kind: tuple[str, ...] = option("--kind", type=click.Choice(POINT_LETTERS), multiple=True, help="Only these kinds.")
 
@@ -65,7 +67,7 @@ class AdviseFlags:
         Raises
         ------
         InputError
-            When there are several.
+            If there are several.
         """
         from wpcal.core.errors import InputError
 
@@ -80,7 +82,7 @@ class AdviseFlags:
 @takes("advice", AdviseFlags)
 @takes("seams", SeamFlags)
 @takes("marks", MarkedFlags)
-@click.option("-o", "--out", metavar="TEMPLATE.csv", type=click.Path(path_type=Path), help="Taught file to fill in.")
+@click.option("-o", "--out", metavar="TEMPLATE.csv", type=click.Path(path_type=Path), help="Table to fill in.")
 @click.option("--force", is_flag=True, help="Overwrite TEMPLATE.csv.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
 def advise(
@@ -95,9 +97,9 @@ def advise(
 ) -> int:
     """Choose the features of PART.step to teach, so that the largest predicted 95 % error along the seams is smallest.
 
-    The figure is the one that `wpcal calibrate` reports with the same --sigma-mm. Shows what three to six points
-    promise and which point to add. Free sharp corners and holes come first; other features only where these are too
-    few.
+    The error is the one that `wpcal calibrate` reports with the same --sigma-mm. The output compares three to six
+    points and names the next point to add. Free sharp corners and holes come first. Other features are advised only if
+    there are too few of these.
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.cli.outputs import require_new

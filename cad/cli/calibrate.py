@@ -27,7 +27,7 @@ class OutputFlags:
     bake: bool = option(
         "--bake", is_flag=True, help="Move the geometry itself in the STEP file: no new assembly level."
     )
-    force: bool = option("--force", is_flag=True, help="Write into a folder that exists and holds files.")
+    force: bool = option("--force", is_flag=True, help="Write into a folder that is not empty.")
     as_json: bool = option("--json", is_flag=True, help="Print calibration.json on stdout.")
 
 
@@ -55,16 +55,16 @@ def calibrate(
 
     TAUGHT is a table (.csv) or the controller's own program (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi).
 
-    A table has the columns name, x_mm, y_mm, z_mm, and where wanted feature (or model_x_mm, model_y_mm,
-    model_z_mm) and use (yes, check, no). Without them the name is the feature's name (`wpcal features` lists them).
-    Where the cell of the column feature is empty, the feature is found (see `wpcal match`). A column sigma_mm, or
-    cov_xx_mm2, cov_xy_mm2, cov_xz_mm2, cov_yy_mm2, cov_yz_mm2, cov_zz_mm2, says how far each point may be off. With a
-    column kind rows may be touched on planes, edges, holes, cylinders, spheres and surfaces.
+    A table has the columns name, x_mm, y_mm, z_mm. Optional columns: feature (or model_x_mm, model_y_mm, model_z_mm)
+    and use (yes, check, no). Without them, name is the name of the feature (`wpcal features` lists the names). If the
+    cell in the column feature is empty, wpcal identifies the feature (see `wpcal match`). A column sigma_mm, or
+    cov_xx_mm2, cov_xy_mm2, cov_xz_mm2, cov_yy_mm2, cov_yz_mm2, cov_zz_mm2, states the error of each point. With a
+    column kind, rows may be touched on planes, edges, holes, cylinders, spheres and surfaces.
 
-    A point of a program is the feature that has its name; for names that the part does not have it is found as well.
-    Coordinates in a user frame need the frame's values: those that the file carries, or --uframe.
+    A point of a program is the feature with the same name. If the part has no such feature, wpcal identifies it.
+    Coordinates in a user frame need the values of the frame: from the file, or from --uframe.
 
-    Ends with code 1 when a residual is larger than the tolerance.
+    Ends with code 1 if a residual is larger than the tolerance.
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.core.records import check_writable
@@ -106,7 +106,7 @@ def show_written(written: WrittenCalibration, out: Path) -> None:
     console.print(seams_table(written.seams, "Seams (base frame in the files)", written.u95_mm))
     refused = sum(not seam.accepted for seam in written.seams)
     if refused:
-        console.print(f"{refused} candidates were not taken as welds: wpcal seams lists them and says why")
+        console.print(f"{refused} candidates were not accepted as welds; wpcal seams lists them with the reasons")
     show_calibration(written.result, console)
     if "left_out" in written.record:
         listed = ", ".join(written.record["left_out"])

@@ -1,4 +1,4 @@
-"""`wpcal demo`: the main job on a sample part, with nothing but the installed package."""
+"""`wpcal demo`: the main job on a sample part; needs only the installed package."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import click
 
 @click.command()
 @click.option("-o", "--out", default="wpcal-demo", show_default=True, type=click.Path(path_type=Path))
-@click.option("--force", is_flag=True, help="Write into a folder that exists and holds files.")
+@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
 def demo(*, out: Path, force: bool) -> int:
     """Make a sample part with taught points and calibrate it; writes both and the results into one folder."""
     from cad.cli.calibrate import show_written

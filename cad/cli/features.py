@@ -12,9 +12,9 @@ from cad.cli.options import KIND_LETTERS
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.option("--kind", type=click.Choice(KIND_LETTERS), multiple=True, help="Only these kinds.")
-@click.option("--solid", metavar="NAME", help="Only on this solid; * stands for any characters.")
+@click.option("--solid", metavar="NAME", help="Only on this solid; * matches any characters.")
 @click.option("--min-diameter-mm", type=float, help="Only round features at least this large.")
-@click.option("--near", metavar="X,Y,Z", help="Nearest to this place of the part first.")
+@click.option("--near", metavar="X,Y,Z", help="List the features nearest to this point of the part first.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
 def features(
     *,
@@ -28,7 +28,7 @@ def features(
     """List the reference features of PART.step, with the names that `wpcal calibrate` accepts.
 
     V: corners. C: circular rims (centre). H: holes (centre of the entry rim). S: sphere centres. M: edge midpoints.
-    B: bosses, pins and the outsides of pipes. L: slots. X: corners that a round took away. E: ends of edges that are no
+    B: bosses, pins and the outsides of pipes. L: slots. X: corners that a round replaced. E: ends of edges that are not
     corners. P: datum planes. A: cylinder axes. The easiest to touch come first: sharp, round, hidden, vague, indirect.
     """
     from cad.cli.kernel_work import run_on_part

@@ -25,7 +25,7 @@ MOST_SHOWN = 20
 @click.option(
     "--nominal",
     metavar="POSE",
-    help="Where the cell's model has the part (as in `wpcal calibrate`): of several answers the nearest is taken.",
+    help="Place of the part in the cell's model (as in `wpcal calibrate`): of several answers the nearest is taken.",
 )
 @click.option(
     "--kind",
@@ -49,8 +49,8 @@ def match(
 
     TAUGHT is a table (.csv) or a controller's program, as for `wpcal calibrate`. Rows whose column feature is empty,
     and points of a program whose name the part does not have, may be any feature. Lists every answer that the teaching
-    error can explain. Ends with code 2 when it cannot be told which of them is true; the line on stderr then says what
-    would settle it.
+    error can explain. Ends with code 2 if the points do not decide between them. The line on stderr then says what
+    would.
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.features import POINT_KINDS, FeatureKind

@@ -29,15 +29,15 @@ class SeamFlags:
     """How seams are found and cut into frames."""
 
     split_deg: float = option(
-        "--split-deg", type=float, default=30.0, show_default=True, help="A sharper turn ends a seam."
+        "--split-deg", type=float, default=30.0, show_default=True, help="A seam ends where it turns by more."
     )
     concave: str = option(
         "--concave",
         type=click.Choice(["always", "never", "auto"]),
         default="auto",
         show_default=True,
-        help="Take concave edges inside one solid as seams; auto: of solids that touch no other and do not look "
-        "machined.",
+        help="Take concave edges inside one solid as seams; auto: only of solids that touch no other solid and "
+        "do not look machined.",
     )
     gap_mm: float | None = option(
         "--gap-mm", type=float, help="Largest gap between members.  [default: by part size, at most 0.5]"
@@ -52,7 +52,7 @@ class SeamFlags:
         "--max-step-mm", type=float, default=10.0, show_default=True, help="Largest step along a seam."
     )
     min_step_mm: float = option(
-        "--min-step-mm", type=float, default=1.0, show_default=True, help="Thin points nearer than this."
+        "--min-step-mm", type=float, default=1.0, show_default=True, help="Smallest step along a seam."
     )
     chord_mm: float = option("--chord-mm", type=float, default=0.1, show_default=True, help="Largest chord error.")
 
@@ -82,14 +82,14 @@ class MarkedFlags:
         "--marked",
         metavar="PATTERN",
         multiple=True,
-        help="Edges and wires of this name or layer (* and ? stand for any letters) or colour (#rrggbb) are the "
-        "seams, and no other is.",
+        help="Edges and wires of this name or layer (* and ? match any letters) or colour (#rrggbb) are the "
+        "seams. Nothing else is.",
     )
     edges: tuple[str, ...] = option(
         "--edge",
         metavar="PLACE",
         multiple=True,
-        help="The edge at x,y,z (part frame, mm) or at a feature (M12) is a seam, and with --marked no other is.",
+        help="The edge at x,y,z (part frame, mm) or at a feature (M12) is a seam. Besides --marked nothing else is.",
     )
 
     def to_choice(self, seams_file: Path | None) -> SeamChoice:
@@ -103,13 +103,13 @@ class MarkedFlags:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeamChoiceFlags:
-    """What a person says the seams are: edits of those found, and marked edges."""
+    """What a person decides about the seams: edits of those found, and marked edges."""
 
     seams_file: Path | None = option(
         "--seams",
         metavar="FILE",
         type=click.Path(path_type=Path),
-        help="A seams.json of this part in which seams have an object edit: accept, reject, reverse, name, range_mm.",
+        help="A seams.json of this part. Its seams may have an object edit: accept, reject, reverse, name, range_mm.",
     )
     marks: MarkedFlags
 
@@ -133,22 +133,24 @@ class FitFlags:
     )
     solver: str = option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True)
     seed: int = option(
-        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number."
+        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all random numbers."
     )
     nominal: str | None = option(
         "--nominal",
         metavar="POSE",
-        help="Where the cell's model has the part: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), "
+        help="Place of the part in the cell's model: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), "
         "or a JSON file with a 4×4 matrix.",
     )
     teaching: TeachingFlags
     ball_mm: float = option(
         "--ball-mm", type=float, default=0.0, show_default=True, help="Radius of the ball in touches on faces."
     )
-    certify: bool = option("--certify", is_flag=True, help="Close a gap by branch and bound over all rotations (slow).")
+    certify: bool = option(
+        "--certify", is_flag=True, help="Close the gap to the lower bound by branch and bound (slow)."
+    )
 
     def to_nominal(self) -> RigidTransform | None:
-        """Return ``T_nominal_part`` where it was given."""
+        """Return ``T_nominal_part`` if it was given."""
         return None if self.nominal is None else read_pose(self.nominal)
 
 
@@ -184,7 +186,7 @@ def read_pose(text: str) -> RigidTransform:
     Raises
     ------
     InputError
-        When it is neither. The JSON file holds a 4×4 matrix, by itself or under the key ``T_nominal_part``.
+        If it is neither. The JSON file holds a 4×4 matrix, by itself or under the key ``T_nominal_part``.
     """
     import numpy as np
 

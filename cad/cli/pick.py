@@ -15,7 +15,7 @@ from wpcal.cli.option_groups import option_names, takes
 from wpcal.cli.program_options import ProgramFlags
 
 NOT_CALIBRATE = ("part_step", "taught", "out", "port", "browser", "force", *option_names(ProgramFlags))
-"""Arguments that `wpcal calibrate` does not have, or has otherwise, or that the saved table no longer needs."""
+"""Arguments that are not copied to `wpcal calibrate`: it has others, or the saved table no longer needs them."""
 
 
 @click.command()
@@ -30,7 +30,7 @@ NOT_CALIBRATE = ("part_step", "taught", "out", "port", "browser", "force", *opti
     show_default=True,
     help="Table that the page saves.",
 )
-@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Of the page's address.  [default: a free one]")
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: a free one]")
 @click.option("--browser/--no-browser", default=True, help="Open the page, or only print its address.")
 @click.option("--force", is_flag=True, help="Overwrite FILE.")
 @takes("calibration", CalibrateFlags)
@@ -53,10 +53,9 @@ def pick(
 ) -> int:
     """Click features of PART.step in the browser and type what the robot shows.
 
-    Residuals and the predicted error of every seam follow as you type; they are those of `wpcal calibrate` with the
-    same options. Points can also be dropped on the page as a table or a controller's program; those of TAUGHT are there
-    at the beginning. The page saves the table that `wpcal calibrate` reads, and is served to this machine only, until
-    Ctrl-C.
+    Residuals and the predicted error of every seam follow as you type. They are those of `wpcal calibrate` with the
+    same options. A table or a controller's program can also be dropped on the page; the points of TAUGHT are there from
+    the start. The page saves the table that `wpcal calibrate` reads. It is served to this machine only, until Ctrl-C.
     """
     from cad.cli.kernel_work import run_on_part
     from cad.pick.page import build_pick_page
@@ -125,7 +124,7 @@ def _as_typed(option: click.Option, value: Any) -> list[str]:
 
 
 def _has_screen() -> bool:
-    """Whether somebody sits before this machine: without a screen a browser would start in the terminal."""
+    """Whether this machine has a screen: without one a browser would start in the terminal."""
     if not sys.stdout.isatty():
         return False
     return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

@@ -34,7 +34,7 @@ def seams(
 ) -> int:
     """List the weld seams of PART.step: contacts between solids, and concave edges inside one.
 
-    Every candidate has a confidence; those below 50 % are listed apart with what speaks against them.
+    Every candidate has a confidence. Those below 50 % are listed separately, with the reasons.
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.core.records import write_file
@@ -73,7 +73,7 @@ def seams(
 
 
 def _check_drawings(png: Path | None, html: Path | None, *, overwrite: bool) -> None:
-    """Refuse before any work is done what cannot be drawn or written."""
+    """Refuse what cannot be drawn or written, before any work is done."""
     from importlib.util import find_spec
 
     from wpcal.cli.outputs import require_new

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     metavar="N|V1,H3",
     default="4",
     show_default=True,
-    help="How many points `wpcal advise` shall pick, or the features to touch, in this order.",
+    help="Number of points that `wpcal advise` picks, or the features to touch, in this order.",
 )
 @click.option("--paper", type=click.Choice(["A3", "A4"]), default="A3", show_default=True)
 @click.option("--force", is_flag=True, help="Overwrite SHEET.")

@@ -1,4 +1,4 @@
-"""What the CAD commands show: features and seams as tables."""
+"""Features and seams as tables on stdout."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def features_table(features: Sequence[ReferenceFeature], file_name: str, ease: Mapping[str, str]) -> Table:
-    """Return one row a feature; `ease` by name."""
+    """Return one row per feature; `ease` gives for each name how well it can be touched."""
     table = Table(title=f"What can be taught on {file_name} (part frame)")
     for heading in ("feature", "kind", "x y z mm"):
         table.add_column(heading, no_wrap=True)
@@ -51,7 +51,15 @@ def size_words(feature: ReferenceFeature) -> str:
 
 
 def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] | None = None) -> Table:
-    """Return one row an accepted seam; with its largest predicted error where given."""
+    """Return one row per accepted seam.
+
+    Parameters
+    ----------
+    seams : sequence of Seam
+    title : str
+    u95_mm : sequence of ndarray, shape (frames,), optional
+        The predicted 95 % error at every frame of each seam, mm; its largest value is shown.
+    """
     table = Table(title=title)
     for heading in ("seam", "joint", "weld"):
         table.add_column(heading, no_wrap=True)
@@ -73,7 +81,7 @@ def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] 
 
 
 def refused_table(seams: Sequence[Seam]) -> Table:
-    """Return one row a candidate that is not taken as a weld, and why."""
+    """Return one row per candidate that is not accepted as a weld, with the reasons."""
     table = Table(title="Not taken as welds")
     for heading in ("seam", "joint", "joins"):
         table.add_column(heading, no_wrap=heading != "joins")

@@ -1,4 +1,4 @@
-"""`wpcal bases`: where two robots stand to each other, from points that both touched."""
+"""`wpcal bases`: the place of robot 2 relative to robot 1, from points that both touched."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ import click
 @click.argument("touched_csv", metavar="TOUCHED.csv", type=click.Path(path_type=Path))
 @click.option("-o", "--output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Folder to write.")
 @click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1.")
-@click.option("--force", is_flag=True, help="Write into a folder that holds something.")
+@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
 @click.option("--json", "as_json", is_flag=True, help="Print the record of the fit on stdout.")
 def bases(*, cell_json: Path, touched_csv: Path, output: Path, tolerance_mm: float, force: bool, as_json: bool) -> int:
     """Put the place of robot 2 into a cell, from points that both robots touched with known tools.
 
     TOUCHED.csv has the columns name, base1_x_mm, base1_y_mm, base1_z_mm, base2_x_mm, base2_y_mm, base2_z_mm. Writes
-    cell.json and the arms that stand beside CELL.json. Ends with code 1 when a residual is larger than the tolerance.
+    cell.json and copies of the arm files beside CELL.json. Ends with code 1 if a residual is larger than the tolerance.
     """
     from wpcal.core.errors import blamed_on
     from wpcal.core.records import check_writable, new_directory, to_json, write_file
-    from wpcal.planning.cell.bases import measure_bases, read_touched
+    from wpcal.planning.cell.bases import measure_bases, read_base_points
 
     check_writable(output, overwrite=force)
-    touched = read_touched(touched_csv)
+    touched = read_base_points(touched_csv)
     with blamed_on(str(touched_csv)):
         found = measure_bases(cell_json, touched, tolerance_mm=tolerance_mm)
     with new_directory(output, overwrite=force) as folder:

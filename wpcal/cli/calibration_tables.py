@@ -1,4 +1,4 @@
-"""What the commands show of a calibration: the points, the verdict and the criteria, as tables on stdout."""
+"""A calibration as tables on stdout: the points, the verdict and the criteria."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from wpcal.calibrate import CalibrationResult, Distrusted, HeldMotion, StartsEvidence
 
 MOST_ROWS = 60
-"""Points shown: more than a person has taught; of a larger set those that fit worst."""
+"""Most points shown, more than a person usually teaches. Of a larger set, those that fit worst."""
 
 MOST_NAMED = 6
-"""Distrusted points named in the title; the points' own table has the rest."""
+"""Most distrusted points in the title; the table of points has the rest."""
 
 
 def show_calibration(result: CalibrationResult, console: Console) -> None:
-    """Print a calibration: one row a point, the proof, the correction, the criteria and the warnings."""
+    """Print a calibration: one row per point, the proof, the correction, the criteria and the warnings."""
     console.print(_points(result))
     console.print(_verdict(result))
     if result.touches is not None:
@@ -79,7 +79,7 @@ def _verdict(result: CalibrationResult) -> Table:
 
 
 def _evidence(found: StartsEvidence) -> str:
-    """In place of a proof, which exists for points only."""
+    """Say how many starts agree: touches have no proof."""
     rest = "no other optimum" if found.next_best_rms_mm is None else f"next best RMS {found.next_best_rms_mm:.4g} mm"
     return f"{found.agreeing} of {found.starts}; {rest} (not proved)"
 

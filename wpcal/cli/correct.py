@@ -1,4 +1,4 @@
-"""`wpcal correct`: taught joint angles through an identified robot become true points."""
+"""`wpcal correct`: taught joint angles become corrected points, with an identified robot."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ import click
 @click.command()
 @click.argument("taught_csv", metavar="TAUGHT_JOINTS.csv", type=click.Path(path_type=Path))
 @click.option("--robot", required=True, help="Arm file, as written by `wpcal identify`, or the name of a shipped arm.")
-@click.option(
-    "-o", "--output", metavar="POINTS.csv", type=click.Path(path_type=Path), help="File; stdout unless given."
-)
+@click.option("-o", "--output", metavar="POINTS.csv", type=click.Path(path_type=Path), help="File; stdout by default.")
 @click.option(
     "--tool",
     metavar="X,Y,Z[,RX,RY,RZ]",
@@ -22,9 +20,9 @@ import click
 def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | None, force: bool) -> int:
     """Turn taught joint angles into corrected points that `wpcal calibrate` reads.
 
-    TAUGHT_JOINTS.csv has the columns name, q1_deg…q6_deg; all others (feature, use, …) are passed on. The points carry
-    the robot space of the arm: seams that come from identified points must be written with
-    `wpcal export --robot`, or the robot's error comes back.
+    TAUGHT_JOINTS.csv has the columns name, q1_deg…q6_deg; all other columns (feature, use, …) are copied. The points
+    are marked with the robot space of the arm. Export seams from such points with `wpcal export --robot`; otherwise the
+    robot's error comes back.
     """
     from wpcal.cli.outputs import require_new
     from wpcal.core.records import write_file

@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 @click.option("-f", "--format", "formats", required=True, multiple=True, help="Format; repeatable. `list` shows all.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Write to OUT/FORMAT.  [default: DIR/FORMAT]")
 @takes("flags", WeldProgramFlags)
-@click.option("--force", is_flag=True, help="Write into folders that exist and hold files.")
+@click.option("--force", is_flag=True, help="Write into folders that are not empty.")
 @click.option("--json", "as_json", is_flag=True, help="Print what was written as JSON on stdout.")
 def export(
     *, folder: Path, formats: tuple[str, ...], out: Path | None, flags: WeldProgramFlags, force: bool, as_json: bool
 ) -> int:
     """Write the calibrated seams in DIR (calibration.json, seams.json) as programs for a controller.
 
-    Ends with code 1 when the calibration missed its tolerance; the files are written and say so.
+    Ends with code 1 if the calibration missed its tolerance; the files are written and say so.
     """
     from wpcal.core.records import check_writable, new_directory
     from wpcal.formats.registry import exporter_named

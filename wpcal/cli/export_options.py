@@ -1,4 +1,4 @@
-"""Options of `wpcal export`: which seams, how the torch goes along them, and what the controller calls things."""
+"""Options of `wpcal export`: which seams, how the torch moves along them, and the names in the controller."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class SelectionFlags:
     """Which seams are written."""
 
     seams: str | None = option("--seams", metavar="W1,W2", help="Only these seams.  [default: the accepted ones]")
-    everything: bool = option("--all", is_flag=True, help="Candidates, too.")
+    everything: bool = option("--all", is_flag=True, help="Also candidates.")
 
     def select(self, finished: FinishedCalibration) -> FinishedCalibration:
         """Return the calibration with the chosen seams only."""
@@ -35,7 +35,7 @@ class SelectionFlags:
         Raises
         ------
         InputError
-            When both were given.
+            If both are given.
         """
         from wpcal.core.errors import InputError
 
@@ -57,7 +57,11 @@ class TorchFlags:
         "--stick-out-mm", type=float, default=0.0, show_default=True, help="Tool centre point back from the seam."
     )
     tool_axis: str = option(
-        "--tool-axis", type=click.Choice(["z", "x"]), default="z", show_default=True, help="Along the wire."
+        "--tool-axis",
+        type=click.Choice(["z", "x"]),
+        default="z",
+        show_default=True,
+        help="Axis of the tool along the wire.",
     )
 
     def to_settings(self) -> TorchSettings:
@@ -73,12 +77,14 @@ class MotionFlags:
     """How the torch arrives, welds and leaves."""
 
     approach_mm: float = option(
-        "--approach-mm", type=float, default=50.0, show_default=True, help="Back along the wire."
+        "--approach-mm", type=float, default=50.0, show_default=True, help="Along the wire, before the seam."
     )
-    retract_mm: float = option("--retract-mm", type=float, default=50.0, show_default=True, help="Back along the wire.")
-    speed_mm_s: float = option("--speed-mm-s", type=float, default=8.0, show_default=True, help="Along the seam.")
+    retract_mm: float = option(
+        "--retract-mm", type=float, default=50.0, show_default=True, help="Along the wire, after the seam."
+    )
+    speed_mm_s: float = option("--speed-mm-s", type=float, default=8.0, show_default=True, help="Speed along the seam.")
     air_speed_mm_s: float = option(
-        "--air-speed-mm-s", type=float, default=100.0, show_default=True, help="Of approach and retract."
+        "--air-speed-mm-s", type=float, default=100.0, show_default=True, help="Speed of approach and retract."
     )
 
     def to_settings(self) -> MotionSettings:
@@ -90,16 +96,14 @@ class MotionFlags:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerFlags:
-    """What the controller calls the program, the tool and the user frame."""
+    """Names and numbers of the program, the tool and the user frame in the controller."""
 
     program_name: str = option("--program-name", default="WPCAL", show_default=True)
     tool_name: str = option(
-        "--tool-name", default="tTorch", show_default=True, help="Where the controller's tools have names."
+        "--tool-name", default="tTorch", show_default=True, help="If the controller's tools have names."
     )
-    tool_number: int = option("--tool-number", type=int, default=1, show_default=True, help="Where they have numbers.")
-    frame_number: int = option(
-        "--frame-number", type=int, default=1, show_default=True, help="User frame that the part becomes."
-    )
+    tool_number: int = option("--tool-number", type=int, default=1, show_default=True, help="If they have numbers.")
+    frame_number: int = option("--frame-number", type=int, default=1, show_default=True, help="User frame of the part.")
     configuration: str | None = option(
         "--config", help="Configuration of the arm as the pendant shows it (FANUC, INFORM)."
     )
@@ -118,17 +122,21 @@ class IdentifiedArmFlags:
     """The identified arm through which the targets are corrected."""
 
     robot: str | None = option(
-        "--robot", metavar="ARM.json", help="Identified arm: write the targets that make it go to the true poses."
+        "--robot",
+        metavar="ARM.json",
+        help="Identified arm: write corrected targets, with which it reaches the true poses.",
     )
     near: str | None = option(
-        "--near", metavar="Q1,…,Q6", help="With --robot: shown angles near the seam, deg; they say how it stands."
+        "--near",
+        metavar="Q1,…,Q6",
+        help="With --robot: displayed joint angles near the seam, deg; they choose the branch.",
     )
     tool: str | None = option(
         "--tool", metavar="X,Y,Z[,RX,RY,RZ]", help="With --robot: tool as set in the controller, mm and deg."
     )
 
     def compensate(self, program: WeldProgram) -> WeldProgram:
-        """Replace the poses by what an identified robot has to be sent; no robot, no change."""
+        """Replace the poses by the targets for the identified robot; without one nothing changes."""
         import numpy as np
 
         from wpcal.controllers.compensation import compensate_program
@@ -147,7 +155,7 @@ class IdentifiedArmFlags:
             raise InputError(f"--robot needs --near: six joint angles in degrees near the seam, got {self.near!r}")
         if self.tool is None:
             raise InputError(
-                "--robot needs --tool: the tool as set in the controller; 0,0,0 where it is the flange itself"
+                "--robot needs --tool: the tool as set in the controller; 0,0,0 if it is the flange itself"
             )
         return compensate_program(program, arm, near=near, T_flange_tool=parse_tool(self.tool))
 

@@ -17,15 +17,15 @@ from wpcal.cli.teaching_options import TeachingFlags
     type=click.Choice(["minimax", "least_squares", "weighted", "robust"]),
     default="minimax",
     show_default=True,
-    help="What is made small: the largest distance (the published criterion), the sum of squares, the sum of "
+    help="What is minimised: the largest distance (the published criterion), the sum of squares, the sum of "
     "squares weighted by the stated errors of the points, or the sum of squares over the points that agree.",
 )
 @click.option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True)
 @click.option("--schedule", type=click.Choice(["default", "yin2003"]), default="default", show_default=True)
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all random numbers.")
 @click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1.")
 @takes("teaching", TeachingFlags)
-@click.option("--certify", is_flag=True, help="Close a gap by branch and bound over all rotations (slow).")
+@click.option("--certify", is_flag=True, help="Close the gap to the lower bound by branch and bound (slow).")
 @click.option("--json", "as_json", is_flag=True, help="Print the record of calibration.json on stdout.")
 def fit(
     *,
@@ -41,9 +41,9 @@ def fit(
 ) -> int:
     """Fit the rigid transform of the point pairs in PAIRS.csv.
 
-    Columns: name, model_x_mm, model_y_mm, model_z_mm, real_x_mm, real_y_mm, real_z_mm, and where wanted use (yes,
-    check, no) and sigma_mm, or cov_xx_mm2, cov_xy_mm2, cov_xz_mm2, cov_yy_mm2, cov_yz_mm2, cov_zz_mm2 in its place.
-    Ends with code 1 when a residual is larger than the tolerance.
+    Columns: name, model_x_mm, model_y_mm, model_z_mm, real_x_mm, real_y_mm, real_z_mm. Optional columns: use (yes,
+    check, no), and sigma_mm or instead cov_xx_mm2, cov_xy_mm2, cov_xz_mm2, cov_yy_mm2, cov_yz_mm2, cov_zz_mm2. Ends
+    with code 1 if a residual is larger than the tolerance.
     """
     from wpcal.calibrate import Criterion, Solver, calibrate
     from wpcal.core.errors import blamed_on
@@ -52,7 +52,9 @@ def fit(
     from wpcal.taught.pairs import read_pairs
 
     if schedule != "default" and (solver, criterion) != ("annealing", "minimax"):
-        raise click.UsageError("--schedule is one of the annealer: it needs --solver annealing and --criterion minimax")
+        raise click.UsageError(
+            "--schedule belongs to the annealing: it needs --solver annealing and --criterion minimax"
+        )
     error = teaching.to_error()
     pairs, check = read_pairs(pairs_csv)
     with blamed_on(str(pairs_csv)):

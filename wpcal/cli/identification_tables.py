@@ -1,4 +1,4 @@
-"""What `wpcal identify` shows: errors before and after, parameters, verdict; or a plan of poses."""
+"""What `wpcal identify` shows: errors before and after, parameters, verdict; or the poses to measure."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _parameters(result: Identification) -> Table:
 
 
 def show_plan(plan: PosePlan, console: Console) -> None:
-    """Print the planned poses and what they are expected to tell."""
+    """Print the planned poses and how well they determine the parameters."""
     table = Table(title=f"{len(plan.joints)} poses to measure (joint angles, degrees)")
     table.add_column("pose", justify="right")
     for joint in range(plan.joints.shape[1]):

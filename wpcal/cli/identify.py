@@ -25,22 +25,24 @@ class FitFlags:
         "--solver", type=click.Choice(["least-squares", "ga-tabu"]), default="least-squares", show_default=True
     )
     unknown_base: bool = option(
-        "--unknown-base", is_flag=True, help="The frame of the measurement is not the robot's base: find it, too."
+        "--unknown-base", is_flag=True, help="The frame of the measurement is not the robot's base: identify it, too."
     )
     unknown_tool: bool = option(
-        "--unknown-tool", is_flag=True, help="What was measured hangs at an unknown place on the flange: find it."
+        "--unknown-tool",
+        is_flag=True,
+        help="The measured point is at an unknown place on the flange: identify it, too.",
     )
     parameters: str | None = option(
-        "--parameters", metavar="NAMES", help="Link parameters to identify, as theta1,d1,…; all unless given."
+        "--parameters", metavar="NAMES", help="Link parameters to identify, as theta1,d1,…; all by default."
     )
     folds: int | None = option(
-        "--folds", type=click.IntRange(min=2), help="Judge by so many folds instead of one set of test poses."
+        "--folds", type=click.IntRange(min=2), help="Number of folds to judge by, instead of one set of test poses."
     )
     noise_mm: float | None = option(
-        "--noise-mm", type=click.FloatRange(min=0, min_open=True), help="Of a measured coordinate (one sigma)."
+        "--noise-mm", type=click.FloatRange(min=0, min_open=True), help="Noise of a measured coordinate (one sigma)."
     )
     noise_deg: float | None = option(
-        "--noise-deg", type=click.FloatRange(min=0, min_open=True), help="Of a measured turn (one sigma)."
+        "--noise-deg", type=click.FloatRange(min=0, min_open=True), help="Noise of a measured angle (one sigma)."
     )
     expected_mm: float = option(
         "--expected-mm",
@@ -57,7 +59,7 @@ class FitFlags:
         help="Expected error of an angle; ga-tabu searches three times as far.",
     )
     seed: int = option(
-        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of every random number."
+        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all random numbers."
     )
 
     def to_noise(self) -> Noise | None:
@@ -66,7 +68,7 @@ class FitFlags:
         Raises
         ------
         InputError
-            When only one of its two values was given.
+            If only one of the two is given.
         """
         from wpcal.core.errors import InputError
         from wpcal.robot.identify.identifiability import Noise
@@ -97,16 +99,16 @@ class FitFlags:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PosePlanFlags:
-    """How many poses to pick for a measurement, and where they may be."""
+    """How many poses to choose for a measurement, and where they may be."""
 
     count: int | None = option(
-        "--plan", metavar="N", type=click.IntRange(min=1), help="Pick N poses to measure instead."
+        "--plan", metavar="N", type=click.IntRange(min=1), help="Choose N poses to measure, identify nothing."
     )
     positions_only: bool = option(
         "--positions-only", is_flag=True, help="With --plan: the instrument gives no orientations."
     )
     above_mm: float | None = option(
-        "--above-mm", type=float, help="With --plan: height in the base that the flange stays above."
+        "--above-mm", type=float, help="With --plan: least height of the flange in the base."
     )
 
 
@@ -117,7 +119,7 @@ class PosePlanFlags:
 @takes("fit", FitFlags)
 @takes("plan", PosePlanFlags)
 @click.option("--charts/--no-charts", default=True, show_default=True)
-@click.option("--force", is_flag=True, help="Write into a folder that holds something.")
+@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
 @click.option("--json", "as_json", is_flag=True, help="Print the record of identification.json on stdout.")
 def identify(
     *,
@@ -130,14 +132,14 @@ def identify(
     force: bool,
     as_json: bool,
 ) -> int:
-    """Identify the parameters of ROBOT from measured poses, and prove it on poses kept back.
+    """Identify the parameters of ROBOT from measured poses, and test them on poses that were not fitted.
 
     ROBOT is an arm file or the name of a shipped arm (mh6, m10ia, …). POSES.csv has the columns q1_deg…q6_deg, x_mm,
-    y_mm, z_mm, and where measured qx, qy, qz, qw or rx_deg, ry_deg, rz_deg; reflector where several hang on the tool;
-    set (train, test) to say which poses are kept back.
+    y_mm, z_mm. Optional columns: the measured orientation as qx, qy, qz, qw or rx_deg, ry_deg, rz_deg; reflector, if
+    the tool has several; set (train, test) to choose the test poses.
 
     Writes identified.json (an arm file), identification.json and charts. Ends with code 1, without identified.json,
-    when the test poses show no improvement.
+    if the test poses show no improvement.
     """
     from wpcal.core.errors import InputError
     from wpcal.core.records import check_writable
@@ -148,10 +150,10 @@ def identify(
     arm = find_arm(robot)
     if plan.count is not None:
         if poses_csv is not None:
-            raise InputError("--plan picks poses to measure; leave out POSES.csv")
+            raise InputError("--plan chooses poses to measure; leave out POSES.csv")
         return _plan(arm, plan.count, options, plan, output, force=force)
     if poses_csv is None:
-        raise InputError("POSES.csv is missing; give the measured poses, or --plan N to pick some")
+        raise InputError("POSES.csv is missing; give the measured poses, or --plan N to choose some")
     return _identify(arm, poses_csv, options, output, charts=charts, force=force, as_json=as_json)
 
 

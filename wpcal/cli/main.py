@@ -41,8 +41,8 @@ def _installed() -> dict[str, EntryPoint]:
 def wpcal() -> None:
     """Put a real workpiece and its CAD model in the same place.
 
-    Touch a few points with the torch; wpcal fits the STEP model to them, says what error every weld will see, and
-    writes the weld seams as pose frames in robot coordinates.
+    Touch a few points with the torch. wpcal fits the STEP model to them, predicts the error of every weld, and writes
+    the weld seams as pose frames in robot coordinates.
     """
 
 
@@ -54,7 +54,7 @@ def run(arguments: list[str] | None = None) -> None:
 def _run(arguments: list[str] | None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal that has no Greek letters gets question marks, no fault
+            stream.reconfigure(errors="replace")  # a terminal without Greek letters shows question marks
     try:
         code = wpcal.main(args=arguments, prog_name="wpcal", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -67,7 +67,7 @@ def _run(arguments: list[str] | None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains again when it flushes
         return 1
-    except Exception as error:  # the outermost place: whatever was not foreseen is one line, too
+    except Exception as error:  # the outermost place: an unforeseen error is one line, too
         return _say_error(error)
     return code if isinstance(code, int) else 0
 

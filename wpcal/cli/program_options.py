@@ -1,4 +1,4 @@
-"""Options by which the taught points of a controller's program are turned into the robot's base."""
+"""Options that bring the points of a controller's program into the robot's base."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class ProgramFlags:
         multiple=True,
         metavar="[NAME=]VALUES",
         help="User frame in the base, as on the pendant: X,Y,Z,A,B,C (KUKA), X,Y,Z,W,P,R (FANUC), X,Y,Z,Rx,Ry,Rz "
-        "(Yaskawa), X,Y,Z,Q1,Q2,Q3,Q4 (ABB); or `base`, or a frame that the file carries. NAME is the program's "
-        "name or number of it; without, it holds for every point whose frame is not known. Repeatable.",
+        "(Yaskawa), X,Y,Z,Q1,Q2,Q3,Q4 (ABB); or `base`, or a frame that the file contains. NAME is its name "
+        "or number in the program; without NAME it is used for every point whose frame is not known. Repeatable.",
     )
     tool: str | None = option(
-        "--tool", metavar="X,Y,Z", help="Tool tip in the flange, mm, for points taught without a tool."
+        "--tool", metavar="X,Y,Z", help="Tool tip in the flange frame, mm, for points taught without a tool."
     )
     robot: str | None = option(
         "--robot", metavar="ARM", help="Arm file, or the name of a shipped arm: for points stored as joint angles."

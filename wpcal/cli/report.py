@@ -14,8 +14,8 @@ import click
 def report(*, folder: Path, out: Path | None, force: bool) -> int:
     """Write the page of the calibration in DIR: one HTML file that opens from disk.
 
-    It is made from calibration.json, seams.json and, where it is there, part.glb; `wpcal calibrate` writes the same
-    page. Ends with code 1 when the calibration missed its tolerance; the page is written and says so.
+    It is made from calibration.json, seams.json and, if it exists, part.glb. `wpcal calibrate` writes the
+    same page. Ends with code 1 if the calibration missed its tolerance; the page is written and says so.
     """
     from wpcal.core.records import write_file
     from wpcal.pages.report import build_report

@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from wpcal.study import ErrorStudy
 
 QUICK_TRIALS = 50_000
-"""Fewer trials than this take less than about two seconds: no progress bar."""
+"""Fewer trials take less than about two seconds and need no progress bar."""
 
 BAR_WIDTH = 40
 
 
 @click.command()
 @click.argument("pairs_csv", metavar="PAIRS.csv", type=click.Path(path_type=Path))
-@click.option("--bound-mm", type=float, default=0.5, show_default=True, help="Greatest error of a taught coordinate.")
+@click.option("--bound-mm", type=float, default=0.5, show_default=True, help="Largest error of a taught coordinate.")
 @click.option("--trials", type=click.IntRange(min=1), default=10_000, show_default=True)
 @click.option(
     "--at",
@@ -48,9 +48,9 @@ def study(
     force: bool,
     as_json: bool,
 ) -> int:
-    """Put errors on the taught points of PAIRS.csv, calibrate again, and show how far the reference points end off.
+    """Add errors to the taught points of PAIRS.csv, calibrate again, and show how far the reference points move.
 
-    The real points are those of the least-squares fit; every trial adds errors of at most the bound to them.
+    The true points are those of the least-squares fit. Every trial adds errors to them, up to the bound.
     """
     from wpcal.calibrate import Criterion, fit_least_squares
     from wpcal.cli.outputs import require_new

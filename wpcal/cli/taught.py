@@ -19,8 +19,8 @@ from wpcal.cli.program_options import ProgramFlags
 def taught(*, program: Path, out: Path | None, reading: ProgramFlags, force: bool, as_json: bool) -> int:
     """Read taught points from PROGRAM (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi) in base coordinates.
 
-    The column feature repeats the point's name: put the name of the feature there that was touched. `wpcal calibrate`
-    reads a program by itself; this shows what it reads.
+    The column feature repeats the name of the point. Replace it by the name of the touched feature. `wpcal calibrate`
+    reads programs directly; this command shows what it reads.
     """
     from wpcal.controllers.taught_program import require_program
     from wpcal.core.records import to_json, write_file

@@ -16,7 +16,7 @@ class TeachingFlags:
     """How large the teaching error is, as a person states it."""
 
     sigma_mm: float | None = option("--sigma-mm", type=float, help="Teaching error: standard deviation per axis.")
-    bound_mm: float | None = option("--bound-mm", type=float, help="Teaching error: greatest error per axis.")
+    bound_mm: float | None = option("--bound-mm", type=float, help="Teaching error: largest error per axis.")
     tcp_bias_mm: float = option(
         "--tcp-bias-mm", type=float, default=0.0, show_default=True, help="Error of the tool centre point."
     )
