@@ -53,7 +53,7 @@ def build_report(
         columns = [seam_columns(seam["frames"]) for seam in seams["seams"]]
         title = f"{calibration['verdict']} {calibration.get('inputs', {}).get('part', {}).get('file', 'calibration')}"
     except (KeyError, TypeError, AttributeError) as error:
-        raise FormatError(f"is no complete seams file: {type(error).__name__} {error}", path=path) from None
+        raise FormatError(f"is not a complete seams file: {type(error).__name__} {error}", path=path) from None
     data: dict[str, Any] = {"calibration": calibration, "seams": heads, "mesh": None}
     blobs = {"frames": json_blob(columns)}
     if part_glb is not None:
