@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/python -m pytest
 
-.PHONY: demo test check other-pythons deep bench docs fixtures viewer shots lint clean
+.PHONY: demo test check js other-pythons deep bench docs fixtures viewer shots lint clean
 
 demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 	rm -rf out
@@ -13,7 +13,7 @@ demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 test: $(VENV)/ready ## the tests, without the slow ones; in CI no test may be skipped for a new reason
 	$(PYTEST) -n 2 -m "not deep" $(if $(CI),--assert-skips)
 
-check: lint docs test ## what CI runs
+check: lint js docs test ## what CI runs
 
 lint: $(VENV)/ready
 	$(BIN)/ruff format --check .
@@ -21,6 +21,9 @@ lint: $(VENV)/ready
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python -m tests.lint.docstrings
+
+js: ## format, lint and unit tests of the pages' JavaScript; skipped, and says so, without Node
+	sh .ci/javascript
 
 docs: $(VENV)/ready ## the pages and the reference as HTML in docs/_build; a warning is an error
 	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build
@@ -39,7 +42,7 @@ fixtures: $(VENV)/ready ## write fixtures/ anew (golden results only with tests/
 	$(BIN)/python -m cad.samples.graphs fixtures/graphs
 	$(BIN)/python docs/make_controller_files.py
 
-viewer: ## build the bundles of the 3-D view anew; needs Node
+viewer: ## build the pages' JavaScript anew; needs Node
 	cd wpcal/pages/source && npm ci --ignore-scripts --no-audit --no-fund && node build.mjs
 
 shots: $(VENV)/ready ## photograph the pages for docs/; needs chromium

@@ -58,7 +58,7 @@ def fastest_front(problem: PlanningProblem) -> tuple[float, PlanningResult]:
 
 
 def front_table(problem: PlanningProblem, seconds: float, result: PlanningResult) -> Table:
-    """What the issue asks of the deterministic front."""
+    """Return what is asked of the deterministic front and what was measured."""
     plans = result.front.plans
     paths = list(sweep_paths(problem, lambda what, done, of: None))
     chain = np.array([_chain_error(problem, path) for path in paths]).max(axis=0)
@@ -97,7 +97,7 @@ class Run:
 
 
 def methods_table(problem: PlanningProblem, result: PlanningResult) -> Table:
-    """Each method's own front, and what it adds to the deterministic one."""
+    """Return the table of methods: the front of each, and its gain over the deterministic front."""
     start = time.perf_counter()
     seeds = best_paths(problem, list(sweep_paths(problem, lambda what, done, of: None)))
     basis = Run(time.perf_counter() - start, _values(problem, seeds))

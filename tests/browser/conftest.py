@@ -1,4 +1,4 @@
-"""Pages in the browser of `tests/conftest.py`: opened, waited for, looked at."""
+"""Pages in the browser of `tests/conftest.py`: open, wait, read pixels."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ import pytest
 from wpcal.core.arrays import FloatArray
 
 WAIT_S = 60
-"""A browser that draws by software, on a busy machine."""
+"""The browser draws without a graphics card, and the machine may be busy."""
 
 
 @dataclass
 class OpenPage:
-    """A page under test, with everything it said and asked for.
+    """A page under test, with its messages and requests.
 
     Parameters
     ----------
     page : playwright page
     said : list of str
-        Messages of the console, and errors of the page's scripts.
+        Messages of the console, and errors of the scripts.
     asked : list of str
-        Addresses requested, the page's own first.
+        Requested addresses; the first is the page itself.
     """
 
     page: Any
@@ -59,7 +59,7 @@ class OpenPage:
 
 @pytest.fixture
 def open_page(browser: Any) -> Iterator[Any]:
-    """Return a function that opens a file (or an address) and waits until the page stands."""
+    """Return a function that opens a file (or an address) and waits until the page is complete."""
     contexts = []
 
     def opened(target: Path | str, *, width: int = 1280, height: int = 900) -> OpenPage:

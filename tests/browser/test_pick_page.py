@@ -1,4 +1,4 @@
-"""The picker from end to end: features are clicked, values typed, saved, and `wpcal calibrate` says the same."""
+"""The picker from end to end: click features, type values, save; `wpcal calibrate` gives the same result."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ VALUES = {
     "V14": ("977.41", "-127.90", "172.75"),
     "V12": ("918.99", "-92.01", "253.08"),
 }
-"""Like those of the published table: what a robot shows, with two decimals. V14 follows from the others
-and is then spoilt a little."""
+"""Like those of the published table: values of a robot with two decimals. V14 is computed from the others and then
+changed a little."""
 TOLERANCE_MM = 0.4
 
 
@@ -44,7 +44,7 @@ class Picker:
 
 @pytest.fixture
 def start(tmp_path: Path) -> Iterator[Any]:
-    """Return a function that starts a picker in `tmp_path`; whatever still runs at the end is ended."""
+    """Return a function that starts a picker in `tmp_path`; pickers that still run at the end are killed."""
     running: list[Picker] = []
 
     def started(*arguments: str | Path) -> Picker:

@@ -1,4 +1,4 @@
-"""The picker's table under the typing hand: what is pasted is taken apart rightly, and nothing takes the caret away."""
+"""Typing and pasting in the picker's table: positions are read correctly, and the caret stays where it is."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def state(opened: Any) -> str:
 
 
 def paste(opened: Any, text: str) -> None:
-    """Paste where the caret is, as a keyboard does: first the page is asked, then the browser pastes."""
+    """Paste at the caret, as a keyboard does: first the page gets the event, then the browser pastes."""
     opened.page.evaluate(
         """text => {
           const clipboardData = new DataTransfer();
@@ -163,7 +163,7 @@ def test_a_copied_table_is_pasted_into_an_empty_page(table: Any) -> None:
 
 
 def test_answers_leave_caret_text_and_undo_alone(table: Any) -> None:
-    """Each key is answered before the next: a redraw that took the caret or the text would show."""
+    """Each key is answered before the next one, so that a redraw that moved the caret would show."""
     x = cell(table, "V2", "x_mm")
     x.focus()
     table.page.keyboard.press("Home")

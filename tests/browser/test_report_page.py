@@ -1,4 +1,4 @@
-"""The report in a browser: it stands alone, shows what it says, and its numbers are those of the files."""
+"""The report in a browser: it needs no other file, and its view and numbers agree with the result files."""
 
 import json
 import subprocess

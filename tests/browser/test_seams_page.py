@@ -1,4 +1,4 @@
-"""The page of `wpcal seams --html` in a browser: it stands alone, counts what the list counts, and names stay names."""
+"""The page of `wpcal seams --html` in a browser: it needs no other file, lists every seam, and shows names as text."""
 
 import json
 import subprocess
@@ -28,7 +28,7 @@ def test_the_page_stands_alone_and_lists_the_seams(open_page: Any, written: tupl
     assert opened.said == []
     assert opened.asked == [page.as_uri()]
     taken = sum(seam["accepted"] for seam in record["seams"])
-    assert f"{taken} seams taken" in opened.page.inner_text("[data-test=count]")
+    assert f"{taken} seams accepted" in opened.page.inner_text("[data-test=count]")
     rows = opened.page.locator("#seams tbody tr").all_inner_texts()
     assert [row.split("\t")[0] for row in rows] == [seam["name"] for seam in record["seams"]]
 

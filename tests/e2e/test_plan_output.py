@@ -21,7 +21,7 @@ from wpcal.planning.cell.robot_cell import part_in_world, tool_in_world
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 CELLS = Path(__file__).parents[2] / "fixtures" / "cells"
 CLOSED_CHAIN_MM = 1e-6
-"""The issue's number for every point of every plan."""
+"""Asked of every point of every plan."""
 PROGRAM_MM = 0.02
 """Five decimals of a degree in twelve joints at two metres."""
 

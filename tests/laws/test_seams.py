@@ -102,7 +102,7 @@ WITH_ENTRY = (FeatureKind.HOLE, FeatureKind.BOSS)
 
 
 def listed(graph: BrepGraph, place: RigidTransform, *, with_entry: bool = False) -> list[tuple[Any, ...]]:
-    """Features without their names. Of a through hole or a pipe either rim is the entry, by its place: asked apart."""
+    """Features without names, with or without an entry: on a through hole or a pipe, its place decides the rim."""
     found = [feature for feature in find_features(graph) if (feature.kind in WITH_ENTRY) == with_entry]
     p = place.apply(np.array([feature.p_mm for feature in found]).reshape(-1, 3))
     sizes = [(f.kind.value, f.solid, round(f.diameter_mm or 0.0, 6)) for f in found]

@@ -1,4 +1,4 @@
-"""A part as triangles: what a page shows of it."""
+"""A part as triangles, for the views of pages and other programs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray
 
 Rgb = tuple[float, float, float]
-"""A colour as files write it: sRGB, 0…1."""
+"""A colour as in files: sRGB, 0…1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,9 +26,9 @@ class SolidMesh:
     edges : ndarray of int, shape (k, 2)
         Segments of the edges of the model, as rows of `points`.
     color_rgb : tuple of float or None
-        sRGB in 0…1; None where the file states none.
+        sRGB in 0…1; None if the file states no colour.
     normals : ndarray, shape (n, 3), or None
-        Outward unit normals of the faces at the points; where there are none, `vertex_normals` stands in.
+        Outward unit normals of the faces at the points; None: computed by `vertex_normals`.
     """
 
     name: str
@@ -47,11 +47,11 @@ class PartMesh:
     ----------
     solids : tuple of SolidMesh
     deflection_mm : float
-        No triangle is further from its face than this.
+        Largest distance of a triangle from its face, mm.
     angle_rad : float
-        Greatest turn of a curved face's normal along one triangle.
+        Largest change of a face's normal along one triangle, rad.
     sha256 : str or None
-        Of the STEP file it was made from.
+        Hash of the STEP file.
     """
 
     solids: tuple[SolidMesh, ...]
@@ -66,17 +66,19 @@ class PartMesh:
 
 
 def vertex_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
-    """Return unit normals of points: the sum of the areas of their triangles, as vectors.
+    """Return unit normals of points: the direction of the sum of their triangles' area vectors.
 
     Parameters
     ----------
     points : ndarray, shape (n, 3)
+        Any frame and unit.
     triangles : ndarray of int, shape (m, 3)
+        Rows of `points`, counter-clockwise seen from outside.
 
     Returns
     -------
     ndarray, shape (n, 3)
-        Outward; (0, 0, 1) for points of no triangle and of triangles without area.
+        Outward, in the frame of `points`; (0, 0, 1) for a point without a triangle of non-zero area.
     """
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     area = np.repeat(np.cross(b - a, c - a), 3, axis=0)

@@ -1,9 +1,9 @@
-"""`part.glb`: a part's triangles as a small glTF 2.0 file that other viewers open, too.
+"""`part.glb`: a part's triangles as a small glTF 2.0 file, which other viewers can open.
 
-A node a solid. Positions are 16-bit steps from the corner of the solid's own box (extension
-``KHR_mesh_quantization``), and the node's scale and translation make millimetres of the frame `part` of them. The root
-node ``part`` turns those into metres with y up, as glTF wants. The mesh's deflection and angle and the hash of the
-model stand in ``asset.extras``.
+The file has one node per solid. Positions are 16-bit steps from the corner of the solid's own box (extension
+``KHR_mesh_quantization``); the scale and translation of the node convert them to millimetres in the frame `part`. The
+root node ``part`` converts to metres with y up, as glTF requires. ``asset.extras`` holds the deflection and angle of
+the mesh and the hash of the model.
 
 References
 ----------
@@ -26,9 +26,9 @@ from wpcal.core.errors import FormatError
 STEPS = 65535
 """Positions are 16-bit: steps of at least 1/65535 of a solid's size."""
 STEPS_PER_DEFLECTION = 10
-"""Finer steps would keep digits that the triangles do not have, and digits without meaning do not compress."""
+"""Finer steps would store digits below the accuracy of the triangles, and such digits do not compress."""
 LARGEST_BYTE = 127.0
-"""Normals are 8-bit: to 0.5°, where nobody sees a step of the shade."""
+"""Normals are 8-bit, exact to 0.5°: steps of the shading are not visible."""
 METRES_Y_UP = [1e-3, 0, 0, 0, 0, 0, -1e-3, 0, 0, 1e-3, 0, 0, 0, 0, 0, 1]
 """Column by column, as glTF stores a matrix: (x, y, z) mm become (x, z, -y) / 1000."""
 UNSIGNED_SHORT, UNSIGNED_INT, BYTE = 5123, 5125, 5120
@@ -36,7 +36,7 @@ ARRAY, ELEMENTS = 34962, 34963
 TRIANGLES, LINES = 4, 1
 _HEADER, _CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
 PART_RGB: Rgb = (0.72, 0.76, 0.80)
-"""Light steel, for other viewers, where the model states no colour."""
+"""Light steel, for other viewers, if the model states no colour."""
 
 
 def write_part_glb(mesh: PartMesh) -> bytes:
@@ -49,7 +49,7 @@ def write_part_glb(mesh: PartMesh) -> bytes:
     Returns
     -------
     bytes
-        The same for the same mesh.
+        Contents of the file, the same for the same mesh.
     """
     buffer = _Buffer()
     step_mm = mesh.deflection_mm / STEPS_PER_DEFLECTION
@@ -100,7 +100,7 @@ class _Buffer:
     colours: dict[Rgb | None, int] = field(default_factory=dict)
 
     def add(self, rows: Any, component: int, target: int, **accessor: Any) -> int:
-        """Append an array; a row of an attribute is padded to a multiple of four bytes."""
+        """Append an array; rows of attributes are padded to a multiple of four bytes."""
         kind = "SCALAR" if rows.ndim == 1 else "VEC3"
         view: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.data), "target": target}
         if rows.ndim == 2:
@@ -129,7 +129,7 @@ class _Buffer:
 
 
 def linear_light(rgb: Rgb) -> Rgb:
-    """Return linear light of sRGB (IEC 61966-2-1), rounded to far less than what a screen can show."""
+    """Return linear light of sRGB (IEC 61966-2-1), rounded to six decimals: far below a step of a screen."""
     r, g, b = (round(v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4, 6) for v in rgb)
     return r, g, b
 
@@ -168,23 +168,23 @@ def _solid_node(buffer: _Buffer, number: int, solid: SolidMesh, step_mm: float) 
 
 
 def read_part_glb(data: bytes, *, path: str = "part.glb") -> PartMesh:
-    """Read back what `write_part_glb` wrote.
+    """Read a file of `write_part_glb`.
 
     Parameters
     ----------
     data : bytes
     path : str
-        For messages.
+        Name of the file, for messages.
 
     Returns
     -------
     PartMesh
-        Points to within one step of the file.
+        Points exact to one step of the file.
 
     Raises
     ------
     FormatError
-        When it is no such file.
+        If `data` is not such a file.
     """
     try:
         document, _, binary = glb_chunks(data)
@@ -192,19 +192,19 @@ def read_part_glb(data: bytes, *, path: str = "part.glb") -> PartMesh:
         solids = tuple(_read_solid(document, binary, node) for node in document["nodes"] if "mesh" in node)
         return PartMesh(solids, float(extras["deflection_mm"]), float(extras["angle_rad"]), extras["sha256"])
     except (KeyError, IndexError, TypeError, ValueError) as error:
-        raise FormatError(f"is no part.glb of wpcal: {type(error).__name__} {error}", path=path) from None
+        raise FormatError(f"is not a part.glb of wpcal: {type(error).__name__} {error}", path=path) from None
 
 
 def glb_chunks(data: bytes) -> tuple[dict[str, Any], bytes, bytes]:
-    """Return the JSON of a GLB file, its text as it stands, and the binary chunk.
+    """Return the JSON of a GLB file, the unchanged text of the JSON, and the binary chunk.
 
     Raises
     ------
     ValueError
-        When it is no whole GLB file.
+        If `data` is not a complete GLB file.
     """
     if len(data) < _HEADER.size + _CHUNK.size or _HEADER.unpack_from(data) != (b"glTF", 2, len(data)):
-        raise ValueError("no whole GLB file")
+        raise ValueError("not a complete GLB file")
     size, _ = _CHUNK.unpack_from(data, _HEADER.size)
     start = _HEADER.size + _CHUNK.size
     text = data[start : start + size]

@@ -22,10 +22,10 @@ def bases(*, cell_json: Path, touched_csv: Path, output: Path, tolerance_mm: flo
     """
     from wpcal.core.errors import blamed_on
     from wpcal.core.records import check_writable, new_directory, to_json, write_file
-    from wpcal.planning.cell.bases import measure_bases, read_touched
+    from wpcal.planning.cell.bases import measure_bases, read_base_points
 
     check_writable(output, overwrite=force)
-    touched = read_touched(touched_csv)
+    touched = read_base_points(touched_csv)
     with blamed_on(str(touched_csv)):
         found = measure_bases(cell_json, touched, tolerance_mm=tolerance_mm)
     with new_directory(output, overwrite=force) as folder:

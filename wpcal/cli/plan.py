@@ -209,7 +209,7 @@ def _write(
 ) -> int:
     from wpcal.cli.console import plain_console
     from wpcal.cli.plan_tables import show_plans
-    from wpcal.controllers.two_robots import dual_program, possible_programs
+    from wpcal.controllers.two_robots import build_sync_program, possible_programs
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.pages.plan import MethodFront, build_plan_page
     from wpcal.planning.plan.plan import CollisionVerdict
@@ -229,7 +229,7 @@ def _write(
     files["plan.html"] = build_plan_page(runs, cell, OBJECTIVES, chosen=chosen, fronts=fronts, part_glb=mesh)
     refusals: list[str] = []
     if run.verdict is CollisionVerdict.FREE:
-        programs, refusals = possible_programs(dual_program(run, cell))
+        programs, refusals = possible_programs(build_sync_program(run, cell))
         files |= programs
     with new_directory(output, overwrite=force) as folder:
         for name, text in files.items():

@@ -19,7 +19,7 @@ from pkgutil import resolve_name
 from typing import Any
 
 from wpcal.controllers.program import WeldProgram
-from wpcal.controllers.sync_program import DualProgram
+from wpcal.controllers.sync_program import SyncProgram
 from wpcal.core.errors import InputError
 from wpcal.taught.programs import ProgramReader
 
@@ -48,7 +48,7 @@ class Controller:
     reader : str, optional
         A `wpcal.taught.programs.ProgramReader`.
     sync_writer : str, optional
-        A function from `DualProgram` to file names and contents.
+        A function from `SyncProgram` to file names and contents.
 
     Raises
     ------
@@ -81,7 +81,7 @@ class Controller:
         write: Callable[[WeldProgram], Mapping[str, str | bytes]] = self._load(self.writer)
         return write(program)
 
-    def write_sync(self, program: DualProgram) -> Mapping[str, str]:
+    def write_sync(self, program: SyncProgram) -> Mapping[str, str]:
         """Return the files of a program of two robots: names and contents.
 
         Raises
@@ -91,7 +91,7 @@ class Controller:
         """
         if self.sync_writer is None:
             raise InputError(f"{self.name} has no programs of two robots")
-        write: Callable[[DualProgram], Mapping[str, str]] = self._load(self.sync_writer)
+        write: Callable[[SyncProgram], Mapping[str, str]] = self._load(self.sync_writer)
         return write(program)
 
     def load_reader(self) -> ProgramReader:

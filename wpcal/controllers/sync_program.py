@@ -20,7 +20,7 @@ ROBOTS = (1, 2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class DualProgram:
+class SyncProgram:
     """Joint targets of two robots with marks 1 to N.
 
     Parameters

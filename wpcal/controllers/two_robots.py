@@ -9,14 +9,14 @@ import numpy as np
 from wpcal import __version__
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.registry import controller_named, controllers
-from wpcal.controllers.sync_program import DualProgram
+from wpcal.controllers.sync_program import SyncProgram
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.run import CellRun
 
 
-def dual_program(run: CellRun, cell: RobotCell, *, controller: ControllerSettings | None = None) -> DualProgram:
+def build_sync_program(run: CellRun, cell: RobotCell, *, controller: ControllerSettings | None = None) -> SyncProgram:
     """Return the program of both robots for a run.
 
     Parameters
@@ -31,13 +31,13 @@ def dual_program(run: CellRun, cell: RobotCell, *, controller: ControllerSetting
     InputError
         When the run was checked and is not free: wpcal never writes a program that is known to collide.
     """
-    freedom = run.verdict
-    if freedom is CollisionVerdict.NOT_FREE and run.check is not None:
+    verdict = run.verdict
+    if verdict is CollisionVerdict.NOT_FREE and run.check is not None:
         raise InputError(
             f"seam {run.plan.seam}: no program is written for a path that is not free: {run.check.describe()}"
         )
-    checked = "NOT CHECKED for collisions" if run.check is None else f"checked: {freedom.value}; {run.check.describe()}"
-    return DualProgram(
+    checked = "NOT CHECKED for collisions" if run.check is None else f"checked: {verdict.value}; {run.check.describe()}"
+    return SyncProgram(
         seam=run.plan.seam,
         arms=(cell.arm1, cell.arm2),
         joints=(run.state.joints1, run.state.joints2),
@@ -54,12 +54,12 @@ def sync_languages() -> tuple[str, ...]:
     return tuple(controller.name for controller in controllers() if controller.sync_writer is not None)
 
 
-def write_programs(program: DualProgram, languages: Sequence[str] | None = None) -> dict[str, str]:
+def write_programs(program: SyncProgram, languages: Sequence[str] | None = None) -> dict[str, str]:
     """Return the files of a program: names and contents.
 
     Parameters
     ----------
-    program : DualProgram
+    program : SyncProgram
     languages : sequence of str, optional
         Names of controllers; all of `sync_languages` if not given.
 
@@ -76,7 +76,7 @@ def write_programs(program: DualProgram, languages: Sequence[str] | None = None)
     return {file: text for name in chosen for file, text in controller_named(name).write_sync(program).items()}
 
 
-def possible_programs(program: DualProgram) -> tuple[dict[str, str], list[str]]:
+def possible_programs(program: SyncProgram) -> tuple[dict[str, str], list[str]]:
     """Return the files in all languages that can hold a program, and why the other languages cannot."""
     files: dict[str, str] = {}
     refusals: list[str] = []

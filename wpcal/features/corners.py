@@ -17,7 +17,8 @@ LEAST_EDGE_MM = 5.0
 LEAST_CORNER_EDGES = 3
 """Edges that meet in a corner; only two meet where a circle closes or a curve is split."""
 LEAST_SPREAD = 0.1
-"""Least singular value of the three normals of a virtual corner: with a smaller one, round-off decides its place."""
+"""Least singular value of the normals at a corner. With a smaller one (faces 8 degrees from smooth), round-off decides
+the place of a virtual corner, and a tip slides along an edge."""
 FARTHEST_RADII = 10.0
 """Largest distance of a virtual corner from its round, in radii: 9.5 if the faces meet at 11 degrees."""
 

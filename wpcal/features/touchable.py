@@ -18,13 +18,11 @@ from wpcal.brep.rays import START_MM, is_blocked
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.features.corners import LEAST_SPREAD
 from wpcal.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature
 
-OPPOSITE = 0.999
+OPPOSITE_COS = 0.999
 """Two faces at a corner are against each other if their normals are opposite within 2.5 degrees."""
-LEAST_SPREAD = 0.1
-"""Least singular value of the normals at a corner: with a smaller one (8 degrees from smooth) the tip slides along an
-edge."""
 LOOKING_OUT = (FeatureKind.HOLE, FeatureKind.BOSS, FeatureKind.SLOT)
 """Kinds whose direction points out of the part, towards the torch."""
 LEAST_SUM = 1e-3
@@ -190,7 +188,7 @@ class _Meetings:
     def is_free(self) -> BoolArray:
         """Whether each face has no other face against it."""
         one, other = _joined(self.face_corner, self.face_corner)
-        against = np.einsum("ki,ki->k", self.normals[one], self.normals[other]) <= -OPPOSITE
+        against = np.einsum("ki,ki->k", self.normals[one], self.normals[other]) <= -OPPOSITE_COS
         return np.asarray(np.bincount(one[against], minlength=len(self.faces)) == 0)
 
     @property

@@ -1,4 +1,7 @@
-"""The pages people look at: a calibration, the seams of a part, a plan; each is one self-contained HTML file."""
+"""HTML pages: a calibration, the seams of a part, a plan. Each page is one self-contained file.
+
+The JavaScript is in ``source``; its README lists which file makes which part of a page. ``bundles`` is built from it.
+"""
 
 from wpcal.pages.html import build_page, json_blob
 from wpcal.pages.report import build_report

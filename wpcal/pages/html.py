@@ -1,8 +1,8 @@
 """One HTML file with everything in it: markup, styles, scripts, data.
 
-The page runs under a content security policy of its own that allows nothing but the very scripts and styles that it
-was built with (by their hashes). What comes from files is data: JSON in a block that no browser runs, read by scripts
-that only ever set text. A name like ``</script><img onerror=…>`` stays a name.
+The content security policy of the page allows only the scripts and styles that it was built with, by their hashes. The
+contents of files are data: JSON in a block that no browser runs, read by scripts that only set text. A name like
+``</script><img onerror=…>`` stays a name.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 from wpcal.pages.packing import pack_glb
 
 COMPRESSION = 6
-"""Of zlib: level 9 saves 2 % of a mesh and takes three times as long."""
+"""Level of zlib: level 9 saves 2 % of a mesh and takes three times as long."""
 
 
 def build_page(
@@ -31,28 +31,28 @@ def build_page(
     blobs: Mapping[str, bytes] | None = None,
     connects: bool = False,
 ) -> str:
-    """Return a page that shows something with the viewer.
+    """Return a page with its data, scripts and styles.
 
     Parameters
     ----------
     title : str
-        Any text.
+        Title of the window, any text.
     entry : str
         Name of the bundle: ``NAME.js`` and ``NAME.css`` in ``wpcal/pages/bundles``.
     body : str
-        Markup of ours; nothing from outside may be in it.
+        Markup written by wpcal; it must not contain text from a file.
     data : mapping
-        Any JSON values; the page's script gets them from ``readData()``.
+        JSON values; the script of the page gets them from ``readData()``.
     blobs : mapping of str to bytes, optional
-        Larger things, kept deflated, GLB files packed before that; the script gets them from ``readBlob(name)`` or
-        ``readJsonBlob(name)``.
+        Larger data, which the page stores deflated (GLB files are packed first). The script gets them from
+        ``readBlob(name)`` or ``readJsonBlob(name)``.
     connects : bool
-        Whether the page may talk to the server that it came from. A file on disk must not talk to anybody.
+        Whether the page may send requests to its own server. A page on disk must not send requests to anyone.
 
     Returns
     -------
     str
-        The same text for the same arguments.
+        HTML, the same for the same arguments.
     """
     styles = [_bundle(f"{entry}.css")]
     scripts = [_bundle("viewer.js"), _bundle(f"{entry}.js")]
@@ -91,7 +91,7 @@ def _bundle(name: str) -> str:
 
 
 def _policy(scripts: list[str], styles: list[str], *, connects: bool) -> str:
-    """Return a policy that lets exactly these texts run; images only from the page itself, no address at all."""
+    """Return a policy that allows exactly these texts, and images only inside the page."""
     parts = [
         "default-src 'none'",
         f"script-src {' '.join(map(_hash_source, scripts))}",
@@ -110,7 +110,7 @@ def _hash_source(text: str) -> str:
 
 
 def _json_in_html(data: Mapping[str, Any]) -> str:
-    """Return JSON without any character that markup could be made of."""
+    """Return JSON without the characters that begin or end markup."""
     text = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 

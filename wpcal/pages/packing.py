@@ -1,7 +1,7 @@
-"""A GLB file in a form that deflates to half: every array as differences of neighbours, low bytes before high bytes.
+"""A GLB file in a form that deflates to half the size: arrays as differences of neighbours, low bytes before high ones.
 
-Nothing is lost: the page's script (``wpcal/pages/source/src/packing.js``) restores the same bytes. Neighbours in a mesh
-are near each other, so differences are small, and their high bytes are zeros in a row.
+Nothing is lost: the script of the page (``wpcal/pages/source/src/packing.js``) restores the same bytes. Neighbours in a
+mesh are near each other. So the differences are small, and most of their high bytes are zero.
 """
 
 from __future__ import annotations
@@ -15,26 +15,26 @@ import numpy.typing as npt
 from wpcal.brep.mesh_glb import glb_chunks
 
 UNSIGNED = {5120: "<u1", 5123: "<u2", 5125: "<u4"}
-"""By glTF's component type; differences run over the end of the range and back, so signs do not matter."""
+"""By component type of glTF. Signs do not matter, because differences overflow and return."""
 
 
 def pack_glb(data: bytes) -> bytes:
-    """Return the JSON chunk's length and text, then every accessor's numbers, column by column.
+    """Return the length and text of the JSON chunk, then the numbers of every accessor, column by column.
 
     Parameters
     ----------
     data : bytes
-        As `wpcal.brep.mesh_glb.write_part_glb` writes it: every accessor has a view of its own, in order.
+        A file of `wpcal.brep.mesh_glb.write_part_glb`: every accessor has its own view, in order.
 
     Returns
     -------
     bytes
-        For `zlib.compress`.
+        Input for `zlib.compress`.
 
     Raises
     ------
     ValueError
-        When it is no GLB file.
+        If `data` is not a GLB file.
     """
     document, text, binary = glb_chunks(data)
     views = document["bufferViews"]
@@ -43,7 +43,7 @@ def pack_glb(data: bytes) -> bytes:
 
 
 def _packed(accessor: dict[str, Any], view: dict[str, Any], binary: bytes) -> bytes:
-    """Difference to the row before, folded so that small negative numbers are small, in planes of bytes."""
+    """Return differences to the row before as planes of bytes; folded: a small negative number stays small."""
     kind = np.dtype(UNSIGNED[accessor["componentType"]])
     width = view.get("byteStride", kind.itemsize) // kind.itemsize
     rows = np.frombuffer(binary, kind, accessor["count"] * width, view["byteOffset"]).reshape(-1, width)

@@ -1,7 +1,7 @@
-"""`plan.html`: the plans of a seam as a page: the front, the curves of each plan, and the cell moving in 3-D.
+"""`plan.html`: the plans of a seam: the trade-off chart, the curves of each plan, and the cell moving in 3-D.
 
-Every number of the page stands in ``plan.json`` or ``pareto.json`` too; here they are rounded to what a screen shows.
-No clock, path or host name is in it.
+``plan.json`` or ``pareto.json`` hold the same numbers; here they are rounded to what a screen shows. The page holds no
+clock, path or host name.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ BODY = """
 <noscript>This page needs JavaScript to draw the plan; its numbers are in plan.json and plan.csv.</noscript>
 """
 ANGLE_DIGITS, TIME_DIGITS, PLACE_DIGITS = 3, 4, 3
-"""Shown are 1 decimal of a degree, of a second and of a millimetre."""
+"""The page shows one decimal of a degree, a second and a millimetre."""
 WIRE_MM = 26.0
-"""Wire drawn from the tip back into the nozzle: the usual stick-out and what is hidden in the nozzle."""
+"""Drawn length of the wire, from its tip back: the usual stick-out, and the part inside the nozzle."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,9 +41,9 @@ class MethodFront:
     name : str
         ``ladder`` or ``nsga2``.
     values : ndarray, shape (m, k)
-        Objectives of its plans, in the order of the page's names.
+        Objectives of its m plans, in the order of the page's objectives.
     hypervolume : float
-        What they dominate.
+        Hypervolume that its plans dominate.
     """
 
     name: str
@@ -60,34 +60,37 @@ def build_plan_page(
     fronts: Sequence[MethodFront] = (),
     part_glb: bytes | None = None,
 ) -> str:
-    """Return the page of a front.
+    """Return the page of the trade-off plans of a seam.
 
     Parameters
     ----------
     runs : sequence of CellRun
-        One a plan, all of one seam.
+        One per plan, all of the same seam.
     cell : RobotCell
     objectives : sequence of Objective
         Two or more; the chart shows the first and the last.
     chosen : int
-        Row of the plan that is shown first.
+        Row of the plan that the page shows first.
     fronts : sequence of MethodFront
-        What each method found by itself, drawn behind the plans.
+        The plans that each method found by itself, drawn behind the others.
     part_glb : bytes, optional
-        The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them; without them its bodies are drawn.
+        The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the page draws the
+        part's collision bodies.
 
     Returns
     -------
     str
-        HTML that needs nothing else, the same for the same runs.
+        A self-contained HTML file, the same for the same runs.
 
     Raises
     ------
     InputError
-        When there is no run, a seam differs, or `chosen` is none of the rows.
+        If there is no run, the runs are of different seams, or `chosen` is not one of their rows.
     """
     if not 0 <= chosen < len(runs) or len({run.plan.seam for run in runs}) != 1:
-        raise InputError(f"a page shows the plans of one seam and one of them first, got {len(runs)} and row {chosen}")
+        raise InputError(
+            f"expected the plans of one seam and one of their rows, got {len(runs)} plans and row {chosen}"
+        )
     pairs, names = body_pairs(cell), [objective.name for objective in objectives]
     data = {
         "seam": runs[0].plan.seam,
@@ -147,7 +150,7 @@ def _body_record(body: Body) -> dict[str, Any]:
 
 
 def _curves(run: CellRun, cell: RobotCell) -> dict[str, Any]:
-    """Return the curves of one run as columns; null outside the weld where a value belongs to it."""
+    """Return the curves of one run as columns; values of the weld are null outside the weld."""
     plan, rows = run.plan, slice(run.first, run.last + 1)
     T = np.linalg.inv(part_in_world(cell, run.state.joints2[rows])) @ tool_in_world(cell, run.state.joints1[rows])
     return {

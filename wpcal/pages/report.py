@@ -1,4 +1,4 @@
-"""`report.html`: one calibration as a page, from its records and its mesh. No clock, path or host name is in it."""
+"""`report.html`: one calibration as a page, from its records and its mesh. It holds no clock, path or host name."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ BODY = """
 <noscript>This page needs JavaScript to draw the calibration; its numbers are in calibration.json.</noscript>
 """
 PLACE_DIGITS, ANGLE_DIGITS, TURN_DIGITS = 4, 4, 5
-"""The page shows 3 decimals of a millimetre and 1 of a degree; axes of 5 digits are drawn right to 0.01 pixel."""
+"""The page shows 3 decimals of a millimetre and 1 of a degree; axes with 5 digits are exact to 0.01 pixel."""
 ERROR_DIGITS = 6
-"""Predicted errors are shown with 4 decimals: rounding twice must not show."""
+"""The page shows 4 decimals of predicted errors; two more digits here hide that they are rounded twice."""
 
 
 def build_report(
@@ -33,20 +33,20 @@ def build_report(
     seams : dict
         The record of ``seams.json``, frames in `base`.
     part_glb : bytes, optional
-        The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the view shows seams and
-        points only.
+        The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the view shows only
+        seams and points.
     path : str
-        Of the seams, for messages.
+        File of the seams, for messages.
 
     Returns
     -------
     str
-        HTML that needs nothing else, the same for the same records.
+        A self-contained HTML file, the same for the same records.
 
     Raises
     ------
     FormatError
-        When a record lacks a field, or the mesh is none.
+        If a record lacks a field, or `part_glb` is not a mesh of wpcal.
     """
     try:
         heads = [{key: value for key, value in seam.items() if key != "frames"} for seam in seams["seams"]]

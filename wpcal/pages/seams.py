@@ -1,4 +1,4 @@
-"""The page of `wpcal seams --html`: the seams found on a part, those that were not taken, and why."""
+"""The page of `wpcal seams --html`: the seams of a part, the candidates that were rejected, and the reasons."""
 
 from __future__ import annotations
 
@@ -22,14 +22,15 @@ def build_seams_page(seams: dict[str, Any], part_glb: bytes | None, *, file_name
     seams : dict
         The record of `wpcal.seam.record.seams_record`, frames in `part`.
     part_glb : bytes or None
-        The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them; without them the seams stand alone.
+        The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the view shows only
+        seams.
     file_name : str
-        Of the part: the heading.
+        Name of the part's file, the heading of the page.
 
     Returns
     -------
     str
-        One self-contained HTML file; it asks nothing of the network.
+        A self-contained HTML file, the same for the same record.
     """
     data = {"file": file_name, "seams": [{key: seam[key] for key in SHOWN} for seam in seams["seams"]]}
     columns = [seam_columns(seam["frames"]) for seam in seams["seams"]]

@@ -1,1 +1,1 @@
-"""Two robots on one part: the cell, what makes a plan good, and the search for the plans between which one chooses."""
+"""Two robots on one part: the cell, plans and their files, and the search for trade-off plans to choose from."""

@@ -11,7 +11,7 @@ import pytest
 from wpcal.cli.main import run
 from wpcal.controllers import Controller, controller_named, controllers, read_taught_program
 from wpcal.controllers.registry import CONTROLLERS, controller_of_file
-from wpcal.controllers.sync_program import DualProgram
+from wpcal.controllers.sync_program import SyncProgram
 from wpcal.controllers.two_robots import possible_programs, sync_languages, write_programs
 from wpcal.core.errors import FormatError, InputError
 from wpcal.formats import exporter_named, exporter_names
@@ -79,9 +79,9 @@ def acme(tmp_path, monkeypatch):
     install(tmp_path, monkeypatch, FOLDER, "acme = acme_robots:ACME")
 
 
-def two_robots() -> DualProgram:
+def two_robots() -> SyncProgram:
     arms = (find_arm("irb1600_6_12"), find_arm("mh6"))
-    return DualProgram("W1", arms, (np.zeros((4, 6)), np.zeros((4, 6))), np.ones(3), 1, 2)
+    return SyncProgram("W1", arms, (np.zeros((4, 6)), np.zeros((4, 6))), np.ones(3), 1, 2)
 
 
 @pytest.mark.usefixtures("acme")

@@ -185,7 +185,7 @@ def test_a_turned_part_has_turned_features() -> None:
 
 
 def test_a_copy_far_away_changes_nothing() -> None:
-    """What meets at a corner, lies against it or stands before it is found by place among all that there is."""
+    """What meets at a corner, lies against it or is in front of it is found by place among all solids."""
     alone, both = (judged_at(saved_graph(name), FAR_MM) for name in ("tee", "tee-and-far-copy"))
     assert both == {place: ease + ease for place, ease in alone.items()}
 

@@ -1,4 +1,4 @@
-"""The committed bundles are what their source gives."""
+"""The committed bundles equal a fresh build of their source."""
 
 import shutil
 import subprocess

@@ -1,4 +1,4 @@
-"""The page's frame: data cannot become markup, the policy names exactly what the page carries."""
+"""The HTML around a page: data cannot become markup, and the policy allows exactly the scripts and styles in it."""
 
 import base64
 import hashlib

@@ -1,4 +1,4 @@
-"""Packing against a plain inverse: the page's script does the same, and a browser test compares what it draws."""
+"""Packing against a plain inverse. The script of the page unpacks the same way; a browser test compares its drawing."""
 
 import json
 import struct
@@ -12,7 +12,7 @@ from wpcal.pages.packing import UNSIGNED, pack_glb
 
 
 def unpack(packed: bytes) -> bytes:
-    """The GLB file again, number by number."""
+    """Restore the GLB file number by number."""
     (length,) = struct.unpack_from("<I", packed)
     text = packed[4 : 4 + length]
     document = json.loads(text)

@@ -133,7 +133,7 @@ def test_the_capsule_around_a_rod_is_slim():
 
 def test_flat_hulls_are_refused(cell):
     flat = replace(cell.bench[0], hull=[[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
-    with pytest.raises(GeometryError, match="table: the corners of its hull lie in a plane"):
+    with pytest.raises(GeometryError, match="table: the corners of its hull are in one plane"):
         hull_clearance(replace(cell, bench=(flat,)), random_state(1))
 
 

@@ -142,8 +142,8 @@ def test_a_page_that_may_call_nobody(cell, runs):
 
 
 def test_a_front_of_nothing_or_of_two_seams_is_refused(cell, runs):
-    with pytest.raises(InputError, match="plans of one seam"):
+    with pytest.raises(InputError, match="the plans of one seam"):
         build_plan_page([], cell, OBJECTIVES, chosen=0)
     other = replace(runs[1], plan=replace(runs[1].plan, seam="W2"))
-    with pytest.raises(InputError, match="plans of one seam"):
+    with pytest.raises(InputError, match="the plans of one seam"):
         build_plan_page([runs[0], other], cell, OBJECTIVES, chosen=0)

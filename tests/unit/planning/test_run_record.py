@@ -10,7 +10,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from wpcal.controllers.two_robots import dual_program, possible_programs, write_programs
+from wpcal.controllers.two_robots import build_sync_program, possible_programs, write_programs
 from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
 from wpcal.planning.cell.robot_cell import Shape, part_in_world, tool_in_world
@@ -25,7 +25,7 @@ RELATIVE = 1e-9
 CHAIN_MM = 0.02
 """Five decimals of a degree: 9e-8 rad at 2 m in twelve joints are 2e-3 mm."""
 CLOSED_CHAIN_MM = 1e-6
-"""The issue's own number, for every point of every plan."""
+"""Asked of every point of every plan."""
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,7 @@ def test_the_record_puts_the_wire_on_the_seam(cell, run, simple_plan):
 
 
 def test_the_rapid_program_puts_the_wire_on_the_seam(cell, run, simple_plan):
-    programs = write_programs(dual_program(run, cell), ("rapid",))
+    programs = write_programs(build_sync_program(run, cell), ("rapid",))
     joints = []
     for robot in (1, 2):
         rows = re.findall(r"jointtarget \w+:=\[\[([^\]]*)\]", programs[f"WPCAL_W1_R{robot}.mod"])
@@ -91,9 +91,9 @@ def test_unchecked_is_said_and_never_free(cell, run, simple_plan):
     assert record["freedom"] == "unchecked"
     assert record["check"] is None
     assert all(point["clearance_mm"] is None for point in record["points"])
-    for text in write_programs(dual_program(unchecked, cell)).values():
+    for text in write_programs(build_sync_program(unchecked, cell)).values():
         assert "free" not in text
-    assert "NOT CHECKED for collisions" in write_programs(dual_program(unchecked, cell))["WPCAL_W1_R1.mod"]
+    assert "NOT CHECKED for collisions" in write_programs(build_sync_program(unchecked, cell))["WPCAL_W1_R1.mod"]
     checked = run_record(run, cell)
     assert checked["freedom"] == "free"
     assert checked["check"]["states"] == (len(run) - 1) * 10 + 1
@@ -108,12 +108,12 @@ def test_a_path_that_is_not_free_becomes_no_program(cell, run, simple_plan):
     assert record["freedom"] == "not free"
     assert "clamp" in record["check"]["between"]
     with pytest.raises(InputError, match=r"no program is written for a path that is not free: .* clamp"):
-        dual_program(hit, blocked)
+        build_sync_program(hit, blocked)
 
 
 def test_a_language_that_cannot_hold_a_program_does_not_stop_the_others(cell, run):
     silent = replace(cell.arm2, joints=tuple(replace(joint, speed_rad_s=None) for joint in cell.arm2.joints))
-    program = dual_program(run, replace(cell, arm2=silent))
+    program = build_sync_program(run, replace(cell, arm2=silent))
     programs, refusals = possible_programs(program)
     assert sorted(programs) == ["WPCAL_W1_R1.mod", "WPCAL_W1_R2.mod"]
     assert len(refusals) == 1
@@ -122,12 +122,12 @@ def test_a_language_that_cannot_hold_a_program_does_not_stop_the_others(cell, ru
 
 def test_unknown_languages_are_refused(cell, run):
     with pytest.raises(InputError, match="unknown language 'karel'; known: inform, rapid"):
-        write_programs(dual_program(run, cell), ("karel",))
+        write_programs(build_sync_program(run, cell), ("karel",))
 
 
 def test_the_same_run_gives_the_same_bytes(cell, simple_plan):
     def everything():
         run = build_run(simple_plan, cell, schedule_plan(simple_plan, cell))
-        return [run_csv(run, cell), to_json(run_record(run, cell)), write_programs(dual_program(run, cell))]
+        return [run_csv(run, cell), to_json(run_record(run, cell)), write_programs(build_sync_program(run, cell))]
 
     assert everything() == everything()

@@ -41,13 +41,13 @@ def test_corners_of_a_window_are_no_welds_and_those_of_a_fused_tee_are() -> None
     seams = seams_of("window")
     assert [(seam.accepted, round(seam.length_mm, 6)) for seam in seams] == [(False, 10.0)] * 4
     assert all(any("the corner of an opening" in why for why in seam.against) for seam in seams)
-    asked = seams_of("window", concave=ConcaveEdges.ALWAYS)
-    assert not any("opening" in why for seam in asked for why in seam.against)
+    always = seams_of("window", concave=ConcaveEdges.ALWAYS)
+    assert not any("opening" in why for seam in always for why in seam.against)
     assert [seam.accepted for seam in seams_of("thick-tee-in-one")] == [True] * 4
 
 
 def test_the_inside_of_a_closed_box_is_out_of_reach() -> None:
-    """Six sheets of 6 mm, 180 mm wide inside: a wire gets that far before it meets a wall, a torch not."""
+    """Six sheets of 6 mm, 180 mm wide inside: that is enough room for a wire, but not for a torch."""
     a = 180.0
     seams = seams_of("closed-box")
     inside = [bool(((seam.frames.p > -1e-6) & (seam.frames.p < a + 1e-6)).all()) for seam in seams]
@@ -57,7 +57,7 @@ def test_the_inside_of_a_closed_box_is_out_of_reach() -> None:
 
 
 def test_a_seam_is_found_once_where_an_edge_lies_near_two_faces() -> None:
-    """A wall stands half on a plate and half 0.2 mm above its lower half: along each side there is one run."""
+    """One half of a wall is on a plate, the other 0.2 mm above its lower half: along each side there is one run."""
     seams = seams_of("wall-on-step")
     assert [round(seam.length_mm, 6) for seam in seams if seam.length_mm > 10] == [120.0, 120.0]
     assert max(seam.gap_mm[2] for seam in seams) == pytest.approx(0.2, rel=0, abs=1e-9)
@@ -84,6 +84,6 @@ def test_a_larger_least_length_keeps_long_seams_of_short_edges() -> None:
 
 
 @pytest.mark.parametrize("least_mm", [-1.0, math.nan, math.inf])
-def test_a_least_length_that_is_none_is_refused(least_mm: float) -> None:
+def test_a_least_length_without_meaning_is_refused(least_mm: float) -> None:
     with pytest.raises(InputError, match="min_length_mm must be 0 or more"):
         SeamOptions(min_length_mm=least_mm)

@@ -8,5 +8,5 @@ RAPID = Controller(
     writer="wpcal.controllers.abb.write:write_rapid",
     suffixes=(".mod", ".prg", ".sys"),
     reader="wpcal.controllers.abb.read:READER",
-    sync_writer="wpcal.controllers.abb.sync:write_dual_rapid",
+    sync_writer="wpcal.controllers.abb.sync:write_sync_rapid",
 )

@@ -17,7 +17,7 @@ import numpy as np
 from wpcal.controllers.abb.write import LONGEST_COMMENT, NAMES, NO_EXTERNAL_AXES, PROCEDURE
 from wpcal.controllers.naming import comment_lines, safe_name, safe_names
 from wpcal.controllers.rounding import rounded
-from wpcal.controllers.sync_program import ROBOTS, DualProgram
+from wpcal.controllers.sync_program import ROBOTS, SyncProgram
 from wpcal.core.arrays import FloatArray
 
 DEG_DECIMALS = 5
@@ -34,12 +34,12 @@ NO_TOOL = "tool0"
 """The tool of robot 2. Its targets are joint angles, so the tool does not change where the arm goes."""
 
 
-def write_dual_rapid(program: DualProgram) -> dict[str, str]:
+def write_sync_rapid(program: SyncProgram) -> dict[str, str]:
     """Write one RAPID module per robot.
 
     Parameters
     ----------
-    program : DualProgram
+    program : SyncProgram
 
     Returns
     -------
@@ -50,7 +50,7 @@ def write_dual_rapid(program: DualProgram) -> dict[str, str]:
     return {f"{stem}_R{robot}.mod": "\r\n".join(_module(program, f"{stem}_R{robot}", robot)) for robot in ROBOTS}
 
 
-def _module(program: DualProgram, module: str, robot: int) -> list[str]:
+def _module(program: SyncProgram, module: str, robot: int) -> list[str]:
     width = program.label_width
     stem = safe_names([program.seam], NAMES, room=max(width + 1, len(TASK_LIST)))[program.seam]
     labels = [f"{stem}_{mark:0{width}d}" for mark in program.marks]
@@ -72,7 +72,7 @@ def _module(program: DualProgram, module: str, robot: int) -> list[str]:
     ]
 
 
-def _header(program: DualProgram, robot: int) -> list[str]:
+def _header(program: SyncProgram, robot: int) -> list[str]:
     text = [
         f"robot {robot} ({program.arms[robot - 1].name}) of two, task {TASKS[robot - 1]}",
         *program.notes,
@@ -91,7 +91,7 @@ def _targets(labels: list[str], joints: FloatArray) -> list[str]:
     ]
 
 
-def _moves(program: DualProgram, stem: str, labels: list[str], tool: str) -> list[str]:
+def _moves(program: SyncProgram, stem: str, labels: list[str], tool: str) -> list[str]:
     lines = [f"    MoveAbsJ {labels[0]},vStep,fine,{tool};", f"    SyncMoveOn {WAIT_AT_START}{stem},{TASK_LIST}{stem};"]
     for row, label in enumerate(labels):
         if row > 0:

@@ -8,5 +8,5 @@ INFORM = Controller(
     writer="wpcal.controllers.yaskawa.write:write_inform",
     suffixes=(".jbi",),
     reader="wpcal.controllers.yaskawa.read:READER",
-    sync_writer="wpcal.controllers.yaskawa.sync:write_dual_inform",
+    sync_writer="wpcal.controllers.yaskawa.sync:write_sync_inform",
 )

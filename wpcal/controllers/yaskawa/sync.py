@@ -18,7 +18,7 @@ import numpy as np
 
 from wpcal.controllers.naming import comment_lines, safe_names
 from wpcal.controllers.rounding import rounded
-from wpcal.controllers.sync_program import ROBOTS, DualProgram
+from wpcal.controllers.sync_program import ROBOTS, SyncProgram
 from wpcal.controllers.yaskawa.write import DEG_DECIMALS, JOINT_PERCENT, LONGEST_COMMENT, NAMES, inform_job
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
@@ -32,12 +32,12 @@ SYNC_NUMBERS = 8
 """TSYNC has few numbers. Neither job can be more than one mark ahead, so eight numbers in turn cannot be confused."""
 
 
-def write_dual_inform(program: DualProgram) -> dict[str, str]:
+def write_sync_inform(program: SyncProgram) -> dict[str, str]:
     """Write one INFORM job per robot, and one that starts both.
 
     Parameters
     ----------
-    program : DualProgram
+    program : SyncProgram
 
     Returns
     -------
@@ -63,7 +63,7 @@ def write_dual_inform(program: DualProgram) -> dict[str, str]:
     return files
 
 
-def _positions(program: DualProgram, robot: int) -> list[str]:
+def _positions(program: SyncProgram, robot: int) -> list[str]:
     arm, joints = program.arms[robot - 1], program.joints[robot - 1]
     tool = program.controller.tool_number if robot == 1 else 0
     if all(joint.pulses_per_deg is not None for joint in arm.joints):
@@ -79,7 +79,7 @@ def _positions(program: DualProgram, robot: int) -> list[str]:
     ]
 
 
-def _moves(program: DualProgram, robot: int) -> list[str]:
+def _moves(program: SyncProgram, robot: int) -> list[str]:
     text = [
         f"robot {robot} of two",
         f"seam {program.seam}",
@@ -100,7 +100,7 @@ def _moves(program: DualProgram, robot: int) -> list[str]:
     return lines
 
 
-def joint_percents(program: DualProgram) -> FloatArray:
+def joint_percents(program: SyncProgram) -> FloatArray:
     r"""Return ``VJ`` of every move of both robots: percentages of the largest joint speeds that give the planned times.
 
     :math:`100 \max_j |\Delta q_j| / (\dot q_{j,max} \Delta t)`, rounded for the robot with the larger percentage and
@@ -108,7 +108,7 @@ def joint_percents(program: DualProgram) -> FloatArray:
 
     Parameters
     ----------
-    program : DualProgram
+    program : SyncProgram
 
     Returns
     -------
@@ -132,7 +132,7 @@ def joint_percents(program: DualProgram) -> FloatArray:
     return np.asarray(np.maximum(percents, LEAST_PERCENT), dtype=np.float64)
 
 
-def _shares(program: DualProgram) -> FloatArray:
+def _shares(program: SyncProgram) -> FloatArray:
     """Return 100 max |Δq| / (largest speed · Δt) of every move, shape (2, N - 1)."""
     shares = []
     for robot, arm, joints in zip(ROBOTS, program.arms, program.joints, strict=True):
@@ -145,7 +145,7 @@ def _shares(program: DualProgram) -> FloatArray:
     return np.array(shares)
 
 
-def _timing_note(program: DualProgram) -> str:
+def _timing_note(program: SyncProgram) -> str:
     """Say how much the rounding of VJ changes the times between the marks of the weld."""
     taken = 100.0 * (_shares(program) / joint_percents(program)).max(axis=0)[program.arc_on : program.arc_off]
     times = f"a step of the weld takes {taken.min():.1f} to {taken.max():.1f} % of its time"

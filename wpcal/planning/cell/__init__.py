@@ -1,1 +1,1 @@
-"""The cell: what stands where, its bodies and their distances, and the closed chain of both arms."""
+"""The cell: arms, bases and bodies, the distances between bodies, and the closed chain of both arms."""

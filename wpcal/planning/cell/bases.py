@@ -1,6 +1,6 @@
-"""Where robot 2 stands for robot 1, from points that both touched, and a cell file that says so.
+"""The place of base 2 relative to base 1, from points that both robots touched, written into a cell file.
 
-It is the same fit as that of a part: the points in the base of robot 2 take the place of the model.
+The fit is that of a part: the points in the base of robot 2 take the place of the model.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ from wpcal.planning.cell.robot_cell import RobotCell
 BASE1_COLUMNS = ("base1_x_mm", "base1_y_mm", "base1_z_mm")
 BASE2_COLUMNS = ("base2_x_mm", "base2_y_mm", "base2_z_mm")
 FEWEST = 3
-"""Points that fix a pose in space."""
+"""Fewest points that determine a pose in space."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeasuredBases:
-    """A cell with the place of robot 2 as measured.
+    """A cell with the measured place of robot 2.
 
     Parameters
     ----------
     result : CalibrationResult
-        Of the points; `T_base_part` of it is ``T_base1_base2``.
+        Of the points; its `T_base_part` is ``T_base1_base2``.
     files : mapping of str to dict
-        ``cell.json`` with the new ``T_world_base`` of robot 2, and arms beside it.
+        ``cell.json`` with the new ``T_world_base`` of robot 2, and the arm files that it names.
     moved_mm : float
-        How far the base of robot 2 is from where the cell had it.
+        Distance between the measured base of robot 2 and the base in the cell file.
     """
 
     result: CalibrationResult
@@ -47,15 +47,15 @@ class MeasuredBases:
     moved_mm: float
 
 
-def read_touched(path: Path) -> PointPairs:
-    """Read ``name,base1_x_mm,base1_y_mm,base1_z_mm,base2_x_mm,base2_y_mm,base2_z_mm``: one row a point.
+def read_base_points(path: Path) -> PointPairs:
+    """Read ``name,base1_x_mm,base1_y_mm,base1_z_mm,base2_x_mm,base2_y_mm,base2_z_mm``, one row per point.
 
     Raises
     ------
     InputError
         When the file cannot be opened.
     FormatError
-        When a column is missing, a cell is no number, a name appears twice, or there are fewer than three points.
+        When a column is missing, a cell is not a number, a name appears twice, or there are fewer than three points.
     """
     table = read_table(path)
     table.require(("name", *BASE1_COLUMNS, *BASE2_COLUMNS))
@@ -68,7 +68,7 @@ def read_touched(path: Path) -> PointPairs:
 
 
 def measure_bases(cell_json: Path, touched: PointPairs, *, tolerance_mm: float) -> MeasuredBases:
-    r"""Fit where robot 2 stands and put it into a cell.
+    r"""Fit the place of robot 2 and put it into a cell.
 
     .. math:: T_{world,base2} = T_{world,base1} \, T_{base1,base2}
 
@@ -77,7 +77,7 @@ def measure_bases(cell_json: Path, touched: PointPairs, *, tolerance_mm: float) 
     cell_json : Path
         Of schema ``wpcal/cell/1``; the grasp may be missing.
     touched : PointPairs
-        From base 2 to base 1, mm.
+        Of n points: source in base 2, target in base 1, mm.
     tolerance_mm : float
         Largest residual of the verdict.
 
@@ -88,7 +88,7 @@ def measure_bases(cell_json: Path, touched: PointPairs, *, tolerance_mm: float) 
     Raises
     ------
     GeometryError
-        When the points lie in a line.
+        When the points are on one line.
     FormatError
         When the file breaks its format.
     """
@@ -103,7 +103,7 @@ def measure_bases(cell_json: Path, touched: PointPairs, *, tolerance_mm: float) 
 
 
 def _read_without_grasp(record: Mapping[str, Any], path: Path) -> RobotCell:
-    """Check everything of a cell but its grasp, which may come later."""
+    """Read a cell and check everything except its grasp, which may be measured later."""
     filled = copy.deepcopy(dict(record))
     holder = filled.get("holder_robot")
     if isinstance(holder, dict) and holder.get("T_flange_part") is None:

@@ -1,12 +1,12 @@
-"""Every body of a cell in one list, the pairs that can meet, and where the bodies are at many states.
+"""All bodies of a cell, the pairs that can meet, and the frames of the bodies at many states.
 
 Which pairs are compared
     * Bodies of robot 1 (links, torch) with bodies of robot 2 (links, part): all.
-    * Bodies of one robot: where four joints or more lie between them. Nearer ones touch by construction (the three
-      axes of a wrist meet in a point) or are held off by the limits of the joints between. The torch and the part
-      count as one link beyond the flange, so that they are compared with the forearm (link 3) and what is before it.
-    * The bench with bodies of link 2 and further out. The base stands on it, and link 1 turns about an upright axis
-      above it.
+    * Bodies of one robot: if at least four joints are between them. Nearer bodies touch by construction (the three
+      axes of a wrist meet in a point), or the limits of the joints between them keep them apart. The torch and the part
+      count as one link beyond the flange, so they are compared with links 0 to 3.
+    * The bench: with the bodies of links 2 to 6, the torch and the part. The base is mounted on the bench, and link 1
+      turns about a vertical axis above it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ FIRST_LINK_OVER_BENCH = 2
 
 
 class Owner(Enum):
-    """What a body belongs to."""
+    """The owner of a body."""
 
     ROBOT1 = "robot 1"
     ROBOT2 = "robot 2"
@@ -48,7 +48,7 @@ class Body:
     link : int
         0 to 6; 7 for torch and part.
     carrier : int
-        Row of the frame in what `body_frames` gives.
+        Row of its frame in the result of `body_frames`.
     """
 
     shape: Shape
@@ -72,7 +72,7 @@ class BodyPairs:
     first, second : ndarray of int, shape (m,)
         Rows of `bodies`.
     safety_mm : ndarray, shape (m,)
-        Distance that each pair must keep: d1, or what the nozzle states towards the part.
+        Distance that each pair must keep, mm: d1, or the nozzle's own distance to the part.
     """
 
     bodies: tuple[Body, ...]
@@ -89,7 +89,7 @@ class BodyPairs:
 
 
 TOOL, PART, WORLD = 2 * (JOINTS + 1), 2 * (JOINTS + 1) + 1, 2 * (JOINTS + 1) + 2
-"""Rows of frames after the seven of each arm."""
+"""Rows of these frames, after the seven of each arm."""
 
 
 def bodies_of(cell: RobotCell) -> tuple[Body, ...]:
@@ -117,7 +117,7 @@ def body_pairs(cell: RobotCell) -> BodyPairs:
 
 
 def _can_meet(a: Body, b: Body) -> bool:
-    """Apply the rule to two different bodies; the bench stands last in the list."""
+    """Apply the rule to two different bodies; the bench is last in the list."""
     if b.owner is Owner.BENCH:
         return a.owner is not Owner.BENCH and a.link >= FIRST_LINK_OVER_BENCH
     return a.owner is not b.owner or abs(a.link - b.link) >= JOINTS_BETWEEN
@@ -130,7 +130,7 @@ def _safety(cell: RobotCell, a: Body, b: Body) -> float:
 
 
 def body_frames(cell: RobotCell, state: CellState) -> tuple[Frames, ...]:
-    """Return the frames that carry bodies, in `world`.
+    """Return the frames that carry bodies, in `world`, mm.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def body_frames(cell: RobotCell, state: CellState) -> tuple[Frames, ...]:
     -------
     tuple of Frames
         Base, links 1 to 5 and flange of robot 1, then of robot 2, `tool`, `part`, `world`; arrays of shape (3, n), or
-        (3, 1) for what does not move.
+        (3, 1) for frames that do not move.
     """
     frames1 = list(_arm_frames(cell.arm1, cell.T_world_base1, state.joints1))
     frames2 = list(_arm_frames(cell.arm2, cell.T_world_base2, state.joints2))

@@ -20,7 +20,7 @@ CELL_SCHEMA = "wpcal/cell/1"
 
 
 def read_cell(path: Path) -> RobotCell:
-    """Read a cell file; arms are shipped ones by name, or files beside the cell.
+    """Read a cell file. An arm is the name of a shipped arm, or of a file beside the cell file.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def read_cell(path: Path) -> RobotCell:
 
 
 def cell_from_record(record: Mapping[str, Any], *, path: Path) -> RobotCell:
-    """Return the cell of a record; `path` is where it came from, for arms beside it and for messages.
+    """Return the cell of a record. `path` is its file: arm files are looked up beside it, and messages name it.
 
     Raises
     ------
@@ -83,9 +83,9 @@ def _arm(name: str, path: Path) -> Arm:
 
 
 def _weights(robot: Mapping[str, Any], arm: Arm) -> FloatArray:
-    """K_j as the file gives them; otherwise the slowest joint has 1 and a joint twice as fast a half.
+    """Return K_j of the file; otherwise 1 for the slowest joint and 1/2 for a joint that is twice as fast.
 
-    The paper takes K_j from the inertia that a joint moves, and makers set the largest speeds by just that.
+    The paper derives K_j from the inertia that a joint moves. Makers set the largest joint speeds by that inertia.
     """
     if "joint_weights" in robot:
         return np.asarray(robot["joint_weights"], dtype=np.float64)

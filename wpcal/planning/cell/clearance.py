@@ -1,7 +1,7 @@
-"""How far the bodies of a cell are from each other by the capsules around them: fast enough for the inside of a search.
+"""Distances between the bodies of a cell, measured by the capsules around them: fast enough for use inside a search.
 
-The answer is as true as the capsules that the cell states. `wpcal.planning.cell.hulls` measures the convex hulls
-instead, and only what it has checked is called free.
+The distances are as accurate as the capsules in the cell file. `wpcal.planning.cell.hulls` measures the convex hulls
+instead; only a path that it has checked is called free.
 
 References
 ----------
@@ -22,23 +22,23 @@ from wpcal.planning.cell.segments import Segments, segment_distances
 from wpcal.robot.kinematics.forward import Frames
 
 STATES = 1024
-"""States handled at once: the axes of all capsules of a cell (some MB) then stay near the core."""
+"""States per batch: the axes of all capsules of a cell (some MB) then stay in the cache."""
 BLOCK = 16_384
-"""Distances computed at once: each temporary array (128 kB) stays in the cache of a core."""
+"""Distances per batch: each temporary array (128 kB) stays in the cache of a core."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clearance:
-    """How free n states are.
+    """Clearances of n states.
 
     Parameters
     ----------
     margin_mm : ndarray, shape (n,)
-        Least of distance minus the safety distance of the pair, over all pairs; infinite in a cell without pairs.
+        Least distance minus safety distance over all pairs, mm; infinite in a cell without pairs.
     distance_mm : ndarray, shape (n,)
-        Distance of the pair with the least margin; negative where capsules overlap.
+        Distance of the pair with the least margin, mm; negative where capsules overlap.
     pair : ndarray of int, shape (n,)
-        That pair, a row of `pairs`; -1 in a cell without pairs.
+        The pair with the least margin, a row of `pairs`; -1 in a cell without pairs.
     pairs : BodyPairs
     """
 
@@ -78,8 +78,8 @@ def capsule_clearance(cell: RobotCell, state: CellState) -> Clearance:
 
     Notes
     -----
-    About 35 ns a pair of capsules: 6 µs a state of a cell with 160 pairs, and a third of that for the kinematics. Many
-    states in one call are far cheaper than one state in each of many calls.
+    About 35 ns per pair of capsules: 6 µs per state of a cell with 160 pairs, and a third of that for the kinematics.
+    One call with many states is far cheaper than many calls with one state.
     """
     pairs = body_pairs(cell)
     table = _CapsuleTable.of_pairs(pairs)

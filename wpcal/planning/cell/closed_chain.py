@@ -1,6 +1,6 @@
 """The closed chain of both arms, exact by construction: nine coordinates of each point give all joints.
 
-A point of a path is fixed by where the weld point is, how the seam lies against gravity, and how the torch stands:
+A point of a path is determined by the place of the weld point, the attitude of the seam and the attitude of the torch:
 
 ====  ==========  =================================================================================
 0-2   x, y, z     weld point in the frame `middle` of the cell, mm
@@ -12,8 +12,8 @@ A point of a path is fixed by where the weld point is, how the seam lies against
 8     spin        turn of the torch about its wire, rad (γ of Hou 2018, §1.2.2: without effect on the weld)
 ====  ==========  =================================================================================
 
-They give the poses of the seam, the part and the tool, and the closed-form inverses of both arms give the
-joints. Whatever the nine numbers are, the wire's tip is on the weld point (Hou 2018, eq. 5).
+They determine the poses of the seam, the part and the tool, and the closed-form inverses of both arms give the joints.
+For all values of the nine coordinates the tip of the wire is on the weld point (Hou 2018, eq. 5).
 """
 
 from __future__ import annotations
@@ -43,8 +43,9 @@ class SeamPath:
     ----------
     name : str
     s_mm : ndarray, shape (n,)
-        Arc length, increasing.
+        Arc length, increasing, mm.
     p : ndarray, shape (n, 3)
+        Points of the seam, mm.
     R : ndarray, shape (n, 3, 3)
         Columns x (travel), y, z (out of the joint).
     """
@@ -56,12 +57,12 @@ class SeamPath:
 
     @classmethod
     def of_frames(cls, name: str, frames: SeamFrames) -> SeamPath:
-        """Take the frames of a seam, which must stand in `part`.
+        """Take the frames of a seam, which must be given in `part`.
 
         Raises
         ------
         InputError
-            When they stand in another frame, or are fewer than two.
+            When they are given in another frame, or are fewer than two.
         """
         if frames.frame != "part":
             raise InputError(f"seam {name}: expected frames in part, got {frames.frame}")
@@ -73,7 +74,7 @@ class SeamPath:
         return len(self.s_mm)
 
     def select(self, rows: IntArray) -> SeamPath:
-        """Return the points at `rows`; a row may come more than once."""
+        """Return the points at `rows`, of any shape (k,); a row may appear more than once."""
         return SeamPath(self.name, self.s_mm[rows], self.p[rows], self.R[rows])
 
 
@@ -92,7 +93,7 @@ def torch_on_seam(coordinates: FloatArray) -> FloatArray:
 
 
 def flange_poses(cell: RobotCell, path: SeamPath, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return where both flanges must be.
+    """Return the poses of both flanges.
 
     Parameters
     ----------
@@ -173,8 +174,20 @@ def joints_along(
 def unwrap(joints: FloatArray, near: FloatArray) -> FloatArray:
     """Add whole turns so that each step is the shorter way, and the first row is nearest to `near`.
 
-    A rotation is a turn of less than π between points of a path that are close enough; the step that is meant is
-    then the shorter one, and the angle goes on growing over several turns where it must.
+    Between neighbouring points of a path a joint turns by less than π, so the shorter step is the right one. The angle
+    may grow over several turns.
+
+    Parameters
+    ----------
+    joints : ndarray, shape (n, k)
+        rad.
+    near : ndarray, shape (k,)
+        rad.
+
+    Returns
+    -------
+    ndarray, shape (n, k)
+        rad.
     """
     steps = np.diff(joints, axis=0, prepend=np.broadcast_to(near, (1, joints.shape[1])))
     return np.asarray(near + np.cumsum(steps - TURN * np.rint(steps / TURN), axis=0), dtype=np.float64)
@@ -193,7 +206,7 @@ def joint_slopes(cell: RobotCell, coordinates: FloatArray, joints: FloatArray) -
     Returns
     -------
     ndarray, shape (n, 12, 9)
-        rad per mm and rad per rad; next to a singular pose large, but finite.
+        rad per mm and rad per rad; large but finite near a singular pose.
     """
     seam, tool = _turning_axes(coordinates)
     motion2 = np.zeros((len(joints), 6, COORDINATES))
@@ -227,9 +240,9 @@ def _turning_axes(coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 LEAST_PIVOT = 1e-6
-"""Damping of the squared, length-scaled Jacobian: joints next to a singular pose get steep, not infinite, slopes."""
+"""Damping of the squared, length-scaled Jacobian: near a singular pose the slopes are steep but finite."""
 ARM_LENGTH_MM = 1000.0
-"""Scale that makes millimetres of an arm comparable with radians."""
+"""Scale that makes millimetres at the end of an arm comparable with radians."""
 
 
 def _solved(arm: Arm, q: FloatArray, R_middle_base: FloatArray, point: FloatArray, motion: FloatArray) -> FloatArray:

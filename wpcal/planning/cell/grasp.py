@@ -1,4 +1,4 @@
-"""Where the part sits in the gripper of robot 2, measured by robot 1 touching it, and a cell file that says so."""
+"""The grasp: the place of the part in the gripper of robot 2, measured with robot 1, written into a cell file."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from wpcal.planning.cell.robot_cell import JOINTS, RobotCell
 from wpcal.robot.kinematics.arm_file import ARM_SCHEMA, shipped_arms
 
 NO_GRASP = {"xyz_mm": [0.0, 0.0, 0.0], "rpy_deg": [0.0, 0.0, 0.0]}
-"""Stands in a record while the grasp is not known: the rest of the file is then checked like that of any cell."""
+"""Placeholder while the grasp is not known, so that the rest of the cell file can be checked."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Holding:
-    """A cell file and the joints at which robot 2 held the part while it was touched.
+    """A cell file and the joints of robot 2 while robot 1 touched the part.
 
     Parameters
     ----------
     path : Path
         The cell file.
     record : mapping
-        What it holds; the grasp may be missing.
+        Content of the file; the grasp may be missing.
     cell : RobotCell
-        The same with any grasp.
+        The same cell; a missing grasp is replaced by the identity.
     joints2 : ndarray, shape (6,)
         Shown angles of robot 2, rad.
     """
@@ -52,7 +52,7 @@ def read_holding(path: Path, joints_deg: str) -> Holding:
     path : Path
         Of schema ``wpcal/cell/1``.
     joints_deg : str
-        Six shown angles in degrees, with commas between them.
+        Six shown angles in degrees, separated by commas.
 
     Raises
     ------
@@ -76,7 +76,9 @@ def _joints(text: str, cell: RobotCell) -> FloatArray:
     except ValueError:
         q = np.zeros(0)
     if q.shape != (JOINTS,) or not np.isfinite(q).all():
-        raise InputError(f"joints of the holder: expected {JOINTS} angles in degrees with commas, got {text!r}")
+        raise InputError(
+            f"joints of the holder: expected {JOINTS} angles in degrees, separated by commas, got {text!r}"
+        )
     low, high = np.degrees(cell.arm2.limits)
     for joint, value, least, most in zip(cell.arm2.joints, np.degrees(q), low, high, strict=True):
         if not least <= value <= most:
@@ -87,7 +89,7 @@ def _joints(text: str, cell: RobotCell) -> FloatArray:
 
 
 def solve_grasp(holding: Holding, T_base1_part: RigidTransform) -> RigidTransform:
-    r"""Return ``T_flange2_part`` from where robot 1 found the part.
+    r"""Return ``T_flange2_part`` from the place where robot 1 found the part.
 
     .. math:: T_{flange2,part} = (T_{base1,base2} \, T_{base2,flange2}(q_2))^{-1} \, T_{base1,part}
 
@@ -95,7 +97,7 @@ def solve_grasp(holding: Holding, T_base1_part: RigidTransform) -> RigidTransfor
     ----------
     holding : Holding
     T_base1_part : RigidTransform
-        The result of a calibration with points that robot 1 touched; the names of its frames do not matter.
+        Result of a calibration with points that robot 1 touched; the names of its frames are ignored.
 
     Returns
     -------
@@ -103,8 +105,8 @@ def solve_grasp(holding: Holding, T_base1_part: RigidTransform) -> RigidTransfor
 
     Notes
     -----
-    An error of the bases or of the arms enters the grasp. It leaves again where robot 2 holds the part as it did while
-    it was touched, and grows with the turn away from there.
+    Errors of the bases and of the arms enter the grasp. They cancel where robot 2 holds the part as it did during the
+    touching, and grow with the rotation away from that pose.
     """
     cell = holding.cell
     flange = cell.arm2.forward(holding.joints2[None])[0]
@@ -114,7 +116,7 @@ def solve_grasp(holding: Holding, T_base1_part: RigidTransform) -> RigidTransfor
 
 
 def cell_files(holding: Holding, T_flange2_part: RigidTransform) -> dict[str, Any]:
-    """Return the files of the cell with a grasp, by name: ``cell.json``, and arms that stand beside the cell file.
+    """Return the files of the cell with a grasp, by name: ``cell.json``, and the arm files beside the cell file.
 
     Parameters
     ----------
@@ -132,19 +134,19 @@ def cell_files(holding: Holding, T_flange2_part: RigidTransform) -> dict[str, An
 
 
 def with_arms(record: Mapping[str, Any], path: Path) -> dict[str, Any]:
-    """Return the record of a cell as ``cell.json``, and those of arms that stand beside the file it came from.
+    """Return the record of a cell as ``cell.json``, and the records of the arm files beside its file.
 
     Parameters
     ----------
     record : mapping
         Of schema ``wpcal/cell/1``.
     path : Path
-        Of the file that it came from.
+        The file that the record came from.
 
     Returns
     -------
     dict of str to dict
-        Records by the names of their files; the arms are named by file alone, so that all can lie in one folder.
+        Records by file name. The cell names its arms without a folder, so that all files can be in one folder.
     """
     cell = copy.deepcopy(dict(record))
     files = {"cell.json": cell}

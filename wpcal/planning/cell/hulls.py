@@ -1,8 +1,8 @@
-"""Distances between the convex hulls of bodies: slower than capsules, and what a path is judged by.
+"""Distances between the convex hulls of bodies: slower than capsules, and decisive for the verdict on a path.
 
-A body with a hull is measured by it, one without by its capsules. For every state a capsule around each hull bounds the
-distances from below, all pairs at once; then the hulls are measured in that order until no bound is below the least
-margin found. The answer is the least margin over all pairs, and few pairs are measured.
+A body with a hull is measured by its hull, a body without by its capsules. For every state, a capsule around each hull
+bounds the distances of all pairs from below. The hulls are then measured in the order of these bounds, until no bound
+is below the least margin found. The result is the least margin over all pairs, although few pairs are measured.
 
 The hulls are measured by FCL (Pan, Chitta, Manocha: FCL, a general purpose library for collision and proximity queries,
 2012; BSD), the optional package `python-fcl`, which is imported when the first hull is met.
@@ -25,7 +25,7 @@ from wpcal.planning.cell.robot_cell import CellState, RobotCell, Shape
 from wpcal.robot.kinematics.forward import Frames
 
 FCL_MM = 1e-4
-"""Taken from every distance by FCL: ten times what its iteration was seen to be off for capsules (1e-5 mm at 1 m)."""
+"""Subtracted from every distance by FCL: ten times the largest error of its iteration seen for capsules (1e-5 mm)."""
 
 
 def hull_clearance(cell: RobotCell, state: CellState) -> Clearance:
@@ -40,12 +40,12 @@ def hull_clearance(cell: RobotCell, state: CellState) -> Clearance:
     Returns
     -------
     Clearance
-        The distance is 0 where hulls overlap: how deep is not measured.
+        The distance is 0 where hulls overlap; the depth is not measured.
 
     Raises
     ------
     GeometryError
-        When the corners of a hull lie in a plane.
+        When the corners of a hull are in one plane.
     InputError
         When a body has a hull and `python-fcl` is not installed.
     """
@@ -61,14 +61,22 @@ def hull_clearance(cell: RobotCell, state: CellState) -> Clearance:
 
 
 def capsule_around(points: ArrayLike) -> tuple[FloatArray, FloatArray, float]:
-    """Return a capsule that holds points, and so their convex hull: ends p and q of its axis, and its radius, mm.
+    """Return a capsule that contains points, and so their convex hull.
 
-    The axis goes along one of the principal directions of the points, through the middle of their extent across it:
-    the one of the least volume is taken. It is not the smallest capsule.
+    The axis is parallel to a principal direction of the points, through the middle of their extent across it. Of the
+    three principal directions the one with the least volume is taken. The capsule is not the smallest one.
 
     Parameters
     ----------
     points : array_like, shape (n, 3)
+        mm.
+
+    Returns
+    -------
+    p, q : ndarray, shape (3,)
+        Ends of the axis, mm.
+    radius : float
+        mm.
     """
     x = np.asarray(points, dtype=np.float64)
     directions = np.linalg.svd(x - x.mean(axis=0), full_matrices=True)[2]
@@ -82,7 +90,7 @@ def _capsule_along(x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatAr
     across = np.hypot(local[:, 1] - middle[1], local[:, 2] - middle[2])
     radius = float(across.max())
     cap = np.sqrt(np.maximum(radius**2 - across**2, 0.0))
-    low, high = (local[:, 0] + cap).min(), (local[:, 0] - cap).max()  # both ends as far in as every point allows
+    low, high = (local[:, 0] + cap).min(), (local[:, 0] - cap).max()  # both ends as far inwards as all points allow
     if low > high:
         low = high = (low + high) / 2
     ends = np.array([[low, middle[1], middle[2]], [high, middle[1], middle[2]]]) @ axes
@@ -96,7 +104,7 @@ def _volume(capsule: tuple[FloatArray, FloatArray, float]) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _HullMeasure:
-    """The pairs of a cell, the same with a capsule around every hull, and FCL's objects where they are needed."""
+    """The pairs of a cell, the same pairs with a capsule around every hull, and FCL's objects of bodies with hulls."""
 
     pairs: BodyPairs
     bounded: BodyPairs
@@ -177,7 +185,7 @@ def _fcl_hull(shape: Shape) -> Any:
     try:
         hull = ConvexHull(shape.hull)
     except QhullError:
-        raise GeometryError(f"shape {shape.name}: the corners of its hull lie in a plane or are too few") from None
+        raise GeometryError(f"shape {shape.name}: the corners of its hull are in one plane or too few") from None
     number = np.zeros(len(shape.hull), dtype=np.int64)
     number[hull.vertices] = np.arange(len(hull.vertices))
     a, b, c = np.moveaxis(shape.hull[hull.simplices], 1, 0)
@@ -188,7 +196,7 @@ def _fcl_hull(shape: Shape) -> Any:
 
 
 def _rotation_to(direction: FloatArray) -> FloatArray:
-    """Return a rotation whose z is along a direction; the identity for none."""
+    """Return a rotation whose z is along a direction; the identity for a zero vector."""
     length = float(np.linalg.norm(direction))
     if length == 0.0:
         return np.eye(3)

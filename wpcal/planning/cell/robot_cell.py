@@ -1,4 +1,4 @@
-"""`RobotCell`: what stands where; `CellState`: the joints of both robots at the points of a path.
+"""`RobotCell`: arms, bases, tools and bodies; `CellState`: the joints of both robots at the points of a path.
 
 Robot 1 carries the torch, robot 2 holds the part. `world` has z against gravity.
 """
@@ -17,7 +17,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
 
 JOINTS = 6
-"""Both arms need the closed form of the inverse kinematics, which has six joints."""
+"""The closed-form inverse kinematics that both arms need has six joints."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,11 +32,11 @@ class Shape:
     radius_mm : array_like, shape (k,)
     link : int
         For a body of an arm: the frame it moves with. 0 is the base, i the frame after link i of the chain, and 6
-        (the last) the flange. Bodies of the torch, the part and the bench stand in `tool`, `part` and `world`.
+        (the last) the flange. Bodies of the torch, the part and the bench are given in `tool`, `part` and `world`.
     hull : array_like, shape (m, 3), optional
-        Corners of the convex body in the same frame, mm; empty where the capsules are all there is.
+        Corners of the convex body in the same frame, mm; empty if the body has capsules only.
     to_part_mm : float, optional
-        Of a body of the torch that works close to the part (the nozzle): its own safety distance to the part.
+        For a body of the torch that works close to the part (the nozzle): its own safety distance to the part.
 
     Raises
     ------
@@ -70,7 +70,7 @@ class Shape:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotCell:
-    """Two arms, what they carry, and what stands around.
+    """Two arms, the torch and the part that they carry, and the fixed bodies around them.
 
     Parameters
     ----------
@@ -83,21 +83,21 @@ class RobotCell:
     T_flange2_part : RigidTransform
         The grasp: `part` has the coordinates of the STEP file.
     d1_mm : float
-        Safety distance: a state is clear when the least distance between bodies is larger (Hou 2018, eq. 6).
+        Safety distance, mm: a state is clear if the least distance between bodies is larger (Hou 2018, eq. 6).
     weights1, weights2 : array_like, shape (6,)
-        K_j of Hou 2018, eq. 4: how much a move of each joint counts.
+        K_j of Hou 2018, eq. 4: the weight of each joint in the motion.
     links1, links2 : tuple of Shape
-        Bodies of the arms (with grippers and cables), each with the link it moves with.
+        Bodies of the arms (with grippers and cables), each with the link that carries it.
     torch, part, bench : tuple of Shape
         Bodies in the frames `tool`, `part` and `world`.
     source : str
-        Where the numbers come from, above all those of the bodies.
+        Origin of the numbers, above all of the bodies.
 
     Raises
     ------
     InputError
-        When an arm has not six joints, a frame name is another, the safety distance is negative or a weight is not
-        positive.
+        When an arm does not have six joints, a frame name is wrong, the safety distance is negative or a weight is
+        not positive.
     """
 
     name: str
@@ -135,7 +135,7 @@ class RobotCell:
 
     @property
     def T_base1_base2(self) -> RigidTransform:
-        """Where robot 2 stands for robot 1."""
+        """The pose of base 2 in base 1."""
         return self.T_world_base1.inverse() @ self.T_world_base2
 
     @property
@@ -156,7 +156,7 @@ class RobotCell:
 
     @property
     def T_world_middle(self) -> RigidTransform:
-        """The frame between the robots: origin in the middle of the bases, x level from base 1 to base 2, z up."""
+        """The frame between the robots: origin midway between the bases, x horizontal from base 1 to base 2, z up."""
         one, two = self.T_world_base1.t_mm, self.T_world_base2.t_mm
         x, y, _ = two - one
         R = rotation_from_zyx(0.0, 0.0, np.arctan2(y, x))
@@ -170,12 +170,12 @@ class CellState:
     Parameters
     ----------
     joints1, joints2 : array_like, shape (n, 6)
-        Shown angles, rad, unwrapped: neighbours differ by the move that is meant.
+        Shown angles, rad, unwrapped: the difference of neighbours is the actual move.
 
     Raises
     ------
     InputError
-        When a shape is another.
+        When a shape is wrong.
     """
 
     joints1: FloatArray

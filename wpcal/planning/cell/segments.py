@@ -1,6 +1,6 @@
 """Distances between many line segments at once.
 
-Points are kept with their three coordinates on the first axis, shape (3, ...): every step is then a few sums over long
+The three coordinates of points are on the first axis, shape (3, ...): every step is then a few sums over long
 contiguous rows, as in `wpcal.robot.kinematics.forward`.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 
 LEAST_SQUARED_MM2 = 1e-18
-"""Squared lengths below this are raised to it: a segment of 1e-9 mm is a point, and nothing is divided by zero."""
+"""Smaller squared lengths are raised to this: a segment of 1e-9 mm counts as a point, and no division is by zero."""
 
 
 class Segments(NamedTuple):
@@ -31,14 +31,14 @@ def dot(a: FloatArray, b: FloatArray) -> FloatArray:
 def segment_distances(first: Segments, second: Segments) -> FloatArray:
     r"""Return the smallest distances between segments of two sets, pair by pair.
 
-    The squared distance :math:`|p + s u - q - t v|^2` is convex in (s, t). The foot on the first line is cut to its
-    segment, then t is the best answer to it, cut, then s the best answer to that t: exact for segments, since at most
-    one of the two cuts moves the other foot.
+    The squared distance :math:`|p + s u - q - t v|^2` is convex in (s, t). The nearest point on the first line is
+    clipped to its segment. Then t is optimised for this s and clipped, then s for this t and clipped. This is exact for
+    segments, because at most one of the two clips moves the other point.
 
     Parameters
     ----------
     first, second : Segments
-        Shapes (3, ...) that broadcast.
+        Shapes (3, ...) that broadcast, mm.
 
     Returns
     -------
@@ -47,8 +47,8 @@ def segment_distances(first: Segments, second: Segments) -> FloatArray:
 
     Notes
     -----
-    Segments of no length are points. Parallel segments have many nearest points, any of which is taken. Segments that
-    are parallel to round-off and touch are off by up to 1e-8 of their length.
+    Segments of length zero are points. Parallel segments have many nearest points; any of them is taken. For touching
+    segments that are parallel except for round-off, the error is up to 1e-8 of their length.
 
     References
     ----------

@@ -1,8 +1,8 @@
-"""How far arms are from their singular poses, where a small motion of the tool needs a large one of a joint.
+"""The distance of arms from their singular poses, where a small motion of the tool needs a large motion of a joint.
 
-An arm of the OPW family has three: the wrist straight (axes 4 and 6 in line), the elbow stretched, and the wrist's
-centre above axis 1. Each has a measure that is zero there and changes its sign from one branch of the inverse to
-another, so that a path which keeps off zero keeps its branch.
+An arm of the OPW family has three kinds: the wrist straight (axes 4 and 6 collinear), the elbow stretched, and the
+centre of the wrist on axis 1. Each kind has a measure that is zero there and changes its sign between branches of the
+inverse, so a path whose measures stay away from zero keeps its branch.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.opw import OPWGeometry
 
 LEAST_REGULARITY = 0.1
-"""Measures stay above this: a wrist bent by six degrees. Joint rates are then at most ten times those of the pose."""
+"""Measures stay above this (a wrist bent by six degrees): joint rates are then at most ten times the tool's rate."""
 
 
 def regularity(arm: Arm, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -23,7 +23,7 @@ def regularity(arm: Arm, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     Parameters
     ----------
     arm : Arm
-        Of an identified arm the nominal chain is looked at: the difference is some millimetres.
+        For an identified arm the nominal chain is used; the difference is some millimetres.
     q : ndarray, shape (n, 6)
         Shown angles, rad.
 
@@ -31,9 +31,9 @@ def regularity(arm: Arm, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     -------
     values : ndarray, shape (n, 3)
         Wrist: sine of its bend. Elbow: sine of the angle off the stretched arm. Shoulder: distance of the wrist's
-        centre from axis 1 in its plane, in parts of the reach. Absolute values.
+        centre from axis 1 in the plane of the arm, in parts of the reach. Absolute values.
     slopes : ndarray, shape (n, 3, 6)
-        Derivatives with respect to the shown angles.
+        Derivatives with respect to the shown angles, per rad.
     """
     g = OPWGeometry.of_chain(arm.as_nominal().chain)
     theta = arm.model_angles(q) * g.signs + g.offsets

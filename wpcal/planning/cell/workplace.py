@@ -1,4 +1,4 @@
-"""Where between the robots the weld may be: a zone in the frame `middle` of the cell."""
+"""The weld zone: the places between the robots where the weld may be, in the frame `middle` of the cell."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.opw import OPWGeometry
 
 ZONE_SIDE = 0.25
-"""The zone goes from the middle by this part of the distance of the bases to both, and to each side."""
+"""The zone extends from the middle by this part of the distance between the bases: towards both, and to both sides."""
 ZONE_HEIGHTS = (0.25, 0.85)
-"""Its bottom and top above the bases, in parts of the shorter reach: from a low table to above the shoulders."""
+"""Bottom and top of the zone above the bases, in parts of the shorter reach: from a low table to the shoulders."""
 GRID = (np.array([0.1, 0.5, 0.9]), np.array([0.1, 0.5, 0.9]), np.array([0.1, 0.4, 0.7, 0.95]))
 """Candidate places, in parts of the zone."""
 
 
 def reach_mm(arm: Arm) -> float:
-    """Return the distance from the shoulder to the wrist's centre of the stretched arm."""
+    """Return the distance from the shoulder to the centre of the wrist of the stretched arm, mm."""
     g = OPWGeometry.of_chain(arm.as_nominal().chain)
     return float(g.c2 + np.hypot(g.a2, g.c3))
 
@@ -39,7 +39,19 @@ def candidate_places(cell: RobotCell) -> FloatArray:
 
 
 def reach_shortage(arm: Arm, T_base_flange: FloatArray) -> FloatArray:
-    """Return how far the wrist's centre of flange poses (N, 4, 4) is outside the shell an arm reaches; (N,), mm."""
+    """Return how far the centre of the wrist is outside the shell that an arm reaches.
+
+    Parameters
+    ----------
+    arm : Arm
+    T_base_flange : ndarray, shape (N, 4, 4)
+        mm.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+        mm; zero within the shell.
+    """
     g = OPWGeometry.of_chain(arm.as_nominal().chain)
     local = np.linalg.inv(g.T_base_opw) @ T_base_flange @ np.linalg.inv(g.T_wrist_flange)
     across = np.sqrt(np.maximum(local[:, 0, 3] ** 2 + local[:, 1, 3] ** 2 - g.b**2, 0.0))

@@ -1,1 +1,1 @@
-"""A plan: its states and times, the check of its clearances, and its files."""
+"""Plans: states and times, the check for collisions, and the files of a run."""

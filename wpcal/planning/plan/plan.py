@@ -28,11 +28,11 @@ class Plan:
     seam : str
         Name of the seam in ``seams.json``.
     s_mm : array_like, shape (n,)
-        Arc length at the points, increasing.
+        Arc length at the points, increasing, mm.
     state : CellState
         n points.
     slope_rad, rotation_rad : array_like, shape (n,)
-        Weld position against gravity (DESIGN §3); the rotation is NaN in vertical travel.
+        Weld position relative to gravity (DESIGN §3); the rotation is NaN in vertical travel.
     work_rad, travel_rad : array_like, shape (n,)
         Torch angles (DESIGN §3).
     objectives : mapping of str to float
@@ -40,11 +40,11 @@ class Plan:
     printed : mapping of str to float
         The paper's functions as printed, by their symbols f1_1, f1_2, f2.
     clearance_mm : array_like, shape (n,), optional
-        Least distance between bodies at the points; None where nothing was checked.
+        Least distance between bodies at the points, mm; None if the plan was not checked.
     found_by : str
         ``ladder`` or ``nsga2``.
     verdict : CollisionVerdict
-        What the check between the points found.
+        Result of the check between the points.
 
     Raises
     ------

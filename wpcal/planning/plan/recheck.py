@@ -1,8 +1,9 @@
-"""Is a planned path free? Judged by hulls at states between the planned ones, as the controllers pass through them.
+"""The check for collisions: clearances by hulls at states between the planned ones, where the controllers interpolate.
 
-The programs hold joint targets and both controllers interpolate joints, with the same fraction of a segment at the same
-time. The states between two planned ones are therefore those of a straight line in the twelve joints, not of the seam.
-How far the wire tip leaves the seam on them is measured too: it tells whether the planned points stand close enough.
+The programs contain joint targets, and both controllers interpolate joints, with the same fraction of a segment at the
+same time. The states between two planned states are therefore on a straight line in the twelve joints, not on the seam.
+The distance of the wire tip from the seam at these states is measured too: it shows whether the planned points are
+close enough.
 """
 
 from __future__ import annotations
@@ -22,30 +23,30 @@ from wpcal.planning.plan.plan import CollisionVerdict, Plan
 from wpcal.robot.kinematics.forward import Frames
 
 REFINE = 10
-"""Parts into which each step of a plan is cut: joints then move by tenths of a degree between checked states."""
+"""Parts into which each step of a plan is divided: joints then move by tenths of a degree between checked states."""
 HALVINGS = 3
-"""How often the parts are halved where bodies may move farther between two states than they are apart. Eight times
-finer still, a body on a path of 2 mm steps moves by some tenths of a millimetre."""
+"""How often the parts are halved if bodies move farther between two states than the distance between them. At eight
+times finer steps, a body on a path of 2 mm steps moves by some tenths of a millimetre."""
 TINY_MM2 = 1e-18
-"""Squared length of a chord of 1e-9 mm: points that do not move along the seam are compared as they are."""
+"""Squared length of a chord of 1e-9 mm. Shorter chords count as points, so nothing is divided by zero."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathCheck:
-    """What a check between the points of a path found.
+    """Result of a check between the points of a path.
 
     Parameters
     ----------
     refine : int
-        Parts into which each step was cut in the end.
+        Parts into which each step was divided in the end.
     s_mm : ndarray, shape (m,)
-        Arc length along the seam of the checked states.
+        Arc length along the seam at the checked states, mm.
     clearance : Clearance
         Of the m states, by hulls.
     motion_mm : float
-        Farthest that any body moves from one checked state to the next.
+        Largest motion of any body from one checked state to the next, mm.
     tip_error_mm : float
-        Farthest that the wire tip is from the line between neighbouring points, seen from the part.
+        Largest distance of the wire tip from the line between neighbouring points, in the frame of the part, mm.
     """
 
     refine: int
@@ -56,14 +57,14 @@ class PathCheck:
 
     @property
     def least_gap_mm(self) -> float:
-        """No two bodies are nearer than this at any checked state, mm."""
+        """Lower bound of the distance between any two bodies at any checked state, mm."""
         if not len(self.clearance.pairs):
             return math.inf
         return float(self.clearance.margin_mm.min() + self.clearance.pairs.safety_mm.min())
 
     @property
     def nothing_between(self) -> bool:
-        """Whether no bodies can touch between checked states: two of them come nearer by one motion at most."""
+        """Whether no bodies can touch between checked states: two bodies approach each other by one motion at most."""
         return self.least_gap_mm > self.motion_mm
 
     @property
@@ -78,7 +79,7 @@ class PathCheck:
         return int(np.argmin(self.clearance.margin_mm))
 
     def describe(self) -> str:
-        """Say in one line what was found: the nearest bodies, their distance, and where."""
+        """Say in one line which bodies are nearest, at what distance, and where."""
         row = self.worst
         if self.clearance.pair[row] < 0:
             return f"{len(self.s_mm)} states checked; no bodies that could meet"
@@ -91,7 +92,7 @@ class PathCheck:
         )
         if self.nothing_between or not self.clearance.is_clear.all():
             return found
-        return f"{found}; bodies move {self.motion_mm:.1f} mm between two states, too far to tell what is between"
+        return f"{found}; bodies move {self.motion_mm:.1f} mm between two states, too far to exclude a collision there"
 
 
 def recheck_clearance(plan: Plan, cell: RobotCell, *, refine: int = REFINE) -> PathCheck:
@@ -103,7 +104,7 @@ def recheck_clearance(plan: Plan, cell: RobotCell, *, refine: int = REFINE) -> P
         n points.
     cell : RobotCell
     refine : int
-        Parts into which each step is cut: (n - 1) refine + 1 states are measured, or more (see `check_path`).
+        Parts into which each step is divided: (n - 1) refine + 1 states are measured, or more (see `check_path`).
 
     Returns
     -------
@@ -118,10 +119,20 @@ def recheck_clearance(plan: Plan, cell: RobotCell, *, refine: int = REFINE) -> P
 
 
 def check_path(planned: CellState, s_mm: FloatArray, cell: RobotCell, *, refine: int = REFINE) -> PathCheck:
-    """Measure any path of n states by hulls at finer steps; `s_mm`, shape (n,), says where along the seam they are.
+    """Measure any path by hulls at finer steps.
 
-    Where all states are clear but bodies move farther between two of them than they are apart, the steps are halved and
-    measured again, `HALVINGS` times at most.
+    If all states are clear, but bodies move farther between two states than the distance between them, the steps are
+    halved and measured again, at most `HALVINGS` times.
+
+    Parameters
+    ----------
+    planned : CellState
+        n states.
+    s_mm : ndarray, shape (n,)
+        Arc length along the seam at the states, mm.
+    cell : RobotCell
+    refine : int
+        Parts into which each step is divided at first.
 
     Raises
     ------
@@ -145,7 +156,7 @@ def _measure(planned: CellState, s_mm: FloatArray, cell: RobotCell, refine: int)
 
 
 def finer_states(state: CellState, *, refine: int) -> CellState:
-    """Return a path with each step cut into `refine` equal parts in the joints.
+    """Return a path with each step divided into `refine` equal parts in the joints.
 
     Raises
     ------
@@ -153,7 +164,7 @@ def finer_states(state: CellState, *, refine: int) -> CellState:
         When `refine` is less than 1 or there are no states.
     """
     if refine < 1 or len(state) < 1:
-        raise InputError(f"expected at least one state and at least one part a step, got {len(state)} and {refine}")
+        raise InputError(f"expected at least one state and at least one part per step, got {len(state)} and {refine}")
     at = np.arange((len(state) - 1) * refine + 1)
     row, part = at // refine, (at % refine / refine)[:, None]
     after = np.minimum(row + 1, len(state) - 1)
@@ -162,9 +173,9 @@ def finer_states(state: CellState, *, refine: int) -> CellState:
 
 
 def _largest_motion(clearance: Clearance, cell: RobotCell, state: CellState) -> float:
-    """Return the farthest that a corner of the box around a body moves between neighbours.
+    """Return the largest motion of a corner of the box around any body between neighbouring states, mm.
 
-    How far the points of a rigid body move is largest at a corner of any box around it.
+    The motion of the points of a rigid body is largest at a corner of any box around it.
     """
     frames = body_frames(cell, state)
     largest = 0.0

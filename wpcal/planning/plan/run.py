@@ -1,8 +1,8 @@
-"""One run of both robots: the torch comes to the seam, welds it and leaves, as states with times.
+"""One run of both robots as states with times: approach, weld and retract.
 
-Before and after the weld robot 2 stands still and robot 1 moves along the wire, in steps short enough that a straight
-line in the joints is nearly one in space. What cannot be reached, or comes too near to something, is left out: the run
-then begins nearer to the seam.
+Before and after the weld robot 2 does not move, and robot 1 moves along the wire. The steps are short enough that a
+straight line in the joints is nearly straight in space. If part of the approach cannot be reached or is not clear, it
+is omitted: the run then begins nearer to the seam.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from wpcal.planning.plan.schedule import Schedule
 from wpcal.robot.kinematics.inverse import nearest_joints
 
 APPROACH_MM = 50.0
-"""Clears a nozzle of common size, as in the programs of `wpcal export`."""
+"""Enough for a nozzle of usual size; the same as in the programs of `wpcal export`."""
 AIR_SPEED_MM_S = 50.0
-"""Beside a part: half of what `wpcal export` uses for free moves."""
+"""Near a part: half of the speed that `wpcal export` uses for free moves."""
 AIR_STEP_MM = 10.0
 """On such a step the tip leaves its line by some hundredths of a millimetre."""
 LARGEST_AIR_MOVE_RAD = math.radians(20.0)
-"""10 mm turn no joint by more unless the arm passes its singular pose: the run then begins after it."""
+"""A step of 10 mm turns a joint by more only near a singular pose: the run then begins after that pose."""
 
 
 class Phase(Enum):
-    """What happens on the way to a state."""
+    """The part of the run that leads to a state."""
 
     APPROACH = "approach"
     WELD = "weld"
@@ -49,13 +49,13 @@ class CellRun:
     plan : Plan
     schedule : Schedule
     state : CellState
-        N states; rows `first` to `last` are those of the plan.
+        N states; rows `first` to `last` are the plan.
     t_s : ndarray, shape (N,)
-        0 at the first state.
+        s; 0 at the first state.
     first, last : int
         Rows of the first and the last point of the weld.
     check : PathCheck or None
-        Of the whole run; None where it was not checked.
+        Of the whole run; None if it was not checked.
     """
 
     plan: Plan
@@ -76,14 +76,14 @@ class CellRun:
 
     @property
     def phases(self) -> tuple[Phase, ...]:
-        """What happens on the way to each state; the first state of the weld ends the approach."""
+        """The phase of each state; the first state of the weld ends the approach."""
         return tuple(
             Phase.APPROACH if row <= self.first else Phase.WELD if row <= self.last else Phase.RETRACT
             for row in range(len(self))
         )
 
     def along(self, values: FloatArray) -> FloatArray:
-        """Return values at the points of the plan, shape (n,), as (N,), NaN outside the weld."""
+        """Return values at the points of the plan, shape (n,), as shape (N,) with NaN outside the weld."""
         full = np.full(len(self), np.nan)
         full[self.first : self.last + 1] = values
         return full
@@ -98,7 +98,7 @@ def build_run(
     air_speed_mm_s: float = AIR_SPEED_MM_S,
     refine: int | None = REFINE,
 ) -> CellRun:
-    """Put an approach before a plan and a retract behind it, and check the whole.
+    """Add an approach and a retract to a plan, and check the whole run.
 
     Parameters
     ----------
@@ -107,11 +107,11 @@ def build_run(
     schedule : Schedule
         Times of the plan.
     approach_mm : float
-        Distance back along the wire at which the run begins and ends.
+        Distance along the wire at which the run begins and ends.
     air_speed_mm_s : float
-        Of the wire tip there; less where a joint cannot follow.
+        Speed of the wire tip on approach and retract; less where a joint cannot follow.
     refine : int or None
-        Parts into which each step is cut for the check; None leaves the run unchecked.
+        Parts into which each step is divided for the check; None leaves the run unchecked.
 
     Returns
     -------
@@ -140,18 +140,18 @@ def build_run(
 def _away(
     cell: RobotCell, joints1: FloatArray, joints2: FloatArray, distance_mm: float, refine: int | None
 ) -> FloatArray:
-    """Return joints of robot 1 at steps away from a pose, as far as they go and, where it is checked, are clear."""
+    """Return joints of robot 1 at steps away from a pose, as far as they can be reached and, if checked, are clear."""
     away = _back_along_wire(cell, joints1, distance_mm)
     if refine is None or not len(away):
         return away
     steps = np.concatenate([joints1[None], away])
     fine = finer_states(CellState(steps, np.repeat(joints2[None], len(steps), axis=0)), refine=refine)
-    blocked = ~hull_clearance(cell, fine).is_clear[1:]  # of the pose itself the check of the weld tells
+    blocked = ~hull_clearance(cell, fine).is_clear[1:]  # the check of the weld covers the pose itself
     return away if not blocked.any() else away[: int(np.argmax(blocked)) // refine]
 
 
 def _back_along_wire(cell: RobotCell, joints1: FloatArray, distance_mm: float) -> FloatArray:
-    """Return joints of robot 1 at steps away from a pose, against the wire's direction, as far as they go."""
+    """Return joints of robot 1 at steps away from a pose, against the wire, as far as they can be reached."""
     T = cell.arm1.forward(joints1[None])[0]
     wire = T[:3, :3] @ cell.T_flange1_tool.R[:, 2]
     found = [joints1]
@@ -169,7 +169,7 @@ def _back_along_wire(cell: RobotCell, joints1: FloatArray, distance_mm: float) -
 
 
 def _air_seconds(cell: RobotCell, state: CellState, speed_mm_s: float) -> FloatArray:
-    """Return the time of every step at the air speed of the flange, or what the slowest joint needs."""
+    """Return the time of every step, s: at the given speed of the flange, or longer if a joint needs longer."""
     flange = cell.arm1.forward(state.joints1)[:, :3, 3]
     distance = np.linalg.norm(np.diff(flange, axis=0), axis=1)
     slowest = (np.abs(np.diff(state.joints1, axis=0)) / joint_speeds(cell.arm1)).max(axis=1, initial=0.0)

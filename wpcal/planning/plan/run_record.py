@@ -1,4 +1,4 @@
-"""The records of a run: JSON with every digit, CSV with one row per state."""
+"""The records of a run: JSON with all digits, CSV with one row per state."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def run_record(run: CellRun, cell: RobotCell) -> dict[str, Any]:
     Returns
     -------
     dict
-        Angles in degrees. ``points`` has an entry a state; what belongs to the weld alone is null in the air.
+        Angles in degrees. ``points`` has one entry per state. Values that exist only on the weld are null elsewhere.
     """
     plan, schedule, limit = run.plan, run.schedule, run.schedule.limit
     return {
@@ -53,7 +53,7 @@ def run_record(run: CellRun, cell: RobotCell) -> dict[str, Any]:
 
 
 def check_record(check: PathCheck) -> dict[str, Any]:
-    """Return what a check found as plain values: how fine, the least margin and where, between which bodies."""
+    """Return the result of a check as plain values: the step, and the least margin with its place and bodies."""
     row = check.worst
     has_pair = check.clearance.pair[row] >= 0
     return {
@@ -70,7 +70,7 @@ def check_record(check: PathCheck) -> dict[str, Any]:
 
 
 def clearance_at_states(run: CellRun) -> FloatArray:
-    """Return the distance of the pair with the least margin at every state of a run, mm; NaN where unchecked."""
+    """Return the distance of the pair with the least margin at every state, shape (N,), mm; NaN if unchecked."""
     if run.check is None or not len(run.check.clearance.pairs):
         return np.full(len(run), np.nan)
     return run.check.clearance.distance_mm[:: run.check.refine]
@@ -101,7 +101,7 @@ def _points(run: CellRun) -> list[dict[str, Any]]:
 
 
 def run_csv(run: CellRun, cell: RobotCell) -> str:
-    """Return ``plan.csv``: a row a state, as `run_record` has them; cells are empty where nothing is known."""
+    """Return ``plan.csv``: one row per state with the values of `run_record`; an unknown value is an empty cell."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     joints = [

@@ -1,7 +1,7 @@
-"""When a plan is where: the wire goes along the seam at one speed, and no joint is asked for more than it can do.
+"""The times of a plan: the wire moves along the seam at one constant speed that every joint can follow.
 
-A bead is as thick as the speed is slow. A seam is therefore welded at one speed: where a joint cannot follow the wished
-one, the whole seam is welded slower, and the report says which joint asks for it and where.
+The thickness of a bead depends on the speed, so a seam is welded at one speed. If a joint cannot follow the asked
+speed, the whole seam is welded slower, and the report names the joint and the place.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ class SpeedLimit:
     robot : int
         1 or 2.
     joint : str
-        As on the pendant.
+        Name on the pendant.
     s_mm : float
-        Start of the step where it is fastest.
+        Start of the step where the joint is fastest.
     fastest_mm_s : float
         Speed along the seam at which this joint reaches its limit there.
     """
@@ -49,13 +49,13 @@ class Schedule:
     Parameters
     ----------
     t_s : ndarray, shape (n,)
-        Time at the points, 0 at the first.
+        Time at the points, s; 0 at the first.
     speed_mm_s : float
-        Of the wire along the seam, everywhere.
+        Of the wire along the seam, at every point.
     asked_mm_s : float
-        What was wished.
+        The asked speed.
     limit : SpeedLimit or None
-        The joint that comes to its limit first as the speed grows; None where no arm states a joint speed.
+        The joint that reaches its limit first as the speed grows; None if no arm states a joint speed.
     """
 
     t_s: FloatArray
@@ -65,11 +65,11 @@ class Schedule:
 
     @property
     def is_slowed(self) -> bool:
-        """Whether a joint does not allow the wished speed."""
+        """Whether a joint does not allow the asked speed."""
         return self.speed_mm_s < self.asked_mm_s
 
     def describe(self) -> str:
-        """Say in one line how fast the seam is welded, and what limits it."""
+        """Say in one line how fast the seam is welded, and which joint limits the speed."""
         text = f"{self.speed_mm_s:g} mm/s along the seam, {self.t_s[-1]:.1f} s"
         if self.limit is None:
             return f"{text}; the arms state no joint speeds"
@@ -80,9 +80,9 @@ class Schedule:
 
 
 def schedule_plan(plan: Plan, cell: RobotCell, *, speed_mm_s: float = SPEED_MM_S) -> Schedule:
-    r"""Give every point of a plan its time.
+    r"""Compute the time of every point of a plan.
 
-    The speed is the wished one or the largest that every joint allows, whichever is less:
+    The speed is the asked speed or the largest that every joint allows, whichever is less:
     :math:`v = \min(v_{asked}, \min_{i,j} \dot q_{j,max} \, \Delta s_i / |\Delta q_{ij}|)` and
     :math:`t = (s - s_0) / v`.
 
@@ -91,7 +91,7 @@ def schedule_plan(plan: Plan, cell: RobotCell, *, speed_mm_s: float = SPEED_MM_S
     plan : Plan
     cell : RobotCell
     speed_mm_s : float
-        Wished speed of the wire along the seam.
+        Asked speed of the wire along the seam.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def schedule_plan(plan: Plan, cell: RobotCell, *, speed_mm_s: float = SPEED_MM_S
     step = np.diff(plan.s_mm)
     if not (step > 0).all():
         row = int(np.argmin(step > 0))
-        raise InputError(f"seam {plan.seam}: points {row + 1} and {row + 2} have arc lengths that do not grow")
+        raise InputError(f"seam {plan.seam}: points {row + 1} and {row + 2} have arc lengths that do not increase")
     limit = _first_limit(plan, cell, step)
     speed = speed_mm_s if limit is None else min(speed_mm_s, limit.fastest_mm_s)
     return Schedule(frozen((plan.s_mm - plan.s_mm[0]) / speed), speed, speed_mm_s, limit)

@@ -19,11 +19,11 @@ def read_seam_path(path: Path, name: str, cell: RobotCell) -> SeamPath:
     Parameters
     ----------
     path : Path
-        Of schema ``wpcal/seams/1``, with frames in `part`, or in `base` together with ``T_base_part``.
+        Of schema ``wpcal/seams/1``, with frames in `part`, or in `base` if it also has ``T_base_part``.
     name : str
         ``W1``, …
     cell : RobotCell
-        Its robot 1 must be of the robot space that frames in `base` were calibrated in.
+        Its robot 1 must have the robot space in which frames in `base` were calibrated.
 
     Returns
     -------
@@ -36,7 +36,7 @@ def read_seam_path(path: Path, name: str, cell: RobotCell) -> SeamPath:
     FormatError
         When it is of another schema version or incomplete.
     FrameError
-        When the seams were calibrated with another model of the robot than the cell has.
+        When the seams were calibrated with a different model of robot 1 than the cell has.
     """
     record = read_json(path, schema=SEAMS_SCHEMA)
     seams = {seam.name: seam for seam in seams_from_record(record, path=str(path))}
@@ -45,7 +45,7 @@ def read_seam_path(path: Path, name: str, cell: RobotCell) -> SeamPath:
     frames = seams[name].frames
     if frames.frame != "part":
         if record.get("T_base_part") is None:
-            raise FormatError(f"frames stand in {frames.frame}, but T_base_part is missing", path=str(path))
+            raise FormatError(f"frames are given in {frames.frame}, but T_base_part is missing", path=str(path))
         common_space(
             (
                 (str(path), RobotSpace.parse(str(record.get("robot_space", RobotSpace.NOMINAL.value)))),

@@ -1,1 +1,1 @@
-"""The search for plans: objectives, the ladder graph, least squares on paths, and NSGA-II."""
+"""The search for plans: targets, objectives, the ladder graph, least squares on whole paths, and NSGA-II."""

@@ -1,6 +1,6 @@
-"""A path as a least-squares problem about itself: residuals, what it is beyond its limits, and all derivatives.
+"""The least-squares problem around a path: residuals, excess over its limits, and all derivatives.
 
-Angles are in degrees and lengths in millimetres here, so that one unit of each matters about as much.
+Angles are in degrees and lengths in millimetres here, so that one unit of each has a similar effect.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from wpcal.planning.search.problem import CandidatePath, PlanningProblem
 from wpcal.planning.search.targets import ATTITUDE, deviations
 
 KEEP_OFF_DEG = 0.5
-"""Limits push from this far inside, so that the square which holds a path back leaves it within them."""
+"""Limits count from this far inside, so that a path that a squared penalty holds back stays within them."""
 KEEP_CLEAR_MM = 3.0
-"""The same for clearances: a tenth of the usual safety distance."""
+"""The same margin for clearances: about a tenth of the usual safety distance."""
 LOOK_AHEAD_MM = 30.0
-"""Clearances below the safety distance plus this have a derivative: a step rarely moves a body farther."""
+"""The derivative of a clearance is computed below the safety distance plus this: a step rarely moves a body farther."""
 STIFFNESS = 0.1
-"""Weight of a degree beyond a limit. The objectives sum up to about 0.1 (deg/mm)², so that half a degree, by which a
-limit pushes early, is dear at many points."""
+"""Weight of a degree beyond a limit. The objectives sum up to about 0.1 (deg/mm)², so that half a degree beyond a limit
+(`KEEP_OFF_DEG`) at many points costs more."""
 MM_PER_DEG = 10.0
-"""A place outside the weld zone by this counts like a degree: at arm's length it is half of one."""
+"""This distance outside the weld zone counts like one degree: at arm's length it is half a degree."""
 CLEARANCE_STIFFNESS = 0.2 * STIFFNESS
-"""Weight of a missing millimetre: at arm's length five of them are a third of a degree."""
+"""Weight of a missing millimetre: at arm's length five millimetres are a third of a degree."""
 GRADIENT_STEP_RAD = 1e-6
 """Step of the difference quotients of clearances: 1e-3 mm at arm's length, far above round-off and below a radius."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearModel:
-    """The sum of squares of a path, and the same as a function of a small step of the coordinates.
+    """The sum of squares of a path, as a function of a small step of the coordinates.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class LinearModel:
     ddeviation : ndarray, shape (4, 9)
         Their derivatives, the same at every point.
     beyond : ndarray, shape (n, h)
-        What each point is beyond its limits, weighted; it counts where positive.
+        Excess of each point over its limits, weighted; it counts where positive.
     dbeyond : ndarray, shape (n, h, 9)
     move : ndarray, shape (n - 1, 12)
         Weighted joint steps.
@@ -69,18 +69,18 @@ class LinearModel:
         return float((self.deviation**2).sum() + (np.maximum(self.beyond, 0.0) ** 2).sum() + (self.move**2).sum())
 
     def predicted_cost(self, step: FloatArray) -> float:
-        """Return the sum of squares after a step (n, 9), to first order of every residual."""
+        """Return the sum of squares after a step of shape (n, 9), to first order of every residual."""
         deviation = self.deviation + step @ self.ddeviation.T
         move = self.move + self.scale * np.diff(np.einsum("nmi,ni->nm", self.dq, step), axis=0)
         beyond = np.maximum(self.beyond_after(step), 0.0)
         return float((deviation**2).sum() + (beyond**2).sum() + (move**2).sum())
 
     def beyond_after(self, step: FloatArray) -> FloatArray:
-        """Return what each point is beyond its limits after a step (n, 9), to first order; shape (n, h)."""
+        """Return the excess over the limits after a step of shape (n, 9), to first order; shape (n, h)."""
         return np.asarray(self.beyond + np.einsum("nmi,ni->nm", self.dbeyond, step), dtype=np.float64)
 
     def gradient(self, active: BoolArray) -> FloatArray:
-        """Return half the gradient of the sum when the limits in `active` (n, h) count; shape (n, 9)."""
+        """Return half the gradient of the sum if the limits in `active`, shape (n, h), count; shape (n, 9)."""
         gradient = self.deviation @ self.ddeviation + np.einsum(
             "nmi,nm->ni", self.dbeyond, np.where(active, self.beyond, 0.0)
         )
@@ -90,7 +90,7 @@ class LinearModel:
         return np.asarray(gradient, dtype=np.float64)
 
     def band(self, active: BoolArray) -> FloatArray:
-        """Return the normal matrix when the limits in `active` count, lower banded form, shape (18, 9 n)."""
+        """Return the normal matrix if the limits in `active`, shape (n, h), count; lower banded, shape (18, 9 n)."""
         n, k = len(self.deviation), COORDINATES
         limits = self.dbeyond * active[:, :, None]
         before, after = self.scale[:, :, None] * self.dq[:-1], self.scale[:, :, None] * self.dq[1:]
@@ -110,7 +110,7 @@ class LinearModel:
 def linearise(
     problem: PlanningProblem, path: CandidatePath, weights: Weights, *, stiffness: float = 1.0
 ) -> LinearModel:
-    """Return the least-squares problem of a path about itself.
+    """Return the least-squares problem around a path.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def linearise(
     weights : mapping of Objective to float
         Of the squared objectives.
     stiffness : float
-        Factor on what a path is beyond its limits.
+        Factor on the excess over the limits.
     """
     n, s, K = len(path.coordinates), problem.path.s_mm, problem.cell.joint_weights
     slopes = np.degrees(joint_slopes(problem.cell, path.coordinates, path.joints))
@@ -145,13 +145,13 @@ def linearise(
 
 
 def _two_sided(values: FloatArray, low: FloatArray, high: FloatArray, d: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """What values (n, m), in degrees, are above and below their limits, and derivatives, from `KEEP_OFF_DEG` inside."""
+    """Excess of values (n, m), deg, above and below their limits, from `KEEP_OFF_DEG` inside; and derivatives."""
     beyond = np.concatenate([values - high, low - values], axis=1) + KEEP_OFF_DEG
     return STIFFNESS * beyond, STIFFNESS * np.concatenate([d, -d], axis=1)
 
 
 def _box_limits(problem: PlanningProblem, path: CandidatePath) -> tuple[FloatArray, FloatArray]:
-    """Coordinates beyond their box, in degrees, or as many of `MM_PER_DEG`; (n, 14), (n, 14, 9)."""
+    """Coordinates beyond their box, in degrees or multiples of `MM_PER_DEG`; (n, 14), (n, 14, 9)."""
     units = np.full(COORDINATES, np.degrees(1.0))
     units[PLACE] = 1.0 / MM_PER_DEG
     low, high = problem.box
@@ -168,7 +168,7 @@ def _joint_limits(problem: PlanningProblem, path: CandidatePath, slopes: FloatAr
 
 
 def _regular_limits(problem: PlanningProblem, path: CandidatePath, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Poses too near to a singular one, as degrees of the bend that is missing; (n, 6), (n, 6, 9)."""
+    """Poses too near to a singular pose, as the missing degrees of bend; (n, 6), (n, 6, 9)."""
     values, derivatives = [], []
     for arm, columns in ((problem.cell.arm1, slice(0, JOINTS)), (problem.cell.arm2, slice(JOINTS, None))):
         measure, slope = regularity(arm, path.joints[:, columns])
@@ -180,7 +180,7 @@ def _regular_limits(problem: PlanningProblem, path: CandidatePath, slopes: Float
 def _clearance_limits(
     problem: PlanningProblem, path: CandidatePath, slopes: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Missing clearance; (n, 1), (n, 1, 9). Difference quotients over the joints, where it is small."""
+    """Missing clearance; (n, 1), (n, 1, 9). Its derivative is a difference quotient over joints, where it is small."""
     margin = problem.margins(path.joints)
     derivative = np.zeros((len(margin), 1, COORDINATES))
     rows = np.flatnonzero(margin < LOOK_AHEAD_MM)

@@ -141,7 +141,7 @@ class Archive:
         return cls(np.zeros((0, genes)), np.zeros((0, len(OBJECTIVES))))
 
     def joined(self, genes: FloatArray, values: FloatArray) -> Archive:
-        """Return the best of these paths and of new ones, with genes (m, g) and objectives (m, k)."""
+        """Return the best of these paths and of new ones, with genes of shape (m, g) and objectives of shape (m, k)."""
         both = np.concatenate([self.genes, genes]), np.concatenate([self.values, values])
         rows = np.flatnonzero(is_nondominated(both[1]))
         if len(rows) > LARGEST_ARCHIVE:

@@ -2,10 +2,11 @@
 
 The weighted sum of the squared objectives is minimised over the nine coordinates of every point. Only neighbouring
 points share a residual (the joint steps), so the normal equations are banded and one step of Levenberg-Marquardt costs
-about as much as the inverse kinematics of the path. Limits and clearance enter as the squares of what a path is beyond
+about as much as the inverse kinematics of the path. Limits and clearance enter as squares of the excess over
 them. Which limits count is decided again in every step, by the state after it.
 
-The loop does not use the solver of `wpcal.optim`: that solver is dense and has no set of active limits.
+The loop is not the solver of `wpcal.optim.levenberg_marquardt` because of this structure: that solver forms dense
+normal matrices (657 rows for 73 points), and it has no set of active limits.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ def refine_path(
     weights : mapping of Objective to float
         Of the squared objectives.
     stiffness : float
-        Factor on what a path is beyond its limits.
+        Factor on the excess over the limits.
     iterations : int
         Most steps.
 

@@ -124,17 +124,23 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *
     inward, up = _inward(n_wall, slope, -1.0), _inward(n_face, slope, 1.0)
     patch_pair = np.stack([contact_face, f], axis=1)
     width = _extent(graph, trimmed, contact_face, p, inward, gap_mm)
-    stands = _extent(graph, trimmed, wall, p, up, gap_mm) >= _thickness(patch_pair, width)
+    upright = _extent(graph, trimmed, wall, p, up, gap_mm) >= _thickness(patch_pair, width)
     other_thickness = _thickness(patch_pair, _extent(graph, trimmed, f, p, inward, gap_mm))
     flush = np.flatnonzero(~continues)  # only these need the view from the other member
-    other_stands = np.zeros(len(e), dtype=bool)
+    other_upright = np.zeros(len(e), dtype=bool)
     other_height = _extent(graph, trimmed, base[flush], p[flush], -up[flush], gap_mm)
-    other_stands[flush] = other_height >= other_thickness[flush]
+    other_upright[flush] = other_height >= other_thickness[flush]
     beyond = _is_on(graph, trimmed, f, p + (width[:, None] + 2.0 * gap_mm + 0.1) * inward)
-    side_by_side = np.einsum("ki,ki->k", n_wall, n_base) > FLAT_COS
-    concave = np.einsum("ki,ki->k", up, n_base) > 1 - FLAT_COS
-    views = zip(continues, stands, other_stands, beyond, side_by_side, concave, strict=True)
-    words = [JointView(*map(bool, view)).words for view in views]
+    columns = {
+        "base_continues": continues,
+        "member_upright": upright,
+        "other_upright": other_upright,
+        "base_beyond": beyond,
+        "side_by_side": np.einsum("ki,ki->k", n_wall, n_base) > FLAT_COS,
+        "concave": np.einsum("ki,ki->k", up, n_base) > 1 - FLAT_COS,
+    }
+    rows_of_views = zip(*(column.tolist() for column in columns.values()), strict=True)
+    words = [JointView(**dict(zip(columns, view, strict=True))).words for view in rows_of_views]
     pieces = SeamPieces(e, contacts.t0[rows], contacts.t1[rows], wall, base, contacts.gap_mm[rows])
     return JoinedPieces(pieces, tuple(joint for joint, _ in words), tuple(weld for _, weld in words))
 

@@ -1,1 +1,1 @@
-"""Whether a candidate is a weld: the evidence, fasteners, the reach of a torch."""
+"""Whether a candidate is a weld: the findings, fasteners, the reach of a torch."""

@@ -1,6 +1,6 @@
 // Colour scales.
 
-/** From nothing to the whole tolerance: teal, yellow, red. It stays ordered in grey and for the colour-blind. */
+/** From zero to the tolerance: teal, yellow, red. The order remains visible in grey and for colour-blind people. */
 const STOPS = [
   [0.0, [17, 122, 139]],
   [0.3, [63, 167, 122]],
@@ -8,9 +8,9 @@ const STOPS = [
   [0.8, [236, 130, 50]],
   [1.0, [190, 30, 45]],
 ];
-export const BEYOND = "#7a1fa2"; // a colour that the scale has nowhere
+export const BEYOND = "#7a1fa2"; // not a colour of the scale
 
-/** Colour (CSS) of a share of the tolerance, 0…1; beyond 1 one colour of its own. */
+/** Colour (CSS) of a share of the tolerance: 0…1 on the scale, above 1 a colour of its own. */
 export function colourOf(share) {
   if (!Number.isFinite(share)) return "#8a94a0";
   if (share > 1 + 1e-9) return BEYOND;

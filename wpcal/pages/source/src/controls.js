@@ -1,4 +1,4 @@
-// What stands beside a view: check boxes for its layers, buttons for its sides, the tooltip.
+// The controls of a view: check boxes for its layers, buttons for its sides, the tooltip.
 import { el } from "./dom.js";
 
 /**
@@ -20,13 +20,13 @@ export function toggles(viewer, items) {
   );
 }
 
-/** Buttons that look from a side. */
+/** Buttons that turn the view to one side of the part. */
 export function sides(viewer, names = ["iso", "front", "top", "right"]) {
   const button = (name) => el("button", { type: "button", onclick: () => viewer.view(name) }, name);
   return el("div", { class: "sides", role: "group", "aria-label": "look from" }, names.map(button));
 }
 
-/** A box beside the pointer: `show(content, {x, y})`, `hide()`; it stays inside the view. */
+/** A box beside the pointer that never leaves the view: {element, show(content, {x, y}), hide()}. */
 export function tooltip(parent) {
   const box = el("div", { class: "tooltip", role: "status", hidden: true });
   parent.append(box);

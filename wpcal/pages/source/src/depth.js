@@ -1,13 +1,14 @@
-// How far away the nearest face is at every pixel: what stands behind it is hidden. One drawing and one copy from the
-// graphics card answer for all places at once; a ray through every triangle of a large part would take too long to hover.
+// The distance of the nearest face at every pixel: a place behind it is hidden. One drawing and one copy from the
+// graphics card answer for all places at once. Rays through every triangle of a large part would be too slow.
 import { DoubleSide, ShaderMaterial, Vector3, WebGLRenderTarget } from "three";
 
-export const OCCLUDERS = 1; // the camera layer (three.js's) of what can hide something
+export const OCCLUDERS = 1; // layer of three.js for objects that can hide others
 
-const SLACK_PX = 10; // depth, in pixels' worth: marks lie on faces, and a face seen at a grazing angle is deep in a pixel
+// In pixels: marks lie on faces, and within one pixel the depth of a face seen at a grazing angle changes a lot.
+const SLACK_PX = 10;
 const NEIGHBOURS = [-1, 0, 1];
 
-/** Distance along the view between near and far as three bytes. */
+/** Draws the distance along the view, between near and far, as three bytes. */
 const material = new ShaderMaterial({
   side: DoubleSide,
   uniforms: { range: { value: new Vector3() } },
@@ -36,7 +37,7 @@ export class DepthMap {
     this.pixels = null;
   }
 
-  /** The camera or something moved: the picture is made again when it is asked for. */
+  /** The camera or an object moved: the next question makes a new picture. */
   outdate() {
     this.pixels = null;
   }
@@ -58,7 +59,7 @@ export class DepthMap {
     camera.layers.mask = mask;
   }
 
-  /** Whether faces stand in front of a place (mm); places outside the picture are not hidden. */
+  /** Whether faces are in front of a place (mm). Places outside the picture are not hidden. */
   hides(p) {
     if (!this.pixels) this.update();
     const { camera, width, height } = this.viewer;
@@ -71,7 +72,7 @@ export class DepthMap {
       NEIGHBOURS.every((dy) => {
         const column = Math.min(Math.max(Math.floor(x) + dx, 0), width - 1);
         const row = Math.min(Math.max(Math.floor(y) + dy, 0), height - 1);
-        return hiddenAt(column, height - 1 - row); // the card counts rows from below
+        return hiddenAt(column, height - 1 - row); // the graphics card counts rows from the bottom
       }),
     );
   }

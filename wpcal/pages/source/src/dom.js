@@ -1,4 +1,4 @@
-// Elements and numbers. Text goes in as text nodes only: a name from a file can never become markup.
+// Elements, and numbers as text. Text becomes text nodes only: a name from a file can never become markup.
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -22,27 +22,27 @@ export function svg(tag, attributes = {}, ...children) {
   return filled(document.createElementNS(SVG, tag), attributes, children);
 }
 
-/** A number with fixed decimals; a dash where there is none. */
+/** A number with fixed decimals; a dash for a missing number. */
 export function fixed(value, decimals = 3) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   const text = value.toFixed(decimals);
   return Number(text) === 0 ? (0).toFixed(decimals) : text; // no "-0.000"
 }
 
-/** A number with its sign. */
+/** A number with its sign, also when it is positive. */
 export function signed(value, decimals = 3) {
   const text = fixed(value, decimals);
   return value > 0 && Number(text) !== 0 ? `+${text}` : text;
 }
 
-/** Three significant digits, for ticks and factors. */
+/** A number with three significant digits, for ticks and factors. */
 export function short(value) {
   if (value === 0) return "0";
   const size = Math.abs(value);
   return size >= 1e5 || size < 1e-3 ? value.toExponential(0).replace("e+", "e") : String(Number(value.toPrecision(3)));
 }
 
-/** A table: columns {title, number?, cell: row => string | Node}; `rowOf` may decorate a row. */
+/** A table: columns {title, number?, cell: row => string | Node}; `rowOf(row)` gives attributes of its line. */
 export function table(columns, rows, { rowOf = () => ({}), caption = null } = {}) {
   const kind = ({ number }) => (number ? "number" : null);
   const head = el(

@@ -1,4 +1,4 @@
-// What the page carries: `<script type="application/json" id="data">` and deflated, base64-coded blobs.
+// The data in the page: `<script type="application/json" id="data">` and deflated, base64-coded blobs.
 import { unpackGlb } from "./packing.js";
 
 /** The page's JSON. */
@@ -6,7 +6,7 @@ export function readData(id = "data") {
   return JSON.parse(document.getElementById(id).textContent);
 }
 
-/** A blob as an ArrayBuffer, or null where the page has none of this name. */
+/** A blob as an ArrayBuffer, or null if the page has no blob of this name. */
 export async function readBlob(name) {
   const element = document.getElementById(`blob-${name}`);
   if (!element) return null;
@@ -17,7 +17,7 @@ export async function readBlob(name) {
   return element.dataset.kind === "glb" ? unpackGlb(raw) : raw;
 }
 
-/** A blob that holds JSON. */
+/** The values of a JSON blob, or null. */
 export async function readJsonBlob(name) {
   const bytes = await readBlob(name);
   return bytes && JSON.parse(new TextDecoder().decode(bytes));

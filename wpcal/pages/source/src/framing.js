@@ -1,10 +1,10 @@
-// Where the camera has to stand so that what is shown fills the view.
+// The place of the camera at which the shown objects fill the view.
 import { Box3, Matrix4, Sphere, Vector3 } from "three";
 
-const MOST_PLACES = 4000; // of one object: enough to see its outline
-const NOTHING = 100; // mm around the origin, where there is nothing to look at
+const MOST_PLACES = 4000; // per object: enough for its outline
+const NOTHING = 100; // mm around the origin, shown when there is no object
 
-/** Places of everything in some groups, thinned where there are many. */
+/** Places on all objects in some groups; of large objects only some. */
 export function placesOf(groups) {
   const found = [];
   for (const group of groups) {
@@ -38,7 +38,7 @@ export function framed(places, from, camera, margin) {
   const wide = tall * camera.aspect;
   const distanceOf = ({ x, y, z }) =>
     z - centre.z + Math.max(Math.abs(x - centre.x) / wide, Math.abs(y - centre.y) / tall);
-  const nearest = 0.2 * box.getSize(new Vector3()).length(); // of a single point something is seen, too
+  const nearest = 0.2 * box.getSize(new Vector3()).length(); // keeps the camera away from small objects
   const distance = turned.reduce((most, place) => Math.max(most, distanceOf(place)), nearest);
   const eye = centre
     .clone()

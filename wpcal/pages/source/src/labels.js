@@ -1,4 +1,4 @@
-// Texts that stand beside places of the view: elements of an overlay, moved when the view is drawn.
+// Texts beside places of the view: elements of an overlay that move when the view is drawn.
 import { Vector3 } from "three";
 
 export class Labels {
@@ -33,7 +33,7 @@ export class Labels {
     return p.clone().applyMatrix4(this.viewer.layer(layer).matrixWorld).toArray();
   }
 
-  /** Finds which labels are of places behind the part: they fade, and give way to others. */
+  /** Finds the labels whose places are behind the part. They fade, and other labels have priority over them. */
   sort() {
     for (const item of this.items) {
       item.behind = !this.hidden.has(item.layer) && this.viewer.isHidden(this.placeOf(item));
@@ -42,7 +42,7 @@ export class Labels {
     this.place();
   }
 
-  /** Paints the labels that are shown onto a picture of the view, in its pixels. */
+  /** Paints the shown labels onto a picture of the view, in pixels of the picture. */
   paint(context, scale) {
     Object.assign(context, { font: `${12 * scale}px sans-serif`, textBaseline: "middle", lineWidth: 3 * scale });
     Object.assign(context, { strokeStyle: "#ffffff", fillStyle: "#17202a", lineJoin: "round" });
@@ -54,13 +54,13 @@ export class Labels {
     }
   }
 
-  /** Moves every label; where two would lie on each other that of lower priority, or the later one, is not shown. */
+  /** Moves every label. Of two labels that would overlap, the one with lower priority, or the later one, is hidden. */
   place() {
     const taken = [];
     for (const item of [...this.items].sort((a, b) => a.behind - b.behind || b.priority - a.priority)) {
       const { layer, element } = item;
       const { x, y, inside } = this.viewer.project(this.placeOf(item));
-      const width = 7 * element.textContent.length + 6; // measuring each would cost a layout of the page
+      const width = 7 * element.textContent.length + 6; // estimated: measuring costs a layout
       const box = [x, y - 8, x + width, y + 8];
       const free = taken.every(
         (other) => box[0] > other[2] || box[2] < other[0] || box[1] > other[3] || box[3] < other[1],

@@ -1,14 +1,15 @@
-// Lines and points whose size is in pixels, drawn a little in front of where they are: a seam lies in the corner of its
+// Lines and points with sizes in pixels. They are drawn a little in front of their places: a seam lies in the corner of
 // two faces, and half of its line would be inside them.
 import { BufferAttribute, BufferGeometry, Color, Points, PointsMaterial } from "three";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
 
-const LINE_LIFT_PX = 6; // towards the eye: a line of 5 px in a right corner shows whole
-const POINT_LIFT_PX = 10; // before the lines that end there, and as much as `depth.js` forgives: what shows can be taken
+const LINE_LIFT_PX = 6; // towards the eye: a line of 5 px in a right-angled corner is fully visible
+// In front of the lines that end at the point, and equal to the slack of `depth.js`: a visible point can be clicked.
+const POINT_LIFT_PX = 10;
 
-/** GLSL that moves the depth of gl_Position towards the eye by some pixels' worth and leaves its place alone. */
+/** GLSL that moves only the depth of gl_Position towards the eye, by a length given in pixels. */
 const lifting = (px) => `
   {
     float eyeZ = -gl_Position.w;
@@ -27,7 +28,7 @@ function lift(material, after, px, resolution) {
   };
 }
 
-/** Segments with a colour at each end; `resolution` is kept up to date by the view. */
+/** Segments with a colour at each end. The view keeps `resolution` up to date. */
 export function fatLines(positions, colors, { width, opacity, dashed, resolution }) {
   const geometry = new LineSegmentsGeometry();
   geometry.setPositions(positions);
@@ -44,11 +45,11 @@ export function fatLines(positions, colors, { width, opacity, dashed, resolution
   lift(material, "gl_Position = clip;", LINE_LIFT_PX, resolution);
   const lines = new LineSegments2(geometry, material);
   if (dashed) lines.computeLineDistances();
-  lines.onBeforeRender = () => {}; // the resolution is shared; the class would set it from the renderer's viewport
+  lines.onBeforeRender = () => {}; // the class would overwrite the shared resolution
   return lines;
 }
 
-/** Points as discs with a light rim; `resolution` as for lines. */
+/** Points as discs with a white rim; `resolution` as for lines. */
 export function roundPoints(points, sizePx, resolution) {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(new Float32Array(points.flatMap(({ p }) => p)), 3));
@@ -78,7 +79,7 @@ function linear(color) {
 
 /** Segments of paths {points, colors | color}, with colours made linear. */
 export function segmentsOfPaths(paths) {
-  const [positions, colors, known] = [[], [], new Map()]; // thousands of points share some colours
+  const [positions, colors, known] = [[], [], new Map()]; // thousands of points share a few colours
   const linearOf = (name) => known.get(name) ?? known.set(name, linear(name)).get(name);
   for (const { points, colors: own, color } of paths) {
     const one = own ? null : linearOf(color);

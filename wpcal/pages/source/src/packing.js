@@ -1,4 +1,4 @@
-// Puts a GLB file together again that `wpcal/pages/packing.py` took apart.
+// Restores a GLB file from the form that `wpcal/pages/packing.py` writes.
 
 const KINDS = { 5120: Uint8Array, 5123: Uint16Array, 5125: Uint32Array };
 const HEADER = 12;
@@ -29,7 +29,7 @@ export function unpackGlb(packed) {
   return glb;
 }
 
-/** Planes of bytes, column by column, as sums of folded differences. */
+/** Restores rows from planes of bytes: a column is the running sum of differences whose signs are in the last bit. */
 function unpackRows(bytes, rows, width) {
   const planes = rows.BYTES_PER_ELEMENT;
   const count = rows.length / width;
@@ -41,7 +41,7 @@ function unpackRows(bytes, rows, width) {
         folded = ((folded << 8) | bytes[plane * rows.length + column * count + i]) >>> 0;
       }
       sum += (folded >>> 1) ^ -(folded & 1);
-      rows[i * width + column] = sum; // runs over as the differences did
+      rows[i * width + column] = sum; // overflows like the differences did
     }
   }
 }

@@ -1,12 +1,12 @@
-// Reads `part.glb` as wpcal writes it: a node a solid with quantised positions (mm after the node's scale and
-// translation), normals, triangles and edges. The root's turn to metres and y up is left away: the view is in mm, z up.
+// Reads `part.glb` as wpcal writes it: one node per solid with quantised positions (mm after the scale and translation
+// of the node), normals, triangles and edges. The root's rotation to metres and y up is ignored: the view has mm, z up.
 import { BufferAttribute, BufferGeometry, Color } from "three";
 
 const HEADER = 12; // magic, version, length
 const CHUNK = 8; // length, type
 const COMPONENTS = { 5120: Int8Array, 5123: Uint16Array, 5125: Uint32Array };
 const SIZES = { SCALAR: 1, VEC3: 3 };
-const MUTED = 0.5; // of the way to the view's own grey
+const MUTED = 0.5; // 0: the colour of the solid, 1: the grey of the view
 const TRIANGLES = 4;
 const LINES = 1;
 
@@ -19,7 +19,7 @@ function chunks(bytes) {
 
 function readerOf(bytes) {
   const { document, start } = chunks(bytes);
-  /** The numbers of an accessor without padding, and how many there are in a row. */
+  /** The numbers of an accessor, their count of rows, and how many numbers a row has with its padding. */
   const read = (number) => {
     const { bufferView, componentType, count, type } = document.accessors[number];
     const { byteOffset = 0, byteStride } = document.bufferViews[bufferView];
@@ -46,10 +46,10 @@ function sizes(nodes, document) {
 }
 
 /**
- * Decodes all solids into one geometry of faces and one of edges.
+ * Decodes all solids into one geometry of faces and one geometry of edges.
  *
- * @returns {{faces: BufferGeometry, edges: BufferGeometry, solids: {name: string, end: number}[]}}  `end`: the first
- *   triangle of the next solid
+ * @returns {{faces: BufferGeometry, edges: BufferGeometry, solids: {name: string, end: number}[]}}  `end`: index of
+ *   the first triangle of the next solid
  */
 export function decodePart(bytes, defaultColour) {
   const { document, read } = readerOf(bytes);
@@ -101,7 +101,7 @@ function append(target, start, indices, offset) {
   return start + indices.length;
 }
 
-/** The solid's own colour (linear, as glTF keeps it), drawn towards the view's: seams must stand out on it. */
+/** The colour of the solid (linear, as in glTF), mixed with the grey of the view so that seams remain visible on it. */
 function colourOfSolid(document, primitive, fallback) {
   const { extras, pbrMetallicRoughness } = document.materials[primitive.material];
   const [red, green, blue] = pbrMetallicRoughness.baseColorFactor;

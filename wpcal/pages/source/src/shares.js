@@ -1,5 +1,4 @@
-// A length as a share of the tolerance: a bar in a table, a figure in a heading.
-
+// A length compared with the tolerance: a bar in a table, a figure in a heading.
 import { el, fixed, short } from "./dom.js";
 import { colourOf } from "./viewer.js";
 
@@ -11,7 +10,7 @@ export function bar(value, tolerance) {
   return el("span", { class: "bar", "aria-hidden": "true" }, fill);
 }
 
-/** A figure with its share of the tolerance as a bar. */
+/** A figure with a bar that is full at the tolerance. */
 export function gauge(label, value, tolerance, note) {
   const percent = `${short(Math.round((100 * value) / tolerance))} % of the tolerance`;
   return el(

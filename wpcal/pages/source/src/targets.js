@@ -1,7 +1,7 @@
-// What the pointer is on: the nearest place on the screen among those that layers offer, unless a face hides it.
+// What the pointer is on: the nearest target on the screen that no face hides.
 import { Matrix4 } from "three";
 
-const CLICK_PX = 4; // a hand shakes by less; more is a drag
+const CLICK_PX = 4; // a longer way is a drag
 
 export class Targets {
   constructor(viewer) {
@@ -30,7 +30,7 @@ export class Targets {
       return [event.clientX - box.left, event.clientY - box.top];
     };
     canvas.addEventListener("pointerdown", (event) => (pressed = placeOf(event)));
-    // Not pointerup: after a tap the browser would still move the focus to the canvas, and two fingers are no click.
+    // Not pointerup: after a tap the browser would still move the focus to the canvas, and two fingers are not a click.
     canvas.addEventListener("click", (event) => {
       const [x, y] = placeOf(event);
       const isClick = pressed && Math.hypot(x - pressed[0], y - pressed[1]) < CLICK_PX;

@@ -1,59 +1,29 @@
-// The 3-D view of wpcal's pages. It draws in millimetres with z up, in whatever frame the page uses (the report: `base`).
+// The 3-D view of wpcal's pages. It draws in millimetres with z up, in the frame of the page (the report: `base`).
 //
-// Everything lives in named layers that are shown, hidden and moved as a whole. Lines, points and labels keep their size
+// Everything is in named layers, which are shown, hidden and moved as a whole. Lines, points and labels keep their size
 // in pixels. The view draws when something changed, never in a loop.
-import {
-  AmbientLight,
-  BufferAttribute,
-  BufferGeometry,
-  Color,
-  DirectionalLight,
-  Group,
-  LineBasicMaterial,
-  LineSegments,
-  Matrix4,
-  Mesh,
-  MeshLambertMaterial,
-  PerspectiveCamera,
-  Raycaster,
-  Scene,
-  Sphere,
-  Vector2,
-  Vector3,
-  WebGLRenderer,
-} from "three";
-import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-
+import { Group, Matrix4, Raycaster, Scene, Sphere, Vector2, Vector3, WebGLRenderer } from "three";
+import { cameraWithLights, controlsOf, fitDepthRange, VIEWS } from "./camera.js";
 import { DepthMap, OCCLUDERS } from "./depth.js";
 import { framed, placesOf, sphereAround } from "./framing.js";
 import { Labels } from "./labels.js";
 import { fatLines, roundPoints, segmentsOfPaths } from "./marks.js";
-import { decodePart } from "./part.js";
+import { bodyObject, partObjects, setOpacity } from "./solids.js";
 import { Targets } from "./targets.js";
 
 export { BEYOND, colourOf, ramp } from "./colours.js";
 export { readBlob, readData, readJsonBlob } from "./embedded.js";
 export { decodePart } from "./part.js";
 
-const FIELD_OF_VIEW_DEG = 28; // narrow: parallel edges look parallel, as on a drawing
-const AXIS_COLOURS = ["#d63c3c", "#2f9e44", "#2f6fde"]; // x red, y green, z blue, as everywhere
-const VIEWS = {
-  iso: [-0.62, -0.68, 0.5],
-  front: [0, -1, 0],
-  back: [0, 1, 0],
-  left: [-1, 0, 0],
-  right: [1, 0, 0],
-  top: [0, -1e-4, 1], // a hair off the pole, where "up" would be undefined
-  bottom: [0, -1e-4, -1],
-};
+const AXIS_COLOURS = ["#d63c3c", "#2f9e44", "#2f6fde"]; // x red, y green, z blue, as in most CAD programs
 const MARGIN = 1.15; // some air at the rim, and room for labels
-const REST_MS = 150; // without a new drawing: then labels behind the part fade
+const REST_MS = 150; // after the last drawing, before labels behind the part fade
 const THEMES = {
   light: { part: "#b9c2cc", edge: "#38434f" },
   dark: { part: "#7d8a98", edge: "#0e1318" },
 };
 
-/** Row-major 4×4 (nested or flat), as wpcal writes transforms, or nothing for the identity. */
+/** A transform as wpcal writes it, row-major 4×4, nested or flat; null is the identity. */
 function matrixOf(T) {
   return T ? new Matrix4().set(...T.flat()) : new Matrix4();
 }
@@ -65,11 +35,11 @@ function flat(rows) {
 /**
  * Makes a view on a canvas.
  *
- * @param {HTMLCanvasElement} canvas  its CSS size is followed
+ * @param {HTMLCanvasElement} canvas  the view follows its CSS size
  * @param {object} [options]
- * @param {HTMLElement} [options.overlay]  element of the same place that holds labels; without it there are none
+ * @param {HTMLElement} [options.overlay]  element over the canvas for the labels; without it there are no labels
  * @param {"light"|"dark"} [options.theme]
- * @param {"always"|"after-press"} [options.wheel]  when the wheel zooms; "after-press" lets a long page scroll
+ * @param {"always"|"after-press"} [options.wheel]  when the wheel zooms, see `controlsOf`
  */
 export function createViewer(canvas, { overlay = null, theme = "light", wheel = "after-press" } = {}) {
   return new Viewer(canvas, overlay, theme, wheel);
@@ -81,47 +51,21 @@ class Viewer {
     this.colours = THEMES[theme];
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.scene = new Scene();
-    this.camera = new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, 1, 1000);
-    this.camera.up.set(0, 0, 1);
+    this.camera = cameraWithLights(this.scene);
     this.resolution = new Vector2(1, 1);
     this.layers = new Map();
     this.targets = new Targets(this);
     this.depth = new DepthMap(this);
     this.labels = overlay ? new Labels(this, overlay) : null;
     this.asked = false;
-    this.light();
-    this.control(wheel);
+    this.controls = controlsOf(this.camera, canvas, wheel, () => this.render());
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
   }
 
-  light() {
-    const key = new DirectionalLight("#ffffff", 2.1);
-    key.position.set(-0.5, 0.9, 1);
-    const fill = new DirectionalLight("#ffffff", 0.55);
-    fill.position.set(1, -0.6, 0.4);
-    this.camera.add(key, fill); // the light comes over the shoulder: no side of the part is ever black
-    this.scene.add(this.camera, new AmbientLight("#ffffff", 1.05));
-  }
-
-  control(wheel) {
-    const controls = new OrbitControls(this.camera, this.canvas);
-    controls.rotateSpeed = 0.8;
-    controls.zoomToCursor = true;
-    controls.enableZoom = wheel === "always" || matchMedia("(pointer: coarse)").matches;
-    controls.addEventListener("change", () => this.render());
-    if (wheel === "after-press") {
-      this.canvas.addEventListener("pointerdown", () => (controls.enableZoom = true));
-      this.canvas.addEventListener("pointerleave", (event) => {
-        if (event.pointerType === "mouse") controls.enableZoom = false;
-      });
-    }
-    this.controls = controls;
-  }
-
   // Layers ------------------------------------------------------------------------------------------------------------
 
-  /** The group of a layer, made when first asked for. */
+  /** The group of a layer; a new name makes a new layer. */
   layer(name) {
     if (!this.layers.has(name)) {
       const group = new Group();
@@ -145,7 +89,7 @@ class Viewer {
     return this.layer(name).visible;
   }
 
-  /** Puts a layer somewhere else: T is row-major 4×4, mm. */
+  /** Moves a layer: T is row-major 4×4, mm. */
   move(name, T) {
     this.layer(name).matrix.copy(matrixOf(T));
     this.layer(name).updateMatrixWorld(true);
@@ -153,7 +97,7 @@ class Viewer {
     this.render();
   }
 
-  /** Removes what is in a layer, with its labels and targets. */
+  /** Removes everything in a layer, with its labels and targets. */
   clear(name) {
     const group = this.layer(name);
     group.traverse((object) => {
@@ -170,53 +114,29 @@ class Viewer {
   // What can be drawn -------------------------------------------------------------------------------------------------
 
   /**
-   * Draws a part from the bytes of `part.glb`; its faces and its edges become the layers NAME and "NAME edges".
+   * Draws a part from the bytes of `part.glb`. Its faces become the layer NAME, its edges the layer "NAME edges".
    *
    * @returns {{solids: {name: string}[], setOpacity: function(number)}}
    */
   addPart(bytes, { name = "part", T = null } = {}) {
-    const part = decodePart(bytes, new Color(this.colours.part));
-    const material = new MeshLambertMaterial({
-      vertexColors: true,
-      side: 2, // open shells show their inside, too
-      polygonOffset: true, // edges lie on faces: faces give way
-      polygonOffsetFactor: 1,
-      polygonOffsetUnits: 2,
-    });
-    const mesh = new Mesh(part.faces, material);
-    mesh.userData.solids = part.solids;
-    mesh.layers.enable(OCCLUDERS);
-    const edges = new LineSegments(part.edges, new LineBasicMaterial({ color: this.colours.edge }));
+    const { mesh, edges, solids } = partObjects(bytes, this.colours);
     this.layer(name).add(mesh);
     this.layer(`${name} edges`).add(edges);
     this.move(name, T);
     this.move(`${name} edges`, T);
-    const setOpacity = (opacity) => {
-      Object.assign(material, { opacity, transparent: opacity < 1, depthWrite: opacity === 1, needsUpdate: true });
-      mesh.layers[opacity < 1 ? "disable" : "enable"](OCCLUDERS);
-      this.depth.outdate();
-      this.render();
+    return {
+      solids,
+      setOpacity: (opacity) => {
+        setOpacity(mesh, opacity);
+        this.depth.outdate();
+        this.render();
+      },
     };
-    return { solids: part.solids, setOpacity };
   }
 
   /** Draws triangles: positions (n×3, mm) and indices; for arms, fixtures and the like. */
   addMesh(layer, { positions, indices = null, color = this.colours.part, opacity = 1 }) {
-    const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(flat(positions), 3));
-    if (indices) geometry.setIndex(new BufferAttribute(new Uint32Array(indices), 1));
-    const material = new MeshLambertMaterial({
-      color,
-      opacity,
-      transparent: opacity < 1,
-      flatShading: true,
-      side: 2,
-      polygonOffset: true,
-      polygonOffsetFactor: 1,
-      polygonOffsetUnits: 2,
-    });
-    const mesh = new Mesh(geometry, material);
-    if (opacity === 1) mesh.layers.enable(OCCLUDERS);
+    const mesh = bodyObject(flat(positions), indices, color, opacity);
     this.layer(layer).add(mesh);
     this.depth.outdate();
     this.render();
@@ -226,14 +146,14 @@ class Viewer {
   /**
    * Draws paths of a width in pixels.
    *
-   * @param {{points: number[][], colors?: string[], color?: string}[]} paths  `colors`: one a point
+   * @param {{points: number[][], colors?: string[], color?: string}[]} paths  `colors`: one per point
    */
   addPaths(layer, paths, { width = 4, opacity = 1, dashed = false } = {}) {
     const { positions, colors } = segmentsOfPaths(paths);
     return this.addSegments(layer, positions, colors, { width, opacity, dashed });
   }
 
-  /** Gives lines that `addPaths` returned other colours; `paths` are the same, in the same order. */
+  /** Gives other colours to lines that `addPaths` returned; `paths` are the same paths in the same order. */
   recolour(lines, paths) {
     lines.geometry.setColors(segmentsOfPaths(paths).colors);
     this.render();
@@ -260,22 +180,22 @@ class Viewer {
 
   /** Draws round points of a size in pixels: {p, color}. */
   addPoints(layer, points, { size = 11 } = {}) {
-    const marks = roundPoints(points, size, this.resolution); // three.js knows how many pixels of the screen that is
+    const marks = roundPoints(points, size, this.resolution);
     this.layer(layer).add(marks);
     this.render();
     return marks;
   }
 
-  /** Writes texts beside places: {p, text}. They are text, whatever they contain. */
+  /** Writes texts beside places: {p, text}. They stay text, whatever they contain. */
   addLabels(layer, labels, { className = "", priority = 0 } = {}) {
     this.labels?.add(layer, labels, className, priority);
     this.render();
   }
 
-  // Hovering and clicking -----------------------------------------------------------------------------------------------
+  // Hovering and clicking --------------------------------------------------------------------------------------------
 
   /**
-   * Makes places of a layer answer to the pointer; `data` comes back with the index of the place.
+   * Makes places of a layer answer to the pointer. The callbacks get `data` and the index of the place.
    *
    * @param {number[][]} points  mm, in the layer's own frame
    */
@@ -283,12 +203,12 @@ class Viewer {
     this.targets.add(layer, flat(points), data, priority, radius);
   }
 
-  /** Calls back with {data, index, p, x, y} or null when the pointer comes to another target. */
+  /** Calls back with {data, index, p, x, y} when the pointer moves to another target, with null when it leaves one. */
   onHover(callback) {
     this.targets.onHover = callback;
   }
 
-  /** Calls back with the same for a click (no drag) on a target, or with null beside all. */
+  /** Calls back with the same record for a click (not a drag) on a target, with null for a click on no target. */
   onPick(callback) {
     this.targets.onPick = callback;
   }
@@ -318,26 +238,26 @@ class Viewer {
     return { x, y, inside: Math.abs(v.x) <= 1 && Math.abs(v.y) <= 1 && Math.abs(v.z) <= 1 };
   }
 
-  /** Whether faces stand before a place; a place on a face counts as in front of it. */
+  /** Whether faces hide a place; a place on a face is not hidden by that face. */
   isHidden(p) {
     return this.depth.hides(p);
   }
 
   // Camera ------------------------------------------------------------------------------------------------------------
 
-  /** The groups of some layers, or of those that are shown. */
+  /** The groups of the named layers, or of all layers that are shown. */
   groups(names = null) {
     return [...this.layers]
       .filter(([name, group]) => (names ? names.includes(name) : group.visible))
       .map(([, group]) => group);
   }
 
-  /** The sphere around everything visible, or around some layers. */
+  /** The sphere around everything shown, or around the named layers. */
   extent(names = null) {
     return sphereAround(placesOf(this.groups(names)));
   }
 
-  /** Looks at everything from a side (`iso`, `front`, `top`, …) or from a direction; what is looked at fills the view. */
+  /** Looks at everything from a side (`iso`, `front`, `top`, …) or from a direction, so that it fills the view. */
   view(from = "iso", names = null) {
     this.lookAt(placesOf(this.groups(names)), VIEWS[from] ?? from);
   }
@@ -358,7 +278,7 @@ class Viewer {
   resize() {
     this.width = Math.max(this.canvas.clientWidth, 1);
     this.height = Math.max(this.canvas.clientHeight, 1);
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2)); // finer is not seen and costs four times
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2)); // a finer picture looks the same and is slower
     this.renderer.setSize(this.width, this.height, false);
     this.resolution.set(this.width, this.height);
     this.camera.aspect = this.width / this.height;
@@ -387,19 +307,15 @@ class Viewer {
   }
 
   draw() {
-    const sphere = this.bounds ?? new Sphere(new Vector3(), 1000);
-    const distance = this.camera.position.distanceTo(sphere.center);
-    this.camera.near = Math.max((distance - 2 * sphere.radius) * 0.9, sphere.radius / 500);
-    this.camera.far = distance + 4 * sphere.radius;
-    this.camera.updateProjectionMatrix();
-    this.camera.updateMatrixWorld();
+    fitDepthRange(this.camera, this.bounds ?? new Sphere(new Vector3(), 1000));
     this.renderer.render(this.scene, this.camera);
     this.labels?.place();
     this.outdateDepth();
     clearTimeout(this.resting);
     this.resting = setTimeout(() => this.labels?.sort(), REST_MS);
   }
-  /** Another mark or colour hides nothing: while the camera stands, what is hidden stays. */
+
+  /** While the camera does not move, marks and colours change, but what the faces hide stays the same. */
   outdateDepth() {
     const { projectionMatrix, matrixWorld } = this.camera;
     const seen = [...projectionMatrix.elements, ...matrixWorld.elements, this.width, this.height].join();

@@ -1,4 +1,4 @@
-// The axes of every chart, and the lines inside them, as SVG. A chart has a viewBox of a fixed size; the page scales it.
+// The axes of every chart, and the lines inside them, as SVG. A chart has a viewBox of fixed size; the page scales it.
 import { short, svg } from "../dom.js";
 
 const TICK_LENGTH = 4;

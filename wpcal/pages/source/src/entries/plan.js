@@ -1,5 +1,4 @@
 // A planned weld of two robots: plan.html.
-
 import { el } from "../dom.js";
 import { buildCurves } from "../plan/curves.js";
 import { buildFront } from "../plan/front.js";
@@ -7,24 +6,16 @@ import { buildHeader } from "../plan/header.js";
 import { buildPlayer } from "../plan/player.js";
 import { buildScene } from "../plan/scene.js";
 import { stateAt } from "../plan/times.js";
+import { buildOrSayWhy } from "../stage.js";
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 
-/** What belongs to one plan: its curves, and the frames of all bodies as [state][carrier][3×4]. */
+/** The curves of one plan, and the frames of all bodies as [state][carrier][3×4]. */
 async function loadPlan(row, cache) {
   if (!cache.has(row)) {
     const [curves, frames] = await Promise.all([readJsonBlob(`curves-${row}`), readBlob(`frames-${row}`)]);
     cache.set(row, { ...curves, frames: new Float32Array(frames) });
   }
   return cache.get(row);
-}
-
-function viewOrSayWhy(host, data, part) {
-  try {
-    return buildScene(host, data, part);
-  } catch (error) {
-    host.replaceChildren(el("p", { class: "note" }, `This browser shows no 3-D view: ${error.message}`));
-    return null;
-  }
 }
 
 async function main() {
@@ -39,7 +30,7 @@ async function main() {
   document
     .getElementById("page")
     .append(header.element, el("div", { class: "side-by-side" }, view, front.element), curves.element);
-  const scene = viewOrSayWhy(view, data, part);
+  const scene = buildOrSayWhy(view, () => buildScene(view, data, part));
   view.append(player.element);
   let shown = null;
 
@@ -71,7 +62,7 @@ async function main() {
 
 function placeText(plan, { row, part }) {
   const [from, to] = [plan.s[row], plan.s[row + 1]];
-  if (from === null || to === null) return row < plan.first ? "coming to the seam" : "leaving the seam";
+  if (from === null || to === null) return row < plan.first ? "moving to the seam" : "leaving the seam";
   return `s = ${(from + part * (to - from)).toFixed(1)} mm`;
 }
 

@@ -1,5 +1,4 @@
 // The report of a calibration: report.html.
-
 import { el } from "../dom.js";
 import { buildScene, lookAtSeam } from "../report/scene.js";
 import {
@@ -11,6 +10,7 @@ import {
   sourcesSection,
 } from "../report/sections.js";
 import { verdict } from "../report/verdict.js";
+import { buildOrSayWhy } from "../stage.js";
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 
 async function main() {
@@ -19,7 +19,7 @@ async function main() {
   const root = document.getElementById("page");
   const view = el("section", { id: "view", "aria-label": "3-D view" });
   root.append(verdict(calibration, seams, frames), view);
-  const viewer = buildSceneOrSayWhy(view, { calibration, seams, frames, part });
+  const viewer = buildOrSayWhy(view, () => buildScene(view, { calibration, seams, frames, part }));
   const focus = (row) => {
     const box = view.querySelector(`input[data-layer="${seams[row].accepted ? "seams" : "candidates"}"]`);
     if (box && !box.checked) box.click();
@@ -40,17 +40,7 @@ async function main() {
   addEventListener("beforeprint", () => viewer && freeze(viewer));
 }
 
-/** Without WebGL the numbers are still worth reading. */
-function buildSceneOrSayWhy(host, what) {
-  try {
-    return buildScene(host, what);
-  } catch (error) {
-    host.replaceChildren(el("p", { class: "note" }, `This browser shows no 3-D view: ${error.message}`));
-    return null;
-  }
-}
-
-/** Puts a picture beside the canvas for the printer. */
+/** Puts a picture beside the canvas, because a printer gets an empty canvas. */
 function freeze(viewer) {
   const picture = el("img", { class: "print-only", alt: "the view", src: viewer.picture() });
   viewer.canvas.parentNode.querySelector("img")?.remove();

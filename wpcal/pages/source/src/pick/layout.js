@@ -6,23 +6,23 @@ import { el } from "../dom.js";
  *
  * @param {object} data  of the page
  * @param {{table: HTMLElement, frameForm: HTMLElement, status: HTMLElement, seams: HTMLElement}} parts
- * @param {{onSave: function, onAdd: function, onSuggest: function, onFiles: function(File[]), onCopy: function}} actions
+ * @param {{onSave: function, onAdd: function, onSuggest: function, onFiles: function(File[]), onCopy: function}} on
  */
-export function buildLayout(root, data, parts, actions) {
+export function buildLayout(root, data, parts, on) {
   const view = el("section", { id: "view", "aria-label": "3-D view" });
   const state = el("p", { id: "state", role: "status" });
   const gauges = el("div", { class: "gauges" });
-  const addButton = button("add", "Add point", actions.onAdd);
-  const suggestButton = button("suggest", "Suggest points", actions.onSuggest);
-  const file = fileInput(actions.onFiles);
+  const addButton = button("add", "Add point", on.onAdd);
+  const suggestButton = button("suggest", "Suggest points", on.onSuggest);
+  const file = fileInput(on.onFiles);
   const buttons = el(
     "div",
     { class: "buttons" },
-    el("button", { type: "button", id: "save", class: "main", onclick: actions.onSave }, `Save ${data.saves_to}`),
+    el("button", { type: "button", id: "save", class: "main", onclick: on.onSave }, `Save ${data.saves_to}`),
     addButton,
     suggestButton,
     button("open", "Open file …", () => file.click()),
-    button("copy", "Copy", actions.onCopy),
+    button("copy", "Copy", on.onCopy),
     file,
   );
   const list = el("ul", {});

@@ -7,7 +7,8 @@ export const FAULTS = Object.freeze({ userFrameMissing: "user-frame-missing", no
 /**
  * Posts JSON. A server that does not answer is a fault, too.
  *
- * @returns {Promise<{answer: object} | {fault: {message: string, code: string, row: number|null, column: string|null}}>}
+ * @returns {Promise<{answer: object} | {fault: object}>}  a fault has `message`, `code`, and the `row` and `column` of
+ *   the wrong cell, or null
  */
 export async function post(action, body) {
   try {

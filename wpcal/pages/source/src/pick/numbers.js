@@ -1,5 +1,5 @@
-// Coordinates as a person pastes them: from a pendant's file, a spreadsheet, a measuring report. The digits stay as they
-// are written; signs and decimal marks become those of a file. What is in doubt is not taken apart, and says so by itself.
+// Coordinates as a person pastes them: from a file of the pendant, a spreadsheet, a measuring report. The digits stay
+// as written; signs and decimal marks become those of a file. A text that can be read in two ways is not read.
 const NUMBER = "[+-]?(?:\\d+(?:[.,]\\d*)?|[.,]\\d+)(?:e[+-]?\\d+)?";
 const LABELLED = new RegExp(
   ["x", "y", "z"].map((axis) => `(?<![a-z])${axis}\\s*[:=]?\\s*(${NUMBER})`).join("[^xyz]*?"), // KUKA, FANUC, reports
@@ -15,11 +15,11 @@ const DECLARED = /([A-Za-z_]\w*)\s*:?=[\s{[]*$/; // the name before a position i
 const PLAIN = /^[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?$/i;
 const COMMA = /^[+-]?\d*,\d+$/;
 const THOUSANDS = [/^[+-]?\d{1,3}(?:\.\d{3})+,\d+$/, /^[+-]?\d{1,3}(?:,\d{3})+\.\d+$/];
-const HALF = /^[+-]?(?:\d*[.,]?|(?:\d+[.,]?\d*|[.,]\d+)e[+-]?)$/i; // of a number, as it is typed
-const MINUS = /[\u2212\u2013\uFE63\uFF0D]/g; // a minus as typesetters and spreadsheets write it
-const LONGEST = 9; // numbers of a line: a position with its angles, and what counts the line
+const HALF = /^[+-]?(?:\d*[.,]?|(?:\d+[.,]?\d*|[.,]\d+)e[+-]?)$/i; // the beginning of a number
+const MINUS = /[\u2212\u2013\uFE63\uFF0D]/g; // minus signs of typesetters and spreadsheets
+const LONGEST = 9; // numbers per line: a position with its angles, and more
 
-/** The same number with a decimal point; a text that is no number stays as it is. */
+/** The same number with a decimal point. A text that is not a number stays as it is. */
 export function pointed(text) {
   const trimmed = text
     .trim()
@@ -35,7 +35,7 @@ export function isHalfANumber(text) {
   return text !== "" && HALF.test(text) && !/^[+-]?\d+\.?$/.test(text);
 }
 
-/** Positions in a pasted text: {name, xyz}; the name may be empty, the coordinates are texts. */
+/** Positions in a pasted text: {name, xyz}. The name may be empty; the coordinates are texts. */
 export function positionsIn(text) {
   const plain = text.replace(MINUS, "-");
   for (const pattern of [LABELLED, BRACKETED]) {
@@ -45,11 +45,11 @@ export function positionsIn(text) {
   }
   const lines = plain.split(/\r?\n/).filter((line) => line.trim());
   const below = lines.map(pointed);
-  if (below.length === 3 && below.every((line) => PLAIN.test(line))) return [{ name: "", xyz: below }]; // one below the other
+  if (below.length === 3 && below.every((line) => PLAIN.test(line))) return [{ name: "", xyz: below }];
   return lines.map(positionInLine).filter(Boolean);
 }
 
-/** A name where a line begins, or where something is declared. */
+/** The name of a position: at the beginning of its line, or in its declaration. */
 function nameBefore(text, found, k) {
   const start = k ? found[k - 1].index + found[k - 1][0].length : 0;
   const before = text.slice(start, found[k].index);
@@ -59,12 +59,12 @@ function nameBefore(text, found, k) {
   return lines.at(-1).match(DECLARED)?.[1] ?? lines.at(-1).match(/^\s*([A-Za-z_]\w*)[\s,;:]+\{?\s*$/)?.[1] ?? "";
 }
 
-/** Without the comma that only ended it. */
+/** The number without a final comma or point. */
 function ended(number) {
   return pointed(number.replace(/[.,]$/, ""));
 }
 
-/** Words with blanks, tabs or semicolons between them, or else with commas. */
+/** The position in a line whose words are separated by blanks, tabs or semicolons, or else by commas. */
 function positionInLine(line) {
   const bare = line.replace(/["'[\](){}]/g, " ").replace(/(\d)\s*mm\b/gi, "$1 ");
   const declared = bare.match(/^\s*([A-Za-z_]\w*)\s*:?=(.*)/);
@@ -77,7 +77,7 @@ function positionInLine(line) {
   return position && { name: declared?.[1] ?? "", ...position };
 }
 
-/** A name or a count, three coordinates, and perhaps angles. */
+/** The position in some words: a name or a count, three coordinates, perhaps angles. */
 function positionOf(words) {
   const isNumber = (word) => PLAIN.test(pointed(word));
   const first = words.findIndex(isNumber);

@@ -1,5 +1,4 @@
 // What a pasted text is: a table of taught points, positions, or neither.
-
 import { plural } from "../words.js";
 import { positionsIn } from "./numbers.js";
 

@@ -1,10 +1,10 @@
-// The picker's 3-D view: the part in its own frame, what can be touched on it, and what the fit makes of it.
-
+// The picker's 3-D view: the part in its own frame, the features that can be touched, and the result of the fit.
 import { sides, toggles, tooltip } from "../controls.js";
 import { el, facts, fixed } from "../dom.js";
 import { legend, pointTip, seamTip } from "../report/explain.js";
 import { arrow, fittingFactor } from "../residuals.js";
-import { colourOf, createViewer } from "../viewer.js";
+import { buildStage, checkBox, seeThroughBox } from "../stage.js";
+import { colourOf } from "../viewer.js";
 
 const KINDS = {
   V: "corners",
@@ -15,7 +15,7 @@ const KINDS = {
   M: "edge midpoints",
   E: "edge ends",
 };
-const SHOWN_AT_FIRST = ["V", "C", "H", "S", "B"]; // what nothing marks on the part is there for those who ask
+const SHOWN_AT_FIRST = ["V", "C", "H", "S", "B"]; // places without a mark on the part are shown on request
 const EASY = "#2f7bd9";
 const HARD = "#7d8a98";
 const FITTED = "#1d3f94";
@@ -23,18 +23,15 @@ const CHECKED = "#6d7682";
 const WAITING = "#d99a1c";
 const UNKNOWN_ERROR = "#c2410c";
 const CANDIDATE = "#8a94a0";
-const REACH_PX = 48; // the pointer finds the nearest feature within this
+const REACH_PX = 48; // from the pointer to the nearest feature
 const SEAM_REACH_PX = 7;
-const COLOUR_STEPS = 100; // up to the tolerance
+const COLOUR_STEPS = 100; // from zero to the tolerance
 
 export class Scene {
   constructor(host, { features, seams, frames, part, tolerance, onPick }) {
-    const canvas = el("canvas", { tabindex: 0, "aria-label": "3-D view of the part; click on a feature to take it" });
-    const overlay = el("div", { class: "overlay" });
-    this.stage = el("div", { class: "stage" }, canvas, overlay);
-    host.append(this.stage);
-    const theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-    this.viewer = createViewer(canvas, { overlay, theme, wheel: "always" });
+    const label = "3-D view of the part; click a feature to add its row";
+    const { viewer, stage, overlay } = buildStage(host, label, { wheel: "always" });
+    Object.assign(this, { viewer, stage });
     Object.assign(this, { seams, frames, tolerance, u95: null, picks: [], selected: null });
     const solid = part && this.viewer.addPart(part, {});
     this.byName = new Map(features.map((feature) => [feature.name.toLowerCase(), feature]));
@@ -61,15 +58,12 @@ export class Scene {
   }
 
   panel(letters, overlay, part, solid) {
-    const xray = el("input", { type: "checkbox", onchange: () => solid.setOpacity(xray.checked ? 0.35 : 1) });
     const items = [
       ...letters.map((letter) => ({ label: KINDS[letter], layers: [letter], on: SHOWN_AT_FIRST.includes(letter) })),
       { label: "seams", layers: ["seams"], on: true },
     ];
-    const names = el("input", { type: "checkbox", checked: true, onchange: () => (overlay.hidden = !names.checked) });
-    const named = el("label", { class: "toggle-alone" }, names, el("span", {}, "names"));
-    const through = part && el("label", { class: "toggle-alone" }, xray, el("span", {}, "see through"));
-    return el("div", { class: "panel" }, toggles(this.viewer, items), named, through);
+    const named = checkBox("names", (isOn) => (overlay.hidden = !isOn), { checked: true });
+    return el("div", { class: "panel" }, toggles(this.viewer, items), named, part && seeThroughBox(solid));
   }
 
   answerToPointer(onPick) {
@@ -102,7 +96,7 @@ export class Scene {
     return seamTip(seam, { ...this.frames[row], u95: this.u95?.[row] ?? null }, index);
   }
 
-  /** Lines, names and targets of the seams, once; the errors only change their colours. */
+  /** Lines, names and targets of the seams, made once; errors only change the colours of the lines. */
   addSeams() {
     this.accepted = this.seams
       .map((seam, row) => ({ seam, row, p: this.frames[row].p }))
@@ -115,7 +109,7 @@ export class Scene {
   }
 
   seamPaths() {
-    const colours = new Map(); // a step of a hundredth is not seen; up, so that more than the tolerance is never less
+    const colours = new Map(); // steps of 1 % are not visible; rounded up: beyond the tolerance stays beyond
     const colour = (mm) => {
       const step = Math.ceil((COLOUR_STEPS * mm) / this.tolerance);
       return colours.get(step) ?? colours.set(step, colourOf(step / COLOUR_STEPS)).get(step);
@@ -132,7 +126,7 @@ export class Scene {
     this.legend.hidden = !u95;
   }
 
-  /** Marks what the rows of the table are on, with their residuals. */
+  /** Marks the places of the rows of the table, with their residuals. */
   show(rows, { points = [], features = {}, u95_mm = null }) {
     const byRow = new Map(points.map((point) => [point.row, point]));
     const picks = rows.rows
@@ -193,7 +187,7 @@ export class Scene {
   }
 }
 
-/** A hole and its rim are at one place: the easiest to touch, which comes first, stands for all that are there. */
+/** The features to show: at one place (a hole and its rim) only the one that is easiest to touch, which comes first. */
 function easiestAtEachPlace(features) {
   const key = ({ p_mm }) => p_mm.map((v) => Math.round(v * 1e3)).join();
   return [...new Map(features.toReversed().map((feature) => [key(feature), feature])).values()].reverse();

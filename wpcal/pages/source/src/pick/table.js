@@ -1,4 +1,4 @@
-// The table of taught points under the hands of a person: what typing, pasting, clicking and removing does to the rows.
+// Edits of the table of taught points: what typing, pasting, clicking and removing does to the rows.
 import { Lines } from "./lines.js";
 import { isHalfANumber, pointed } from "./numbers.js";
 import { isTable, pastedText, readPasted } from "./pasted.js";
@@ -53,7 +53,7 @@ export class Table {
     this.callbacks.onChange();
   }
 
-  /** A cell is complete: it shows the text as it was understood. A row with an automatic name takes its feature's name. */
+  /** A cell is complete: it shows the text as understood. A row with an automatic name takes its feature's name. */
   settle(row, name, input) {
     if (!this.rows.rows.includes(row)) return; // the row was removed meanwhile
     const feature = name === "feature" && this.byName.get(row.feature.toLowerCase());

@@ -1,4 +1,5 @@
 // Triangles of a capsule: a cylinder with half a ball at each end.
+import { acrossTo } from "../vectors.js";
 
 const AROUND = 48;
 const RINGS = 12; // of half a ball
@@ -34,21 +35,9 @@ export function capsuleMesh(p, q, radius) {
   return { positions: new Float32Array(positions), indices };
 }
 
-/** Three axes, the last along a direction (upright for none). */
+/** Three axes, the last one along a direction; a direction of length zero counts as upright. */
 function axesAlong(direction) {
   const length = Math.hypot(...direction);
   const z = length > 0 ? direction.map((v) => v / length) : [0, 0, 1];
-  const least = z.map(Math.abs).indexOf(Math.min(...z.map(Math.abs)));
-  const helper = [0, 1, 2].map((i) => Number(i === least));
-  const x = normalised(cross(helper, z));
-  return [x, cross(z, x), z];
-}
-
-function cross([a, b, c], [x, y, z]) {
-  return [b * z - c * y, c * x - a * z, a * y - b * x];
-}
-
-function normalised(v) {
-  const length = Math.hypot(...v);
-  return v.map((value) => value / length);
+  return [...acrossTo(z), z];
 }

@@ -1,4 +1,4 @@
-// The curves of one plan: joints of both robots, how the seam lies and the torch stands, and how far bodies are apart.
+// The curves of one plan: joints of both robots, attitude of the seam and the torch, distances between bodies.
 import { el, fixed } from "../dom.js";
 import { timeChart } from "./time_chart.js";
 import { rowAt } from "./times.js";
@@ -37,7 +37,7 @@ function attitude(plan, common) {
   return timeChart("Seam against gravity and torch on the seam, deg", series, common);
 }
 
-/** The least margin over all pairs of bodies; the line below says which pair it is. */
+/** The least margin over all pairs of bodies. The line below the chart names the pair. */
 function clearance(data, plan, common) {
   const { checked } = plan;
   if (!checked)
@@ -45,8 +45,8 @@ function clearance(data, plan, common) {
   const says = (t) => {
     const row = rowAt(checked.t, t);
     const pair = data.pairs[checked.pair[row]];
-    const asked = checked.distance[row] - checked.margin[row];
-    return pair ? `${pair.join(" to ")}: ${fixed(checked.distance[row], 1)} mm, ${fixed(asked, 0)} asked` : "";
+    const required = checked.distance[row] - checked.margin[row];
+    return pair ? `${pair.join(" to ")}: ${fixed(checked.distance[row], 1)} mm, ${fixed(required, 0)} mm required` : "";
   };
   const series = [{ name: "margin", t: checked.t, values: checked.margin }];
   const limit = { value: 0, text: "safety distance" };

@@ -1,4 +1,4 @@
-// What the plan is, and whether it is free: at the top of the page.
+// The head of the page: which plan is shown, and whether it is free of collisions.
 import { el, fixed } from "../dom.js";
 
 const STAMPS = { free: "FREE", "not free": "NOT FREE", unchecked: "UNCHECKED" };
@@ -26,8 +26,9 @@ export function buildHeader(data) {
 }
 
 function checkedText({ check }) {
-  if (!check) return ["no state was measured between the bodies"];
-  if (!check.between) return [`${check.states} states; no bodies that could meet`];
-  const least = `least: ${check.between.join(" to ")}, ${fixed(check.least_distance_mm, 1)} mm at s = ${fixed(check.s_mm, 1)} mm`;
-  return [`${check.states} states measured by hulls`, el("br"), least];
+  if (!check) return ["no distances between the bodies were checked"];
+  if (!check.between) return [`${check.states} states; no pair of bodies can meet`];
+  const [distance, place] = [fixed(check.least_distance_mm, 1), fixed(check.s_mm, 1)];
+  const least = `least: ${check.between.join(" to ")}, ${distance} mm at s = ${place} mm`;
+  return [`${check.states} states checked with convex hulls`, el("br"), least];
 }

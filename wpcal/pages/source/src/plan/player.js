@@ -1,4 +1,4 @@
-// The time: a slider, a button that lets it run, and how fast.
+// The time: a slider, a button that plays, and the speed.
 import { el } from "../dom.js";
 
 const SPEEDS = [1, 2, 5, 10];
@@ -17,14 +17,14 @@ export function buildPlayer(onTime) {
   const button = el("button", { type: "button", class: "play", "data-test": "play" }, "play");
   const speed = el(
     "select",
-    { "aria-label": "times as fast" },
+    { "aria-label": "speed" },
     SPEEDS.map((factor) => el("option", { value: factor }, `${factor} ×`)),
   );
   const clock = el("output", { "data-test": "clock" });
   const place = el("output", { class: "place", "data-test": "place" });
   const element = el("div", { class: "player" }, button, slider, clock, place, speed);
   let end = 1;
-  let before = null; // time stamp of the frame before, while it runs
+  let before = null; // time stamp of the frame before, while playing
 
   function seek(t) {
     slider.value = Math.min(Math.max(t, 0), end);

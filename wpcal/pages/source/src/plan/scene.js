@@ -1,11 +1,10 @@
-// The cell in 3-D: every body in a layer of the frame that carries it; a pose moves the layers.
-
+// The cell in 3-D. Every body is in a layer of the frame that carries it; a pose moves the layers.
 import { sides, toggles } from "../controls.js";
 import { el } from "../dom.js";
-import { createViewer } from "../viewer.js";
+import { buildStage } from "../stage.js";
 import { capsuleMesh } from "./capsule.js";
 
-const NUMBERS = 12; // of a frame: three rows of four
+const NUMBERS = 12; // per frame: three rows of four
 const COLOURS = { robot1: "#4f7cac", torch: "#c9742d", robot2: "#6b9a74", part: "#c3ccd6", bench: "#97897a" };
 const SEAM = "#d6246e";
 const TIP = "#ffb000";
@@ -13,17 +12,13 @@ const WIRE = "#b98a2f";
 const GRID_MM = 250;
 const GRID_COLOUR = "#8a94a0";
 const GRID_REACH_MM = 500; // beyond the bases
-const BESIDE_MM = 300; // of a base on the floor: outside of a pedestal
-const FROM = [-0.35, -0.85, 0.4]; // from the torch's side, a little above
+const BESIDE_MM = 300; // from a base to its label: beyond a pedestal
+const FROM = [-0.35, -0.85, 0.4]; // on the side of the torch, a little above
 
 /** Builds the view inside `host`; returns {viewer, whole(), pose(frames, {row, part}), seam(points)}. */
 export function buildScene(host, data, part) {
-  const canvas = el("canvas", { tabindex: 0, "aria-label": "3-D view of both robots, the torch and the part" });
-  const overlay = el("div", { class: "overlay" });
-  const stage = el("div", { class: "stage" }, canvas, overlay);
-  host.append(stage);
-  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-  const viewer = createViewer(canvas, { overlay, theme: dark ? "dark" : "light" });
+  const label = "3-D view of both robots, the torch and the part";
+  const { viewer, stage } = buildStage(host, label);
   const carried = new Map(); // layer -> carrier
   data.bodies.forEach((body) => addBody(viewer, body, carried, part !== null));
   if (part) {

@@ -1,5 +1,4 @@
-// What the view says in words: tooltips and the legend of its colours.
-
+// The words in the view: tooltips and the legend of its colours.
 import { el, facts, fixed, short, signed } from "../dom.js";
 import { BEYOND, ramp } from "../viewer.js";
 

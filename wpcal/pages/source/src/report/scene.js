@@ -1,26 +1,22 @@
-// The report's 3-D view: the part where it stands, the seams in the colour of their error, what was taught.
-
+// The report's 3-D view: the part where it is, the seams in the colours of their errors, the taught points.
 import { sides, toggles, tooltip } from "../controls.js";
 import { el } from "../dom.js";
 import { arrow, FACTORS, fittingFactor } from "../residuals.js";
-import { colourOf, createViewer } from "../viewer.js";
+import { buildStage, seeThroughBox } from "../stage.js";
+import { colourOf } from "../viewer.js";
 import { legend, pointTip, seamTip } from "./explain.js";
 
 const FITTED = "#1d3f94";
 const CHECKED = "#6d7682";
 const CANDIDATE = "#8a94a0";
-const MOST_TRIADS = 600; // more is a hedgehog
+const MOST_TRIADS = 600; // more would cover the part
 const TRIAD_PART = 0.035; // of the radius of everything
-const ROUND_A_SEAM = 0.15; // of the radius of everything: what is shown around a seam that is looked at
+const AROUND_SEAM = 0.15; // of the radius of everything: shown around a seam that the view looks at
 
 /** Builds the view inside `host` and returns it. */
 export function buildScene(host, { calibration, seams, frames, part }) {
-  const canvas = el("canvas", { tabindex: 0, "aria-label": "3-D view of the part, its seams and the taught points" });
-  const overlay = el("div", { class: "overlay" });
-  const stage = el("div", { class: "stage" }, canvas, overlay);
-  host.append(stage);
-  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-  const viewer = createViewer(canvas, { overlay, theme: dark ? "dark" : "light" });
+  const label = "3-D view of the part, its seams and the taught points";
+  const { viewer, stage } = buildStage(host, label);
   const solid = part && viewer.addPart(part, { T: calibration.T_base_part });
   addSeams(viewer, seams, frames, calibration.tolerance_mm);
   addPoints(viewer, calibration.points);
@@ -29,12 +25,11 @@ export function buildScene(host, { calibration, seams, frames, part }) {
   const residuals = residualControl(viewer, calibration.points, radius);
   const tip = tooltip(stage);
   viewer.onHover((found) => showTip(viewer, tip, found, frames, radius * TRIAD_PART));
-  const xray = el("input", { type: "checkbox", onchange: () => solid.setOpacity(xray.checked ? 0.35 : 1) });
   const panel = el(
     "div",
     { class: "panel" },
     toggles(viewer, layersOf(seams, part)),
-    part && el("label", { class: "toggle-alone" }, xray, el("span", {}, "see through")),
+    part && seeThroughBox(solid),
     residuals,
   );
   stage.append(sides(viewer), legend(calibration.tolerance_mm));
@@ -43,18 +38,18 @@ export function buildScene(host, { calibration, seams, frames, part }) {
   return viewer;
 }
 
-/** Shows one seam with its surroundings, from the side it is welded from. */
+/** Shows one seam with its surroundings, from the side on which the torch is. */
 export function lookAtSeam(viewer, { p, R }) {
   const outward = [0, 1, 2].map((row) => R.reduce((sum, axes) => sum + axes[row][2], 0) / R.length);
-  const isRound = Math.hypot(...outward) < 0.3; // around a pipe the directions cancel
-  const room = ROUND_A_SEAM * viewer.extent().radius;
+  const isRound = Math.hypot(...outward) < 0.3; // around a pipe the directions cancel each other
+  const room = AROUND_SEAM * viewer.extent().radius;
   const steps = [-room, room].flatMap((d) => [
     [d, 0, 0],
     [0, d, 0],
     [0, 0, d],
   ]);
   const around = p.flatMap((place) => steps.map((step) => place.map((v, i) => v + step[i])));
-  const aside = [0, 1, 2].map((row) => R[0][row][0]); // a little along the seam: straight on, edges hide each other
+  const aside = [0, 1, 2].map((row) => R[0][row][0]); // seen from straight ahead, edges hide each other
   viewer.lookAt(around, isRound ? [-0.62, -0.68, 0.5] : outward.map((v, i) => v + 0.35 * aside[i]));
 }
 
@@ -111,7 +106,7 @@ function addFrames(viewer, frames, length) {
   );
 }
 
-/** A slider for the factor by which residuals are drawn longer than they are. */
+/** A slider for the factor by which residuals are drawn longer. */
 function residualControl(viewer, points, radius) {
   const start = FACTORS.indexOf(
     fittingFactor(

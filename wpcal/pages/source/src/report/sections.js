@@ -1,4 +1,4 @@
-// The parts of the report below the view: tables, charts and where everything came from.
+// The sections of the report below the view: tables, charts and the sources.
 import { el, facts, fixed, signed, table } from "../dom.js";
 import { bar } from "../shares.js";
 import { annealingPlot, errorPlot } from "./plots.js";
@@ -24,7 +24,7 @@ export function seamsSection(seams, frames, tolerance, focus) {
   ];
   const rowOf = ({ row, accepted }) => ({
     class: accepted ? "link" : "link dim",
-    title: accepted ? "show in the view" : "a candidate: found, but not taken as a seam",
+    title: accepted ? "show in the view" : "a candidate that was not accepted as a seam",
     onclick: () => focus(row),
   });
   const plot = errorPlot(seams, frames, tolerance);
@@ -46,8 +46,7 @@ export function pointsSection({ points, tolerance_mm }) {
     { title: "95 % error mm", number: true, cell: ({ error_95_mm }) => fixed(error_95_mm, 4) },
   ];
   const rowOf = ({ distance_mm }) => ({ class: distance_mm > tolerance_mm ? "bad" : null });
-  const caption =
-    "Residual: where the point was taught minus where the fit puts it, base frame. The bar is full at the tolerance.";
+  const caption = "Residual: taught place minus fitted place, in the base frame. The bar is full at the tolerance.";
   return section("points", "Taught points", table(columns, points, { rowOf, caption }));
 }
 
@@ -87,7 +86,7 @@ export function fitSection(record) {
     T_base_part.map((row) => el("tr", {}, cells(row))),
   );
   const trace = solver.trace && annealingPlot(solver.trace, record.objective_mm);
-  const pose = "T_base_part: columns are the part's axes in the robot's base, then its origin in mm.";
+  const pose = "T_base_part: the columns are the axes of the part in the robot's base, then its origin in mm.";
   const numbers = el(
     "div",
     {},
@@ -96,8 +95,8 @@ export function fitSection(record) {
     el("div", { class: "table-scroll" }, matrix),
   );
   const legend =
-    "Annealing: the largest distance at the end of each temperature (faint) and the best so far; " +
-    "the line is the answer after the polish.";
+    "Annealing: the largest distance at the end of each temperature (faint) and the best so far. " +
+    "The dotted line is the final answer.";
   const figure = trace && el("figure", {}, trace, el("figcaption", { class: "caption" }, legend));
   return section("fit", "Fit", el("div", { class: "beside" }, numbers, figure));
 }
@@ -116,8 +115,8 @@ export function notesSection({ issues }) {
 }
 
 function teachingError({ sigma_mm, bound_mm }) {
-  if (sigma_mm !== null) return `σ ${sigma_mm} mm an axis`;
-  return bound_mm === null ? "from the residuals" : `within ±${bound_mm} mm an axis`;
+  if (sigma_mm !== null) return `σ ${sigma_mm} mm per axis`;
+  return bound_mm === null ? "from the residuals" : `within ±${bound_mm} mm per axis`;
 }
 
 export function sourcesSection(record, mesh) {
@@ -139,5 +138,5 @@ export function sourcesSection(record, mesh) {
     ],
   ];
   if (mesh) rows.push(["triangles of the view", `within ${fixed(mesh.deflection_mm, 3)} mm of the model`]);
-  return section("sources", "Where this came from", table(columns, files), facts(rows));
+  return section("sources", "Sources", table(columns, files), facts(rows));
 }

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wpcal.controllers.abb.sync import write_dual_rapid
+from wpcal.controllers.abb.sync import write_sync_rapid
 from wpcal.controllers.program import ControllerSettings
-from wpcal.controllers.sync_program import DualProgram
-from wpcal.controllers.yaskawa.sync import SYNC_NUMBERS, joint_percents, write_dual_inform
+from wpcal.controllers.sync_program import SyncProgram
+from wpcal.controllers.yaskawa.sync import SYNC_NUMBERS, joint_percents, write_sync_inform
 from wpcal.core.errors import InputError
 from wpcal.robot.kinematics.arm_file import find_arm
 
@@ -36,7 +36,7 @@ def program_of(seed, n=9, **changes):
         "arc_off": n - 3,
         "notes": ("checked: free",),
     }
-    return DualProgram(**{**values, **changes})
+    return SyncProgram(**{**values, **changes})
 
 
 def parse_rapid(text):
@@ -91,7 +91,7 @@ def parse_inform(text):
 @given(seed=st.integers(0, 2**32), n=st.integers(6, 40))
 def test_rapid_gives_back_joints_times_and_marks(seed, n):
     program = program_of(seed, n)
-    files = write_dual_rapid(program)
+    files = write_sync_rapid(program)
     assert sorted(files) == ["WPCAL_R1.mod", "WPCAL_R2.mod"]
     for robot in (1, 2):
         joints, marks, seconds, arc = parse_rapid(files[f"WPCAL_R{robot}.mod"])
@@ -104,7 +104,7 @@ def test_rapid_gives_back_joints_times_and_marks(seed, n):
 @given(seed=st.integers(0, 2**32), n=st.integers(6, 40))
 def test_inform_gives_back_joints_and_marks(seed, n):
     program = program_of(seed, n)
-    files = write_dual_inform(program)
+    files = write_sync_inform(program)
     assert sorted(files) == ["WPCAL.jbi", "WPCAL_R1.jbi", "WPCAL_R2.jbi"]
     for robot in (1, 2):
         joints, marks, _, arc, syncs, kind = parse_inform(files[f"WPCAL_R{robot}.jbi"])
@@ -118,7 +118,7 @@ def test_inform_gives_back_joints_and_marks(seed, n):
 
 def test_both_robots_and_both_languages_have_the_same_marks():
     program = program_of(3, 25)
-    rapid, inform = write_dual_rapid(program), write_dual_inform(program)
+    rapid, inform = write_sync_rapid(program), write_sync_inform(program)
     marks = [parse_rapid(rapid[f"WPCAL_R{robot}.mod"])[1] for robot in (1, 2)]
     marks += [parse_inform(inform[f"WPCAL_R{robot}.jbi"])[1] for robot in (1, 2)]
     assert all(found == marks[0] for found in marks)
@@ -129,7 +129,7 @@ def test_both_robots_and_both_languages_have_the_same_marks():
 def test_the_share_of_the_joint_speed_gives_the_time_back():
     """A step takes what the slower robot needs at its VJ: the planned time, within the rounding of the larger VJ."""
     program = program_of(5, 30)
-    files, needed, written = write_dual_inform(program), [], []
+    files, needed, written = write_sync_inform(program), [], []
     for robot in (1, 2):
         joints, _, shares, *_ = parse_inform(files[f"WPCAL_R{robot}.jbi"])
         most = np.degrees([joint.speed_rad_s for joint in program.arms[robot - 1].joints])
@@ -157,7 +157,7 @@ def test_pulses_are_written_where_the_arm_states_them():
     arm = find_arm("mh6")
     counting = replace(arm, joints=tuple(replace(joint, pulses_per_deg=1000.0) for joint in arm.joints))
     program = program_of(1, arms=(counting, arm))
-    files = write_dual_inform(program)
+    files = write_sync_inform(program)
     *_, kind = parse_inform(files["WPCAL_R2.jbi"])
     assert kind == "ANGLE"
     joints, *_, kind = parse_inform(files["WPCAL_R1.jbi"])
@@ -166,7 +166,7 @@ def test_pulses_are_written_where_the_arm_states_them():
 
 
 def test_the_job_that_starts_both_moves_none():
-    main = write_dual_inform(program_of(1))["WPCAL.jbi"]
+    main = write_sync_inform(program_of(1))["WPCAL.jbi"]
     assert "///GROUP1" not in main
     assert re.findall(r"PSTART JOB:(\S+) SUB(\d)", main) == [("WPCAL_R1", "1"), ("WPCAL_R2", "2")]
     assert re.findall(r"PWAIT SUB(\d)", main) == ["1", "2"]
@@ -175,7 +175,7 @@ def test_the_job_that_starts_both_moves_none():
 def test_names_that_no_controller_takes_become_ones_that_it_does():
     controller = ControllerSettings(program_name="Naht ä/" + 40 * "x", tool_name="my tool")
     program = program_of(1, seam="Rib 7 \n; DELETE", controller=controller)
-    for name, text in {**write_dual_rapid(program), **write_dual_inform(program)}.items():
+    for name, text in {**write_sync_rapid(program), **write_sync_inform(program)}.items():
         assert len(name.split(".")[0]) <= 32
         assert text.isascii()
         assert not [line for line in text.split("\r\n") if line.strip().startswith("; DELETE")]
@@ -184,7 +184,7 @@ def test_names_that_no_controller_takes_become_ones_that_it_does():
 def test_programs_of_two_seams_share_no_name():
     names = []
     for seam in ("W1", "W2"):
-        text = write_dual_rapid(program_of(1, seam=seam, controller=ControllerSettings(program_name=f"P_{seam}")))[
+        text = write_sync_rapid(program_of(1, seam=seam, controller=ControllerSettings(program_name=f"P_{seam}")))[
             "P_" + seam + "_R1.mod"
         ]
         names.append(set(re.findall(r"(?:MODULE|PERS tasks|VAR syncident|PROC) (\w+)", text)))
@@ -196,13 +196,13 @@ def test_an_arm_without_joint_speeds_has_no_inform():
     arm = find_arm("mh6")
     silent = replace(arm, joints=(replace(arm.joints[0], speed_rad_s=None), *arm.joints[1:]))
     with pytest.raises(InputError, match="does not state the speed of joint S"):
-        write_dual_inform(program_of(1, arms=(silent, arm)))
+        write_sync_inform(program_of(1, arms=(silent, arm)))
 
 
 def test_more_than_the_largest_joint_speed_is_refused():
     program = program_of(1)
     with pytest.raises(InputError, match=r"robot 1 would need \d+ % of its joint speed to mark"):
-        write_dual_inform(replace(program, seconds=program.seconds * 1e-3))
+        write_sync_inform(replace(program, seconds=program.seconds * 1e-3))
 
 
 @pytest.mark.parametrize(

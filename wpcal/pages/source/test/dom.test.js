@@ -1,0 +1,53 @@
+import assert from "node:assert/strict";
+import test from "node:test";
+
+import { el, facts, fixed, short, signed, table } from "../src/dom.js";
+import { plural, verdictText } from "../src/words.js";
+import { texts } from "./document.js";
+
+test("numbers with fixed decimals have no minus zero and a dash for nothing", () => {
+  assert.deepEqual([fixed(1.23456), fixed(-0.0001), fixed(null), fixed(Number.NaN)], ["1.235", "0.000", "–", "–"]);
+  assert.deepEqual([signed(0.5, 1), signed(-0.5, 1), signed(0.0001)], ["+0.5", "-0.5", "0.000"]);
+});
+
+test("short numbers have three digits, very large and very small ones an exponent", () => {
+  assert.deepEqual([0, 1234.5, 0.25, 300000, 0.0002].map(short), ["0", "1230", "0.25", "3e5", "2e-4"]);
+});
+
+test("text never becomes markup", () => {
+  const element = el("p", { title: "<b>" }, "<img src=x>", null, [undefined, "y"]);
+  assert.equal(element.children.length, 0);
+  assert.equal(element.textContent, "<img src=x>y");
+  assert.equal(element.getAttribute("title"), "<b>");
+});
+
+test("attributes that are false, null or undefined are left out; true is empty", () => {
+  const element = el("input", { hidden: true, checked: false, list: null, name: undefined });
+  assert.deepEqual(
+    [...element.attributes].map(({ name }) => name),
+    ["hidden"],
+  );
+});
+
+test("a table has a head, one line per row, and classes for numbers", () => {
+  const columns = [
+    { title: "name", cell: ({ name }) => name },
+    { title: "mm", number: true, cell: ({ mm }) => fixed(mm, 1) },
+  ];
+  const made = table(columns, [{ name: "A", mm: 2 }], { caption: "c", rowOf: () => ({ class: "bad" }) });
+  assert.deepEqual(texts(made, "th"), ["name", "mm"]);
+  assert.deepEqual(texts(made, "tr.bad td"), ["A", "2.0"]);
+  assert.deepEqual(texts(made, "td.number"), ["2.0"]);
+  assert.deepEqual(texts(made, "caption"), ["c"]);
+});
+
+test("facts are terms with descriptions", () => {
+  const made = facts([["length", "3 mm"]]);
+  assert.deepEqual([texts(made, "dt"), texts(made, "dd")], [["length"], ["3 mm"]]);
+});
+
+test("words that are counted, and the verdict", () => {
+  assert.deepEqual([plural(1, "row"), plural(0, "row"), plural(2, "row")], ["1 row", "0 rows", "2 rows"]);
+  assert.equal(verdictText({ verdict: "PASS", tolerance_mm: 0.4 }), "Every point is within the tolerance of 0.4 mm.");
+  assert.match(verdictText({ verdict: "FAIL", tolerance_mm: 0.4 }), /^A point is off by more than/);
+});
