@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.running import run_process
 from wpcal.core.records import read_json
 from wpcal.results.diff import SCHEMAS, assert_calibration_close, assert_seams_close
 
@@ -26,8 +27,7 @@ pose of a minimax fit is a thousand times softer than its value."""
 
 
 def run_wpcal(*arguments: Path | str) -> str:
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    done = run_process(*arguments)
     assert (done.returncode, done.stderr) == (0, "")
     return done.stdout
 
