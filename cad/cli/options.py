@@ -133,7 +133,7 @@ class FitFlags:
     )
     solver: str = option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True)
     seed: int = option(
-        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all random numbers."
+        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers."
     )
     nominal: str | None = option(
         "--nominal",

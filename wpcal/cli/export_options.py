@@ -129,7 +129,7 @@ class IdentifiedArmFlags:
     near: str | None = option(
         "--near",
         metavar="Q1,…,Q6",
-        help="With --robot: displayed joint angles near the seam, deg; they choose the branch.",
+        help="With --robot: shown joint angles near the seam, deg; they choose the branch.",
     )
     tool: str | None = option(
         "--tool", metavar="X,Y,Z[,RX,RY,RZ]", help="With --robot: tool as set in the controller, mm and deg."

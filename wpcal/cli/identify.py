@@ -59,7 +59,7 @@ class FitFlags:
         help="Expected error of an angle; ga-tabu searches three times as far.",
     )
     seed: int = option(
-        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all random numbers."
+        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers."
     )
 
     def to_noise(self) -> Noise | None:

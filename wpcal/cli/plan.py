@@ -1,4 +1,4 @@
-"""`wpcal plan`: two robots on one part; the plans between which one chooses, and the chosen one as programs."""
+"""`wpcal plan`: two robots on one part: trade-off plans to choose from, and the chosen one as programs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ANGLE = click.FloatRange(-180.0, 180.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WeldFlags:
-    """How the weld and the torch are wanted, and how fast."""
+    """Targets of the weld and the torch, and the speed."""
 
     slope_deg: float = option(
         "--slope-deg", type=ANGLE, default=10.0, show_default=True, help="Target slope of the weld, uphill."
@@ -65,16 +65,20 @@ class WeldFlags:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GeneticFlags:
-    """Whether and how NSGA-II searches after the ladder graph."""
+    """Whether and how NSGA-II searches after the deterministic search."""
 
     generations: int = option(
-        "--generations", type=click.IntRange(min=0), default=0, show_default=True, help="Of NSGA-II; 0: none."
+        "--generations",
+        type=click.IntRange(min=0),
+        default=0,
+        show_default=True,
+        help="Generations of NSGA-II; 0: do not run it.",
     )
     population: int = option(
-        "--population", type=click.IntRange(min=4), default=100, show_default=True, help="Of NSGA-II."
+        "--population", type=click.IntRange(min=4), default=100, show_default=True, help="Population of NSGA-II."
     )
     seed: int = option(
-        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all random numbers."
+        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers."
     )
 
     def to_options(self) -> Nsga2Options | None:
@@ -100,7 +104,7 @@ class GeneticFlags:
 )
 @takes("weld", WeldFlags)
 @takes("genetic", GeneticFlags)
-@click.option("--force", is_flag=True, help="Write into a folder that holds something.")
+@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
 @click.option("--json", "as_json", is_flag=True, help="Print the record of pareto.json on stdout.")
 def plan(
     *,
@@ -116,9 +120,10 @@ def plan(
 ) -> int:
     """Plan how two robots weld one seam: robot 1 with the torch, robot 2 holding and turning the part.
 
-    CELL.json says what stands where; SEAMS.json is the seams.json of `wpcal calibrate`. Writes pareto.json (every plan
-    worth choosing from), plan.html (all of them to look at), and of the chosen one plan.json, plan.csv and programs of
-    both robots. Ctrl-C keeps the best plans so far. Ends with code 1 when there is no feasible plan.
+    CELL.json describes the cell: robots, tools and their places. SEAMS.json is the seams.json of `wpcal calibrate`.
+    Writes pareto.json (the trade-off plans), plan.html (a page that shows them), and for the chosen plan plan.json,
+    plan.csv and the programs of both robots. Ctrl-C keeps the best plans so far. Ends with code 1 if there is no
+    feasible plan.
     """
     from wpcal.core.errors import ConvergenceError
     from wpcal.core.records import check_writable
@@ -143,12 +148,12 @@ def plan(
 
 
 def _read_mesh(seams_json: Path) -> bytes | None:
-    """Read the part's triangles where `wpcal calibrate` left them beside the seams.
+    """Read the part's triangles if `wpcal calibrate` wrote them beside the seams.
 
     Raises
     ------
     InputError
-        When the file cannot be read or is no such mesh.
+        If the file cannot be read or is not such a mesh.
     """
     from wpcal.brep.mesh_glb import read_part_glb
     from wpcal.core.records import read_bytes
@@ -162,7 +167,7 @@ def _read_mesh(seams_json: Path) -> bytes | None:
 
 
 def _require_extra(*modules: str) -> None:
-    """Refuse before any work what would fail at its end."""
+    """Refuse at the start what would fail at the end."""
     from importlib.util import find_spec
 
     from wpcal.core.errors import InputError
@@ -241,7 +246,7 @@ def _write(
 def _write_failure(
     cell: RobotCell, seam: str, targets: WeldTargets, speed_mm_s: float, why: str, output: Path, *, force: bool
 ) -> int:
-    """Write that there is no plan, and say it in one line."""
+    """Write the reason why there is no plan, and print it in one line."""
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.planning.search.pareto_record import failed_record
 
