@@ -1,4 +1,4 @@
-"""`advise`: the features to teach, what they promise along the seams, and what each further point would buy."""
+"""`advise`: the features to teach, the error they predict along the seams, and what each further point would gain."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.advise.design import Design, least_swap, spread_rows
+from wpcal.advise.candidates import easiest_places, fills_a_plane
+from wpcal.advise.design import Design, farthest_rows, least_swap
 from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.points.covariance import isotropic_covariance, minimax_covariance
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, error_95
@@ -25,18 +26,16 @@ from wpcal.match.search import squares_limit
 from wpcal.seam.seam import Seam
 
 USUAL_COUNTS = (3, 4, 5, 6)
-"""Numbers of points that are compared: three are the least, and a person rarely touches more than six."""
-MOST_PLACES = 400
-"""Of larger parts so many features are judged, far from one another: the best sets lie at the outside."""
+"""Numbers of points that are compared: three are the least, and people rarely touch more than six."""
 MOST_SEAM_POINTS = 48
 """Seam points that the search looks at, far from one another; the figures reported are those over all of them."""
 FINALISTS = 24
 """Best sets of the search whose error is then predicted for the criterion asked for, over all seam points."""
 CLEAR_SWAP = 4.0
-"""A swap of names must leave this many times the sum of squares that the teaching error can: seen in the residuals."""
+"""An exchange of names is seen in the residuals if it leaves this many times the sum of squares of teaching errors."""
 SWAP_PRICE = 1.25
-"""A set whose names can be exchanged unseen is advised only where every other has an error larger by this factor: on a
-frame whose only free corners are those of a box the others have 1.6 times the error."""
+"""A set whose names can be exchanged unseen is advised only if every other set has an error larger by this factor. On a
+frame whose only free corners are those of a box, the others have 1.6 times the error."""
 ADVICE_SCHEMA = "wpcal/advice/1"
 
 
@@ -50,7 +49,7 @@ class AdvisedSet:
     error_95_mm : float
         Largest predicted 95 % error along the seams, mm: the figure of `CalibrationResult.predict_error_mm`.
     seam : str
-        The seam where it is.
+        The seam where that error occurs.
     swap_rms_mm : float
         Root mean square residual that the most hidden exchange of names would leave, mm.
     swap : tuple of str
@@ -98,7 +97,7 @@ class Advice:
     next_point : ReferenceFeature or None
         That point.
     notes : tuple of str
-        What there is to say about the choice.
+        What to watch when these features are touched.
     sigma_mm : float
     criterion : Criterion
     """
@@ -142,7 +141,7 @@ def advise(
     Parameters
     ----------
     candidates : sequence of Touchable
-        What may be taught. Of the easiest to touch only so many kinds are used as the number of points needs.
+        What may be taught. The easiest to touch are used; harder ones join only if these are too few.
     seams : sequence of Seam
         Where the error counts; frames in `part`.
     points : int
@@ -165,7 +164,7 @@ def advise(
     Raises
     ------
     InputError
-        When fewer than 3 points are asked for, fewer than are there, or the error is no length.
+        When `points` is below 3 or not above the number in `have`, or `sigma_mm` is not a positive length.
     GeometryError
         When there is no seam, or the candidates are too few or all on one line.
 
@@ -174,7 +173,7 @@ def advise(
     The search is by the closed-form error of least squares; the last choice among the `FINALISTS` best sets, and every
     figure reported, by the criterion asked for.
     """
-    choice, eases = _begun(candidates, seams, points, sigma_mm, criterion, have, seed)
+    choice = _begun(candidates, seams, points, sigma_mm, criterion, have, seed)
     places = choice.places
     say = progress or no_progress
     held = tuple(places.holding(feature.name) for feature in have)
@@ -186,6 +185,7 @@ def advise(
         rows = tuple(places.holding(name) for name in chosen.names)
         with_next = choice.best(points + 1, rows, say)
         next_point = next(f for f in with_next.features if f.name not in chosen.names)
+    eases = {item.feature.name: item.ease for item in candidates}
     notes = (*_ease_notes(chosen, eases), *_swap_notes(chosen))
     return Advice(chosen, tuple(by_count.values()), with_next, next_point, notes, sigma_mm, criterion)
 
@@ -200,18 +200,18 @@ def advise_set(
     have: Sequence[ReferenceFeature] = (),
     seed: int = 0,
 ) -> AdvisedSet:
-    """Choose so many features and compare with no other number of them; parameters and errors as in `advise`.
+    """Choose one set of `points` features, without comparing other numbers; parameters and errors as in `advise`.
 
     Returns
     -------
     AdvisedSet
-        Only `have` itself where no feature added to it makes the error smaller, which a Gaussian error and the minimax
-        criterion can bring about.
+        Only `have` itself if no feature added to it makes the error smaller. That can happen with the minimax criterion
+        and Gaussian errors.
     """
-    choice, _ = _begun(candidates, seams, points, sigma_mm, criterion, have, seed)
+    choice = _begun(candidates, seams, points, sigma_mm, criterion, have, seed)
     held = tuple(choice.places.holding(feature.name) for feature in have)
     best = choice.best(points, held, no_progress)
-    if not _fills_a_plane(choice.places.p[list(held)]):
+    if not fills_a_plane(choice.places.p[list(held)]):
         return best
     return min(choice.predicted(np.array(held)), best, key=lambda found: found.error_95_mm)
 
@@ -224,7 +224,7 @@ def _begun(
     criterion: Criterion,
     have: Sequence[ReferenceFeature],
     seed: int,
-) -> tuple[_Choice, dict[str, Ease]]:
+) -> _Choice:
     """Check what is asked, and lay out the search."""
     _require_usable(points, sigma_mm, have, criterion)
     if not any(len(seam.frames) for seam in seams):
@@ -233,8 +233,7 @@ def _begun(
             "solid as seams",
             code=ErrorCode.NO_SEAM,
         )
-    places, eases = _pool(candidates, have, points)
-    return _Choice.over(places, seams, sigma_mm, criterion, seed), eases
+    return _Choice.over(easiest_places(candidates, have, points), seams, sigma_mm, criterion, seed)
 
 
 def where_it_is(feature: ReferenceFeature) -> str:
@@ -277,11 +276,11 @@ class _Choice:
     def over(cls, places: Places, seams: Sequence[Seam], sigma_mm: float, criterion: Criterion, seed: int) -> _Choice:
         points = np.concatenate([seam.frames.p for seam in seams])
         names = tuple(seam.name for seam in seams for _ in range(len(seam.frames)))
-        design = Design(places.p, points[spread_rows(points, MOST_SEAM_POINTS)])
+        design = Design(places.p, points[farthest_rows(points, MOST_SEAM_POINTS)])
         return cls(places, design, points, names, sigma_mm, criterion, seed)
 
     def best(self, n: int, held: tuple[int, ...], progress: Progress) -> AdvisedSet:
-        """Return the best set of n points: one whose names cannot be exchanged unseen, if that costs little."""
+        """Return the best set of n points, preferably one whose names cannot be exchanged unseen."""
         rng = np.random.default_rng(self.seed)
         rows, errors = self.design.best_sets(n, held=held, rng=rng, progress=progress)
         if len(rows) == 0:
@@ -328,39 +327,6 @@ def _require_usable(points: int, sigma_mm: float, have: Sequence[ReferenceFeatur
         raise InputError(f"points are advised for minimax or least_squares, got {criterion.value}")
 
 
-def _pool(
-    candidates: Sequence[Touchable], have: Sequence[ReferenceFeature], points: int
-) -> tuple[Places, dict[str, Ease]]:
-    """Take the easiest features that leave a choice: harder ones only where these are too few or on one line."""
-    eases = {item.feature.name: item.ease for item in candidates}
-    for ease in Ease:
-        names = {feature.name for feature in have}
-        used = [*have, *(c.feature for c in candidates if c.ease <= ease and c.feature.name not in names)]
-        places = Places.of(used)
-        if len(places.p) >= points and _fills_a_plane(places.p):
-            break
-    else:
-        raise GeometryError(
-            f"{points} points are asked for, and the part has {len(places.p)} places to touch that are not on one line"
-        )
-    if len(places.p) > MOST_PLACES:
-        kept = {places.names[k] for k in spread_rows(places.p, MOST_PLACES)}
-        kept |= {places.names[places.holding(feature.name)] for feature in have}
-        places = Places.of([f for group in places.features if group[0].name in kept for f in group])
-    return places, eases
-
-
-def _fills_a_plane(p: FloatArray) -> bool:
-    if len(p) < 3:
-        return False
-    spread = np.linalg.svd(p - p.mean(axis=0), compute_uv=False)
-    return bool(spread[1] > ON_A_LINE * spread[0])
-
-
-ON_A_LINE = 1e-3
-"""Points whose second spread is a smaller share of the first leave the rotation about their line to chance."""
-
-
 def _ease_notes(chosen: AdvisedSet, eases: dict[str, Ease]) -> list[str]:
     words = {
         Ease.ROUND: "nothing to touch at its centre: take several touches around it",
@@ -375,6 +341,6 @@ def _swap_notes(chosen: AdvisedSet) -> list[str]:
     if chosen.is_clear:
         return []
     return [
-        f"names exchanged among {', '.join(chosen.swap)} would leave an RMS of {chosen.swap_rms_mm:.3g} mm only: the "
-        "features are too symmetric to see it; take care"
+        f"names exchanged among {', '.join(chosen.swap)} would leave an RMS of only {chosen.swap_rms_mm:.3g} mm: "
+        "the features are too symmetric to show the exchange; take care with the names"
     ]

@@ -1,4 +1,4 @@
-r"""Optimal sets of points: the search that makes the largest predicted error along the seams smallest.
+r"""Optimal sets of points: the search that minimises the largest predicted error along the seams.
 
 For least squares the covariance of a seam point s is, with the centroid c, u = s - c and the inertia
 :math:`N = \operatorname{tr}(M) I - M` of the taught points,
@@ -26,15 +26,17 @@ from wpcal.core.progress import Progress
 from wpcal.core.rotations import cross_matrix
 
 MOST_ENUMERATED = 150_000
-"""So many sets are all tried, in some seconds; above that single points are exchanged."""
+"""Up to this many sets are all tried, in some seconds. Above it single points are exchanged."""
 CHUNK = 8_000
 """Sets judged at once: some tens of megabytes."""
 STARTS = 12
-"""Random sets from which the exchange starts; on the shared parts three of four of them end at the same best set."""
+"""Random sets from which the exchange starts. On the sample parts three of four of them end at the same best set."""
 KEPT = 200
-"""Best sets kept, from which those with a symmetric swap are struck."""
+"""Best sets kept. Those with a symmetric swap are then removed."""
 FLAT = 1e-9
 """Least ratio of the determinant of N to the cube of its trace; below it the points lie on one line."""
+MOST_PERMUTED = 6
+"""720 orders. With more points nobody exchanges the names of all of them at once by mistake."""
 FREEDOMS = np.linspace(1.0, 3.0, 2001)
 QUANTILES = chdtri(FREEDOMS, 1.0 - COVERAGE) / FREEDOMS
 """Of a length of 1 to 3 effective dimensions; the table is exact to 1e-7."""
@@ -56,7 +58,18 @@ class Design:
     seam_points: FloatArray
 
     def largest_errors(self, rows: IntArray) -> FloatArray:
-        """Largest 95 % error of the least-squares fit over the seam points, for sets (m, n), per unit of sigma."""
+        """Largest 95 % error of the least-squares fit over the seam points.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (m, n)
+            m sets of n rows of `points`.
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            Per unit of sigma.
+        """
         parts = [self._errors(rows[first : first + CHUNK]).max(axis=1) for first in range(0, len(rows), CHUNK)]
         return np.concatenate(parts) if parts else np.empty(0)
 
@@ -85,7 +98,7 @@ class Design:
     ) -> tuple[IntArray, FloatArray]:
         """Return the best sets of n points that hold the rows `held`, the best first, and their errors.
 
-        All sets are tried where there are few; else single points are exchanged, each time for the best of all
+        If there are few sets, all are tried. Otherwise single points are exchanged, each time for the best of all
         features, until no exchange makes the error smaller.
         """
         free = np.setdiff1d(np.arange(len(self.points)), held)
@@ -158,7 +171,7 @@ def least_swap(p: FloatArray) -> tuple[float, tuple[int, ...]]:
     Parameters
     ----------
     p : ndarray, shape (n, 3)
-        At most `MOST_PERMUTED` points; of more only exchanges of two are tried.
+        mm. Up to `MOST_PERMUTED` points all orders are tried; of more, only exchanges of two points.
     """
     n = len(p)
     orders = np.array([order for order in _orders(n) if order != tuple(range(n))])
@@ -171,10 +184,6 @@ def least_swap(p: FloatArray) -> tuple[float, tuple[int, ...]]:
     return float(squares[k]), tuple(int(v) for v in orders[k])
 
 
-MOST_PERMUTED = 6
-"""720 orders; with more points a symmetry of all of them at once is no slip that a person makes."""
-
-
 def _orders(n: int) -> Iterator[tuple[int, ...]]:
     if n <= MOST_PERMUTED:
         yield from permutations(range(n))
@@ -185,8 +194,22 @@ def _orders(n: int) -> Iterator[tuple[int, ...]]:
         yield tuple(order)
 
 
-def spread_rows(points: FloatArray, most: int) -> IntArray:
-    """Pick at most so many points, each the farthest from those picked; the first the farthest from the centroid."""
+def farthest_rows(points: FloatArray, most: int) -> IntArray:
+    """Pick points far from one another.
+
+    The first is the farthest from the centroid. Each further one is the farthest from those already picked.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        mm.
+    most : int
+        Number of points to pick; all are taken if there are not more.
+
+    Returns
+    -------
+    ndarray of int, shape (min(n, most),)
+    """
     if len(points) <= most:
         return np.arange(len(points))
     picked = [int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]

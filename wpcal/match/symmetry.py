@@ -37,11 +37,29 @@ class PartMotion:
 
     @classmethod
     def between(cls, points: FloatArray, first: IntArray, second: IntArray) -> PartMotion:
-        """Fit the motion that carries the features of one answer to those of another."""
+        """Fit the motion that carries the features of one answer to those of another.
+
+        Parameters
+        ----------
+        points : ndarray, shape (N, 3)
+            Of the features, in `part`, mm.
+        first, second : ndarray of int, shape (n,)
+            Rows of the features in the two answers.
+        """
         return cls(*kabsch(points[first], points[second], np.full(len(first), 1.0 / len(first))))
 
     def is_symmetry(self, points: FloatArray, tree: cKDTree, *, within_mm: float) -> bool:
-        """Tell whether it carries every feature to a feature; a few are tried first."""
+        """Tell whether the motion carries every feature to a feature; a few are tried first.
+
+        Parameters
+        ----------
+        points : ndarray, shape (N, 3)
+            Of the features, in `part`, mm.
+        tree : cKDTree
+            Of the same points.
+        within_mm : float
+            Greatest distance to the feature that is met.
+        """
         for some in (points[:: len(points) // FIRST_TRIED + 1], points):
             if float(np.max(tree.query(some @ self.R.T + self.t_mm)[0])) > within_mm:
                 return False

@@ -46,7 +46,7 @@ class Triangle:
 
     @classmethod
     def of(cls, taught: FloatArray, corners: tuple[int, int, int]) -> Triangle:
-        """Lay the frame into three taught points."""
+        """Lay the frame into three of the taught points, shape (n, 3), mm."""
         p = taught[list(corners)]
         axes = _axes(p[None])[0]
         centre = p.mean(axis=0)
@@ -74,7 +74,7 @@ class TriangleFits:
     squares_mm2: FloatArray
 
     def select(self, rows: BoolArray) -> TriangleFits:
-        """Keep some of the fits."""
+        """Keep the fits under a mask of shape (m,)."""
         return TriangleFits(self.triangle, self.centre[rows], self.axes[rows], self.squares_mm2[rows])
 
     def carry(self, taught: FloatArray) -> FloatArray:

@@ -86,7 +86,8 @@ def minimise_squares(
     start : State
     still : float
         The solver stops at a step that changes the residuals by less than this (the root of ξᵀHξ, in the unit of the
-        weighted residuals) while the damping is not above `first_damping`. Choose the round-off of the residuals.
+        weighted residuals). It has converged if the damping is then not above `first_damping`; otherwise only the
+        damping made the step small, as at a kink of the residuals. Choose the round-off of the residuals.
     most_steps : int
         Limit of accepted steps.
     first_damping : float
@@ -101,20 +102,21 @@ def minimise_squares(
         gradient, H = problem.normal_equations(state)
         while True:
             step = _damped_step(gradient, H, damping)
-            small = float(step @ H @ step) <= still**2 and damping <= first_damping
+            tiny = float(step @ H @ step) <= still**2
+            small = tiny and damping <= first_damping
             trial = problem.moved(state, step)
             trial_cost = problem.cost(trial)
             if trial_cost <= cost:
                 break
-            if small:  # round-off decides which of the two is lower
-                return SquaresMinimum(state, cost, steps, converged=True)
+            if tiny:  # round-off decides which of the two is lower
+                return SquaresMinimum(state, cost, steps, converged=small)
             damping *= DAMPING_FACTOR
             if damping > MOST_DAMPING:
                 return SquaresMinimum(state, cost, steps, converged=False)
         state, cost = trial, trial_cost
         damping /= DAMPING_FACTOR
-        if small:
-            return SquaresMinimum(state, cost, steps + 1, converged=True)
+        if tiny:
+            return SquaresMinimum(state, cost, steps + 1, converged=small)
     return SquaresMinimum(state, cost, most_steps, converged=False)
 
 

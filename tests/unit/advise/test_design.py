@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from wpcal.advise.design import Design, least_swap, spread_rows
+from wpcal.advise.design import Design, farthest_rows, least_swap
 from wpcal.calibrate.points.covariance import isotropic_covariance
 from wpcal.calibrate.uncertainty import error_95
 from wpcal.core.progress import no_progress
@@ -83,6 +83,6 @@ def test_a_mirrored_order_is_no_swap() -> None:
     assert least_swap(corner)[0] > 100.0
 
 
-def test_spread_rows_reach_the_ends() -> None:
+def test_farthest_rows_reach_the_ends() -> None:
     line = np.linspace([0, 0, 0], [100.0, 0, 0], 101)
-    assert set(spread_rows(line, 3)) == {0, 50, 100}
+    assert set(farthest_rows(line, 3)) == {0, 50, 100}

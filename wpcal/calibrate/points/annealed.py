@@ -55,7 +55,7 @@ class SearchProblem:
     pivot_target: FloatArray
 
     def motion(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Rotation (3, 3) and translation (3,) of a state, in the frames of the points given."""
+        """Rotation (3, 3) and translation (3,), mm, of a state of shape (6,), between the frames of the points."""
         R = rotation_from_zyx(state[3], state[4], state[5])
         t = self.pivot_target + state[:3] - R @ self.pivot_source
         return R, np.asarray(t, dtype=np.float64)

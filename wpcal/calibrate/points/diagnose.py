@@ -15,7 +15,7 @@ from wpcal.calibrate.criteria import BLUNDER
 from wpcal.calibrate.outlier_limits import CLEAR_FACTOR, FALSE_ALARM, FLOOR_MM
 from wpcal.calibrate.points.least_squares import centred, distances, kabsch
 from wpcal.calibrate.points.robust import fit_robust
-from wpcal.calibrate.points.weighted import gauss_newton_steps
+from wpcal.calibrate.points.weighted import refine_once
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import UnitError
 from wpcal.core.issue import Issue
@@ -81,7 +81,7 @@ def find_issues(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int =
 
 
 def is_coplanar(points: FloatArray) -> bool:
-    """Tell whether points lie in one plane, as far as a fit can see."""
+    """Tell whether points, shape (n, 3), mm, lie so near one plane that a mirrored set fits as well."""
     spread = np.sqrt(np.maximum(np.linalg.eigvalsh(centred(points).T @ centred(points)), 0.0))
     return bool(spread[0] <= COPLANAR_RATIO * spread[1])
 
@@ -173,7 +173,7 @@ def _poor_fit(pairs: PointPairs, total: float, sigma_mm: float | None) -> tuple[
     if pairs.covariances is not None:
         information = np.asarray(np.linalg.inv(pairs.covariances))
         R, t = kabsch(pairs.p_source, pairs.p_target, np.full(len(pairs), 1.0 / len(pairs)))
-        total = float(gauss_newton_steps(pairs.p_source, pairs.p_target, information, R, t)[1])
+        total = float(refine_once(pairs.p_source, pairs.p_target, information, R, t)[2])
         stated = "than the stated teaching errors of the points explain"
     elif sigma_mm:
         total /= sigma_mm**2

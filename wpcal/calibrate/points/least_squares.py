@@ -130,12 +130,12 @@ def weighted_rms(p: FloatArray, q: FloatArray, weights: FloatArray) -> FloatArra
 
 
 def centred(points: FloatArray) -> FloatArray:
-    """Points about their centroid: round-off then follows the size of the cloud, not its place."""
+    """Points, shape (..., n, 3), about their centroid: round-off then depends on the cloud's size, not on its place."""
     return np.asarray(points - points.mean(axis=-2, keepdims=True), dtype=np.float64)
 
 
 def require_spread(pairs: PointPairs) -> None:
-    """Refuse pairs that leave the rotation open.
+    """Refuse pairs that do not fix the rotation.
 
     Raises
     ------

@@ -115,9 +115,22 @@ def solve_minimax(pairs: PointPairs, *, start: RigidTransform | None = None, cer
 
 
 def core_subset(p: FloatArray, q: FloatArray, size: int = SUBSET) -> IntArray:
-    """Indices of the points that a search for the least largest distance has to see first.
+    """Choose the points that decide the least largest distance.
 
-    Half of them are far out (they hold the rotation), half have the largest residuals of the least-squares fit.
+    Half of them are far out (they hold the rotation). The other half have the largest residuals of the least-squares
+    fit.
+
+    Parameters
+    ----------
+    p, q : ndarray, shape (n, 3)
+        Source and target points, mm.
+    size : int
+        About how many to choose; all are taken if there are not more.
+
+    Returns
+    -------
+    ndarray of int
+        Indices of the chosen points.
     """
     n = len(p)
     if n <= size:

@@ -25,12 +25,10 @@ from wpcal.calibrate.points.least_squares import (
     fit_least_squares,
     kabsch,
     require_spread,
-    rotation_maximising,
 )
-from wpcal.calibrate.points.weighted import gauss_newton_steps
+from wpcal.calibrate.points.weighted import refine_once
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.pairs import PointPairs
-from wpcal.core.rotations import cross_matrix
 from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
 
@@ -118,16 +116,12 @@ class _Rows:
         )
 
     def fit(self) -> tuple[FloatArray, FloatArray]:
-        """Fit in closed form with the weights, and where these are not all, with one Gauss-Newton step."""
+        """Fit in closed form with the weights. Anisotropic covariances take one Gauss-Newton step more."""
         R, t = kabsch(self.p, self.q, self.weights / self.weights.sum(axis=-1, keepdims=True))
         if self.isotropic:
             return R, t
-        step, _ = gauss_newton_steps(self.p, self.q, self.information, R, t)
-        centre = np.einsum("...ij,...j->...i", R, self.p.mean(axis=-2)) + t
-        turn = rotation_maximising(
-            np.eye(3) + cross_matrix(step[..., :3].reshape(-1, 3)).reshape(*step.shape[:-1], 3, 3)
-        )
-        return turn @ R, np.einsum("...ij,...j->...i", turn, t - centre) + centre + step[..., 3:]
+        R, t, _ = refine_once(self.p, self.q, self.information, R, t)
+        return R, t
 
     def squares(self, R: FloatArray, t: FloatArray) -> FloatArray:
         """Squared residuals rᵀ Λ r of a fit."""

@@ -2,20 +2,28 @@ r"""The fit weighted with a covariance per taught point: least :math:`\sum_i r_i
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 
-from wpcal.calibrate.points.least_squares import centred, fit_least_squares, weighted_rms
+from wpcal.calibrate.points.least_squares import centred, fit_least_squares, rotation_maximising, weighted_rms
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ConvergenceError, InputError
 from wpcal.core.pairs import PointPairs
+from wpcal.core.rotations import cross_matrix
 from wpcal.core.tangent import exp_rotation, point_jacobian
 from wpcal.core.transform import RigidTransform
+from wpcal.optim.levenberg_marquardt import minimise_squares
 
 MAX_STEPS = 100
-"""Gauss-Newton steps converge in about 5; halved steps of odd data take more."""
+"""Gauss-Newton steps converge in about 5; damped steps of odd data take more."""
 
-RESTING = 1e-12
-"""Relative fall of the sum at which it is at rest: some digits above round-off."""
+FIRST_DAMPING = 1e-6
+"""The least-squares fit is near the answer: the first step is almost that of Gauss and Newton."""
+
+ROUND_OFF = 16 * float(np.finfo(np.float64).eps)
+"""Share of the largest coordinate by which a computed residual may be off."""
 
 
 def information_matrices(pairs: PointPairs) -> FloatArray:
@@ -39,7 +47,7 @@ def information_matrices(pairs: PointPairs) -> FloatArray:
 
 
 def fit_weighted(pairs: PointPairs) -> RigidTransform:
-    """Fit with the covariances of the pairs by Gauss-Newton from the least-squares fit.
+    """Fit with the covariances of the pairs, by damped least squares from the fit without them.
 
     Parameters
     ----------
@@ -57,24 +65,18 @@ def fit_weighted(pairs: PointPairs) -> RigidTransform:
     GeometryError
         When the points do not fix a rotation.
     ConvergenceError
-        When the sum does not come to rest; carries the best fit.
+        When the steps run out or none decreases the sum; carries the best fit.
     """
-    W = information_matrices(pairs)
-    T = fit_least_squares(pairs)
-    value = _weighted_sum(pairs, W, T)
-    scale = float(np.abs(W).max()) * float(np.var(pairs.p_target, axis=0).sum()) * np.finfo(np.float64).eps
-    for _ in range(MAX_STEPS):
-        step = _gauss_newton_step(pairs, W, T)
-        moved, after = T, np.inf
-        for halving in range(30):
-            moved = _moved(T, step / 2**halving, pairs.p_target.mean(axis=0))
-            after = _weighted_sum(pairs, W, moved)
-            if after <= value:
-                break
-        if after > value or value - after <= RESTING * value + scale**2:
-            return moved if after <= value else T
-        T, value = moved, after
-    raise ConvergenceError(f"the weighted fit did not come to rest in {MAX_STEPS} steps", best=T)
+    problem = _WeightedSquares(pairs, information_matrices(pairs))
+    start = fit_least_squares(pairs)
+    off = ROUND_OFF * float(np.abs(pairs.p_target).max()) * math.sqrt(len(pairs))
+    still = math.sqrt(
+        off * (math.sqrt(problem.cost(start)) + off)
+    )  # a shorter step is lost in the round-off of the sum
+    found = minimise_squares(problem, start, still=still, most_steps=MAX_STEPS, first_damping=FIRST_DAMPING)
+    if not found.converged:
+        raise ConvergenceError(f"the weighted fit did not converge in {MAX_STEPS} steps", best=found.state)
+    return found.state
 
 
 def weighted_root_mean_square(pairs: PointPairs, T: RigidTransform) -> float:
@@ -93,10 +95,10 @@ def weighted_lower_bound(pairs: PointPairs) -> float:
     return float(bound * np.sqrt(least.sum() / len(pairs)))
 
 
-def gauss_newton_steps(
+def refine_once(
     p: FloatArray, q: FloatArray, information: FloatArray, R: FloatArray, t: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """From fits near by to the least Σ r Λ r: one Gauss-Newton step each, and the sum it comes to.
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Take one Gauss-Newton step from a fit towards the least Σ r Λ r; any leading axes are a batch.
 
     Parameters
     ----------
@@ -109,33 +111,51 @@ def gauss_newton_steps(
 
     Returns
     -------
-    steps : ndarray, shape (..., 6)
-        ξ about the centroid of the moved points.
+    R, t : ndarray, shapes (..., 3, 3), (..., 3)
+        The fits after the step.
     sums : ndarray, shape (...)
+        Σ r Λ r after the step, as the linear model predicts it.
     """
+    gradient, hessian, sums, centre = _normal_equations(p, q, information, R, t)
+    step = np.einsum("...kl,...l->...k", np.linalg.pinv(hessian, hermitian=True), gradient)
+    turn = rotation_maximising(np.eye(3) + cross_matrix(step[..., :3].reshape(-1, 3)).reshape(*step.shape[:-1], 3, 3))
+    moved = np.einsum("...ij,...j->...i", turn, t - centre) + centre + step[..., 3:]
+    return turn @ R, moved, np.asarray(sums - np.einsum("...k,...k->...", gradient, step))
+
+
+def _normal_equations(
+    p: FloatArray, q: FloatArray, information: FloatArray, R: FloatArray, t: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Jᵀ Λ r, Jᵀ Λ J and r Λ r of the small motion about the centroid of the moved points, and that centroid."""
     moved = p @ np.swapaxes(R, -1, -2) + t[..., None, :]
-    about = moved - moved.mean(axis=-2, keepdims=True)
+    centre = moved.mean(axis=-2)
+    about = moved - centre[..., None, :]
     J, r = point_jacobian(about.reshape(-1, 3)).reshape(*about.shape, 6), q - moved
-    WJ, Wr = information @ J, np.einsum("...nij,...nj->...ni", information, r)
+    Wr = np.einsum("...nij,...nj->...ni", information, r)
     gradient = np.einsum("...nik,...ni->...k", J, Wr)
-    hessian = np.einsum("...nik,...nil->...kl", J, WJ)
-    steps = np.einsum("...kl,...l->...k", np.linalg.pinv(hessian, hermitian=True), gradient)
-    sums = np.einsum("...ni,...ni->...", r, Wr) - np.einsum("...k,...k->...", gradient, steps)
-    return steps, np.asarray(sums)
+    hessian = np.einsum("...nik,...nil->...kl", J, information @ J)
+    return gradient, hessian, np.asarray(np.einsum("...ni,...ni->...", r, Wr)), centre
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _WeightedSquares:
+    """Σ r W r of the pairs as a `wpcal.optim.levenberg_marquardt.SquaresProblem` of rigid transforms."""
+
+    pairs: PointPairs
+    W: FloatArray
+
+    def cost(self, T: RigidTransform) -> float:
+        return _weighted_sum(self.pairs, self.W, T)
+
+    def normal_equations(self, T: RigidTransform) -> tuple[FloatArray, FloatArray]:
+        gradient, hessian, _, _ = _normal_equations(self.pairs.p_source, self.pairs.p_target, self.W, T.R, T.t_mm)
+        return -gradient, hessian  # the model point moves towards the taught one
+
+    def moved(self, T: RigidTransform, step: FloatArray) -> RigidTransform:
+        turn, centre = exp_rotation(step[:3]), T.apply(self.pairs.p_source).mean(axis=0)
+        return RigidTransform(turn @ T.R, turn @ (T.t_mm - centre) + centre + step[3:], T.target, T.source)
 
 
 def _weighted_sum(pairs: PointPairs, W: FloatArray, T: RigidTransform) -> float:
     r = pairs.p_target - T.apply(pairs.p_source)
     return float(np.einsum("ni,nij,nj->", r, W, r))
-
-
-def _gauss_newton_step(pairs: PointPairs, W: FloatArray, T: RigidTransform) -> FloatArray:
-    moved = T.apply(pairs.p_source)
-    J = point_jacobian(moved - pairs.p_target.mean(axis=0))
-    WJ = W @ J
-    return np.linalg.solve(np.einsum("nik,nil->kl", J, WJ), np.einsum("nik,ni->k", WJ, pairs.p_target - moved))
-
-
-def _moved(T: RigidTransform, xi: FloatArray, centre: FloatArray) -> RigidTransform:
-    turn = exp_rotation(xi[:3])
-    return RigidTransform(turn @ T.R, turn @ (T.t_mm - centre) + centre + xi[3:], T.target, T.source)

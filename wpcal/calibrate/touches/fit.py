@@ -15,6 +15,7 @@ Kraft (1988), A software package for sequential quadratic programming, DFVLR-FB 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -25,11 +26,14 @@ from scipy.optimize import minimize
 from wpcal.calibrate.touches.touches import Linearised, Touches
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation
+from wpcal.optim.levenberg_marquardt import minimise_squares
 
-MOST_STEPS = 200
-"""Gauss-Newton from a start that is turned by 60 degrees takes 10 to 40."""
+MOST_STEPS = 100
+"""A start that is turned by 60 degrees takes 10 to 40. Starts that creep towards no optimum are given up."""
+FIRST_DAMPING = 1e-3
+"""A start may be turned by 60 degrees: the first steps are held back a little."""
 RESTS_MM = 1e-11
-"""Steps below this are round-off at the size of a part of a metre."""
+"""Residuals that change by less than this have converged: it is round-off at the size of a part of a metre."""
 MOST_ROUNDS = 12
 """Of sequential quadratic programming, each about the pose of the last; two or three are usual."""
 LEAST_LARGEST_MM = 1e-9
@@ -54,7 +58,7 @@ class Pose:
 
     @classmethod
     def of(cls, touches: Touches, R: FloatArray, t: FloatArray) -> Pose:
-        """Evaluate a pose."""
+        """Evaluate a pose: R of shape (3, 3), t of shape (3,), mm."""
         return cls(R, t, touches.linearised(R, t))
 
     @property
@@ -63,7 +67,7 @@ class Pose:
         return float(self.at.distances.max())
 
     def moved(self, touches: Touches, xi: FloatArray, scale: _Scale) -> Pose:
-        """Return the pose moved by scaled coordinates: L ω (mm) and v (mm), about the touches' centroid."""
+        """Return the pose moved by `xi`, shape (6,): L ω and v, mm, about the touches' centroid."""
         turn = exp_rotation(xi[:3] / scale.length_mm)
         return Pose.of(touches, turn @ self.R, turn @ (self.t - scale.pivot) + scale.pivot + xi[3:])
 
@@ -108,30 +112,32 @@ def fit_squares(touches: Touches, start: Pose, *, weighted: bool = False) -> Pos
     -------
     Pose
     """
-    scale, covariances = _Scale.of(touches), touches.covariances if weighted else None
-    pose, damping = Pose.of(touches, start.R, start.t), 1e-3  # the start may be a fit of other touches
-    cost, gradient, hessian = _normal_equations(pose, scale, covariances)
-    for _ in range(MOST_STEPS):
-        lifted = hessian + damping * np.diag(np.maximum(np.diag(hessian), 1e-12))
-        step = np.asarray(-np.linalg.lstsq(lifted, gradient, rcond=None)[0])
-        trial = pose.moved(touches, step, scale)
-        trial_cost, *rest = _normal_equations(trial, scale, covariances)
-        if trial_cost <= cost:
-            pose, cost, (gradient, hessian), damping = trial, trial_cost, rest, damping / 10.0
-        else:
-            damping *= 10.0
-        if np.linalg.norm(step) < RESTS_MM or damping > 1e12:
-            break
-    return pose
+    problem = _Squares(touches, _Scale.of(touches), touches.covariances if weighted else None)
+    pose = Pose.of(touches, start.R, start.t)  # the start may be a fit of other touches
+    unit = math.sqrt(float(pose.at.information(problem.covariances).max()))
+    still = RESTS_MM * unit
+    return minimise_squares(problem, pose, still=still, most_steps=MOST_STEPS, first_damping=FIRST_DAMPING).state
 
 
-def _normal_equations(
-    pose: Pose, scale: _Scale, covariances: FloatArray | None
-) -> tuple[float, FloatArray, FloatArray]:
-    J, weights, d = scale.jacobian(pose.at), pose.at.information(covariances), pose.at.d
-    weighted = np.einsum("nij,nj->ni", weights, d)
-    gradient = np.einsum("nik,ni->k", J, weighted)
-    return float(np.einsum("ni,ni->", d, weighted)), gradient, np.einsum("nik,nij,njl->kl", J, weights, J)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Squares:
+    """Σ dᵀ Λ d of touches as a `wpcal.optim.levenberg_marquardt.SquaresProblem` of poses."""
+
+    touches: Touches
+    scale: _Scale
+    covariances: FloatArray | None
+
+    def cost(self, pose: Pose) -> float:
+        d = pose.at.d
+        return float(np.einsum("ni,nij,nj->", d, pose.at.information(self.covariances), d))
+
+    def normal_equations(self, pose: Pose) -> tuple[FloatArray, FloatArray]:
+        J, weights = self.scale.jacobian(pose.at), pose.at.information(self.covariances)
+        WJ = weights @ J
+        return np.einsum("nik,ni->k", WJ, pose.at.d), np.einsum("nik,nil->kl", J, WJ)
+
+    def moved(self, pose: Pose, step: FloatArray) -> Pose:
+        return pose.moved(self.touches, step, self.scale)
 
 
 def fit_minimax(touches: Touches, start: Pose) -> Pose:

@@ -28,7 +28,8 @@ PITCH = 1e-3
 """A turn that advances less than this share of its arc is a turn and no screw."""
 ON_AXIS_MM = 0.1
 """An axis this near to a named one is spoken of by its name."""
-PARALLEL = 1.0 - 1e-6
+NAMED_AXIS_COS = 1.0 - 1e-6
+"""An axis turned less than this from a named one (0.08 degrees) is called by its name."""
 
 
 def held_motions(touches: Touches, pose: Pose) -> tuple[HeldMotion, ...]:
@@ -100,7 +101,7 @@ def _motion(to_part: _ToPart, xi: FloatArray, axes: Sequence[NamedAxis]) -> str:
 def _axis_words(point: FloatArray, direction: FloatArray, axes: Sequence[NamedAxis]) -> str:
     for axis in axes:
         off = np.linalg.norm(np.cross(point - axis.point, axis.direction))
-        if off <= ON_AXIS_MM and abs(float(direction @ axis.direction)) >= PARALLEL:
+        if off <= ON_AXIS_MM and abs(float(direction @ axis.direction)) >= NAMED_AXIS_COS:
             return f"the axis of {axis.name}"
     foot = point - (point @ direction) * direction
     return f"the axis ({_numbers(direction)}) through ({_numbers(foot)})"

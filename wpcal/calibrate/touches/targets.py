@@ -24,7 +24,7 @@ plane of the nearest is then off by 25 / radius mm."""
 
 ON_SURFACE_MM = 1e-3
 """Surfaces of two faces are one when they are this near: files are written with three decimals."""
-PARALLEL = 1.0 - 1e-9
+SAME_LINE_COS = 1.0 - 1e-9
 """Cosine of directions that are one; 1e-9 is 0.003 degrees, 1e-3 mm on the size of a hole."""
 
 
@@ -63,7 +63,7 @@ def faces_on_surface(graph: BrepGraph, face: int) -> IntArray:
         same &= np.abs(graph.face_param[:, 0] - graph.face_param[face, 0]) <= ON_SURFACE_MM
         near = np.linalg.norm(arm - (along[:, None] * mine[3] if kind == SurfaceKind.CYLINDER else 0.0), axis=1)
     if kind != SurfaceKind.SPHERE:
-        same &= np.abs(cosine) >= PARALLEL
+        same &= np.abs(cosine) >= SAME_LINE_COS
     return np.flatnonzero(same & (near <= ON_SURFACE_MM))
 
 
@@ -94,7 +94,7 @@ class GraphTargets:
         return self.trimmed.graph
 
     def nearest(self, rows: IntArray, points: FloatArray) -> Nearest:
-        """As `TouchTargets.nearest`: on whole surfaces and curves."""
+        """As `TouchTargets.nearest`, with the same shapes: on whole surfaces and curves."""
         p, normal = self.point[rows].copy(), np.zeros((len(rows), 3))
         projector = np.tile(np.eye(3), (len(rows), 1, 1))
         on_face, on_edge = self.kind[rows] == TargetKind.FACE, self.kind[rows] == TargetKind.EDGE
@@ -108,7 +108,7 @@ class GraphTargets:
         return Nearest(p, normal, projector)
 
     def rough_distances(self, rows: IntArray, points: FloatArray, radius_mm: FloatArray) -> FloatArray:
-        """As `TouchTargets.rough_distances`: a face reaches as far as the box around it in its own parameters."""
+        """As `TouchTargets.rough_distances`, same shapes; a face reaches as far as the box of its parameters."""
         free = np.isin(rows, self._free_form)
         far = np.empty(len(rows))
         if (~free).any():
@@ -119,7 +119,7 @@ class GraphTargets:
         return far
 
     def overhang(self, rows: IntArray, points: FloatArray) -> FloatArray:
-        """As `TouchTargets.overhang`: exact for faces; for edges the distance beyond the nearer end."""
+        """As `TouchTargets.overhang`, same shapes: exact for faces; for edges the distance beyond the nearer end."""
         over = np.zeros(len(rows))
         face = np.flatnonzero(self.kind[rows] == TargetKind.FACE)
         if len(face):

@@ -57,10 +57,35 @@ class TouchTargets(Protocol):
         """Find the nearest points of the targets `rows`, shape (m,), to points (m, 3) in `part`, mm, to round-off."""
 
     def rough_distances(self, rows: IntArray, points: FloatArray, radius_mm: FloatArray) -> FloatArray:
-        """Estimate how far ball centres (m, 3) are from touching, mm, (m,); off the end of a target counts as well."""
+        """Estimate how far balls are from touching their targets; a distance beyond the end of a target counts as well.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (m,)
+        points : ndarray, shape (m, 3)
+            Centres of the balls in `part`, mm.
+        radius_mm : ndarray, shape (m,)
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            mm.
+        """
 
     def overhang(self, rows: IntArray, points: FloatArray) -> FloatArray:
-        """Return how far the nearest points lie beyond the border of their face or edge, mm, (m,); 0 within it."""
+        """Return how far the nearest points lie beyond the border of their face or edge.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (m,)
+        points : ndarray, shape (m, 3)
+            In `part`, mm.
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            mm; 0 within the border.
+        """
 
     @property
     def centre(self) -> FloatArray:
@@ -137,7 +162,7 @@ class Touches:
         return len(self.names)
 
     def select(self, indices: ArrayLike) -> Touches:
-        """Return the touches at `indices` (integers), in that order."""
+        """Return the touches at `indices` (integers, shape (m,)), in that order."""
         at = np.asarray(indices, dtype=np.int64)
         return replace(
             self,
@@ -205,7 +230,18 @@ class Linearised:
         return np.asarray(np.rint(np.trace(self.A, axis1=1, axis2=2)), dtype=np.int64)
 
     def jacobian(self, pivot: FloatArray) -> FloatArray:
-        """Derivative of the residuals by the small motion (ω, v) about `pivot`: -A [-[c - pivot]×, I], (n, 3, 6)."""
+        """Derivative of the residuals by the small motion (ω, v) about `pivot`.
+
+        Parameters
+        ----------
+        pivot : ndarray, shape (3,)
+            In `base`, mm.
+
+        Returns
+        -------
+        ndarray, shape (n, 3, 6)
+            -A [-[c - pivot]×, I].
+        """
         return np.asarray(-self.A @ point_jacobian(self.centre - pivot))
 
     def information(self, covariances: FloatArray | None) -> FloatArray:
