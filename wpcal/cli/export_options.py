@@ -102,7 +102,9 @@ class ControllerFlags:
     tool_name: str = option(
         "--tool-name", default="tTorch", show_default=True, help="If the controller's tools have names."
     )
-    tool_number: int = option("--tool-number", type=int, default=1, show_default=True, help="If they have numbers.")
+    tool_number: int = option(
+        "--tool-number", type=int, default=1, show_default=True, help="If the tools have numbers."
+    )
     frame_number: int = option("--frame-number", type=int, default=1, show_default=True, help="User frame of the part.")
     configuration: str | None = option(
         "--config", help="Configuration of the arm as the pendant shows it (FANUC, INFORM)."

@@ -14,10 +14,10 @@ import click
 from wpcal.cli.option_groups import option, takes
 
 if TYPE_CHECKING:
-    from wpcal.planning.cell.robot_cell import RobotCell
     from wpcal.planning.search.nsga2 import Nsga2Options
     from wpcal.planning.search.pareto import Preference
     from wpcal.planning.search.planning_result import PlanningResult
+    from wpcal.planning.search.problem import PlanningProblem
     from wpcal.planning.search.targets import WeldTargets
 
 ANGLE = click.FloatRange(-180.0, 180.0)
@@ -131,20 +131,20 @@ def plan(
     from wpcal.planning.plan.seam_file import read_seam_path
     from wpcal.planning.search.pareto import Preference
     from wpcal.planning.search.plan_seam import plan_seam
+    from wpcal.planning.search.problem import PlanningProblem
 
     check_writable(output, overwrite=force)
     _require_extra("fcl", *(("pymoo",) if genetic.generations else ()))
-    targets, speed_mm_s = weld.to_targets(), weld.speed_mm_s
+    targets = weld.to_targets()
     cell = read_cell(cell_json)
-    path, mesh = read_seam_path(seams_json, seam, cell), _read_mesh(seams_json)
+    problem = PlanningProblem(cell, read_seam_path(seams_json, seam, cell), targets, weld.speed_mm_s)
+    mesh = _read_mesh(seams_json)
     try:
         with _shown_progress() as progress:
-            result = plan_seam(
-                cell, path, targets=targets, speed_mm_s=speed_mm_s, genetic=genetic.to_options(), progress=progress
-            )
+            result = plan_seam(problem, genetic=genetic.to_options(), progress=progress)
     except ConvergenceError as error:
-        return _write_failure(cell, seam, targets, speed_mm_s, str(error), output, force=force)
-    return _write(result, cell, Preference(prefer), output, mesh, force=force, as_json=as_json)
+        return _write_failure(problem, str(error), output, force=force)
+    return _write(result, Preference(prefer), output, mesh, force=force, as_json=as_json)
 
 
 def _read_mesh(seams_json: Path) -> bytes | None:
@@ -199,7 +199,6 @@ def _shown_progress() -> Iterator[Callable[[str, int, int], None]]:
 
 def _write(
     result: PlanningResult,
-    cell: RobotCell,
     preference: Preference,
     output: Path,
     mesh: bytes | None,
@@ -219,9 +218,10 @@ def _write(
     from wpcal.planning.search.objectives import OBJECTIVES
     from wpcal.planning.search.pareto_record import pareto_record
 
-    record = to_json(pareto_record(result, cell, preference))
+    problem, cell = result.problem, result.problem.cell
+    record = to_json(pareto_record(result, preference))
     plans, chosen = result.front.plans, result.front.chosen(preference)
-    runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=result.speed_mm_s)) for one in plans]
+    runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=problem.speed_mm_s)) for one in plans]
     run = runs[chosen]
     files = {"pareto.json": record, "plan.json": to_json(run_record(run, cell)), "plan.csv": run_csv(run, cell)}
     groups = (("ladder", result.ladder), ("nsga2", result.genetic))
@@ -243,14 +243,12 @@ def _write(
     return 0 if run.verdict is CollisionVerdict.FREE else 1
 
 
-def _write_failure(
-    cell: RobotCell, seam: str, targets: WeldTargets, speed_mm_s: float, why: str, output: Path, *, force: bool
-) -> int:
+def _write_failure(problem: PlanningProblem, why: str, output: Path, *, force: bool) -> int:
     """Write the reason why there is no plan, and print it in one line."""
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.planning.search.pareto_record import failed_record
 
-    record = failed_record(cell, seam, targets, speed_mm_s, why)
+    record = failed_record(problem, why)
     with new_directory(output, overwrite=force) as folder:
         write_file(folder / "pareto.json", to_json(record), overwrite=True)
     click.echo(f"wpcal: {why}", err=True)
