@@ -4,44 +4,24 @@ Hypothesis tries the same examples at every run in CI, and new ones elsewhere. E
 writes as JSON must follow the schema it names. There is one browser.
 """
 
-import json
 import os
 import shutil
-from collections.abc import Iterator, Mapping
-from functools import cache
+from collections.abc import Iterator
 from typing import Any
 
-import jsonschema
 import pytest
 from hypothesis import settings
 
 from tests.lint.skips import unexpected_skips
+from tests.record_checks import checked_to_json
 from wpcal.core import records
 
 settings.register_profile("ci", derandomize=True, deadline=None)
 settings.register_profile("dev", deadline=None)
 settings.load_profile("ci" if os.environ.get("CI") else "dev")
 
-_to_json = records.to_json
-
-
-@cache
-def _validator(name: str) -> jsonschema.Draft202012Validator:
-    from wpcal.results.schemas import schema_text
-
-    return jsonschema.Draft202012Validator(json.loads(schema_text(name)))
-
-
-def _checked_to_json(record: Mapping[str, Any]) -> str:
-    """Write a record as JSON, as the real function does, and validate the text against the record's schema."""
-    text = _to_json(record)
-    if record["schema"] != "wpcal/test/1":  # the name that tests of records themselves use
-        _validator(record["schema"]).validate(json.loads(text))
-    return text
-
-
 # Set while conftest is imported, before any module under test takes the function by name: so no record goes unchecked.
-records.to_json = _checked_to_json
+records.to_json = checked_to_json
 
 FLAGS = [
     "--headless=new",

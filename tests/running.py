@@ -5,14 +5,22 @@ from __future__ import annotations
 import io
 import subprocess
 import sys
+from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
+from tests.record_checks import check_output
 from wpcal.cli.main import run
 
+FINISHED = (0, 1)
+"""Exit codes of a command that wrote its results: within the tolerance, or not."""
 TIMEOUT_S = 300
 """Of a command in a process: far above the slowest test."""
+
+
+AnyEnded = TypeVar("AnyEnded", "Ended", "subprocess.CompletedProcess[str]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +39,19 @@ def run_here(*arguments: Path | str) -> Ended:
         try:
             run([str(argument) for argument in arguments])
         except SystemExit as ended:
-            return Ended(ended.code, out.getvalue(), err.getvalue())
+            return _checked(Ended(ended.code, out.getvalue(), err.getvalue()), arguments)
     raise AssertionError("wpcal did not end by sys.exit")
 
 
 def run_process(*arguments: Path | str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     """Run a command in a new process: its exit code and its streams are those that a shell sees."""
     command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, timeout=TIMEOUT_S)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, timeout=TIMEOUT_S)
+    return _checked(done, arguments, cwd=cwd)
+
+
+def _checked(done: AnyEnded, arguments: Sequence[Path | str], *, cwd: Path | None = None) -> AnyEnded:
+    """Return how a command ended; the records that it wrote must follow their schemas."""
+    if done.returncode in FINISHED:
+        check_output(arguments, done.stdout, cwd=cwd or Path())
+    return done

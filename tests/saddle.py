@@ -17,7 +17,6 @@ from wpcal.planning.search.plan_seam import judge_paths, plan_seam
 from wpcal.planning.search.planning_result import PlanningResult
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem
 from wpcal.planning.search.sweep import SWEEP, sweep_paths
-from wpcal.planning.search.targets import WeldTargets
 
 CELLS = Path(__file__).parents[1] / "fixtures" / "cells"
 CELL, SEAMS = CELLS / "two-mh6.json", CELLS / "saddle-seams.json"
@@ -39,12 +38,12 @@ def saddle_problem(every: int = 1) -> PlanningProblem:
     """Return the planning problem of the saddle with some of its points."""
     cell = read_cell(CELL)
     path = read_seam_path(SEAMS, "W1", cell)
-    return PlanningProblem(cell, path.select(np.arange(0, len(path), every)), WeldTargets())
+    return PlanningProblem(cell, path.select(np.arange(0, len(path), every)))
 
 
 def coarse_search(problem: PlanningProblem) -> PlanningResult:
     """Search with few weights."""
-    return plan_seam(problem.cell, problem.path, weights=FEW_WEIGHTS)
+    return plan_seam(problem, weights=FEW_WEIGHTS)
 
 
 def scan_coarsely(monkeypatch: pytest.MonkeyPatch) -> None:

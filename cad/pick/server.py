@@ -134,7 +134,7 @@ class Guard:
         if request.headers.getlist("host") != [self._host]:
             return PlainTextResponse("not this server's address", 421, HEADERS)
         if not secrets.compare_digest(first, self._token):
-            return PlainTextResponse("not found; the whole address stands in the terminal", 404, HEADERS)
+            return PlainTextResponse("not found; the whole address is shown in the terminal", 404, HEADERS)
         if request.method != "POST":
             return None
         if request.headers.getlist("origin") != [f"http://{self._host}"]:

@@ -63,7 +63,7 @@ def make_sheet(step: Any, *, options: SheetOptions, progress: Progress = no_prog
 
     Parameters
     ----------
-    step : path, build123d shape, or iterable of build123d shapes
+    step : path, build123d shape, iterable of build123d shapes, or Workpiece
     options : SheetOptions
     progress : callable, optional
 

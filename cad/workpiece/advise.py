@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cad.workpiece.seams import SeamChoice, find_seams
-from cad.workpiece.workpiece import Workpiece, open_workpiece
+from cad.workpiece.workpiece import open_workpiece
 from wpcal.advise import Advice, advise
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
@@ -80,7 +80,7 @@ def advise_points(
     GeometryError
         When the part has no seam, or too few features that may be taught.
     """
-    workpiece = step if isinstance(step, Workpiece) else open_workpiece(step, progress=progress)
+    workpiece = open_workpiece(step, progress=progress)
     have = [feature_named(workpiece.features, name) for name in options.have]
     excluded = {feature_named(workpiece.features, name).name for name in options.exclude}
     progress("finding seams")

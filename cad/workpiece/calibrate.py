@@ -108,11 +108,11 @@ def calibrate_workpiece(
     options: CalibrateOptions | None = None,
     progress: Progress = no_progress,
 ) -> WorkpieceCalibration:
-    """Find where a real part stands, and its weld seams in the robot's base.
+    """Find the pose of a real part, and its weld seams in the robot's base.
 
     Parameters
     ----------
-    step : path, build123d shape, or iterable of build123d shapes
+    step : path, build123d shape, iterable of build123d shapes, or Workpiece
         The model of the part.
     taught : path or TaughtPoints
         Points touched with the robot, in `base`, mm. Features of points without one are found

@@ -56,8 +56,9 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
 
     Parameters
     ----------
-    step : path, build123d shape, or iterable of build123d shapes
-        A STEP file, or shapes in mm. The label of a shape becomes the name of its solid.
+    step : path, build123d shape, iterable of build123d shapes, or Workpiece
+        A STEP file, or shapes in mm: the label of a shape becomes the name of its solid. A part that is open already
+        is returned as it is.
 
     Returns
     -------
@@ -70,6 +71,8 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
     KernelError
         When the kernel fails.
     """
+    if isinstance(step, Workpiece):
+        return step
     if isinstance(step, str | Path):
         with libgl_explained():
             from cad.kernel.to_brep import to_brep

@@ -35,7 +35,7 @@ def main() -> None:
     rng = np.random.default_rng(0)
     cell = read_cell(CELL)
     states = CellState(rng.uniform(-1.2, 1.2, (STATES, 6)), rng.uniform(-1.2, 1.2, (STATES, 6)))
-    table = Table(title="Clearance of two arms, µs a state")
+    table = Table(title="Clearance of two arms, µs per state")
     for heading in ("", "asked", "measured"):
         table.add_column(heading, justify="right" if heading else "left")
     arms = replace(cell, torch=(), part=(), bench=())
@@ -57,7 +57,7 @@ def main() -> None:
 
 
 def with_meshes(arms: RobotCell, states: CellState) -> list[tuple[str, str, Callable[[], object], int]]:
-    """Hulls of real links, and their triangles; each stands in the frame of a link as it lies, which does for time."""
+    """Hulls of real links, and their triangles, placed unchanged in the frames of links: enough to measure time."""
     points = [trimesh.load(file).vertices for file in sorted(MESHES.glob("*.stl"))]
     shapes = tuple(_hull_shape(f"link {link}", link, corners) for link, corners in enumerate(points))
     hulled = replace(arms, links1=shapes, links2=shapes)

@@ -52,7 +52,7 @@ def fastest_front(problem: PlanningProblem) -> tuple[float, PlanningResult]:
     times = []
     for _ in range(REPEATS):
         start = time.perf_counter()
-        result = plan_seam(problem.cell, problem.path)
+        result = plan_seam(problem)
         times.append(time.perf_counter() - start)
     return min(times), result
 
@@ -64,7 +64,7 @@ def front_table(problem: PlanningProblem, seconds: float, result: PlanningResult
     chain = np.array([_chain_error(problem, path) for path in paths]).max(axis=0)
     steps = np.array([np.abs(np.diff(plan.state.both, axis=0)).max() for plan in plans])
     rates = [
-        (np.abs(np.diff(plan.state.both, axis=0)) / np.diff(plan.s_mm)[:, None] * result.speed_mm_s).max(axis=0)
+        (np.abs(np.diff(plan.state.both, axis=0)) / np.diff(plan.s_mm)[:, None] * problem.speed_mm_s).max(axis=0)
         for plan in plans
     ]
     share = (np.array(rates) / problem.cell.joint_speeds).max()

@@ -1,12 +1,23 @@
 from __future__ import annotations
 
+import pickle
 import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
+if TYPE_CHECKING:
+    from cad.pick.part import PickPart
+    from cad.workpiece.workpiece import Workpiece
+
 HERE = Path(__file__).resolve().parent
 SHARED_STEP = HERE.parents[2] / "shared" / "step"
+FIXTURES = HERE.parents[1] / "fixtures"
 
 sys.path.insert(0, str(HERE))  # the sample and probe modules beside the tests
 
@@ -24,3 +35,58 @@ def probe(monkeypatch: pytest.MonkeyPatch) -> str:
     """Name of the module with what tests run in a child process, which then finds it."""
     monkeypatch.setenv("PYTHONPATH", str(HERE))
     return "step_probe"
+
+
+@pytest.fixture(scope="session")
+def sample_part() -> Callable[[str], Workpiece]:
+    """Sample parts by name, each read once."""
+    from cad.workpiece.workpiece import open_workpiece
+
+    return cache(lambda name: open_workpiece(FIXTURES / name / f"{name}.step"))
+
+
+@pytest.fixture(scope="session")
+def tee_for_the_picker() -> PickPart:
+    """The T-joint as the picker reads it, once."""
+    from cad.pick.part import read_pick_part
+    from cad.workpiece.seams import SeamChoice
+    from wpcal.seam import SeamOptions
+
+    return read_pick_part(FIXTURES / "tee" / "tee.step", options=SeamOptions(), choice=SeamChoice())
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """What a command left behind."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture
+def wpcal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+    """Run `wpcal …` in this process, its kernel work too.
+
+    Exit code, output and files are those of the command; only starting two processes and loading the kernel is saved.
+    What goes to the kernel's process and comes back is pickled here as well.
+    """
+    from wpcal.cli.main import run
+
+    def in_this_process(target: str, arguments: Mapping[str, Any], *, progress: Any = None, **_: Any) -> Any:
+        module, _, function = target.partition(":")
+        given = pickle.loads(pickle.dumps(dict(arguments)))
+        if progress is not None:
+            given["progress"] = progress
+        return pickle.loads(pickle.dumps(getattr(import_module(module), function)(**given)))
+
+    monkeypatch.setattr("cad.kernel.child.run_in_child", in_this_process)
+
+    def call(*arguments: Path | str) -> Done:
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            run([str(argument) for argument in arguments])
+        said = capsys.readouterr()
+        return Done(int(ended.value.code or 0), said.out, said.err)
+
+    return call

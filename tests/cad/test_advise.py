@@ -6,6 +6,8 @@ import csv
 import json
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -15,7 +17,7 @@ import pytest
 
 from cad.workpiece.advise import AdviseOptions, advise_points
 from cad.workpiece.seams import find_seams
-from cad.workpiece.workpiece import Workpiece, open_workpiece
+from cad.workpiece.workpiece import Workpiece
 from wpcal.advise import advise
 from wpcal.calibrate import Criterion, TeachingError, calibrate
 from wpcal.core.errors import GeometryError, InputError
@@ -30,17 +32,26 @@ SIMULATED_MM = 1e-4
 """The simulated part of the minimax figure starts from coordinates with other round-off in another frame."""
 
 
-def sample(name: str) -> tuple[Workpiece, list[Seam]]:
-    workpiece = open_workpiece(FIXTURES / name / f"{name}.step")
-    seams, workpiece = find_seams(workpiece, SeamOptions())
-    return workpiece, [seam for seam in seams if seam.accepted]
+Sample = Callable[[str], tuple[Workpiece, list[Seam]]]
+
+
+@pytest.fixture(scope="module")
+def sample(sample_part: Callable[[str], Workpiece]) -> Sample:
+    """Sample parts with their accepted seams."""
+
+    @cache
+    def read(name: str) -> tuple[Workpiece, list[Seam]]:
+        seams, workpiece = find_seams(sample_part(name), SeamOptions())
+        return workpiece, [seam for seam in seams if seam.accepted]
+
+    return read
 
 
 def names_of(workpiece: Workpiece, ease: Ease) -> set[str]:
     return {item.feature.name for item in judge_features(workpiece.graph, workpiece.features) if item.ease is ease}
 
 
-def test_corners_against_another_plate_are_hidden() -> None:
+def test_corners_against_another_plate_are_hidden(sample: Sample) -> None:
     workpiece, _ = sample("tee")
     web_foot = {f.name for f in workpiece.features if f.solid == "web" and f.name[0] == "V" and f.p_mm[2] < 11}
     assert len(web_foot) == 4
@@ -49,7 +60,7 @@ def test_corners_against_another_plate_are_hidden() -> None:
     assert free == names_of(workpiece, Ease.SHARP)
 
 
-def test_mitred_corners_are_free_outside_and_hidden_inside() -> None:
+def test_mitred_corners_are_free_outside_and_hidden_inside(sample: Sample) -> None:
     workpiece, _ = sample("frame")
     sharp = {tuple(feature_named(workpiece.features, n).p_mm.round(6)) for n in names_of(workpiece, Ease.SHARP)}
     assert sharp == {(x, y, z) for x in (0.0, 600.0) for y in (0.0, 400.0) for z in (0.0, 40.0)}
@@ -58,7 +69,7 @@ def test_mitred_corners_are_free_outside_and_hidden_inside() -> None:
 @pytest.mark.parametrize(
     ("criterion", "atol"), [(Criterion.MINIMAX, SIMULATED_MM), (Criterion.LEAST_SQUARES, ROUND_OFF_MM)]
 )
-def test_the_promise_is_what_calibrate_reports(criterion: Criterion, atol: float) -> None:
+def test_the_promise_is_what_calibrate_reports(sample: Sample, criterion: Criterion, atol: float) -> None:
     workpiece, seams = sample("tee")
     advice = advise(judge_features(workpiece.graph, workpiece.features), seams, criterion=criterion)
     p = np.array([feature.p_mm for feature in advice.chosen.features])
@@ -68,7 +79,7 @@ def test_the_promise_is_what_calibrate_reports(criterion: Criterion, atol: float
     assert result.predict_error_mm(points).max() == pytest.approx(advice.chosen.error_95_mm, rel=0, abs=atol)
 
 
-def test_no_other_set_of_free_features_is_better_by_least_squares() -> None:
+def test_no_other_set_of_free_features_is_better_by_least_squares(sample: Sample) -> None:
     workpiece, seams = sample("lap")
     judged = judge_features(workpiece.graph, workpiece.features)
     advice = advise(judged, seams, criterion=Criterion.LEAST_SQUARES)
@@ -80,7 +91,7 @@ def test_no_other_set_of_free_features_is_better_by_least_squares() -> None:
     assert advice.chosen.error_95_mm <= best + ROUND_OFF_MM
 
 
-def test_further_points_make_the_error_smaller_by_least_squares() -> None:
+def test_further_points_make_the_error_smaller_by_least_squares(sample: Sample) -> None:
     workpiece, seams = sample("lap")
     advice = advise(judge_features(workpiece.graph, workpiece.features), seams, criterion=Criterion.LEAST_SQUARES)
     errors = [found.error_95_mm for found in advice.by_count]
@@ -96,11 +107,11 @@ def test_what_is_there_already_is_kept() -> None:
     assert {"V1", "H1"} <= set(found.chosen.names)
 
 
-def test_excluded_and_distant_features_are_not_advised() -> None:
-    step = FIXTURES / "tee" / "tee.step"
-    first = advise_points(step, options=AdviseOptions(), seam_options=SeamOptions()).chosen
+def test_excluded_and_distant_features_are_not_advised(sample: Sample) -> None:
+    tee, _ = sample("tee")
+    first = advise_points(tee, options=AdviseOptions(), seam_options=SeamOptions()).chosen
     options = AdviseOptions(exclude=first.names[:1], near=(0.0, 60.0, 10.0, 150.0))
-    second = advise_points(step, options=options, seam_options=SeamOptions()).chosen
+    second = advise_points(tee, options=options, seam_options=SeamOptions()).chosen
     assert first.names[0] not in second.names
     assert all(np.linalg.norm(f.p_mm - [0, 60, 10]) <= 150.0 for f in second.features)
 
@@ -116,35 +127,33 @@ def test_excluded_and_distant_features_are_not_advised() -> None:
         (AdviseOptions(near=(0.0, 0.0, 0.0, 1.0)), GeometryError, "the part has 1 places"),
     ],
 )
-def test_what_cannot_be_advised(options: AdviseOptions, error: type[Exception], says: str) -> None:
+def test_what_cannot_be_advised(sample: Sample, options: AdviseOptions, error: type[Exception], says: str) -> None:
     with pytest.raises(error, match=says):
-        advise_points(FIXTURES / "tee" / "tee.step", options=options, seam_options=SeamOptions())
+        advise_points(sample("tee")[0], options=options, seam_options=SeamOptions())
 
 
-def advised_by_command(*arguments: str | Path) -> dict[str, Any]:
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments), "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-    assert done.returncode == 0, done.stderr
-    record: dict[str, Any] = json.loads(done.stdout)
-    return record
+def test_a_seam_that_a_person_chose_counts_as_if_it_were_named(wpcal: Callable[..., Any], tmp_path: Path) -> None:
+    def said(*arguments: Path | str) -> dict[str, Any]:
+        done = wpcal(*arguments, "--json")
+        assert done.returncode == 0, done.stderr
+        record: dict[str, Any] = json.loads(done.stdout)
+        return record
 
-
-def test_a_seam_that_a_person_chose_counts_as_if_it_were_named(tmp_path: Path) -> None:
     tee = FIXTURES / "tee" / "tee.step"
-    named = advised_by_command("advise", tee, "--seams", "W2")
-    seams = advised_by_command("seams", tee)
+    named = said("advise", tee, "--seams", "W2")
+    seams = said("seams", tee)
     for seam in seams["seams"]:
         seam["edit"] = {"accept" if seam["name"] == "W2" else "reject": True}
     edited = tmp_path / "edited.json"
     edited.write_text(json.dumps(seams), encoding="utf-8")
     (web,) = (seam for seam in seams["seams"] if seam["name"] == "W2")
     middle = web["frames"][len(web["frames"]) // 2]["p_mm"]
-    assert advised_by_command("advise", tee, "--seams", edited)["chosen"] == named["chosen"]
-    picked = advised_by_command("advise", tee, "--edge", ",".join(map(str, middle)))
+    assert said("advise", tee, "--seams", edited)["chosen"] == named["chosen"]
+    picked = said("advise", tee, "--edge", ",".join(map(str, middle)))
     assert picked["chosen"]["error_95_mm"] == pytest.approx(named["chosen"]["error_95_mm"], rel=0, abs=SIMULATED_MM)
 
 
-def test_the_command_writes_a_file_to_fill_in(tmp_path: Path) -> None:
+def test_the_command_writes_a_file_to_fill_in(wpcal: Callable[..., Any], tmp_path: Path) -> None:
     out = tmp_path / "taught_template.csv"
     command = [sys.executable, "-m", "wpcal", "advise", str(FIXTURES / "tee" / "tee.step"), "-o", str(out), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
@@ -158,6 +167,6 @@ def test_the_command_writes_a_file_to_fill_in(tmp_path: Path) -> None:
         writer.writeheader()
         writer.writerows({**row, "x_mm": k, "y_mm": k * k, "z_mm": 0} for k, row in enumerate(rows))
     assert read_taught(filled).features == tuple(record["chosen"]["features"])
-    again = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    again = wpcal(*command[3:])
     assert again.returncode == 2
     assert "--force" in again.stderr

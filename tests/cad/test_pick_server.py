@@ -14,13 +14,11 @@ from urllib.parse import urlsplit
 import pytest
 import uvicorn
 
-from cad.pick.part import read_pick_part
+from cad.pick.part import PickPart
 from cad.pick.rows import NEW_COLUMNS
 from cad.pick.server import LARGEST_BYTES, PickServer
 from cad.pick.session import PickSession
-from cad.workpiece.seams import SeamChoice
 from wpcal.core.errors import InputError
-from wpcal.seam import SeamOptions
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 EMPTY = {"columns": list(NEW_COLUMNS), "rows": []}
@@ -30,8 +28,7 @@ JSON = "application/json"
 class Running:
     """A server in a thread."""
 
-    def __init__(self, out: Path) -> None:
-        part = read_pick_part(TEE, options=SeamOptions(), choice=SeamChoice())
+    def __init__(self, part: PickPart, out: Path) -> None:
         self.session = PickSession(part, out)
         self.server = PickServer(self.session, "<!DOCTYPE html>the page")
         place = urlsplit(self.server.url)
@@ -56,8 +53,8 @@ class Running:
 
 
 @pytest.fixture(scope="module")
-def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    found = Running(tmp_path_factory.mktemp("pick") / "taught.csv")
+def running(tee_for_the_picker: PickPart, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    found = Running(tee_for_the_picker, tmp_path_factory.mktemp("pick") / "taught.csv")
     ended: list[uvicorn.Server] = []
     plain = uvicorn.Server.run
 

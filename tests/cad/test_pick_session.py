@@ -8,16 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.pick.part import PickPart, read_pick_part
+from cad.pick.part import PickPart
 from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.session import ERROR_DIGITS, PickSession, fault_record
 from cad.workpiece.calibrate import calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
-from cad.workpiece.seams import SeamChoice
 from wpcal.advise import advise
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.core.errors import FormatError, GeometryError, InputError
-from wpcal.seam import SeamOptions
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 SHOWN_MM = 0.5 * 10.0**-ERROR_DIGITS + 1e-15
@@ -33,9 +31,9 @@ ENDDAT
 """
 
 
-@pytest.fixture(scope="module")
-def part() -> PickPart:
-    return read_pick_part(TEE / "tee.step", options=SeamOptions(), choice=SeamChoice())
+@pytest.fixture
+def part(tee_for_the_picker: PickPart) -> PickPart:
+    return tee_for_the_picker
 
 
 def opened(part: PickPart, out: Path, file: str = "taught.csv", **more: Any) -> tuple[PickSession, Rows]:

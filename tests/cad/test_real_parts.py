@@ -1,4 +1,4 @@
-"""STEP files made by others, through the real commands: each gives a result or one clear line.
+"""STEP files made by others, through the commands: each gives a result or one clear line.
 
 `features` and `calibrate` (which finds and writes the seams, too) run on every file in `../shared/step`; the points are
 named features of the part, moved by a known pose.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ SHARED = Path(__file__).parents[3] / "shared" / "step"
 T_BASE_PART = RigidTransform.from_six_tuple([812.3, -455.1, 277.7, 0.3, -0.7, 2.1], target="base", source="part")
 POSE_MM = 1e-6
 """Asked of exact points, at every feature of the part; round-off of coordinates of some metres is 1e-9 mm."""
+Command = Callable[..., Any]
 POINTS = 5
 """As many as a person would teach."""
 
@@ -50,14 +52,9 @@ READABLE = (
 )
 
 
-def wpcal(*arguments: Path | str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-
-
 def shared(name: str) -> Path:
     if not (SHARED / name).is_file():
-        pytest.skip("the shared STEP files do not stand beside the project")
+        pytest.skip("the shared STEP files are not beside the project")
     return SHARED / name
 
 
@@ -81,7 +78,7 @@ def write_taught(features: list[dict[str, Any]], path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", READABLE)
-def test_the_pose_of_a_real_part_is_found(name: str, tmp_path: Path) -> None:
+def test_the_pose_of_a_real_part_is_found(wpcal: Command, name: str, tmp_path: Path) -> None:
     part = shared(name)
     listed = wpcal("features", part, "--json")
     assert (listed.returncode, listed.stderr) == (0, "")
@@ -118,8 +115,8 @@ def assert_seams_are_sound(record: dict[str, Any], T: RigidTransform, points: Fl
     ("name", "seams", "accepted"),
     [("as1-oc-214.stp", 120, 8), ("dm1-id-214.stp", 21, 0), ("colored.step", 0, 0), ("house_walls.stp", 130, 0)],
 )
-def test_seams_of_a_real_part(name: str, seams: int, accepted: int) -> None:
-    """The counts are what came out and was looked at once, so that a change is seen; nobody else vouches for them."""
+def test_seams_of_a_real_part(wpcal: Command, name: str, seams: int, accepted: int) -> None:
+    """The counts were looked at once and are kept to notice a change. There is no other authority for them."""
     done = wpcal("seams", shared(name), "--json")
     assert (done.returncode, done.stderr) == (0, "")
     found = json.loads(done.stdout)["seams"]
@@ -128,7 +125,7 @@ def test_seams_of_a_real_part(name: str, seams: int, accepted: int) -> None:
 
 @pytest.mark.parametrize("name", sorted(REFUSED))
 @pytest.mark.parametrize("command", ["features", "seams"])
-def test_a_file_that_cannot_be_used_is_one_line(name: str, command: str) -> None:
+def test_a_file_that_cannot_be_used_is_one_line(wpcal: Command, name: str, command: str) -> None:
     done = wpcal(command, shared(name))
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
@@ -137,16 +134,35 @@ def test_a_file_that_cannot_be_used_is_one_line(name: str, command: str) -> None
 
 @pytest.mark.parametrize("name", sorted(WITHOUT_FEATURES))
 @pytest.mark.parametrize("command", ["features", "seams"])
-def test_a_file_without_exact_faces_is_one_line(name: str, command: str) -> None:
+def test_a_file_without_exact_faces_is_one_line(wpcal: Command, name: str, command: str) -> None:
     done = wpcal(command, shared(name))
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
     assert WITHOUT_FEATURES[name] in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        ("features", "as1-oc-214.stp"),
+        ("seams", "colored.step"),
+        ("features", "s1-c5-214.stp"),
+        ("seams", "s1-c5-214.stp"),
+    ],
+)
+def test_a_command_in_processes_of_its_own_says_the_same(wpcal: Command, command: str, name: str) -> None:
+    part = shared(name)
+    alone = subprocess.run(
+        [sys.executable, "-m", "wpcal", command, str(part), "--json"],
+        capture_output=True, text=True, check=False, timeout=300,
+    )  # fmt: skip
+    here = wpcal(command, part, "--json")
+    assert (alone.returncode, alone.stdout, alone.stderr) == (here.returncode, here.stdout, here.stderr)
+
+
 def test_every_shared_file_is_asked_about() -> None:
     if not SHARED.is_dir():
-        pytest.skip("the shared STEP files do not stand beside the project")
+        pytest.skip("the shared STEP files are not beside the project")
     names = {path.name for path in SHARED.iterdir() if path.suffix.lower() in (".step", ".stp")}
     readable = {name if isinstance(name, str) else name.values[0] for name in READABLE}
     assert names == readable | set(REFUSED) | set(WITHOUT_FEATURES)

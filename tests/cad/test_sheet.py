@@ -28,9 +28,9 @@ PAPER_MM = 1e-9
 """Places on paper are a product and a sum."""
 
 
-@pytest.fixture(scope="module")
-def tee():
-    return open_workpiece(TEE)
+@pytest.fixture
+def tee(sample_part):
+    return sample_part("tee")
 
 
 def views_of(workpiece, names):
@@ -71,7 +71,7 @@ def test_a_point_behind_the_web_is_told_from_those_in_sight(tee):
 )
 def test_everything_is_inside_the_frame_and_labels_do_not_collide(part, names, paper):
     if not part.is_file():
-        pytest.skip("the shared STEP files do not stand beside the project")
+        pytest.skip("the shared STEP files are not beside the project")
     workpiece = open_workpiece(part)
     views, _ = views_of(workpiece, names)
     layout = lay_out(paper, views, len(names))
@@ -90,8 +90,8 @@ def test_everything_is_inside_the_frame_and_labels_do_not_collide(part, names, p
             assert not any(a.x < b.right and b.x < a.right and a.y < b.top and b.y < a.top for b in boxes[i + 1 :])
 
 
-def test_the_dxf_holds_names_numbers_coordinates_and_the_hash():
-    sheet = make_sheet(TEE, options=SheetOptions(".dxf", names=NAMES))
+def test_the_dxf_holds_names_numbers_coordinates_and_the_hash(tee):
+    sheet = make_sheet(tee, options=SheetOptions(".dxf", names=NAMES))
     document = ezdxf.read(io.StringIO(sheet.data.decode()))
     assert not document.audit().has_errors
     assert document.header["$INSUNITS"] == 4
@@ -105,11 +105,11 @@ def test_the_dxf_holds_names_numbers_coordinates_and_the_hash():
     assert any("scale 1:2" in text for text in texts)
 
 
-def test_points_are_those_that_advise_picks():
+def test_points_are_those_that_advise_picks(tee):
     from cad.workpiece.advise import AdviseOptions, advise_points
     from wpcal.seam import SeamOptions
 
-    advised = advise_points(TEE, options=AdviseOptions(points=5), seam_options=SeamOptions())
+    advised = advise_points(tee, options=AdviseOptions(points=5), seam_options=SeamOptions())
     sheet = make_sheet(TEE, options=SheetOptions(".dxf", count=5))
     assert tuple(point["name"] for point in sheet.record["points"]) == advised.chosen.names
 
@@ -117,24 +117,24 @@ def test_points_are_those_that_advise_picks():
 @pytest.mark.parametrize(
     ("suffix", "start"), [(".pdf", b"%PDF"), (".svg", b"<?xml"), (".png", b"\x89PNG"), (".dxf", b"  0")]
 )
-def test_each_format_is_written_and_twice_the_same(suffix, start):
+def test_each_format_is_written_and_twice_the_same(tee, suffix, start):
     options = SheetOptions(suffix, A4, names=NAMES)
-    first = make_sheet(TEE, options=options).data
+    first = make_sheet(tee, options=options).data
     assert first.startswith(start)
     assert make_sheet(TEE, options=options).data == first
 
 
-def test_the_svg_has_the_size_of_the_paper():
-    head = make_sheet(TEE, options=SheetOptions(".svg", A4, names=NAMES)).data[:300].decode()
+def test_the_svg_has_the_size_of_the_paper(tee):
+    head = make_sheet(tee, options=SheetOptions(".svg", A4, names=NAMES)).data[:300].decode()
     assert re.search(r'width="297mm" height="210mm"', head)
 
 
-def test_what_does_not_fit_or_exist_is_refused():
+def test_what_does_not_fit_or_exist_is_refused(tee):
     with pytest.raises(InputError, match="no feature 'V99'"):
-        make_sheet(TEE, options=SheetOptions(".dxf", names=("V99",)))
-    many = tuple(feature.name for feature in open_workpiece(TEE).features[: A4.most_points + 1])
+        make_sheet(tee, options=SheetOptions(".dxf", names=("V99",)))
+    many = tuple(feature.name for feature in tee.features[: A4.most_points + 1])
     with pytest.raises(InputError, match=f"A4 has room for {A4.most_points} points"):
-        make_sheet(TEE, options=SheetOptions(".dxf", A4, names=many))
+        make_sheet(tee, options=SheetOptions(".dxf", A4, names=many))
     from build123d import Box
 
     with pytest.raises(GeometryError, match="or name the features"):

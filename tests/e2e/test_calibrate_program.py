@@ -41,7 +41,10 @@ def calibrated(program: Path, out: Path, *options: str) -> dict[str, object]:
     return record
 
 
-def from_table(folder: Path) -> dict[str, object]:
+@pytest.fixture(scope="module")
+def from_table(tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
+    """The record of a calibration from the same points as a table."""
+    folder = tmp_path_factory.mktemp("table")
     table = folder / "taught.csv"
     table.write_text((TEE / "taught.csv").read_text().replace("check", "yes"))
     return calibrated(table, folder / "table")
@@ -52,20 +55,20 @@ def assert_same(found: dict[str, object], expected: dict[str, object]) -> None:
         np.testing.assert_allclose(np.array(found[key]), np.array(expected[key]), rtol=0, atol=SAME_MM)
 
 
-def test_named_points_give_the_numbers_of_the_table(tmp_path: Path) -> None:
+def test_named_points_give_the_numbers_of_the_table(tmp_path: Path, from_table: dict[str, object]) -> None:
     program = tmp_path / "teach.dat"
     program.write_text(krl([row["name"] for row in taught_rows()], with_frame=True))
     found = calibrated(program, tmp_path / "out")
-    assert_same(found, from_table(tmp_path))
+    assert_same(found, from_table)
     assert "features" not in found
 
 
-def test_numbered_points_are_found_and_the_frame_is_given(tmp_path: Path) -> None:
+def test_numbered_points_are_found_and_the_frame_is_given(tmp_path: Path, from_table: dict[str, object]) -> None:
     program = tmp_path / "teach.dat"
     program.write_text(krl(["P1", "P2", "P3", "P4", "P5", "P6"], with_frame=False))
     frame = ("--uframe", "7=500,100,50,0,0,0")
     found = calibrated(program, tmp_path / "out", *frame)
-    assert_same(found, from_table(tmp_path))
+    assert_same(found, from_table)
     assert found["features"] == {f"P{n}": row["name"] for n, row in enumerate(taught_rows(), 1)}
     match = run_here("match", TEE / "tee.step", program, *frame, "--json")
     assert (match.returncode, match.stderr) == (0, "")
@@ -86,7 +89,9 @@ def test_a_frame_without_values_is_asked_for(tmp_path: Path, command: tuple[str,
     assert not (tmp_path / "out").exists()
 
 
-def test_a_program_with_a_home_position_is_read_by_naming_the_others(tmp_path: Path) -> None:
+def test_a_program_with_a_home_position_is_read_by_naming_the_others(
+    tmp_path: Path, from_table: dict[str, object]
+) -> None:
     program = tmp_path / "teach.dat"
     text = krl([row["name"] for row in taught_rows()], with_frame=True)
     home = "DECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}"
@@ -96,7 +101,7 @@ def test_a_program_with_a_home_position_is_read_by_naming_the_others(tmp_path: P
     assert "HOME: is stored as joint angles" in done.stderr
     assert "or name the points to read (--robot and --tool, or --points)" in done.stderr
     names = ",".join(row["name"] for row in taught_rows())
-    assert_same(calibrated(program, tmp_path / "out", "--points", names), from_table(tmp_path))
+    assert_same(calibrated(program, tmp_path / "out", "--points", names), from_table)
 
 
 def test_options_for_programs_are_refused_with_a_table(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ def run_wpcal(*arguments: Path | str) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture(scope="module")
 def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A plan of the saddle; a triangle stands for the part's mesh beside the seams."""
+    """A plan of the saddle; a triangle replaces the mesh of the part beside the seams."""
     folder = tmp_path_factory.mktemp("plan")
     shutil.copy(CELLS / "saddle-seams.json", folder / "seams.json")
     corners = np.array([[0.0, 0, 0], [50, 0, 0], [0, 50, 0]])

@@ -1,4 +1,4 @@
-"""The genetic algorithm must earn its place: what it gains on the deterministic front, and what it finds alone."""
+"""The genetic algorithm must gain on the deterministic front, and find allowed plans without it."""
 
 import numpy as np
 import pytest

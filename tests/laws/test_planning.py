@@ -106,7 +106,7 @@ def test_limits_speeds_and_steps_hold(cell, path, result):
         steps = np.abs(np.diff(plan.state.both, axis=0))
         assert steps.max() <= LARGEST_STEP_RAD
         speeds = np.array([joint.speed_rad_s for joint in (*cell.arm1.joints, *cell.arm2.joints)])
-        assert (steps / np.diff(path.s_mm)[:, None] * result.speed_mm_s <= speeds).all()
+        assert (steps / np.diff(path.s_mm)[:, None] * result.problem.speed_mm_s <= speeds).all()
 
 
 def test_every_plan_is_free_at_steps_finer_than_it_was_checked(cell, result):

@@ -22,7 +22,7 @@ from wpcal.cli.teaching_options import TeachingFlags
 )
 @click.option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True)
 @click.option("--schedule", type=click.Choice(["default", "yin2003"]), default="default", show_default=True)
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all random numbers.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
 @click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1.")
 @takes("teaching", TeachingFlags)
 @click.option("--certify", is_flag=True, help="Close the gap to the lower bound by branch and bound (slow).")

@@ -1,4 +1,4 @@
-"""`wpcal plan`: two robots on one part; the plans between which one chooses, and the chosen one as programs."""
+"""`wpcal plan`: two robots on one part: trade-off plans to choose from, and the chosen one as programs."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ import click
 from wpcal.cli.option_groups import option, takes
 
 if TYPE_CHECKING:
-    from wpcal.planning.cell.robot_cell import RobotCell
     from wpcal.planning.search.nsga2 import Nsga2Options
     from wpcal.planning.search.pareto import Preference
     from wpcal.planning.search.planning_result import PlanningResult
+    from wpcal.planning.search.problem import PlanningProblem
     from wpcal.planning.search.targets import WeldTargets
 
 ANGLE = click.FloatRange(-180.0, 180.0)
@@ -25,7 +25,7 @@ ANGLE = click.FloatRange(-180.0, 180.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WeldFlags:
-    """How the weld and the torch are wanted, and how fast."""
+    """Targets of the weld and the torch, and the speed."""
 
     slope_deg: float = option(
         "--slope-deg", type=ANGLE, default=10.0, show_default=True, help="Target slope of the weld, uphill."
@@ -65,16 +65,20 @@ class WeldFlags:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GeneticFlags:
-    """Whether and how NSGA-II searches after the ladder graph."""
+    """Whether and how NSGA-II searches after the deterministic search."""
 
     generations: int = option(
-        "--generations", type=click.IntRange(min=0), default=0, show_default=True, help="Of NSGA-II; 0: none."
+        "--generations",
+        type=click.IntRange(min=0),
+        default=0,
+        show_default=True,
+        help="Generations of NSGA-II; 0: do not run it.",
     )
     population: int = option(
-        "--population", type=click.IntRange(min=4), default=100, show_default=True, help="Of NSGA-II."
+        "--population", type=click.IntRange(min=4), default=100, show_default=True, help="Population of NSGA-II."
     )
     seed: int = option(
-        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all random numbers."
+        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers."
     )
 
     def to_options(self) -> Nsga2Options | None:
@@ -100,7 +104,7 @@ class GeneticFlags:
 )
 @takes("weld", WeldFlags)
 @takes("genetic", GeneticFlags)
-@click.option("--force", is_flag=True, help="Write into a folder that holds something.")
+@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
 @click.option("--json", "as_json", is_flag=True, help="Print the record of pareto.json on stdout.")
 def plan(
     *,
@@ -116,9 +120,10 @@ def plan(
 ) -> int:
     """Plan how two robots weld one seam: robot 1 with the torch, robot 2 holding and turning the part.
 
-    CELL.json says what stands where; SEAMS.json is the seams.json of `wpcal calibrate`. Writes pareto.json (every plan
-    worth choosing from), plan.html (all of them to look at), and of the chosen one plan.json, plan.csv and programs of
-    both robots. Ctrl-C keeps the best plans so far. Ends with code 1 when there is no feasible plan.
+    CELL.json describes the cell: robots, tools and their places. SEAMS.json is the seams.json of `wpcal calibrate`.
+    Writes pareto.json (the trade-off plans), plan.html (a page that shows them), and for the chosen plan plan.json,
+    plan.csv and the programs of both robots. Ctrl-C keeps the best plans so far. Ends with code 1 if there is no
+    feasible plan.
     """
     from wpcal.core.errors import ConvergenceError
     from wpcal.core.records import check_writable
@@ -126,29 +131,29 @@ def plan(
     from wpcal.planning.plan.seam_file import read_seam_path
     from wpcal.planning.search.pareto import Preference
     from wpcal.planning.search.plan_seam import plan_seam
+    from wpcal.planning.search.problem import PlanningProblem
 
     check_writable(output, overwrite=force)
     _require_extra("fcl", *(("pymoo",) if genetic.generations else ()))
-    targets, speed_mm_s = weld.to_targets(), weld.speed_mm_s
+    targets = weld.to_targets()
     cell = read_cell(cell_json)
-    path, mesh = read_seam_path(seams_json, seam, cell), _read_mesh(seams_json)
+    problem = PlanningProblem(cell, read_seam_path(seams_json, seam, cell), targets, weld.speed_mm_s)
+    mesh = _read_mesh(seams_json)
     try:
         with _shown_progress() as progress:
-            result = plan_seam(
-                cell, path, targets=targets, speed_mm_s=speed_mm_s, genetic=genetic.to_options(), progress=progress
-            )
+            result = plan_seam(problem, genetic=genetic.to_options(), progress=progress)
     except ConvergenceError as error:
-        return _write_failure(cell, seam, targets, speed_mm_s, str(error), output, force=force)
-    return _write(result, cell, Preference(prefer), output, mesh, force=force, as_json=as_json)
+        return _write_failure(problem, str(error), output, force=force)
+    return _write(result, Preference(prefer), output, mesh, force=force, as_json=as_json)
 
 
 def _read_mesh(seams_json: Path) -> bytes | None:
-    """Read the part's triangles where `wpcal calibrate` left them beside the seams.
+    """Read the part's triangles if `wpcal calibrate` wrote them beside the seams.
 
     Raises
     ------
     InputError
-        When the file cannot be read or is no such mesh.
+        If the file cannot be read or is not such a mesh.
     """
     from wpcal.brep.mesh_glb import read_part_glb
     from wpcal.core.records import read_bytes
@@ -162,7 +167,7 @@ def _read_mesh(seams_json: Path) -> bytes | None:
 
 
 def _require_extra(*modules: str) -> None:
-    """Refuse before any work what would fail at its end."""
+    """Refuse at the start what would fail at the end."""
     from importlib.util import find_spec
 
     from wpcal.core.errors import InputError
@@ -194,7 +199,6 @@ def _shown_progress() -> Iterator[Callable[[str, int, int], None]]:
 
 def _write(
     result: PlanningResult,
-    cell: RobotCell,
     preference: Preference,
     output: Path,
     mesh: bytes | None,
@@ -214,9 +218,10 @@ def _write(
     from wpcal.planning.search.objectives import OBJECTIVES
     from wpcal.planning.search.pareto_record import pareto_record
 
-    record = to_json(pareto_record(result, cell, preference))
+    problem, cell = result.problem, result.problem.cell
+    record = to_json(pareto_record(result, preference))
     plans, chosen = result.front.plans, result.front.chosen(preference)
-    runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=result.speed_mm_s)) for one in plans]
+    runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=problem.speed_mm_s)) for one in plans]
     run = runs[chosen]
     files = {"pareto.json": record, "plan.json": to_json(run_record(run, cell)), "plan.csv": run_csv(run, cell)}
     groups = (("ladder", result.ladder), ("nsga2", result.genetic))
@@ -238,14 +243,12 @@ def _write(
     return 0 if run.verdict is CollisionVerdict.FREE else 1
 
 
-def _write_failure(
-    cell: RobotCell, seam: str, targets: WeldTargets, speed_mm_s: float, why: str, output: Path, *, force: bool
-) -> int:
-    """Write that there is no plan, and say it in one line."""
+def _write_failure(problem: PlanningProblem, why: str, output: Path, *, force: bool) -> int:
+    """Write the reason why there is no plan, and print it in one line."""
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.planning.search.pareto_record import failed_record
 
-    record = failed_record(cell, seam, targets, speed_mm_s, why)
+    record = failed_record(problem, why)
     with new_directory(output, overwrite=force) as folder:
         write_file(folder / "pareto.json", to_json(record), overwrite=True)
     click.echo(f"wpcal: {why}", err=True)

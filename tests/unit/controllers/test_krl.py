@@ -105,7 +105,7 @@ def taught(tmp_path, text, **options):
     return read_taught_program(path, ProgramReading(**options))
 
 
-def test_taught_points_stand_in_the_base_that_fdat_names(tmp_path):
+def test_taught_points_are_in_the_base_that_fdat_names(tmp_path):
     points = taught(tmp_path, TAUGHT, uframes={"3": [100, 0, 0, 90, 0, 0]})
     assert points.names == ("P1", "P2")
     assert points.lines == (5, 7)

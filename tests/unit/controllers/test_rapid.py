@@ -124,14 +124,14 @@ ENDMODULE
 """
 
 
-def test_taught_points_stand_in_the_work_object_they_are_moved_to(tmp_path):
+def test_taught_points_are_in_the_work_object_of_their_moves(tmp_path):
     points = taught(tmp_path, TAUGHT)
     assert points.names == ("P1", "P2")
     assert points.lines == (4, 6)
     np.testing.assert_allclose(points.p_base, [[80, 10, 80], [1, 2, 3]], rtol=0, atol=1e-6)
 
 
-def test_the_object_frame_stands_in_the_user_frame(tmp_path):
+def test_the_object_frame_is_relative_to_the_user_frame(tmp_path):
     """A quarter turn about x in the object, then one about z in the user frame: [10,20,30] goes to [110,10,70]."""
     turned = TAUGHT.replace("[[0,0,50],[1,0,0,0]]", "[[0,20,50],[0.707106781,0.707106781,0,0]]")
     np.testing.assert_allclose(taught(tmp_path, turned).p_base[0], [110, 10, 70], rtol=0, atol=1e-6)

@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+import tomllib
 from importlib import import_module
 from pathlib import Path
 
@@ -33,9 +34,15 @@ def modules_of(package: str) -> set[str]:
 
 
 def names_in_documents(package: str) -> set[str]:
-    """The names that the documentation uses as ``wpcal.name``, without modules and packages."""
+    """The names that the documentation uses as ``wpcal.name``, without modules, packages and groups of entry points."""
     text = "\n".join(path.read_text(encoding="utf-8") for path in DOCUMENTS)
-    return set(re.findall(rf"(?<![\w./\"-]){package}\.([A-Za-z_]+)\b", text)) - modules_of(package)
+    return set(re.findall(rf"(?<![\w./\"-]){package}\.([A-Za-z_]+)\b", text)) - modules_of(package) - groups_of(package)
+
+
+def groups_of(package: str) -> set[str]:
+    """The groups of entry points that the package defines."""
+    groups = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
+    return {group.removeprefix(f"{package}.") for group in groups}
 
 
 @pytest.mark.parametrize("package", PACKAGES)

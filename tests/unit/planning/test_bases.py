@@ -1,4 +1,4 @@
-"""Where robot 2 stands, from points that both robots touched: through the command, into a cell that can be read."""
+"""The place of robot 2 from points that both robots touched: through the command, into a cell that can be read."""
 
 import csv
 import json
@@ -23,7 +23,7 @@ EXACT_RAD = 1e-9
 
 @pytest.fixture
 def cell_json(tmp_path):
-    """A cell whose robot 1 does not stand in the origin, and without a grasp."""
+    """A cell without a grasp, whose robot 1 is not in the origin."""
     record = json.loads(CELL.read_text())
     record["torch_robot"]["T_world_base"] = {"xyz_mm": [-100, 40, 15], "rpy_deg": [0.5, -1, 30]}
     del record["holder_robot"]["T_flange_part"]
@@ -48,7 +48,7 @@ def write_touched(path, T_base1_base2, n=5, noise=0.0):
 TRUTH = RigidTransform(rotation_from_zyx(0.01, -0.02, 3.0), [1480, -22, 7], target="base1", source="base2")
 
 
-def test_robot_2_stands_where_the_points_say(cell_json, tmp_path):
+def test_robot_2_is_where_the_points_say(cell_json, tmp_path):
     write_touched(tmp_path / "touched.csv", TRUTH)
     done = CliRunner().invoke(
         bases, [str(cell_json), str(tmp_path / "touched.csv"), "-o", str(tmp_path / "out")], standalone_mode=False

@@ -97,7 +97,7 @@ def test_a_turning_axis_goes_on_beyond_half_a_turn():
     np.testing.assert_allclose(unwrap(wrapped, np.array([6.0])), true + 2 * np.pi, rtol=0, atol=ROUND_OFF_RAD)
 
 
-def test_a_path_stands_in_the_part():
+def test_a_path_is_given_in_the_part():
     frames = SeamFrames(np.arange(2.0), np.zeros((2, 3)), np.stack([np.eye(3)] * 2), np.zeros(2), "base")
     with pytest.raises(InputError, match="expected frames in part, got base"):
         SeamPath.of_frames("W1", frames)

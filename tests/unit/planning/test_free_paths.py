@@ -1,4 +1,4 @@
-"""No path is called free that is not, and none the other way round: judged by bounded least squares, pair by pair."""
+"""Verdicts on paths agree with bounded least squares, pair by pair, in both directions."""
 
 from dataclasses import replace
 

@@ -19,7 +19,7 @@ CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
 HULL_MM = 2 * FCL_MM
 """FCL's distance is reported this much too small at most: the allowance and its own error."""
 LEAST_SQUARES_MM = 1e-3
-"""What the weighted rows that stand for the sums to one leave of distances of a metre."""
+"""Error of distances of a metre: the sums to one are weighted rows of the least squares."""
 ROUND_OFF_MM = 1e-9
 
 

@@ -1,4 +1,4 @@
-"""`plan.html` in a browser: the front picks plans, the time moves the arms to where they are, names stay names."""
+"""`plan.html` in a browser: a click in the front shows a plan, the time moves the arms, names are never markup."""
 
 from dataclasses import replace
 
@@ -101,7 +101,7 @@ def test_a_click_in_the_front_shows_that_plan(opened, cell, runs):
     assert page.locator("svg.chart").count() == 5
 
 
-def test_what_each_method_found_stands_behind_the_plans(opened, cell, runs):
+def test_what_each_method_found_is_drawn_behind_the_plans(opened, cell, runs):
     fronts = [
         MethodFront("ladder", np.array([[9.0, 2, 0.5], [2.0, 3, 1.6]]), 12.3),
         MethodFront("nsga2", np.array([[5.0, 1, 0.9]]), 4.5),

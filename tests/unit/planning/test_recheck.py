@@ -1,4 +1,4 @@
-"""A path is free only when the states between its points are: posts in the way, random paths, interpolation."""
+"""A path is free only if the states between its points are: posts in the way, random paths, interpolation."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -30,7 +30,7 @@ def run(cell, simple_plan, schedule):
     return build_run(simple_plan, cell, schedule)
 
 
-def test_the_weld_stands_in_the_run_unchanged(run, simple_plan, schedule):
+def test_the_weld_is_in_the_run_unchanged(run, simple_plan, schedule):
     rows = slice(run.first, run.last + 1)
     np.testing.assert_array_equal(run.state.both[rows], simple_plan.state.both)
     np.testing.assert_allclose(np.diff(run.t_s[rows]), np.diff(schedule.t_s), rtol=0, atol=ROUND_OFF_S)

@@ -1,4 +1,4 @@
-"""What a run leaves behind: table and record say the same, and no word of free where nothing was checked."""
+"""Files of a run: table and record agree, and a path that was not checked is never called free."""
 
 import csv
 import io

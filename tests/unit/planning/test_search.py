@@ -19,7 +19,6 @@ from wpcal.planning.search.pareto_record import failed_record, pareto_record
 from wpcal.planning.search.plan_seam import best_paths, judge_paths, plan_seam
 from wpcal.planning.search.problem import PlanningProblem
 from wpcal.planning.search.sweep import SWEEP
-from wpcal.planning.search.targets import WeldTargets
 from wpcal.results.schemas import schema_text
 
 SAME = 1e-9
@@ -40,7 +39,7 @@ def coarse():
 
 @pytest.fixture(scope="module")
 def with_genetic(thin):
-    return plan_seam(thin.cell, thin.path, genetic=FEW)
+    return plan_seam(thin, genetic=FEW)
 
 
 def test_a_sweep_gives_one_path_for_each_set_of_weights(thin, swept):
@@ -56,7 +55,7 @@ def test_an_interrupted_search_keeps_what_it_has(coarse):
         if (what, done) == ("sweeping the weights", 2):
             raise KeyboardInterrupt
 
-    result = plan_seam(coarse.cell, coarse.path, weights=FEW_WEIGHTS, progress=stop)
+    result = plan_seam(coarse, weights=FEW_WEIGHTS, progress=stop)
     assert result.interrupted
     assert 1 <= len(result.front) <= 2
 
@@ -66,7 +65,7 @@ def test_an_interruption_before_any_plan_is_one(coarse):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        plan_seam(coarse.cell, coarse.path, progress=stop)
+        plan_seam(coarse, progress=stop)
 
 
 @pytest.mark.deep
@@ -84,8 +83,8 @@ def test_a_front_dominates_a_volume_and_no_front_dominates_none(searched):
     assert {plan.found_by for plan in result.front.plans} == {"ladder"}
 
 
-def assert_record_holds_the_plans(result, cell):
-    record = json.loads(to_json(pareto_record(result, cell, Preference.SMOOTH)))
+def assert_record_holds_the_plans(result):
+    record = json.loads(to_json(pareto_record(result, Preference.SMOOTH)))
     validator = jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/pareto/1")))
     validator.validate(record)
     chosen = record["plans"][record["chosen"] - 1]
@@ -97,28 +96,28 @@ def assert_record_holds_the_plans(result, cell):
         rtol=0,
         atol=1e-12,
     )
-    validator.validate(json.loads(to_json(failed_record(cell, "W1", WeldTargets(), 6.0, "no feasible plan"))))
+    validator.validate(json.loads(to_json(failed_record(result.problem, "no feasible plan"))))
 
 
-def test_the_record_follows_its_schema_and_holds_the_plans(searched, cell):
-    assert_record_holds_the_plans(searched.result, cell)
+def test_the_record_follows_its_schema_and_holds_the_plans(searched):
+    assert_record_holds_the_plans(searched.result)
 
 
 @pytest.mark.deep
-def test_the_record_of_both_methods_follows_its_schema(with_genetic, cell):
-    assert_record_holds_the_plans(with_genetic, cell)
+def test_the_record_of_both_methods_follows_its_schema(with_genetic):
+    assert_record_holds_the_plans(with_genetic)
 
 
-def test_the_same_search_gives_the_same_bytes(coarse, searched, cell):
+def test_the_same_search_gives_the_same_bytes(coarse, searched):
     results = (searched.coarse, coarse_search(coarse))
-    records = [to_json(pareto_record(result, cell, Preference.BALANCED)) for result in results]
+    records = [to_json(pareto_record(result, Preference.BALANCED)) for result in results]
     assert records[0] == records[1]
 
 
 @pytest.mark.deep
-def test_the_same_genetic_search_gives_the_same_bytes(thin, with_genetic, cell):
-    again = plan_seam(thin.cell, thin.path, genetic=FEW)
-    records = [to_json(pareto_record(one, cell, Preference.BALANCED)) for one in (with_genetic, again)]
+def test_the_same_genetic_search_gives_the_same_bytes(thin, with_genetic):
+    again = plan_seam(thin, genetic=FEW)
+    records = [to_json(pareto_record(one, Preference.BALANCED)) for one in (with_genetic, again)]
     assert records[0] == records[1]
 
 
@@ -195,6 +194,6 @@ def test_options_of_the_genetic_algorithm_are_checked():
 
 
 def test_a_cell_states_all_limits_of_both_arms(cell, path):
-    problem = PlanningProblem(cell, path, WeldTargets())
+    problem = PlanningProblem(cell, path)
     assert problem.cell.joint_limits[0].shape == problem.cell.joint_speeds.shape == (12,)
     assert np.degrees(problem.cell.joint_speeds[5]) == pytest.approx(610.0, rel=0, abs=1e-9)

@@ -7,6 +7,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from tests.record_checks import check_output
 from wpcal.core.errors import InputError
 from wpcal.results.schemas import required_fields, schema_file, schema_names, schema_text
 
@@ -63,3 +64,14 @@ def test_the_records_among_the_fixtures_follow_their_schemas(path: Path) -> None
 @pytest.mark.parametrize("path", sorted((ROOT / "wpcal" / "robot" / "arms").glob("*.json")), ids=lambda path: path.stem)
 def test_the_shipped_arms_follow_their_schema(path: Path) -> None:
     jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/arm/1"))).validate(json.loads(path.read_text()))
+
+
+def test_a_file_that_breaks_its_schema_is_noticed_after_a_command(tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    record = {"schema": "wpcal/taught/1", "points": [{"name": "P1", "p_base_mm": [1.0, 2.0, 3.0]}]}
+    check_output(["taught", "--json", "-o", "out"], json.dumps(record), cwd=tmp_path)
+    (tmp_path / "out" / "a.json").write_text(json.dumps({**record, "more": 1}))
+    with pytest.raises(jsonschema.ValidationError, match="'more' was unexpected"):
+        check_output(["taught", "-o", "out"], "", cwd=tmp_path)
+    with pytest.raises(jsonschema.ValidationError, match="'more' was unexpected"):
+        check_output(["taught", "--json"], json.dumps({**record, "more": 1}), cwd=tmp_path)

@@ -7,23 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.planning.plan.plan import Plan
 from wpcal.planning.search.objectives import OBJECTIVE_NAMES
 from wpcal.planning.search.pareto import Preference
 from wpcal.planning.search.planning_result import PlanningResult
-from wpcal.planning.search.targets import WeldTargets
+from wpcal.planning.search.problem import PlanningProblem
 
 PARETO_SCHEMA = "wpcal/pareto/1"
 
 
-def pareto_record(result: PlanningResult, cell: RobotCell, preference: Preference) -> dict[str, Any]:
+def pareto_record(result: PlanningResult, preference: Preference) -> dict[str, Any]:
     """Return the record of a search that found plans.
 
     Parameters
     ----------
     result : PlanningResult
-    cell : RobotCell
     preference : Preference
         Which plan was chosen.
 
@@ -34,7 +32,7 @@ def pareto_record(result: PlanningResult, cell: RobotCell, preference: Preferenc
     """
     front = result.front
     return {
-        **_head(cell, front.plans[0].seam, result.targets, result.speed_mm_s),
+        **_head(result.problem),
         "interrupted": result.interrupted,
         "not_free": result.not_free,
         "failed": None,
@@ -51,18 +49,19 @@ def pareto_record(result: PlanningResult, cell: RobotCell, preference: Preferenc
     }
 
 
-def failed_record(cell: RobotCell, seam: str, targets: WeldTargets, speed_mm_s: float, why: str) -> dict[str, Any]:
+def failed_record(problem: PlanningProblem, why: str) -> dict[str, Any]:
     """Return the record of a search that found no feasible plan; `why` names the constraint that failed most."""
-    return {**_head(cell, seam, targets, speed_mm_s), "failed": why, "plans": []}
+    return {**_head(problem), "failed": why, "plans": []}
 
 
-def _head(cell: RobotCell, seam: str, targets: WeldTargets, speed_mm_s: float) -> dict[str, Any]:
+def _head(problem: PlanningProblem) -> dict[str, Any]:
+    cell, targets = problem.cell, problem.targets
     return {
         "schema": PARETO_SCHEMA,
         "cell": cell.name,
-        "seam": seam,
+        "seam": problem.path.name,
         "units": {"length": "mm", "angle": "deg"},
-        "speed_mm_s": speed_mm_s,
+        "speed_mm_s": problem.speed_mm_s,
         "safety_distance_mm": cell.d1_mm,
         "wishes": {
             "slope_deg": math.degrees(targets.slope_rad),

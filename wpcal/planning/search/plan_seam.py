@@ -1,4 +1,4 @@
-"""`plan_seam`: from a cell and a seam to a set of trade-off plans to choose from.
+"""`plan_seam`: from a planning problem to a set of trade-off plans to choose from.
 
 The deterministic search gives a front by itself. The published genetic algorithm can run after it and starts from that
 front. The hypervolumes of both fronts show what it adds.
@@ -15,18 +15,14 @@ import numpy as np
 from wpcal.core.arrays import frozen
 from wpcal.core.errors import ConvergenceError
 from wpcal.planning.cell.clearance import require_bases_apart
-from wpcal.planning.cell.closed_chain import ROTATION, SLOPE, TRAVEL, WORK, SeamPath
-from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell
 from wpcal.planning.plan.plan import CollisionVerdict, Plan
 from wpcal.planning.plan.recheck import recheck_clearance
-from wpcal.planning.plan.schedule import SPEED_MM_S
 from wpcal.planning.search.nsga2 import Nsga2Options, evolve_paths
 from wpcal.planning.search.objectives import OBJECTIVE_NAMES, OBJECTIVES, Weights, printed_values
 from wpcal.planning.search.pareto import ParetoSet, is_nondominated
 from wpcal.planning.search.planning_result import PlanningResult
 from wpcal.planning.search.problem import ALLOWED_EXCESS, CandidatePath, PlanningProblem, SearchProgress
 from wpcal.planning.search.sweep import SWEEP, sweep_paths
-from wpcal.planning.search.targets import WeldTargets
 
 REFERENCE_MARGIN = 1.5
 """The reference of the hypervolume is this times the largest value of each objective over the deterministic front. The
@@ -34,11 +30,8 @@ ends of that front then count; a plan that is worse than all of that front in on
 
 
 def plan_seam(
-    cell: RobotCell,
-    path: SeamPath,
+    problem: PlanningProblem,
     *,
-    targets: WeldTargets | None = None,
-    speed_mm_s: float = SPEED_MM_S,
     weights: Sequence[Weights] = SWEEP,
     genetic: Nsga2Options | None = None,
     progress: SearchProgress = lambda what, done, of: None,
@@ -47,12 +40,7 @@ def plan_seam(
 
     Parameters
     ----------
-    cell : RobotCell
-    path : SeamPath
-        In `part`.
-    targets : WeldTargets, optional
-    speed_mm_s : float
-        Of the torch along the seam.
+    problem : PlanningProblem
     weights : sequence of mapping of Objective to float
         Of the squared objectives, one set per path, in an order in which neighbours are near.
     genetic : Nsga2Options, optional
@@ -74,8 +62,7 @@ def plan_seam(
     KeyboardInterrupt
         When the user ends the search before there is any plan.
     """
-    problem = PlanningProblem(cell, path, targets or WeldTargets(), speed_mm_s)
-    require_bases_apart(cell)
+    require_bases_apart(problem.cell)
     found: list[CandidatePath] = []
     interrupted = False
     try:
@@ -101,18 +88,18 @@ def best_paths(problem: PlanningProblem, paths: Sequence[CandidatePath]) -> list
 
 def make_plan(problem: PlanningProblem, path: CandidatePath, found_by: str) -> Plan:
     """Return a path as a plan with its objectives; clearances are not measured."""
-    coordinates, joints = path.coordinates, path.joints
-    values = problem.objectives(coordinates, joints)
+    slope, rotation, work, travel = path.attitude_rad
+    values = problem.objectives(path.coordinates, path.joints)
     return Plan(
         seam=problem.path.name,
         s_mm=problem.path.s_mm,
-        state=CellState(joints[:, :JOINTS], joints[:, JOINTS:]),
-        slope_rad=coordinates[:, SLOPE],
-        rotation_rad=coordinates[:, ROTATION],
-        work_rad=coordinates[:, WORK],
-        travel_rad=coordinates[:, TRAVEL],
+        state=path.state,
+        slope_rad=slope,
+        rotation_rad=rotation,
+        work_rad=work,
+        travel_rad=travel,
         objectives={name: float(value) for name, value in zip(OBJECTIVE_NAMES, values, strict=True)},
-        printed=printed_values(problem.path_values(coordinates, joints)),
+        printed=printed_values(problem.path_values(path.coordinates, path.joints)),
         found_by=found_by,
     )
 
@@ -153,14 +140,13 @@ def judge_paths(
     basis = every if sets[0] is None else sets[0]
     kept = [plans[row] for row in np.flatnonzero(is_nondominated(every.values))]
     return PlanningResult(
+        problem=problem,
         front=ParetoSet(tuple(sorted(kept, key=lambda plan: plan.objectives[OBJECTIVES[0].name]))),
         ladder=sets[0],
         genetic=sets[1],
         reference=frozen(REFERENCE_MARGIN * basis.values.max(axis=0)),
         interrupted=interrupted,
         not_free=len(best) + len(evolved) - len(plans),
-        targets=problem.targets,
-        speed_mm_s=problem.speed_mm_s,
     )
 
 

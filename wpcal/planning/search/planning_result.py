@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from wpcal.core.arrays import FloatArray
 from wpcal.planning.search.pareto import ParetoSet, hypervolume
-from wpcal.planning.search.targets import WeldTargets
+from wpcal.planning.search.problem import PlanningProblem
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -15,6 +15,7 @@ class PlanningResult:
 
     Parameters
     ----------
+    problem : PlanningProblem
     front : ParetoSet
         The best plans of all methods. Every plan was checked by hulls between its points.
     ladder, genetic : ParetoSet or None
@@ -25,19 +26,15 @@ class PlanningResult:
         Whether the user ended the search early.
     not_free : int
         Plans that were removed because the check between their points found bodies too near to each other.
-    targets : WeldTargets
-    speed_mm_s : float
-        Of the torch along the seam.
     """
 
+    problem: PlanningProblem
     front: ParetoSet
     ladder: ParetoSet | None
     genetic: ParetoSet | None
     reference: FloatArray
     interrupted: bool
     not_free: int
-    targets: WeldTargets
-    speed_mm_s: float
 
     def hypervolume_of(self, front: ParetoSet | None) -> float:
         """Return the volume that a front dominates; zero for None."""

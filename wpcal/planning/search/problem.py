@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -42,6 +42,16 @@ class CandidatePath:
     branches: tuple[int, int]
     joints: FloatArray
 
+    @property
+    def state(self) -> CellState:
+        """The joints of both robots at the n points."""
+        return CellState(self.joints[:, :JOINTS], self.joints[:, JOINTS:])
+
+    @property
+    def attitude_rad(self) -> FloatArray:
+        """Slope, rotation, work and travel at the points, shape (4, n), rad."""
+        return self.coordinates[:, ATTITUDE].T
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanningProblem:
@@ -52,14 +62,14 @@ class PlanningProblem:
     cell : RobotCell
     path : SeamPath
         n points in `part`.
-    targets : WeldTargets
+    targets : WeldTargets, optional
     speed_mm_s : float
         Of the torch along the seam: no joint may need more than its largest speed.
     """
 
     cell: RobotCell
     path: SeamPath
-    targets: WeldTargets
+    targets: WeldTargets = field(default_factory=WeldTargets)
     speed_mm_s: float = SPEED_MM_S
 
     @property

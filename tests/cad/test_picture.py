@@ -2,7 +2,9 @@
 
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import matplotlib.image as images
 import numpy as np
@@ -10,13 +12,11 @@ import numpy as np
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 
 
-def wpcal(*arguments: Path | str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-
-
-def test_seams_are_drawn_in_red_and_the_same_bytes_come_again(tmp_path: Path) -> None:
-    done = wpcal("seams", TEE, "--png", tmp_path / "a.png")
+def test_seams_are_drawn_in_red_and_another_process_gives_the_same_bytes(
+    wpcal: Callable[..., Any], tmp_path: Path
+) -> None:
+    command = [sys.executable, "-m", "wpcal", "seams", str(TEE), "--png", str(tmp_path / "a.png")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
     assert (done.returncode, done.stderr) == (0, "")
     picture = images.imread(tmp_path / "a.png")[..., :3]
     red = (picture[..., 0] > 0.6) & (picture[..., 1] < 0.4) & (picture[..., 2] < 0.4)
@@ -27,7 +27,7 @@ def test_seams_are_drawn_in_red_and_the_same_bytes_come_again(tmp_path: Path) ->
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
-def test_a_picture_is_not_overwritten_without_force(tmp_path: Path) -> None:
+def test_a_picture_is_not_overwritten_without_force(wpcal: Callable[..., Any], tmp_path: Path) -> None:
     (tmp_path / "a.png").write_text("mine", encoding="utf-8")
     done = wpcal("seams", TEE, "--png", tmp_path / "a.png")
     assert (done.returncode, done.stdout) == (2, "")
