@@ -3,8 +3,10 @@
 With the kernel:
 
 ``read``, ``xcaf_tree``, ``solids``
-    A file as placed, named solids; the product tree of the kernel's document; the solids of one product (sewn from
-    loose faces, or reported when its faces are tessellated, that is, hold triangles only).
+    A file as placed, named solids; the product tree of the kernel's document; the solids of one product, sewn from
+    loose faces if necessary.
+``tessellated``
+    Faces that hold triangles only (tessellated AP242 files).
 ``write``, ``compare``
     A part moved, by one of three ways, and what was written compared with what was read.
 ``new_file``

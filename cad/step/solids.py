@@ -1,4 +1,4 @@
-"""The solids of one product: found, or sewn from loose faces. Oddities (open shells, triangles only …) are issues."""
+"""The solids of one product: found, or sewn from loose faces. Oddities, such as open shells, are issues."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from OCP.BRepCheck import BRepCheck_Shell, BRepCheck_Status
 from OCP.BRepLib import BRepLib
 
 from cad.kernel.call import KernelObject
-from cad.kernel.geometry import has_triangles_only
 from cad.kernel.topology import EDGE, FACE, SHELL, SOLID, ancestors, compound, loose_shapes, shell_of, sub_shapes
+from cad.step.tessellated import count_tessellated, tessellated_issue
 from wpcal.core.issue import Issue
 
 SEWING_TOLERANCES_MM = (0.01, 0.03, 0.1)
@@ -60,10 +60,10 @@ def leaf_shapes(name: str, shape: KernelObject) -> LeafShapes:
         issue = Issue("wires-only" if edges else "empty-part", f"{name or 'a part'} holds {what}", _ids(name))
         return LeafShapes((), (issue,), has_faces=False)
     issues: list[Issue] = []
-    meshed = sum(map(has_triangles_only, faces))
-    if meshed:
-        issues.append(_mesh_issue(name, meshed, len(faces)))
-    bodies = [] if meshed == len(faces) else _bodies(name, shape, issues)
+    tessellated = count_tessellated(faces)
+    if tessellated:
+        issues.append(tessellated_issue(name, tessellated, len(faces)))
+    bodies = [] if tessellated == len(faces) else _bodies(name, shape, issues)
     loose_edges = len(loose_shapes(shape, EDGE, FACE))
     if loose_edges:
         message = f"{name or 'a part'}: {loose_edges} edges belong to no face (supplemental geometry or wires)"
@@ -152,11 +152,6 @@ def _closed_as_solids(shapes: list[KernelObject]) -> list[KernelObject]:
             bodies.append(solid)
         bodies.extend(shell_of(face) for face in loose_shapes(shape, FACE, SHELL))
     return bodies
-
-
-def _mesh_issue(name: str, meshed: int, total: int) -> Issue:
-    what = "triangles only and no exact surface; nothing can be found on them"
-    return Issue("tessellated-faces", f"{name or 'a part'}: {meshed} of {total} faces have {what}", _ids(name))
 
 
 def _sewing_issue(name: str, what: str) -> Issue:
