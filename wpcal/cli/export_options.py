@@ -159,7 +159,7 @@ class IdentifiedArmFlags:
             raise InputError(
                 "--robot needs --tool: the tool as set in the controller; 0,0,0 if it is the flange itself"
             )
-        return compensate_program(program, arm, near=near, T_flange_tool=parse_tool(self.tool))
+        return compensate_program(program, arm, near=near, T_flange_tool=parse_tool(self.tool)[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
