@@ -49,8 +49,8 @@ def match(
 
     TAUGHT is a table (.csv) or a controller's program, as for `wpcal calibrate`. Rows whose column feature is empty,
     and points of a program whose name the part does not have, may be any feature. Lists every answer that the teaching
-    error can explain. Ends with code 2 if the points do not decide between them. The line on stderr then says what
-    would.
+    error can explain. If the points do not decide between the answers, the command ends with code 2, and the line on
+    stderr says what would decide.
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.features import POINT_KINDS, FeatureKind

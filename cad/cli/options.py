@@ -83,13 +83,14 @@ class MarkedFlags:
         metavar="PATTERN",
         multiple=True,
         help="Edges and wires of this name or layer (* and ? match any letters) or colour (#rrggbb) are the "
-        "seams. Nothing else is.",
+        "seams. With --marked or --edge nothing else is.",
     )
     edges: tuple[str, ...] = option(
         "--edge",
         metavar="PLACE",
         multiple=True,
-        help="The edge at x,y,z (part frame, mm) or at a feature (M12) is a seam. Besides --marked nothing else is.",
+        help="The edge at x,y,z (part frame, mm) or at a feature (M12) is a seam. With --edge or --marked nothing "
+        "else is.",
     )
 
     def to_choice(self, seams_file: Path | None) -> SeamChoice:

@@ -108,10 +108,13 @@ class Observed:
     fitted : PointPairs or Touches
     check : PointPairs or Touches or None
         Rows that are not fitted; they test the fit.
+    tcp_bias_mm : float
+        Error of the tool centre point that the rows state, mm.
     """
 
     fitted: PointPairs | Touches
     check: PointPairs | Touches | None
+    tcp_bias_mm: float = 0.0
 
 
 def prepare_fit(
@@ -138,10 +141,10 @@ def prepare_fit(
     """
     features = workpiece.features
     if not taught.has_touches:
-        return Observed(*pair_points(taught, features))
+        return Observed(*pair_points(taught, features), taught.tcp_bias_mm)
     find = partial(touches_of, taught, workpiece.trimmed, features, T_nominal_part=T_nominal_part)
     checked = find(use="check") if "check" in taught.use else None
-    return Observed(replace(find(use="yes"), axes=named_axes(features)), checked)
+    return Observed(replace(find(use="yes"), axes=named_axes(features)), checked, taught.tcp_bias_mm)
 
 
 def run_fit(
@@ -174,6 +177,7 @@ def run_fit(
         When the observations cannot be fitted.
     """
     frames = [seam.frames.p for seam in seams if seam.accepted]
+    bias_mm = max(options.teaching.tcp_bias_mm, observed.tcp_bias_mm)
     result = calibrate(
         observed.fitted,
         check=observed.check,
@@ -182,7 +186,7 @@ def run_fit(
         seed=options.seed,
         tolerance_mm=options.tolerance_mm,
         T_nominal_part=T_nominal_part,
-        teaching=options.teaching,
+        teaching=replace(options.teaching, tcp_bias_mm=bias_mm),
         certify=options.certify,
         seam_points=np.concatenate(frames) if frames else None,
     )

@@ -127,7 +127,7 @@ def test_what_is_in_doubt_is_not_taken_apart(table: Any) -> None:
     cell(table, "V2", "x_mm").fill("")
     paste(table, "812,29,-240,62,165,80")
     assert place(table, "V2") == ("812,29,-240,62,165,80", "-240.62", "165.80")
-    assert "in doubt whether the comma is a decimal sign" in state(table)
+    assert "unclear whether the comma is a decimal sign" in state(table)
 
 
 def test_named_positions_go_to_their_rows_and_others_down_the_table(table: Any) -> None:

@@ -179,7 +179,7 @@ def inches(path: Path) -> None:
 
 
 INCHES = {"V2": "0,0,0,yes", "V4": "0,4.7244,0,yes", "V16": "7.874,4.7244,0,yes", "V12": "6.8898,2.5197,3.1496,yes"}
-"""The tee's corners where it stands in its own coordinates, in inches."""
+"""The tee's corners in its own coordinates, in inches."""
 
 
 def coinciding(path: Path) -> None:
@@ -346,7 +346,7 @@ def test_an_unknown_command_is_one_line(folder: Path) -> None:
 @pytest.mark.parametrize("name", ["odd_lfs_pointer.stp", "odd_truncated_nist_ctc_01.stp", "s1-c5-214.stp"])
 def test_odd_files_of_others(folder: Path, name: str) -> None:
     if not (SHARED / name).is_file():
-        pytest.skip("the shared STEP files do not stand beside the project")
+        pytest.skip("the shared STEP files are not beside the project")
     assert_refused(folder, "features", SHARED / name, says=name)
 
 

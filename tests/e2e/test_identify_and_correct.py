@@ -149,7 +149,7 @@ def test_bad_poses_are_one_line_and_nothing_is_written(tmp_path, capsys, rows, d
 def test_wrong_use_is_one_line_and_nothing_is_written(tmp_path, capsys, rows, arguments, message):
     names = {
         "POSES": str(write(tmp_path / "poses.csv", rows)),
-        "POSES4": str(write(tmp_path / "few.csv", rows[:6])),  # two of the six are kept back
+        "POSES4": str(write(tmp_path / "few.csv", rows[:6])),  # two of the six are test poses
         "OUT": str(tmp_path / "out"),
     }
     code, text, error = wpcal(capsys, "identify", *(names.get(argument, argument) for argument in arguments))
@@ -173,7 +173,7 @@ def test_a_robot_file_with_a_wrong_number_of_joints(tmp_path, capsys, rows):
     assert "6 links, but 5 joints" in error
 
 
-def test_missing_matplotlib_is_told(tmp_path, capsys, rows, monkeypatch):
+def test_missing_matplotlib_is_one_line_that_says_what_to_install(tmp_path, capsys, rows, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     poses = write(tmp_path / "poses.csv", rows)
     code, _, error = wpcal(capsys, "identify", "mh6", poses, "-o", tmp_path / "out")

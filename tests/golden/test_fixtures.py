@@ -15,7 +15,8 @@ import pytest
 
 from tests.running import run_process
 from wpcal.core.records import read_json
-from wpcal.results.diff import SCHEMAS, assert_calibration_close, assert_seams_close
+from wpcal.results.diff import assert_calibration_close, assert_seams_close
+from wpcal.results.folder import RECORD_SCHEMAS
 
 ROOT = Path(__file__).parents[2]
 FIXTURES = ROOT / "fixtures"
@@ -38,10 +39,10 @@ def test_a_part_gives_its_golden_results(name: str, tmp_path: Path, regenerate: 
     run_wpcal("calibrate", folder / f"{name}.step", folder / "taught.csv", "-o", tmp_path / "out")
     if regenerate:
         golden.mkdir(exist_ok=True)
-        for file in SCHEMAS:
+        for file in RECORD_SCHEMAS:
             shutil.copy(tmp_path / "out" / file, golden / file)
-    for file, assert_close in zip(SCHEMAS, (assert_calibration_close, assert_seams_close), strict=True):
-        found, kept = (read_json(place / file, schema=SCHEMAS[file]) for place in (tmp_path / "out", golden))
+    for file, assert_close in zip(RECORD_SCHEMAS, (assert_calibration_close, assert_seams_close), strict=True):
+        found, kept = (read_json(place / file, schema=RECORD_SCHEMAS[file]) for place in (tmp_path / "out", golden))
         assert_close(found, kept, atol_mm=GOLDEN_MM)
 
 
@@ -52,7 +53,7 @@ def test_the_papers_table_gives_its_golden_result(tmp_path: Path, regenerate: bo
     if regenerate:
         golden.parent.mkdir(exist_ok=True)
         shutil.copy(tmp_path / "calibration.json", golden)
-    found, kept = (read_json(path, schema=SCHEMAS[golden.name]) for path in (tmp_path / golden.name, golden))
+    found, kept = (read_json(path, schema=RECORD_SCHEMAS[golden.name]) for path in (tmp_path / golden.name, golden))
     assert_calibration_close(found, kept, atol_mm=GOLDEN_MM)
 
 
@@ -60,7 +61,7 @@ def test_the_golden_results_were_made_from_these_files() -> None:
     import hashlib
 
     for name in PARTS:
-        record = read_json(FIXTURES / name / "golden" / "calibration.json", schema=SCHEMAS["calibration.json"])
+        record = read_json(FIXTURES / name / "golden" / "calibration.json", schema=RECORD_SCHEMAS["calibration.json"])
         for source in record["inputs"].values():
             path = FIXTURES / name / source["file"]
             assert hashlib.sha256(path.read_bytes()).hexdigest() == source["sha256"], path

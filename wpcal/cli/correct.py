@@ -13,8 +13,8 @@ import click
 @click.option("-o", "--output", metavar="POINTS.csv", type=click.Path(path_type=Path), help="File; stdout by default.")
 @click.option(
     "--tool",
-    metavar="X,Y,Z[,RX,RY,RZ]",
-    help="Tool centre point in the flange frame as set in the controller, mm and degrees (R = Rz Ry Rx).",
+    metavar="X,Y,Z[,RX,RY,RZ]|TOOL.json",
+    help="Tool centre point in the flange frame: numbers in mm and degrees (R = Rz Ry Rx), or the file of `wpcal tcp`.",
 )
 @click.option("--force", is_flag=True, help="Overwrite the file.")
 def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | None, force: bool) -> int:
@@ -34,13 +34,21 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
         require_new(output, overwrite=force)
     arm = find_arm(robot)
     names, joints, others = read_taught_joints(taught_csv, arm)
-    points = correct_points(arm, joints, T_flange_tool=parse_tool(tool))
-    text = corrected_table(names, points, others, arm.space)
+    T_flange_tool, tool_error_mm = parse_tool(tool)
+    points = correct_points(arm, joints, T_flange_tool=T_flange_tool)
+    bias_mm = arm.unseen_tool_mm if tool_error_mm is None else tool_error_mm
+    if bias_mm and tool_error_mm is None:
+        click.echo(
+            f"note: {arm.name} was identified with an unknown tool, so this tool centre point may be off by "
+            f"{bias_mm:.1f} mm (95 %); find it in the identified arm with `wpcal tcp` and give its file as --tool",
+            err=True,
+        )
+    text = corrected_table(names, points, others, arm.space, tcp_bias_mm=bias_mm)
     if output is None:
         click.echo(text, nl=False)
         return 0
     write_file(output, text, overwrite=force)
-    _show(names, points, correct_points(arm.as_nominal(), joints, T_flange_tool=parse_tool(tool)))
+    _show(names, points, correct_points(arm.as_nominal(), joints, T_flange_tool=T_flange_tool))
     return 0
 
 

@@ -102,7 +102,9 @@ class ControllerFlags:
     tool_name: str = option(
         "--tool-name", default="tTorch", show_default=True, help="If the controller's tools have names."
     )
-    tool_number: int = option("--tool-number", type=int, default=1, show_default=True, help="If they have numbers.")
+    tool_number: int = option(
+        "--tool-number", type=int, default=1, show_default=True, help="If the tools have numbers."
+    )
     frame_number: int = option("--frame-number", type=int, default=1, show_default=True, help="User frame of the part.")
     configuration: str | None = option(
         "--config", help="Configuration of the arm as the pendant shows it (FANUC, INFORM)."
@@ -157,7 +159,7 @@ class IdentifiedArmFlags:
             raise InputError(
                 "--robot needs --tool: the tool as set in the controller; 0,0,0 if it is the flange itself"
             )
-        return compensate_program(program, arm, near=near, T_flange_tool=parse_tool(self.tool))
+        return compensate_program(program, arm, near=near, T_flange_tool=parse_tool(self.tool)[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

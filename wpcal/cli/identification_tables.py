@@ -12,19 +12,28 @@ if TYPE_CHECKING:
     from wpcal.robot.identify.error_summary import ErrorFigures
     from wpcal.robot.identify.identification import Identification
     from wpcal.robot.identify.observability import PosePlan
-    from wpcal.robot.identify.observations import PoseObservations
 
 
-def show_identification(result: Identification, observations: PoseObservations, console: Console) -> None:
+def show_identification(result: Identification, console: Console) -> None:
     """Print the errors of the test poses, the parameters, the warnings and the verdict."""
     console.print(_errors(result))
     console.print(_parameters(result))
+    absorbing = any(unseen.like for unseen in result.fit.unseen)
+    if absorbing and result.half_widths is not None:
+        o = result.options
+        console.print(
+            f"* absorbs the error of a parameter that no pose shows; its interval takes that error as "
+            f"{o.expected_mm:g} mm or {np.rad2deg(o.expected_rad):g} deg (one sigma, assumed)",
+            highlight=False,
+        )
     fit = result.fit
     noise = f"noise {fit.noise.sigma_mm:.3g} mm"
-    if observations.has_orientations:
+    if result.observations.has_orientations:
         noise += f", {np.rad2deg(fit.noise.sigma_rad):.3g} deg"
     asked = fit.rank + len(fit.unseen)
     console.print(f"rank {fit.rank} of {asked}, condition {fit.condition:.3g}, {noise}", highlight=False)
+    if any(not outlier.held_back for outlier in result.outliers):
+        console.print("leave an outlier out with --leave-out and its row, once you know why it is one", highlight=False)
     for issue in result.issues:
         console.print(f"note: {issue.message}", highlight=False, markup=False)
     if result.verdict.improved:
@@ -65,7 +74,7 @@ def _parameters(result: Identification) -> Table:
             f"{row['nominal']:.4f}",
             f"{row['identified']:.4f}",
             f"{row['change']:+.4f}",
-            f"{row['half_width_95']:.4f}",
+            "" if row["half_width_95"] is None else f"{row['half_width_95']:.4f}" + ("*" if row["absorbs"] else ""),
         )
     return table
 

@@ -38,6 +38,11 @@ class FitFlags:
     folds: int | None = option(
         "--folds", type=click.IntRange(min=2), help="Number of folds to judge by, instead of one set of test poses."
     )
+    leave_out: str | None = option(
+        "--leave-out",
+        metavar="ROWS",
+        help="Lines of the file that are not used, as 57,58: outliers that you agree to drop.",
+    )
     noise_mm: float | None = option(
         "--noise-mm", type=click.FloatRange(min=0, min_open=True), help="Noise of a measured coordinate (one sigma)."
     )
@@ -94,7 +99,24 @@ class FitFlags:
             seed=self.seed,
             expected_mm=self.expected_mm,
             expected_rad=math.radians(self.expected_deg),
+            leave_out=self.to_rows(),
         )
+
+    def to_rows(self) -> tuple[int, ...]:
+        """Return the lines of the file to leave out.
+
+        Raises
+        ------
+        InputError
+            When one of them is not a whole number.
+        """
+        from wpcal.core.errors import InputError
+
+        cells = [] if self.leave_out is None else self.leave_out.split(",")
+        try:
+            return tuple(int(cell) for cell in cells)
+        except ValueError:
+            raise InputError(f"rows to leave out: expected line numbers as 57,58, got {self.leave_out!r}") from None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -175,14 +197,14 @@ def _identify(
     observations, test = read_poses(poses_csv, arm.as_nominal())
     with Console(stderr=True).status("identifying"):
         result = identify_arm(arm, observations, options=options, test=test)
-    record = identification_record(result, observations)
+    record = identification_record(result)
     _write(result, to_json(record), output, charts=charts, force=force)
     if as_json:
         click.echo(to_json(record), nl=False)
     else:
         from wpcal.cli.identification_tables import show_identification
 
-        show_identification(result, observations, Console())
+        show_identification(result, Console())
     return 0 if result.verdict.improved else 1
 
 

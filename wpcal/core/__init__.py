@@ -1,4 +1,4 @@
-"""Errors, arrays, rigid transforms, point pairs and records: the words every other package speaks."""
+"""Errors, arrays, rigid transforms, point pairs and records: what every other package builds on."""
 
 from wpcal.core.errors import (
     ConvergenceError,

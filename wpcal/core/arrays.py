@@ -1,4 +1,4 @@
-"""Arrays as they come from outside, checked once and then read-only float64."""
+"""Arrays from outside: checked once, then read-only float64."""
 
 from __future__ import annotations
 
@@ -15,14 +15,23 @@ BoolArray: TypeAlias = NDArray[np.bool_]
 
 
 def frozen(values: ArrayLike) -> FloatArray:
-    """Copy `values` to a float64 array that cannot be written to."""
+    """Return a read-only float64 copy.
+
+    Parameters
+    ----------
+    values : array_like, any shape
+
+    Returns
+    -------
+    ndarray, same shape
+    """
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
 
 
 LARGEST_MM = 1e9
-"""No coordinate is larger: beyond a thousand kilometres float64 numbers are more than 1e-7 mm apart."""
+"""Largest coordinate: beyond a thousand kilometres, float64 numbers are more than 1e-7 mm apart."""
 
 
 def as_points(values: ArrayLike, *, name: str) -> FloatArray:
@@ -33,7 +42,7 @@ def as_points(values: ArrayLike, *, name: str) -> FloatArray:
     values : array_like, shape (n, 3)
         Coordinates in one frame, mm.
     name : str
-        What the array is called in a message.
+        Name of the array in messages.
 
     Returns
     -------

@@ -1,4 +1,7 @@
-"""What can go wrong, as types a caller can tell apart; every message names what, where and what was expected."""
+"""What can go wrong, as types and codes that a caller can tell apart.
+
+Every message says what is wrong, where, and what was expected.
+"""
 
 from __future__ import annotations
 
@@ -172,14 +175,14 @@ def blamed_on(path: str) -> Iterator[None]:
 
 
 class ConvergenceError(WpcalError, RuntimeError):
-    """A solver stopped before its goal; `best` is the best answer so far.
+    """A solver stopped before it reached its goal.
 
     Parameters
     ----------
     message : str
         What was not reached.
     best : object, optional
-        The best answer found.
+        The best answer so far.
     code : str, optional
         The cause, for programs: an `ErrorCode`.
     """

@@ -1,4 +1,4 @@
-"""What is odd but not fatal in a file or a result, as data."""
+"""An oddity of a file or a result that does not stop the work, as data."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Issue:
     message : str
         One sentence: what was found and what was done about it.
     ids : tuple of str
-        Names of the faces, solids, points or seams concerned.
+        Names of the faces, solids, points or seams that it concerns.
     """
 
     code: str

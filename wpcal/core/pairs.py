@@ -1,4 +1,4 @@
-"""Point pairs: the same points in two frames, and what is left of them after a fit."""
+"""Point pairs: the same points in two frames, and their distances after a fit."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class PointPairs:
     source, target : str
         Frame names.
     space : RobotSpace
-        With which model of the robot the target points were computed.
+        The robot model with which the target points were computed.
 
     Raises
     ------
@@ -68,7 +68,13 @@ class PointPairs:
         return len(self.names)
 
     def select(self, indices: Sequence[int] | ArrayLike) -> PointPairs:
-        """Return the pairs at `indices` (integers), in that order."""
+        """Return some of the pairs.
+
+        Parameters
+        ----------
+        indices : array_like of int, shape (m,)
+            Rows, in the order of the result.
+        """
         rows = np.asarray(indices, dtype=np.int64)
         return PointPairs(
             tuple(self.names[i] for i in rows),
@@ -83,7 +89,7 @@ class PointPairs:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Residuals:
-    """What a transform leaves of point pairs: ``taught - T model``, in the target frame.
+    """Distances of point pairs under a transform: ``taught - T model``, in the target frame.
 
     Parameters
     ----------

@@ -1,12 +1,12 @@
-"""Lines of text for who waits: what a long step is doing now."""
+"""Progress messages of long-running steps."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 Progress = Callable[[str], None]
-"""Gets a line for every step."""
+"""Takes one message per step."""
 
 
 def no_progress(_: str) -> None:
-    """Say nothing: for callers whom nobody waits for."""
+    """Discard progress messages."""

@@ -26,11 +26,11 @@ def to_json(record: Mapping[str, Any]) -> str:
 def _plain(value: object) -> object:
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    raise TypeError(f"{type(value).__name__} has no place in a record")
+    raise TypeError(f"a record cannot hold a {type(value).__name__}")
 
 
 def read_bytes(path: Path) -> bytes:
-    """Return what a file holds.
+    """Return the bytes of a file.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def read_json(path: Path, *, schema: str) -> dict[str, Any]:
     InputError
         When the file cannot be opened.
     FormatError
-        When it is no JSON object or of another schema.
+        When it is not a JSON object, or is of another schema.
     """
     try:
         record = json.loads(read_bytes(path).decode("utf-8"))
@@ -73,14 +73,14 @@ def read_json(path: Path, *, schema: str) -> dict[str, Any]:
 
 @contextmanager
 def new_directory(path: Path, *, overwrite: bool) -> Iterator[Path]:
-    """Fill a folder beside its place and move its files in when all of them are written.
+    """Fill a temporary folder, and move its files to their place when all of them are written.
 
     Parameters
     ----------
     path : Path
-        The folder as the user named it. Files in it that are not written anew stay.
+        The folder as the user named it. Other files in it are kept.
     overwrite : bool
-        Whether an existing folder that holds files may be written to.
+        Whether to write into an existing folder that is not empty.
 
     Yields
     ------
@@ -90,7 +90,7 @@ def new_directory(path: Path, *, overwrite: bool) -> Iterator[Path]:
     Raises
     ------
     InputError
-        When the folder exists and holds something and `overwrite` is false, or it cannot be written.
+        When the folder is not empty and `overwrite` is false, or it cannot be written.
     """
     check_writable(path, overwrite=overwrite)
     try:
@@ -110,7 +110,7 @@ def check_writable(path: Path, *, overwrite: bool) -> None:
     Raises
     ------
     InputError
-        When the path is a file, or a folder that holds something and `overwrite` is false.
+        When the path is a file, or a folder that is not empty and `overwrite` is false.
     """
     if path.exists() and not path.is_dir():
         raise InputError(f"{path}: is a file, expected a folder to write into")
@@ -120,7 +120,7 @@ def check_writable(path: Path, *, overwrite: bool) -> None:
 
 
 def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
-    """Write one file beside its place and rename it, so that a reader never meets half of it.
+    """Write one file under a temporary name and rename it, so that a reader never finds half of it.
 
     Raises
     ------
@@ -134,6 +134,6 @@ def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
         temporary.write_bytes(data.encode("utf-8") if isinstance(data, str) else data)
         os.replace(temporary, path)
     except OSError as error:
-        with suppress(OSError):  # where the folder is none there is nothing to take away
+        with suppress(OSError):  # without a folder there is no temporary file either
             temporary.unlink()
         raise InputError(f"{path}: cannot be written: {(error.strerror or str(error)).lower()}") from None

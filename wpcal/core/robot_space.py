@@ -1,4 +1,4 @@
-"""In which model of the robot a position is meant: quantities of different models are never mixed."""
+"""The robot model behind a position. Positions of different models are never mixed."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from wpcal.core.tables import Table
 class RobotSpace(Enum):
     """What a Cartesian position of a robot was computed with.
 
-    A controller turns joint angles into positions, and targets into joint angles, with its own nominal model. Where
-    both ways go through that model its errors largely cancel; where only one of them is corrected, they do not.
+    A controller converts joint angles to positions, and targets to joint angles, with its own nominal model. If both
+    conversions use that model, its errors largely cancel. If only one of them is corrected, they do not.
     """
 
     NOMINAL = "nominal"
     """The controller's own model: what the pendant shows."""
     IDENTIFIED = "identified"
-    """The identified model: where the tool really is."""
+    """An identified model: where the tool really is."""
 
     @classmethod
     def parse(cls, text: str) -> RobotSpace:
-        """Read the word as it stands in a file.
+        """Read the word in a file.
 
         Raises
         ------
@@ -42,14 +42,14 @@ def common_space(spaces: Iterable[tuple[str, RobotSpace]]) -> RobotSpace:
     Parameters
     ----------
     spaces : iterable of (str, RobotSpace)
-        What it is (a file, a point set) and the space it stands in; at least one.
+        Name of the quantity (a file, a point set) and its space; at least one.
 
     Raises
     ------
     FrameError
-        When two of them stand in different spaces.
+        When two of them are in different spaces.
     InputError
-        When there is none.
+        When the list is empty.
     """
     named = list(spaces)
     if not named:
@@ -58,21 +58,21 @@ def common_space(spaces: Iterable[tuple[str, RobotSpace]]) -> RobotSpace:
     for name, space in named[1:]:
         if space is not first:
             raise FrameError(
-                f"{first_name} is in {first.value} robot space and {name} in {space.value}: correct both ways or "
-                "neither, a position of one model is off by the robot's error in the other"
+                f"{first_name} is in {first.value} robot space and {name} in {space.value}: correct both or "
+                "neither, because a position of one model is off by the robot's error in the other"
             )
     return first
 
 
 def space_of_table(table: Table) -> RobotSpace:
-    """Return the robot space of a table of points: its column ``robot_space``, or nominal where there is none.
+    """Return the robot space of a table of points: its column ``robot_space``; nominal without that column.
 
     Raises
     ------
     FormatError
         When a word is neither ``nominal`` nor ``identified``.
     FrameError
-        When rows of both spaces stand in one table.
+        When one table has rows of both spaces.
     """
     words = table.choices("robot_space", [space.value for space in RobotSpace], default=RobotSpace.NOMINAL.value)
     rows = zip(table.lines, words, strict=True)

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from wpcal.core.arrays import FloatArray
 
 GIMBAL_COS = 1e-12
-"""Below this cos beta the angles alpha and gamma turn about one axis: alpha is set to zero, gamma carries both.
-Products of rotations are off by some 1e-15, so that a quarter turn stays below; the answer is off by no more than this.
+"""Below this value of cos beta, alpha and gamma turn about the same axis: alpha is set to 0 and gamma holds both.
+Products of rotations are off by about 1e-15, so a quarter turn stays below this; the error is at most this value.
 """
 
 
@@ -52,7 +52,7 @@ def rotation_from_zyx(alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike) -> Fl
 
 
 def zyx_from_rotation(R: ArrayLike) -> tuple[float, float, float]:
-    """Return (alpha, beta, gamma), rad, of one rotation matrix; beta in [-pi/2, pi/2].
+    """Return (alpha, beta, gamma), rad, of one rotation matrix; beta is in [-pi/2, pi/2].
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def zyx_from_rotation(R: ArrayLike) -> tuple[float, float, float]:
 
 
 def zyx_angles(R: ArrayLike) -> FloatArray:
-    """Return the angles of many rotation matrices, as `zyx_from_rotation` does of one.
+    """Return the angles of many rotation matrices, as `zyx_from_rotation` does for one.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def cross_matrix(v: ArrayLike) -> FloatArray:
 
 
 def cube_rotations() -> FloatArray:
-    """Return the 24 rotations of a cube, shape (24, 3, 3): no rotation is further than 62.8° from one of them."""
+    """Return the 24 rotations of a cube, shape (24, 3, 3): every rotation is within 62.8° of one of them."""
     half = np.sqrt(0.5)
     quarter = [
         [half * (k == i) + half * (k == j) * s for k in range(4)] for i in range(4) for j in range(i) for s in (1, -1)

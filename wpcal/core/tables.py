@@ -1,7 +1,7 @@
-"""Text tables (CSV) with named columns; what is wrong in one is told with file, line and column.
+"""Text tables (CSV) with named columns. Errors name file, line and column.
 
-A byte order mark, CRLF line ends, blank lines, and a semicolon or tab as separator are read. A comma as decimal sign is
-read where the separator is not a comma and no number of the table has a point.
+The reader accepts a byte order mark, CRLF line ends, blank lines, and a semicolon or tab as separator. It accepts a
+decimal comma if the separator is not a comma and no number of the table has a point.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from wpcal.core.errors import FormatError
 from wpcal.core.records import read_bytes
 
 SEPARATORS = ";\t,"
-"""In the order they are looked for: a header with a semicolon or a tab is not separated by commas."""
+"""In order of priority: a header with a semicolon or a tab is not separated by commas."""
 MISSPELT = 0.7
-"""Likeness of two words above which one is taken for a slip of the other: ``used`` and ``use`` have 0.86."""
+"""Similarity above which an unknown column counts as a misspelt one: ``used`` and ``use`` have 0.86."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,16 +50,16 @@ class Table:
         return len(self.lines)
 
     def has(self, *names: str) -> bool:
-        """Tell whether all of these columns are there."""
+        """Tell whether the table has all of these columns."""
         return all(name in self.columns for name in names)
 
     def require(self, names: Sequence[str]) -> None:
-        """Refuse a table without these columns.
+        """Refuse a table that lacks one of these columns.
 
         Raises
         ------
         FormatError
-            Naming the missing columns and those that were found.
+            When a column is missing; the message also lists those that were found.
         """
         missing = [name for name in names if name not in self.columns]
         if missing:
@@ -67,12 +67,12 @@ class Table:
             raise FormatError(what, path=self.path, line=1)
 
     def refuse_misspelt(self, known: Sequence[str]) -> None:
-        """Refuse a table with a column that looks like a known one that is not there; other columns are ignored.
+        """Refuse a table with a column that looks like a missing known column. Other columns are ignored.
 
         Raises
         ------
         FormatError
-            Naming both.
+            When there is such a column; the message names both.
         """
         absent = [name for name in known if name not in self.columns]
         for name in self.columns:
@@ -100,7 +100,7 @@ class Table:
         return tuple(seen)
 
     def choices(self, column: str, allowed: Sequence[str], *, default: str) -> tuple[str, ...]:
-        """Return the cells of a column of words, lower case; an empty cell or no column is the default.
+        """Return the words of a column in lower case. An empty cell, or a missing column, gives the default.
 
         Raises
         ------
@@ -131,7 +131,7 @@ class Table:
         Raises
         ------
         FormatError
-            When a column is missing, or a cell is empty, no number, NaN, infinite or of doubtful decimal sign.
+            When a column is missing, or a cell is empty, not a number, NaN, infinite or has an ambiguous decimal sign.
         """
         self.require(names)
         values = np.empty((len(self), len(names)))
@@ -183,8 +183,8 @@ def read_table(path: Path) -> Table:
     InputError
         When the file cannot be opened.
     FormatError
-        When it is no UTF-8 text, a STEP file, empty, has no rows, a column twice, or a row of another length than
-        the header.
+        When it is not UTF-8 text, is a STEP file or empty, has no rows, has a column twice, or has a row of another
+        length than the header.
     """
     return parse_table(read_bytes(path), path=str(path))
 
@@ -196,14 +196,14 @@ def parse_table(raw: bytes, *, path: str) -> Table:
     ----------
     raw : bytes
     path : str
-        What messages call it.
+        Name of the file in messages.
     """
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise FormatError(f"is not a UTF-8 text file (byte {error.start})", path=path) from None
     if not text.strip():
-        raise FormatError("the file is empty; expected a header line and one row a point", path=path)
+        raise FormatError("the file is empty; expected a header line and one row per point", path=path)
     if text.lstrip().startswith("ISO-10303-21"):
         raise FormatError("is a STEP file, expected a table with a header line; are two files swapped?", path=path)
     separator = _separator(text.lstrip().splitlines()[0])
@@ -235,7 +235,7 @@ def _rows(text: str, separator: str, path: str) -> tuple[list[int], list[list[st
                 lines.append(reader.line_num)
                 rows.append(row)
     except csv.Error as error:
-        raise FormatError(f"is no readable table: {error}", path=path, line=reader.line_num) from None
+        raise FormatError(f"is not a readable table: {error}", path=path, line=reader.line_num) from None
     return lines, rows
 
 
@@ -255,11 +255,11 @@ def _wrong_length(row: Sequence[str], header: Sequence[str], separator: str) -> 
 
 
 def _fault(cell: str) -> str | None:
-    """Say what keeps a cell from being a finite number, or nothing."""
+    """Say why a cell is not a finite number; None if it is one."""
     if not cell:
         return "the cell is empty, expected a number"
     if "," in cell:
-        return f"{cell!r}: it is in doubt whether the comma is a decimal sign; write a decimal point in every number"
+        return f"{cell!r}: it is unclear whether the comma is a decimal sign; write a decimal point in every number"
     try:
         value = float(cell)
     except ValueError:

@@ -1,4 +1,4 @@
-"""The tangent of SE(3), fixed once: rotation first, then translation; perturbation on the left.
+"""The tangent of SE(3), defined once: rotation first, then translation; perturbation on the left.
 
 A small motion is ``xi = (omega, v)``, rad and mm, and ``T = exp(xi) T0`` moves a point ``p = T0 q`` by
 ``omega × p + v`` to first order.
@@ -13,7 +13,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import cross_matrix, quaternion_from_rotation
 
 SMALL_ANGLE_RAD = 1e-4
-"""Below this the series of the sine terms, cut after the square, is exact to round-off (next term: angle^4 / 120)."""
+"""Below this angle, the series of the sine terms up to the square is exact to round-off (next term: angle^4 / 120)."""
 
 
 def exp_rotation(omega: ArrayLike) -> FloatArray:

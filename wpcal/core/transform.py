@@ -1,4 +1,4 @@
-"""`RigidTransform`: a rotation and a translation that know which frames they join."""
+"""`RigidTransform`: a rotation and a translation with the names of the two frames they join."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from wpcal.core.rotations import rotation_from_zyx, zyx_from_rotation
 from wpcal.core.tangent import log_rotation
 
 ORTHONORMAL_ATOL = 1e-6
-"""A matrix from a file (six printed digits) may be this far from a rotation; it is then made exact by an SVD."""
+"""A matrix from a file (six printed digits) may differ this much from a rotation; an SVD then makes it exact."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,18 +73,25 @@ class RigidTransform:
         off = float(np.abs(R @ R.T - np.eye(3)).max())
         if off > ORTHONORMAL_ATOL or np.linalg.det(R) < 0:
             what = f"R Rᵀ is off the identity by {off:.3g}, det R = {np.linalg.det(R):.3g}"
-            raise InputError(f"T_{self.target}_{self.source} is no rigid motion: {what}")
+            raise InputError(f"T_{self.target}_{self.source} is not a rigid motion: {what}")
         object.__setattr__(self, "R", R)
         object.__setattr__(self, "t_mm", t)
 
     @classmethod
     def identity(cls, *, target: str, source: str) -> RigidTransform:
-        """Return the transform of two frames that coincide."""
+        """Return the transform between two frames that coincide."""
         return cls(np.eye(3), np.zeros(3), target, source)
 
     @classmethod
     def from_matrix(cls, matrix: ArrayLike, *, target: str, source: str) -> RigidTransform:
-        """Build from a homogeneous 4×4 matrix (mm); a rotation off by rounding is made exact.
+        """Build from a homogeneous matrix. A rotation that is off by rounding is made exact.
+
+        Parameters
+        ----------
+        matrix : array_like, shape (4, 4)
+            Rotation, and translation in mm.
+        target, source : str
+            Frame names.
 
         Raises
         ------
@@ -99,13 +106,26 @@ class RigidTransform:
             raise InputError(f"expected a 4×4 matrix, got shape {m.shape}")
         if not np.allclose(m[3], (0, 0, 0, 1), rtol=0, atol=ORTHONORMAL_ATOL):
             raise InputError(f"the last row of a pose is 0 0 0 1, got {m[3].tolist()}")
-        cls(m[:3, :3], m[:3, 3], target, source)  # refuses what is no rotation before it is made exact
+        cls(m[:3, :3], m[:3, 3], target, source)  # refuses what is not a rotation, before the SVD makes it one
         U, _, Vt = np.linalg.svd(m[:3, :3])
         return cls(U @ Vt, m[:3, 3], target, source)
 
     @classmethod
     def from_six_tuple(cls, values: ArrayLike, *, target: str, source: str) -> RigidTransform:
-        """Build from (x, y, z, alpha, beta, gamma) in mm and rad with ``R = Rz(γ) Ry(β) Rx(α)``."""
+        """Build from six variables with ``R = Rz(γ) Ry(β) Rx(α)``.
+
+        Parameters
+        ----------
+        values : array_like, shape (6,)
+            x, y, z in mm and α, β, γ in rad.
+        target, source : str
+            Frame names.
+
+        Raises
+        ------
+        InputError
+            When there are not six numbers.
+        """
         v = np.asarray(values, dtype=np.float64)
         if v.shape != (6,):
             raise InputError(f"expected six numbers x, y, z, alpha, beta, gamma, got shape {v.shape}")
@@ -141,7 +161,7 @@ class RigidTransform:
 
     @property
     def six_tuple(self) -> SixTuple:
-        """The six-tuple (x, y, z, α, β, γ) of the seed."""
+        """The six-tuple (x, y, z, α, β, γ) of Yin 2003."""
         x, y, z = (float(v) for v in self.t_mm)
         return SixTuple(x, y, z, *zyx_from_rotation(self.R))
 
@@ -161,14 +181,25 @@ class RigidTransform:
         return np.asarray(np.asarray(points, dtype=np.float64) @ self.R.T + self.t_mm, dtype=np.float64)
 
     def rotate(self, directions: ArrayLike) -> FloatArray:
-        """Carry directions (no translation) from `source` to `target`; shape (..., 3)."""
+        """Carry directions (no translation) from `source` to `target`.
+
+        Parameters
+        ----------
+        directions : array_like, shape (..., 3)
+            In `source`.
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+            In `target`.
+        """
         return np.asarray(np.asarray(directions, dtype=np.float64) @ self.R.T, dtype=np.float64)
 
     def relabelled(self, *, target: str, source: str) -> RigidTransform:
         """Return the same motion between frames of other names.
 
-        For a transform that was computed under general names, such as the `part` and `base` of a calibration, and
-        joins two frames that the caller knows by other names. This switches off the check of `@` for this one step.
+        Some results have general frame names, such as `part` and `base` of a calibration; the caller may know the
+        frames by other names. Nothing is computed, and nothing checks that the new names are right.
 
         Examples
         --------
@@ -190,7 +221,7 @@ class RigidTransform:
         return RigidTransform(self.R @ other.R, self.R @ other.t_mm + self.t_mm, self.target, other.source)
 
     def is_close(self, other: RigidTransform, *, atol_mm: float, atol_rad: float) -> bool:
-        """Tell whether frames are the same, origins within `atol_mm` and the angle between within `atol_rad`."""
+        """Tell whether the frame names are equal, the origins within `atol_mm` and the rotations within `atol_rad`."""
         return (
             (self.target, self.source) == (other.target, other.source)
             and float(np.linalg.norm(self.t_mm - other.t_mm)) <= atol_mm

@@ -1,4 +1,4 @@
-"""Golden results: compare a calibration with one that was kept, in tests and with `wpcal diff`.
+"""Compare the results of a calibration with results that were kept, in tests and with `wpcal diff`.
 
 Positions are compared as distances in mm. Rotations are compared by how far they turn a point one metre away.
 """
@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.errors import FormatError, InputError
-from wpcal.core.records import read_json
+from wpcal.results.folder import CALIBRATION_FILE, RECORD_SCHEMAS, SEAMS_FILE, read_record
 
 LEVER_MM = 1000.0
-"""A rotation is judged by the arc it makes at this distance: the size of a large welded part."""
+"""A rotation is measured by the arc at this distance: the size of a large welded part."""
 COMPARED_NUMBERS = ("objective_mm", "lower_bound_mm", "rms_mm")
 COMPARED_WORDS = ("verdict", "criterion", "certified", "robot_space")
-SCHEMAS = {"calibration.json": "wpcal/calibration/1", "seams.json": "wpcal/seams/1"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +31,7 @@ class Difference:
         File, seam or point, and field.
     found, expected : str
     off_by : str
-        With its unit; empty for words.
+        Number with unit; empty for words.
     """
 
     where: str
@@ -46,31 +45,36 @@ class Difference:
 
 
 def compare_folders(found: Path, golden: Path, *, atol_mm: float) -> list[Difference]:
-    """Compare the result files that the golden folder holds.
+    """Compare the records that the golden folder holds; it may hold only one of the two.
+
+    Parameters
+    ----------
+    found, golden : Path
+        Result folders.
+    atol_mm : float
+        Largest distance that does not count as a difference, mm.
 
     Raises
     ------
     InputError
-        When the golden folder holds neither file, a file cannot be read or lacks a field, or `atol_mm` is negative.
+        When the golden folder holds neither record, a record cannot be read or lacks a field, or `atol_mm` is negative.
     """
     if not 0 <= atol_mm < np.inf:
         raise InputError(f"atol_mm is a length that is not negative, got {atol_mm}")
-    names = [name for name in SCHEMAS if (golden / name).is_file()]
+    names = [name for name in RECORD_SCHEMAS if (golden / name).is_file()]
     if not names:
-        raise InputError(f"{golden}: holds neither {' nor '.join(SCHEMAS)}")
-    return [difference for name in names for difference in _compare_files(found / name, golden / name, atol_mm)]
+        raise InputError(f"{golden}: holds neither {' nor '.join(RECORD_SCHEMAS)}")
+    return [difference for name in names for difference in _compare_records(found, golden, name, atol_mm)]
 
 
-def _compare_files(found: Path, golden: Path, atol_mm: float) -> list[Difference]:
-    compare = {"calibration.json": compare_calibrations, "seams.json": compare_seams}[golden.name]
-    schema = SCHEMAS[golden.name]
-    mine, kept = read_json(found, schema=schema), read_json(golden, schema=schema)
+def _compare_records(found: Path, golden: Path, name: str, atol_mm: float) -> list[Difference]:
+    compare = {CALIBRATION_FILE: compare_calibrations, SEAMS_FILE: compare_seams}[name]
+    mine, kept = read_record(found, name), read_record(golden, name)
     try:
         return list(compare(mine, kept, atol_mm=atol_mm))
     except (KeyError, TypeError, ValueError) as error:
-        raise FormatError(
-            f"or {found} is no complete record: {type(error).__name__} {error}", path=str(golden)
-        ) from None
+        what = f"this file or {found / name} is not a complete record: {type(error).__name__} {error}"
+        raise FormatError(what, path=str(golden / name)) from None
 
 
 def compare_calibrations(

@@ -50,6 +50,8 @@ class TaughtPoints:
         Distance of the controlled point from the touched face along its outward normal, mm: the radius of the ball.
     is_from_program : bool
         The names come from a controller's program, which names points in its own way: they need not be features.
+    tcp_bias_mm : float
+        Error of the tool centre point that all points share (95 %), mm.
     """
 
     names: tuple[str, ...]
@@ -64,6 +66,7 @@ class TaughtPoints:
     kinds: tuple[TouchKind, ...] = ()
     radius_mm: FloatArray | None = None
     is_from_program: bool = False
+    tcp_bias_mm: float = 0.0
 
     @property
     def has_touches(self) -> bool:
@@ -112,12 +115,13 @@ class TaughtPoints:
 
 
 def read_taught(path: Path) -> TaughtPoints:
-    """Read ``name,x_mm,y_mm,z_mm[,feature][,model_x_mm,model_y_mm,model_z_mm][,use][,sigma_mm][,robot_space]``.
+    """Read ``name,x_mm,y_mm,z_mm[,feature][,model_x_mm,model_y_mm,model_z_mm][,use][,sigma_mm][,robot_space]…``.
 
     Six columns of a covariance can replace ``sigma_mm``, see `wpcal.taught.columns.covariances_of_table`. If the file
     has neither a column `feature` nor the columns `model_…`, each name is the name of a feature. With a column `kind`,
     rows can be touched on edges and faces: `radius_mm` is the radius of the ball, and a row can name its feature, or
-    give a model point near its face, or neither.
+    give a model point near its face, or neither. ``tcp_bias_mm`` is the error of the tool centre point that all points
+    share.
 
     Parameters
     ----------
@@ -142,7 +146,7 @@ def read_taught(path: Path) -> TaughtPoints:
 def taught_from_table(table: Table) -> TaughtPoints:
     """Return the taught points of a table; columns and errors are those of `read_taught`."""
     table.require(("name", *TAUGHT_COLUMNS))
-    table.refuse_misspelt(("feature", *MODEL_COLUMNS, "use", "robot_space", "kind", "radius_mm"))
+    table.refuse_misspelt(("feature", *MODEL_COLUMNS, "use", "robot_space", "kind", "radius_mm", "tcp_bias_mm"))
     if any(column in table.columns for column in MODEL_COLUMNS):
         table.require(MODEL_COLUMNS)
     if table.has("feature") and table.has(*MODEL_COLUMNS) and not table.has("kind"):
@@ -157,12 +161,45 @@ def taught_from_table(table: Table) -> TaughtPoints:
         kinds, radius = _touch_columns(table)
         features = tuple(table.columns["feature"]) if table.has("feature") else _points_own_names(names, kinds, p_part)
         return TaughtPoints(
-            names, p_base, features, p_part, use, table.path, table.lines, space, covariances, kinds, radius
+            names,
+            p_base,
+            features,
+            p_part,
+            use,
+            table.path,
+            table.lines,
+            space,
+            covariances,
+            kinds,
+            radius,
+            tcp_bias_mm=_tcp_bias_mm(table),
         )
     p_part = table.numbers(MODEL_COLUMNS) if by_model else np.full(p_base.shape, np.nan)
     features = tuple(table.columns["feature"]) if table.has("feature") else names
     named = ("",) * len(names) if by_model else features
-    return TaughtPoints(names, p_base, named, p_part, use, table.path, table.lines, space, covariances)
+    return TaughtPoints(
+        names,
+        p_base,
+        named,
+        p_part,
+        use,
+        table.path,
+        table.lines,
+        space,
+        covariances,
+        tcp_bias_mm=_tcp_bias_mm(table),
+    )
+
+
+def _tcp_bias_mm(table: Table) -> float:
+    """Return the largest error of the tool centre point that a row states, mm; 0 without the column."""
+    if not table.has("tcp_bias_mm"):
+        return 0.0
+    stated = table.numbers(["tcp_bias_mm"])[:, 0]
+    if (stated < 0).any():
+        line = table.lines[int(np.argmin(stated))]
+        raise FormatError("expected 0 mm or more", path=table.path, line=line, column="tcp_bias_mm")
+    return float(stated.max())
 
 
 def _points_own_names(names: Sequence[str], kinds: Sequence[TouchKind], p_part: FloatArray) -> tuple[str, ...]:

@@ -60,10 +60,10 @@ def test_a_nominal_arm_and_a_far_pose_are_refused():
 
 
 def test_a_tool_is_three_or_six_numbers():
-    np.testing.assert_allclose(parse_tool("1,2,3").t_mm, [1, 2, 3], rtol=0, atol=0)
-    turned = parse_tool("1,2,3,0,90,0")
+    np.testing.assert_allclose(parse_tool("1,2,3")[0].t_mm, [1, 2, 3], rtol=0, atol=0)
+    turned = parse_tool("1,2,3,0,90,0")[0]
     np.testing.assert_allclose(turned.R @ [0, 0, 1], [1, 0, 0], rtol=0, atol=1e-12)
-    np.testing.assert_allclose(parse_tool(None).matrix, np.eye(4), rtol=0, atol=0)
+    np.testing.assert_allclose(parse_tool(None)[0].matrix, np.eye(4), rtol=0, atol=0)
     for wrong in ("1,2", "1,2,x", "1,2,nan", "1,2,3,4"):
         with pytest.raises(InputError, match="three or six"):
             parse_tool(wrong)

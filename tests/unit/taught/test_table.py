@@ -71,7 +71,7 @@ def test_the_robot_space_is_read_and_never_mixed(tmp_path: Path) -> None:
     header = "name,x_mm,y_mm,z_mm,robot_space"
     rows = ["V1,0,0,0,identified", "V2,1,0,0,identified", "V3,0,1,0,identified"]
     assert read_taught(written(tmp_path, header, *rows)).space is RobotSpace.IDENTIFIED
-    with pytest.raises(FrameError, match="correct both ways"):
+    with pytest.raises(FrameError, match="correct both or neither"):
         read_taught(written(tmp_path, header, *rows[:2], "V3,0,1,0,nominal"))
 
 

@@ -2,7 +2,7 @@ r"""The rigid transform with the least largest distance, and the proof that no o
 
 The problem is Yin 2003, eq. (4) and (5). For weights on the simplex :math:`\min_T (\sum_i w_i d_i^2)^{1/2}` is a lower
 bound over all rotations, with a closed form (`least_squares.weighted_rms_bound`). The multipliers of a local optimum
-are such weights; where their bound meets the largest distance the local optimum is the global one.
+are such weights. If their bound equals the largest distance, the local optimum is the global one.
 
 Clouds of many points are solved on an active subset: at most seven multipliers of an optimum are needed, so a few
 points carry it, and the bound of a subset is a bound of the whole.
@@ -30,13 +30,13 @@ SUBSET = 64
 """Clouds up to this size are solved whole; larger ones start from this many points."""
 
 ADDED = 24
-"""Points that join the subset in a round: the most violated."""
+"""Points added to the subset per round: the most violated ones."""
 
 SUBSET_ROUNDS = 200
 """A bound on the rounds. Each takes in violated points, so the value rises; 5 to 10 are usual."""
 
 ASCENT_STEPS = 300
-"""Steps of the ascent of the bound where local multipliers prove nothing."""
+"""Steps of the ascent that raises the bound if local multipliers prove nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

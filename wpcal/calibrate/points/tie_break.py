@@ -1,4 +1,4 @@
-r"""One answer where the least largest distance leaves a freedom.
+r"""One answer if the least largest distance leaves a motion free.
 
 At the optimum with multipliers :math:`w`, :math:`\sum_i w_i d_i^2` has its least value there, so every other optimum
 has the points with :math:`w_i > 0` in the same places. If they do not lie on a line the optimum is unique. If they do

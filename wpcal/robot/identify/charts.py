@@ -61,7 +61,8 @@ def _parameters(result: Identification, path: Path) -> None:
     for place, unit in enumerate(("mm", "deg"), start=1):
         rows = [row for row in parameter_rows(result) if row["unit"] == unit]
         axes = figure.add_subplot(2, 1, place)
-        change, half = [row["change"] for row in rows], [row["half_width_95"] for row in rows]
+        change = [row["change"] for row in rows]
+        half = None if result.half_widths is None else [row["half_width_95"] for row in rows]
         axes.bar(range(len(rows)), change, yerr=half, color=AFTER, ecolor=BEFORE, capsize=4)
         axes.set_xticks(range(len(rows)), [row["name"] for row in rows], rotation=60)
         axes.axhline(0.0, color="black", linewidth=0.8)
@@ -76,7 +77,7 @@ def _fitness(search: GeneticTabuFit, poses: int, path: Path) -> None:
     upper.semilogy(search.genetic.mean_costs / poses, color=BEFORE, label="mean of the population")
     upper.semilogy(search.genetic.best_costs / poses, color=AFTER, label="best")
     upper.set_xlabel("generation")
-    lower.semilogy(search.tabu.current_costs / poses, color=BEFORE, label="where the search stands")
+    lower.semilogy(search.tabu.current_costs / poses, color=BEFORE, label="current place of the search")
     lower.semilogy(search.tabu.best_costs / poses, color=AFTER, label="best so far")
     lower.set_xlabel("iteration of tabu search")
     for axes in (upper, lower):

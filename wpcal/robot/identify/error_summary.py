@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -15,6 +16,13 @@ LEAST_TEST_POSES = 7
 
 CHANCE = 0.01
 """A gain on the test poses counts when luck alone would show it once in a hundred times or less."""
+
+LARGEST_LEFT_DEG = 2.0
+"""The same for orientations: identified arms leave hundredths of a degree, and a probe that slipped leaves degrees."""
+
+LARGEST_CHANGE_MM, LARGEST_CHANGE_RAD = 50.0, float(np.deg2rad(15.0))
+"""No link of an arm that moves is this far off its nominal value: larger changes come from measurements in another unit
+or convention, or of another robot. A joint zero lost in a crash stays below."""
 
 LARGEST_LEFT_MM = 5.0
 """Identified arms leave tenths of a millimetre. More than this (root mean square) on the test poses means that the
@@ -94,13 +102,17 @@ def _figures(values: FloatArray) -> ErrorFigures:
     )
 
 
-def judge(before: FloatArray, after: FloatArray) -> Verdict:
-    """Judge whether position errors of the same test poses became smaller.
+def judge(before: FloatArray, after: FloatArray, *, changes: Mapping[str, tuple[float, bool]] | None = None) -> Verdict:
+    """Judge whether the errors of the same test poses became smaller, and whether the change is one of a real arm.
+
+    Positions must become better. Orientations, where measured, must not become worse.
 
     Parameters
     ----------
     before, after : ndarray, shape (N, 3 or 6)
         Errors of the nominal and of the identified arm, as `pose_errors` gives them.
+    changes : mapping of str to (float, bool), optional
+        Change of each link parameter, mm or rad, and whether it is a length.
 
     Returns
     -------
@@ -112,12 +124,41 @@ def judge(before: FloatArray, after: FloatArray) -> Verdict:
     reasons = []
     if len(gain) < LEAST_TEST_POSES:
         reasons.append(
-            f"{len(gain)} test poses are too few to tell a gain from luck; keep back {LEAST_TEST_POSES} or use folds"
+            f"{len(gain)} test poses are too few to tell a gain from luck; measure {LEAST_TEST_POSES} or judge by folds"
         )
     if chance > CHANCE:
-        reasons.append(f"a gain like this comes by luck with a probability of {chance:.2g}")
+        reasons.append(
+            f"a gain like this comes by luck with a probability of {chance:.2g}; folds test every pose and decide more"
+        )
     if left > LARGEST_LEFT_MM:
         reasons.append(
             f"{left:.3g} mm are left on the test poses: the measurements are not of these joint angles and this arm"
         )
+    reasons += _orientation_reasons(before, after) + _change_reasons(changes or {})
     return Verdict(not reasons, chance, tuple(reasons))
+
+
+def _orientation_reasons(before: FloatArray, after: FloatArray) -> list[str]:
+    turns_before, turns_after = turns_deg(before), turns_deg(after)
+    if turns_before is None or turns_after is None:
+        return []
+    left = float(np.sqrt(np.mean(turns_after**2)))
+    if left > LARGEST_LEFT_DEG:
+        return [
+            f"{left:.3g} deg are left on the test poses: the orientations are not of these joint angles and this arm"
+        ]
+    loss = turns_after - turns_before
+    if loss.any() and float(wilcoxon(loss, alternative="greater", method="approx").pvalue) <= CHANCE:
+        mean_before, mean_after = turns_before.mean(), turns_after.mean()
+        return [f"orientations became worse: {mean_before:.3g} deg before, {mean_after:.3g} deg after, in the mean"]
+    return []
+
+
+def _change_reasons(changes: Mapping[str, tuple[float, bool]]) -> list[str]:
+    limits = {True: LARGEST_CHANGE_MM, False: LARGEST_CHANGE_RAD}
+    names = [name for name, (change, is_length) in changes.items() if abs(change) > limits[is_length]]
+    if not names:
+        return []
+    change, is_length = changes[names[0]]
+    much = f"{change:+.1f} mm" if is_length else f"{np.rad2deg(change):+.1f} deg"
+    return [f"{names[0]} would change by {much}, which no arm is off by: check units, conventions and the arm file"]

@@ -33,10 +33,26 @@ TRACKER = Noise(sigma_mm=0.05, sigma_rad=float(np.deg2rad(0.005)))
 
 @dataclass(frozen=True, slots=True)
 class Unseen:
-    """A parameter that the measurements cannot tell from others; it keeps its nominal value."""
+    """A parameter that the measurements cannot tell from others; it keeps its nominal value.
 
-    name: str
+    Parameters
+    ----------
+    parameter : Parameter
+    like : tuple of str
+        Names of the kept parameters it cannot be told from: those with a large share.
+    shares : tuple of float
+        How much each kept parameter changes per unit of this one, in the order of the kept ones. Where the true value
+        differs from the nominal one, the kept parameters absorb the difference in these shares.
+    """
+
+    parameter: Parameter
     like: tuple[str, ...]
+    shares: tuple[float, ...]
+
+    @property
+    def name(self) -> str:
+        """The name of the parameter."""
+        return self.parameter.name
 
     def __str__(self) -> str:
         return (
@@ -47,7 +63,7 @@ class Unseen:
 
 
 def whitened(J: FloatArray, observations: PoseObservations, noise: Noise) -> FloatArray:
-    """Scale a Jacobian to standard deviations and stack its rows.
+    """Scale a Jacobian to standard deviations and weights, and stack its rows.
 
     Parameters
     ----------
@@ -63,6 +79,7 @@ def whitened(J: FloatArray, observations: PoseObservations, noise: Noise) -> Flo
     """
     sigmas = np.repeat([noise.sigma_rad, noise.sigma_mm], 3)[:, None]
     rows = J / sigmas if observations.has_orientations else J[:, 3:] / sigmas[3:]
+    rows = rows * np.sqrt(observations.weights)[:, None, None]
     return np.asarray(rows.reshape(-1, J.shape[2]), dtype=np.float64)
 
 
@@ -95,13 +112,12 @@ def split_determined(
     usual = np.where(lengths, *(norms[kind].max(initial=0.0) for kind in (lengths, ~lengths)))
     basis = np.empty((len(J), 0))
     kept: list[int] = []
-    unseen = []
-    for j, parameter in enumerate(parameters):
+    dependent: list[int] = []
+    for j in range(len(parameters)):
         if norms[j] <= DEPENDENT_PART * usual[j]:
-            unseen.append(Unseen(parameter.name, ()))
+            dependent.append(j)
             continue
-        column = J[:, j] / norms[j]
-        left = column
+        left = J[:, j] / norms[j]
         for _ in range(2):  # Gram-Schmidt twice is as exact as Householder's
             left = left - basis @ (basis.T @ left)
         size = float(np.linalg.norm(left))
@@ -109,7 +125,17 @@ def split_determined(
             basis = np.column_stack([basis, left / size])
             kept.append(j)
         else:
-            parts = np.linalg.lstsq(J[:, kept] / norms[kept], column, rcond=None)[0] if kept else np.zeros(0)
-            like = tuple(parameters[kept[k]].name for k in np.flatnonzero(np.abs(parts) > NAMED_PART))
-            unseen.append(Unseen(parameter.name, like))
-    return tuple(parameters[j] for j in kept), tuple(unseen)
+            dependent.append(j)
+    return tuple(parameters[j] for j in kept), tuple(_unseen(parameters, J, norms, usual, kept, j) for j in dependent)
+
+
+def _unseen(
+    parameters: Sequence[Parameter], J: FloatArray, norms: FloatArray, usual: FloatArray, kept: list[int], j: int
+) -> Unseen:
+    """Name the kept parameters that column j is a combination of, and their shares."""
+    parameter = parameters[j]
+    if norms[j] <= DEPENDENT_PART * usual[j] or not kept:
+        return Unseen(parameter, (), (0.0,) * len(kept))
+    parts = np.linalg.lstsq(J[:, kept] / norms[kept], J[:, j] / norms[j], rcond=None)[0]
+    like = tuple(parameters[kept[k]].name for k in np.flatnonzero(np.abs(parts) > NAMED_PART))
+    return Unseen(parameter, like, tuple((parts * norms[j] / norms[kept]).tolist()))

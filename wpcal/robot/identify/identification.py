@@ -7,16 +7,19 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
+from scipy.special import ndtri
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
-from wpcal.robot.identify.error_summary import PoseErrorSummary, Verdict, judge, summarise
+from wpcal.robot.identify.error_summary import PoseErrorSummary, Verdict, distances_mm, judge, summarise, turns_deg
 from wpcal.robot.identify.genetic_tabu import EXPECTED_MM, EXPECTED_RAD, GeneticTabuFit, solve_genetic_tabu
 from wpcal.robot.identify.identifiability import Noise, split_determined
-from wpcal.robot.identify.least_squares import LeastSquaresFit, assess, solve_least_squares
+from wpcal.robot.identify.least_squares import LeastSquaresFit, absorbed_errors, assess, solve_least_squares
 from wpcal.robot.identify.observations import PoseObservations
-from wpcal.robot.identify.parameters import KinematicModel, Parameter, last_link_first, surrounding_parameters
+from wpcal.robot.identify.outliers import OutlierPose, find_outliers, huber_weights, unexpected_poses
+from wpcal.robot.identify.parameters import Group, KinematicModel, Parameter, last_link_first, surrounding_parameters
+from wpcal.robot.identify.plausibility import require_plausible
 from wpcal.robot.identify.pose_residuals import pose_errors
 from wpcal.robot.identify.registration import register
 from wpcal.robot.kinematics.arm import Arm
@@ -27,6 +30,9 @@ TEST_SHARE = 20 / 70
 REACH_FACTOR = 1.05
 """A measured position may be farther away than the sum of the arm's lengths by this factor: real lengths differ."""
 
+
+TOOL_LENGTH_MM = 300.0
+"""A welding torch from the flange to the wire's tip: the lever of an angle of the last link."""
 
 NOMINAL_NOISE = Noise(sigma_mm=1.0, sigma_rad=float(np.deg2rad(0.25)))
 """Rough error of a nominal arm in one coordinate: weights for fitting its base and tool, so that the errors before
@@ -60,7 +66,10 @@ class IdentifyOptions:
     seed : int
         For the choice of test poses, and for `GENETIC_TABU`.
     expected_mm, expected_rad : float
-        Expected errors of a length and an angle, for the bounds of `GENETIC_TABU`.
+        Expected errors of a length and an angle: the bounds of `GENETIC_TABU`, and what unseen parameters add to the
+        intervals of those that absorb their error.
+    leave_out : tuple of int
+        Rows (line numbers) that are neither fitted nor tested.
     """
 
     solver: IdentificationSolver = IdentificationSolver.LEAST_SQUARES
@@ -72,6 +81,7 @@ class IdentifyOptions:
     seed: int = 0
     expected_mm: float = EXPECTED_MM
     expected_rad: float = EXPECTED_RAD
+    leave_out: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,8 +99,15 @@ class Identification:
         Nominal links with the base and tool that suit them best.
     train, test : ndarray of int
         Rows that were fitted, and rows that were judged.
+    observations : PoseObservations
+        The measurements that were used.
     errors_before, errors_after : ndarray, shape (len(test), 3 or 6)
         Errors of the test poses: turn (rad, where measured), then distance (mm).
+    half_widths : ndarray or None, shape (m,)
+        Of the 95 % interval of each parameter of the fit, mm and rad, with what it absorbs of unseen ones. None after
+        `GENETIC_TABU`: that search stops short of the minimum which such an interval is about.
+    outliers : tuple of OutlierPose
+        Poses that the others contradict.
     verdict : Verdict
     issues : tuple of Issue
     """
@@ -101,10 +118,13 @@ class Identification:
     nominal: KinematicModel
     train: IntArray
     test: IntArray
+    observations: PoseObservations
     errors_before: FloatArray
     errors_after: FloatArray
+    half_widths: FloatArray | None
     verdict: Verdict
     options: IdentifyOptions
+    outliers: tuple[OutlierPose, ...] = ()
     issues: tuple[Issue, ...] = field(default=())
 
     @property
@@ -145,12 +165,18 @@ def identify_arm(
     GeometryError
         When there are too few poses for the parameters that they determine.
     InputError
-        When a position is out of the arm's reach, or options exclude each other.
+        When a position is out of the arm's reach, orientations are given in another convention, or options exclude each
+        other.
+    UnitError
+        When positions or angles are in another unit.
     """
     o = options or IdentifyOptions()
     nominal = arm.as_nominal()
+    if o.leave_out:
+        observations, test = _without_rows(observations, test, o.leave_out)
     task = _Task(nominal, nominal.model_angles(observations.joints), observations, o)
     task.check_reach()
+    require_plausible(nominal.chain, task.theta, observations, free_base=o.free_base, free_tool=o.free_tool)
     if o.folds is None:
         train, kept_back = _split(observations, test, o.seed)
         final = task.identify(train)
@@ -164,18 +190,24 @@ def identify_arm(
         final = task.identify(train)
     before = np.concatenate([task.errors(found.nominal, rows) for found, rows in rounds])
     after = np.concatenate([task.errors(found.fit.model, rows) for found, rows in rounds])
+    outliers = task.outliers(final, train, np.concatenate([rows for _, rows in rounds]) if o.folds is None else None)
     return Identification(
-        arm=nominal.as_identified(nominal.chain.with_table(final.fit.model.chain.table)),
+        arm=nominal.as_identified(
+            nominal.chain.with_table(final.fit.model.chain.table), unseen_tool_mm=_unseen_tool_mm(final.fit, o)
+        ),
         fit=final.fit,
         search=final.search,
         nominal=final.nominal,
         train=train,
         test=np.concatenate([rows for _, rows in rounds]),
+        observations=observations,
         errors_before=before,
         errors_after=after,
-        verdict=judge(before, after),
+        half_widths=task.half_widths(final, train),
+        verdict=judge(before, after, changes=_changes(final.fit)),
         options=o,
-        issues=_issues(final.fit),
+        outliers=outliers,
+        issues=_issues(final.fit, outliers, o),
     )
 
 
@@ -186,6 +218,9 @@ class _Fitted:
     fit: LeastSquaresFit
     search: GeneticTabuFit | None
     nominal: KinematicModel
+    weights: FloatArray
+    named: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    without: KinematicModel | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,11 +265,50 @@ class _Task:
         if surroundings:
             nominal = solve_least_squares(nominal, surroundings, theta, seen, noise=NOMINAL_NOISE).model
         if o.solver is IdentificationSolver.LEAST_SQUARES:
-            fit = solve_least_squares(nominal, (*surroundings, *links), theta, seen, noise=o.noise)
-            return _Fitted(fit, None, nominal)
+            return self._fit(nominal, (*surroundings, *links), theta, seen)
         if surroundings:
             raise InputError("the ga-tabu solver needs a known base and tool; use least-squares to identify those too")
         return self._search(nominal, links, theta, seen)
+
+    def _fit(
+        self, nominal: KinematicModel, parameters: tuple[Parameter, ...], theta: FloatArray, seen: PoseObservations
+    ) -> _Fitted:
+        """Least squares; poses that the others contradict get little weight."""
+
+        def fit(observations: PoseObservations) -> LeastSquaresFit:
+            return solve_least_squares(nominal, parameters, theta, observations, noise=self.options.noise)
+
+        named, without = find_outliers(fit, seen)
+        if not named.size:
+            return _Fitted(without, None, nominal, seen.weights)
+        sigmas = [without.noise.sigma_mm]
+        if seen.has_orientations:
+            sigmas.insert(0, without.noise.sigma_rad)
+        errors = pose_errors(without.model, theta, seen) / np.repeat(sigmas, 3)
+        weights = huber_weights(np.sqrt(np.mean(errors**2, axis=1)), seen.poses, named)
+        return _Fitted(fit(seen.weighted(weights)), None, nominal, weights, named, without.model)
+
+    def half_widths(self, found: _Fitted, rows: IntArray) -> FloatArray | None:
+        """95 % half widths of the parameters; None after a search that does not end at the minimum."""
+        if found.search is not None:
+            return None
+        o, fit = self.options, found.fit
+        seen = self.observations.select(rows).weighted(found.weights)
+        expected = {"expected_mm": o.expected_mm, "expected_rad": o.expected_rad}
+        return fit.half_widths(absorbed=absorbed_errors(fit, self.theta[rows], seen, **expected))
+
+    def outliers(self, found: _Fitted, train: IntArray, test: IntArray | None) -> tuple[OutlierPose, ...]:
+        """Name the poses that the fit of the others contradicts, among the fitted ones and those kept back."""
+        model = found.without or found.fit.model
+        seen = self.observations.select(train)
+        named = [_outlier(self.errors(model, train[seen.poses == pose]), seen, pose) for pose in found.named.tolist()]
+        if test is None or found.search is not None:
+            return tuple(named)
+        kept_back = self.observations.select(test)
+        for pose in unexpected_poses(found.fit, self.theta[test], kept_back):
+            errors = self.errors(model, test[kept_back.poses == pose])
+            named.append(_outlier(errors, kept_back, pose, held_back=True))
+        return tuple(named)
 
     def _search(
         self, nominal: KinematicModel, links: tuple[Parameter, ...], theta: FloatArray, seen: PoseObservations
@@ -251,7 +325,8 @@ class _Task:
             expected_mm=o.expected_mm,
             expected_rad=o.expected_rad,
         )
-        return _Fitted(assess(nominal, search.model, kept, theta, seen, unseen=unseen, noise=o.noise), search, nominal)
+        fit = assess(nominal, search.model, kept, theta, seen, unseen=unseen, noise=o.noise)
+        return _Fitted(fit, search, nominal, seen.weights)
 
     def errors(self, model: KinematicModel, rows: IntArray) -> FloatArray:
         """Errors of the given rows."""
@@ -262,7 +337,7 @@ def _split(observations: PoseObservations, test: BoolArray | None, seed: int) ->
     """Rows to fit and rows to keep back; reflectors of one pose stay together."""
     if test is not None:
         return np.flatnonzero(~test), np.flatnonzero(test)
-    poses = _poses(observations)
+    poses = observations.poses
     count = poses.max() + 1
     kept_back = max(1, round(TEST_SHARE * count))
     chosen = np.random.default_rng(seed).permutation(count)[:kept_back]
@@ -272,7 +347,7 @@ def _split(observations: PoseObservations, test: BoolArray | None, seed: int) ->
 
 def _folds(observations: PoseObservations, folds: int, seed: int) -> Iterator[IntArray]:
     """Rows of each fold; as many folds as poses leave one out at a time."""
-    poses = _poses(observations)
+    poses = observations.poses
     count = int(poses.max()) + 1
     if not 2 <= folds <= count:
         raise InputError(f"expected 2 to {count} folds for {count} poses, got {folds}")
@@ -281,19 +356,72 @@ def _folds(observations: PoseObservations, folds: int, seed: int) -> Iterator[In
         yield np.flatnonzero(np.isin(poses, order[fold::folds]))
 
 
-def _poses(observations: PoseObservations) -> IntArray:
-    """Number of the pose of each row: rows with equal joint angles are one pose seen by several reflectors."""
-    return np.asarray(np.unique(observations.joints, axis=0, return_inverse=True)[1], dtype=np.int64).ravel()
+def _outlier(errors: FloatArray, observations: PoseObservations, pose: int, *, held_back: bool = False) -> OutlierPose:
+    lines = tuple(observations.rows[i] for i in np.flatnonzero(observations.poses == pose))
+    turns = turns_deg(errors)
+    return OutlierPose(
+        lines,
+        float(distances_mm(errors).max()),
+        None if turns is None else float(turns.max()),
+        held_back,
+    )
 
 
-def _issues(fit: LeastSquaresFit) -> tuple[Issue, ...]:
-    issues = [
+def _without_rows(
+    observations: PoseObservations, test: BoolArray | None, lines: tuple[int, ...]
+) -> tuple[PoseObservations, BoolArray | None]:
+    unknown = sorted(set(lines) - set(observations.rows))
+    if unknown:
+        raise InputError(f"row {unknown[0]} holds no measured pose; rows are lines of the file")
+    keep = ~np.isin(observations.rows, lines)
+    return observations.select(np.flatnonzero(keep)), None if test is None else test[keep]
+
+
+def _unseen_of_last_link(fit: LeastSquaresFit, options: IdentifyOptions) -> list[Parameter]:
+    """Return the parameters of the last link that an unknown tool hides."""
+    last = len(fit.model.chain) - 1
+    unseen = [unseen.parameter for unseen in fit.unseen if options.free_tool]
+    return [parameter for parameter in unseen if parameter.group is Group.LINK and parameter.index == last]
+
+
+def _unseen_tool_mm(fit: LeastSquaresFit, options: IdentifyOptions) -> float:
+    """95 % error of a tool centre point taught in the controller, from the expected errors of the last link."""
+    sigmas = [
+        options.expected_mm if parameter.is_length else options.expected_rad * TOOL_LENGTH_MM
+        for parameter in _unseen_of_last_link(fit, options)
+    ]
+    return float(ndtri(0.975) * np.sqrt(np.sum(np.square(sigmas))))
+
+
+def _changes(fit: LeastSquaresFit) -> dict[str, tuple[float, bool]]:
+    """Change of each link parameter, mm or rad, and whether it is a length."""
+    return {
+        parameter.name: (float(step), parameter.is_length)
+        for parameter, step in zip(fit.parameters, fit.steps, strict=True)
+        if parameter.group is Group.LINK
+    }
+
+
+def _issues(fit: LeastSquaresFit, outliers: tuple[OutlierPose, ...], options: IdentifyOptions) -> tuple[Issue, ...]:
+    issues = [Issue("outlier-pose", str(outlier), tuple(map(str, outlier.rows))) for outlier in outliers]
+    tool = tuple(parameter.name for parameter in _unseen_of_last_link(fit, options))
+    if tool:
+        issues.append(
+            Issue(
+                "tool-unknown",
+                f"{', '.join(tool)} stay nominal: with an unknown tool no measurement shows them. Their error becomes "
+                "an error of the tool centre point in this arm; find the tool centre point in the identified arm "
+                "(`wpcal tcp`) before you correct points",
+                tool,
+            )
+        )
+    issues += [
         Issue("unseen-parameter", f"{unseen}; it keeps its nominal value", (unseen.name, *unseen.like))
         for unseen in fit.unseen
     ]
     issues += [
         Issue("strong-correlation", f"{first} and {second} go together (correlation {value:+.3f})", (first, second))
-        for first, second, value in fit.strong_correlations()
+        for first, second, value in fit.strong_correlations(Group.LINK)
     ]
     if not fit.converged:
         issues.append(Issue("not-converged", f"the fit had not settled after {fit.iterations} steps"))

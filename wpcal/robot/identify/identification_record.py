@@ -17,16 +17,14 @@ from wpcal.robot.kinematics.chain import LINK_SYMBOLS
 IDENTIFICATION_SCHEMA = "wpcal/identification/1"
 
 
-def identification_record(result: Identification, observations: PoseObservations) -> dict[str, Any]:
+def identification_record(result: Identification) -> dict[str, Any]:
     """Return the record of an identification; lengths in mm, angles in degrees.
 
     Parameters
     ----------
     result : Identification
-    observations : PoseObservations
-        The measurements it came from, for the rows of the file.
     """
-    fit, options = result.fit, result.options
+    fit, options, observations = result.fit, result.options, result.observations
     return {
         "schema": IDENTIFICATION_SCHEMA,
         "robot": result.arm.name,
@@ -53,6 +51,16 @@ def identification_record(result: Identification, observations: PoseObservations
             "estimated": options.noise is None,
         },
         "parameters": parameter_rows(result),
+        "outliers": [
+            {
+                "rows": list(outlier.rows),
+                "distance_mm": outlier.distance_mm,
+                "turn_deg": outlier.turn_deg,
+                "held_back": outlier.held_back,
+            }
+            for outlier in result.outliers
+        ],
+        "left_out": list(options.leave_out),
         "unseen": [{"name": unseen.name, "like": list(unseen.like)} for unseen in fit.unseen],
         "correlations": [
             {"first": first, "second": second, "value": value} for first, second, value in fit.strong_correlations()
@@ -68,10 +76,14 @@ def identification_record(result: Identification, observations: PoseObservations
 
 
 def parameter_rows(result: Identification) -> list[dict[str, Any]]:
-    """Return one row a link parameter: nominal and identified value, change and 95 % half width; mm or degrees."""
+    """Return one row per link parameter: nominal and identified value, change and 95 % half width; mm or degrees.
+
+    After `GENETIC_TABU` there is no half width: the search stops short of the minimum that the interval is about.
+    """
     chain = result.arm.as_nominal().chain
     rows = []
-    for parameter, step, half in zip(result.fit.parameters, result.fit.steps, result.fit.half_widths(), strict=True):
+    fit = result.fit
+    for k, (parameter, step) in enumerate(zip(fit.parameters, fit.steps, strict=True)):
         if parameter.group is not Group.LINK:
             continue
         factor = 1.0 if parameter.is_length else float(np.rad2deg(1.0))
@@ -83,7 +95,8 @@ def parameter_rows(result: Identification) -> list[dict[str, Any]]:
                 "nominal": factor * nominal,
                 "identified": factor * (nominal + float(step)),
                 "change": factor * float(step),
-                "half_width_95": factor * float(half),
+                "half_width_95": None if result.half_widths is None else factor * float(result.half_widths[k]),
+                "absorbs": [unseen.name for unseen in fit.unseen if parameter.name in unseen.like],
             }
         )
     return sorted(rows, key=lambda row: (_symbol_order(row["name"]), row["name"]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,6 +30,8 @@ class PoseObservations:
         Which reflector each row saw, an index into `reflectors`; the first unless given.
     rows : tuple of int, optional
         Line number of each measurement in its file, for messages.
+    weights : array_like, shape (N,), optional
+        Weight of each measurement's squared residuals, 0 to 1; one unless given.
 
     Raises
     ------
@@ -43,6 +45,7 @@ class PoseObservations:
     reflectors: tuple[str, ...] = ("",)
     reflector: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     rows: tuple[int, ...] = ()
+    weights: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         joints, p_base = frozen(self.joints), as_points(self.p_base, name="measured positions")
@@ -62,6 +65,10 @@ class PoseObservations:
         if index.shape != (len(joints),) or not np.isin(index, range(len(self.reflectors))).all():
             raise InputError(f"expected {len(joints)} reflector numbers below {len(self.reflectors)}")
         index.setflags(write=False)
+        weights = np.ones(len(joints)) if np.size(self.weights) == 0 else np.array(self.weights, np.float64)
+        if weights.shape != (len(joints),) or not ((weights >= 0) & (weights <= 1)).all():
+            raise InputError(f"expected {len(joints)} weights between 0 and 1")
+        object.__setattr__(self, "weights", frozen(weights))
         object.__setattr__(self, "reflector", index)
         object.__setattr__(self, "rows", tuple(self.rows) or tuple(range(1, len(joints) + 1)))
 
@@ -76,7 +83,21 @@ class PoseObservations:
     @property
     def equations(self) -> int:
         """The count of measured numbers: six per full pose, three per position."""
-        return len(self) * (6 if self.has_orientations else 3)
+        return int(np.count_nonzero(self.weights)) * (6 if self.has_orientations else 3)
+
+    @property
+    def poses(self) -> IntArray:
+        """Number of the pose of each row, shape (N,): rows with equal joint angles are one pose, seen by reflectors."""
+        return np.asarray(np.unique(self.joints, axis=0, return_inverse=True)[1], dtype=np.int64).ravel()
+
+    def weighted(self, weights: ArrayLike) -> PoseObservations:
+        """Return the same measurements with other weights.
+
+        Parameters
+        ----------
+        weights : array_like, shape (N,)
+        """
+        return replace(self, weights=np.asarray(weights, dtype=np.float64))
 
     def select(self, indices: Sequence[int] | ArrayLike) -> PoseObservations:
         """Return some of the measurements.
@@ -94,4 +115,5 @@ class PoseObservations:
             self.reflectors,
             self.reflector[i],
             tuple(self.rows[k] for k in i),
+            self.weights[i],
         )

@@ -137,7 +137,8 @@ class _PoseProblem:
         sigmas = [self.noise.sigma_mm]
         if self.observations.has_orientations:
             sigmas.insert(0, self.noise.sigma_rad)
-        return _ModelAt(model, (pose_errors(model, self.theta, self.observations) / np.repeat(sigmas, 3)).ravel())
+        r = pose_errors(model, self.theta, self.observations) / np.repeat(sigmas, 3)
+        return _ModelAt(model, (r * np.sqrt(self.observations.weights)[:, None]).ravel())
 
     def jacobian(self, at: _ModelAt) -> FloatArray:
         """Derivatives of the modelled poses: minus those of the residuals."""
@@ -156,16 +157,18 @@ class _PoseProblem:
 
 
 def estimate_noise(fit: Minimum, observations: PoseObservations) -> Noise:
-    """Variance components: the squared residuals of each kind over its share of the degrees of freedom."""
+    """Variance components: the squared residuals of each kind over its share of the degrees of freedom.
+
+    Rows with a weight below one do not count.
+    """
     Q = np.linalg.qr(fit.J)[0]
-    freedom = 1.0 - np.sum(Q * Q, axis=1)
+    full = observations.weights == 1.0
+    freedom = (1.0 - np.sum(Q * Q, axis=1)).reshape(len(observations), -1, 3)[full]
+    r = fit.r.reshape(len(observations), -1, 3)[full]
+    sigma_mm = max(LEAST_MM, fit.noise.sigma_mm * _scale(r[:, -1], freedom[:, -1]))
     if not observations.has_orientations:
-        return Noise(max(LEAST_MM, fit.noise.sigma_mm * _scale(fit.r, freedom)), fit.noise.sigma_rad)
-    r, freedom = fit.r.reshape(-1, 2, 3), freedom.reshape(-1, 2, 3)
-    return Noise(
-        max(LEAST_MM, fit.noise.sigma_mm * _scale(r[:, 1], freedom[:, 1])),
-        max(LEAST_RAD, fit.noise.sigma_rad * _scale(r[:, 0], freedom[:, 0])),
-    )
+        return Noise(sigma_mm, fit.noise.sigma_rad)
+    return Noise(sigma_mm, max(LEAST_RAD, fit.noise.sigma_rad * _scale(r[:, 0], freedom[:, 0])))
 
 
 def _scale(r: FloatArray, freedom: FloatArray) -> float:

@@ -11,12 +11,14 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import FormatError, InputError, UnitError
+from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.rotations import rotation_from_quaternion, rotation_from_zyx
 from wpcal.core.tables import Table, read_table
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.tool_point import TOOL_SCHEMA
 
 POSITION_COLUMNS = ("x_mm", "y_mm", "z_mm")
 QUATERNION_COLUMNS = ("qx", "qy", "qz", "qw")
@@ -166,7 +168,7 @@ def read_taught_joints(path: Path, arm: Arm) -> tuple[tuple[str, ...], FloatArra
     names = table.unique_names("name")
     joints = read_joints(table, arm)
     taken = {"name", *(f"q{i + 1}_deg" for i in range(len(arm.joints)))}
-    clash = sorted({*POSITION_COLUMNS, "robot_space"} & set(table.columns))
+    clash = sorted({*POSITION_COLUMNS, "robot_space", "tcp_bias_mm"} & set(table.columns))
     if clash:
         raise FormatError(
             f"column {', '.join(clash)} is what `correct` writes; give joint angles only", path=table.path, line=1
@@ -177,9 +179,14 @@ def read_taught_joints(path: Path, arm: Arm) -> tuple[tuple[str, ...], FloatArra
 
 
 def corrected_table(
-    names: Sequence[str], points: FloatArray, others: Sequence[dict[str, str]], space: RobotSpace
+    names: Sequence[str],
+    points: FloatArray,
+    others: Sequence[dict[str, str]],
+    space: RobotSpace,
+    *,
+    tcp_bias_mm: float = 0.0,
 ) -> str:
-    """Return the CSV of corrected points: ``name,x_mm,y_mm,z_mm,robot_space`` and the columns passed on.
+    """Return the CSV of corrected points: ``name,x_mm,y_mm,z_mm,robot_space,tcp_bias_mm`` and the columns passed on.
 
     Parameters
     ----------
@@ -189,13 +196,18 @@ def corrected_table(
     others : sequence of dict
         Cells of the other columns.
     space : RobotSpace
+    tcp_bias_mm : float
+        Error of the tool centre point that all points share (95 %), mm; the column is left out at zero.
     """
     rest = list(others[0]) if others else []
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["name", *POSITION_COLUMNS, "robot_space", *rest])
+    bias = {"tcp_bias_mm": f"{tcp_bias_mm:.6f}"} if tcp_bias_mm else {}
+    writer.writerow(["name", *POSITION_COLUMNS, "robot_space", *bias, *rest])
     for name, point, cells in zip(names, points, others, strict=True):
-        writer.writerow([name, *(f"{value:.6f}" for value in point), space.value, *(cells[key] for key in rest)])
+        writer.writerow(
+            [name, *(f"{value:.6f}" for value in point), space.value, *bias.values(), *(cells[key] for key in rest)]
+        )
     return text.getvalue()
 
 
@@ -218,16 +230,33 @@ def plan_table(arm: Arm, joints: FloatArray) -> str:
     return text.getvalue()
 
 
-def parse_tool(text: str | None) -> RigidTransform:
-    """Read a tool centre point ``x,y,z`` or ``x,y,z,rx,ry,rz`` (mm, degrees); no text is the flange itself.
+def parse_tool(text: str | None) -> tuple[RigidTransform, float | None]:
+    """Read a tool centre point: ``x,y,z``, ``x,y,z,rx,ry,rz`` (mm, degrees), or a file of `wpcal tcp`.
+
+    No text is the flange itself.
+
+    Returns
+    -------
+    T_flange_tool : RigidTransform
+    error_95_mm : float or None
+        Of the tool centre point, where a file states it.
 
     Raises
     ------
     InputError
-        When it is not three or six finite numbers.
+        When the text is not three or six finite numbers, or the file is not one of `wpcal tcp`.
     """
     if text is None:
-        return RigidTransform.identity(target="flange", source="tool")
+        return RigidTransform.identity(target="flange", source="tool"), None
+    if text.endswith(".json"):
+        record = read_json(Path(text), schema=TOOL_SCHEMA)
+        try:
+            values, error = np.array(record["xyz_mm"], dtype=np.float64), float(record["error_95_mm"])
+        except (KeyError, TypeError, ValueError):
+            raise FormatError("expected xyz_mm and error_95_mm as numbers", path=text) from None
+        if values.shape != (3,) or not np.isfinite([*values, error]).all():
+            raise FormatError("expected xyz_mm as three finite numbers", path=text)
+        return RigidTransform(np.eye(3), values, "flange", "tool"), error
     try:
         values = np.array([float(cell) for cell in text.split(",")])
     except ValueError:
@@ -235,4 +264,4 @@ def parse_tool(text: str | None) -> RigidTransform:
     if values.shape not in ((3,), (6,)) or not np.isfinite(values).all():
         raise InputError(f"a tool is three or six numbers x,y,z[,rx,ry,rz] in mm and degrees, got {text!r}")
     turn = np.deg2rad(values[3:]) if len(values) == 6 else np.zeros(3)
-    return RigidTransform(rotation_from_zyx(*turn), values[:3], "flange", "tool")
+    return RigidTransform(rotation_from_zyx(*turn), values[:3], "flange", "tool"), None

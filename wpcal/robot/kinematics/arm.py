@@ -80,6 +80,9 @@ class Arm:
         Whether the chain is the controller's model or an identified one.
     nominal : MDHChain, optional
         Of an identified arm, the chain that its controller computes with.
+    unseen_tool_mm : float
+        Of an arm identified with an unknown tool: how far a tool centre point that was taught in the controller may be
+        off in this arm (95 %), since the last link stayed nominal. A tool centre point found in this arm is not.
     """
 
     name: str
@@ -92,6 +95,7 @@ class Arm:
     mount_mm: FloatArray = (0.0, 0.0, 0.0)  # type: ignore[assignment]  # frozen in __post_init__
     space: RobotSpace = RobotSpace.NOMINAL
     nominal: MDHChain | None = None
+    unseen_tool_mm: float = 0.0
 
     def __post_init__(self) -> None:
         if len(self.joints) != len(self.chain):
@@ -183,8 +187,14 @@ class Arm:
         """Return the arm as its controller models it (itself when it is nominal)."""
         if self.nominal is None:
             return self
-        return replace(self, chain=self.nominal, nominal=None, space=RobotSpace.NOMINAL)
+        return replace(self, chain=self.nominal, nominal=None, space=RobotSpace.NOMINAL, unseen_tool_mm=0.0)
 
-    def as_identified(self, chain: MDHChain) -> Arm:
+    def as_identified(self, chain: MDHChain, *, unseen_tool_mm: float = 0.0) -> Arm:
         """Return the arm with an identified chain; the controller's own chain is kept beside it."""
-        return replace(self, chain=chain, nominal=self.as_nominal().chain, space=RobotSpace.IDENTIFIED)
+        return replace(
+            self,
+            chain=chain,
+            nominal=self.as_nominal().chain,
+            space=RobotSpace.IDENTIFIED,
+            unseen_tool_mm=unseen_tool_mm,
+        )

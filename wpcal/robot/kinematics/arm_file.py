@@ -86,6 +86,7 @@ def _arm(record: dict[str, Any]) -> Arm:
         mount_mm=record.get("mount_mm", (0.0, 0.0, 0.0)),
         space=RobotSpace.parse(record["robot_space"]),
         nominal=None if nominal is None else _chain(nominal),
+        unseen_tool_mm=float(record.get("unseen_tool_mm", 0.0)),
     )
 
 
@@ -145,6 +146,7 @@ def arm_record(arm: Arm) -> dict[str, Any]:
     }
     if arm.nominal is not None:
         record["nominal"] = _chain_record(arm.nominal)
+        record["unseen_tool_mm"] = arm.unseen_tool_mm
     return record
 
 

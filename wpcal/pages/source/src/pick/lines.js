@@ -49,7 +49,7 @@ export class Lines {
 
   drawAnew(columns) {
     const heading = (name) => el("th", { scope: "col" }, HEADINGS[name] ?? name.replaceAll("_", " "));
-    const end = [el("th", { scope: "col" }, "distance mm"), el("th", {}, el("span", { class: "unseen" }, "remove"))];
+    const end = [el("th", { scope: "col" }, "off by mm"), el("th", {}, el("span", { class: "unseen" }, "remove"))];
     this.drawnColumns = columns.join();
     this.drawn.clear();
     this.body = el("tbody", {});

@@ -1,0 +1,183 @@
+r"""Measured poses that the others contradict: found by deletion, named, and kept from bending the arm.
+
+The rows of one pose form a block (several reflectors, or position and turn). With the whitened residuals
+:math:`r_g` of a block and its part :math:`H_{gg}` of the hat matrix, deleting the block lowers the sum of squares by
+:math:`d_g = r_g^\top (I - H_{gg})^{-1} r_g`. Under normal noise
+
+.. math:: F_g = \frac{d_g / m}{(S - d_g) / (f - m)} \sim F(m, f - m)
+
+with the m rows of the block, the sum of squares S and f degrees of freedom. The worst block is deleted and the others
+are fitted and tested again, so that one outlier does not hide another.
+
+References
+----------
+Cook, Weisberg (1982), Residuals and Influence in Regression, chapter 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2, f
+
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.robot.identify.least_squares import LeastSquaresFit
+from wpcal.robot.identify.observations import PoseObservations
+from wpcal.robot.identify.pose_residuals import evaluate
+
+FALSE_ALARM = 0.01
+"""Share of clean files in which a pose is named: the tests of all poses together (Bonferroni)."""
+
+LARGEST_SHARE = 0.1
+"""At most this share of the poses is named; more of them are not outliers but another kind of noise."""
+
+HUBER = 1.5
+"""A named pose keeps its direction of pull but only the force of a residual of this many standard deviations: 95 % of
+the efficiency of least squares under normal noise, at a bounded influence (Huber 1964)."""
+
+
+@dataclass(frozen=True, slots=True)
+class OutlierPose:
+    """A pose that the others contradict.
+
+    Parameters
+    ----------
+    rows : tuple of int
+        Its lines in the file.
+    distance_mm : float
+        How far the measured position is from the arm fitted without this pose (the largest of its rows), mm.
+    turn_deg : float or None
+        The same for the orientation, degrees.
+    held_back : bool
+        Whether the pose was a test pose; it then never bent the fit.
+    """
+
+    rows: tuple[int, ...]
+    distance_mm: float
+    turn_deg: float | None
+    held_back: bool
+
+    def __str__(self) -> str:
+        lines = f"row {self.rows[0]}" if len(self.rows) == 1 else f"rows {', '.join(map(str, self.rows))}"
+        turn = "" if self.turn_deg is None else f" and {self.turn_deg:.3g} deg"
+        where = "kept back for the test" if self.held_back else "fitted with little weight"
+        return f"{lines}: {self.distance_mm:.3g} mm{turn} off what the other poses give; {where}"
+
+
+def deletion_chances(fit: LeastSquaresFit, observations: PoseObservations) -> tuple[IntArray, FloatArray]:
+    """Return how likely normal noise makes a pose stand out as each does.
+
+    Parameters
+    ----------
+    fit : LeastSquaresFit
+        A fit of these observations with `residuals` and `jacobian`.
+    observations : PoseObservations
+
+    Returns
+    -------
+    poses : ndarray of int, shape (G,)
+        The poses with weight one.
+    chances : ndarray, shape (G,)
+        The probability of an F as large, for one pose.
+    """
+    block = np.repeat(observations.poses, 6 if observations.has_orientations else 3)
+    full = np.repeat(observations.weights, 6 if observations.has_orientations else 3) == 1.0
+    Q = np.linalg.qr(fit.jacobian)[0]
+    total = float(np.sum(fit.residuals[full] ** 2))
+    freedom = int(full.sum()) - len(fit.parameters)
+    poses = np.unique(observations.poses[observations.weights == 1.0])
+    drop, rows = np.empty(len(poses)), np.empty(len(poses))
+    for k, pose in enumerate(poses):
+        own = block == pose
+        H = Q[own] @ Q[own].T
+        drop[k] = fit.residuals[own] @ np.linalg.lstsq(np.eye(len(H)) - H, fit.residuals[own], rcond=None)[0]
+        rows[k] = own.sum()
+    F = (drop / rows) / (np.maximum(total - drop, np.finfo(float).tiny) / np.maximum(freedom - rows, 1.0))
+    spread = np.median(drop / chi2.median(rows)) * freedom / total  # above one where rows of a pose are off together
+    return poses, np.asarray(f.sf(F / max(1.0, spread), rows, np.maximum(freedom - rows, 1.0)), dtype=np.float64)
+
+
+def find_outliers(
+    fit: Callable[[PoseObservations], LeastSquaresFit], observations: PoseObservations
+) -> tuple[IntArray, LeastSquaresFit]:
+    """Find the poses that the others contradict, worst first.
+
+    Parameters
+    ----------
+    fit : callable
+        From observations (with weights) to their fit.
+    observations : PoseObservations
+        With weight one everywhere.
+
+    Returns
+    -------
+    poses : ndarray of int, shape (k,)
+    without : LeastSquaresFit
+        The fit in which these poses have no weight.
+    """
+    count, seen = len(np.unique(observations.poses)), observations
+    named: list[int] = []
+    found = fit(seen)
+    while len(named) < LARGEST_SHARE * count:
+        poses, chances = deletion_chances(found, seen)
+        worst = int(np.argmin(chances))
+        if not chances[worst] * len(poses) < FALSE_ALARM:
+            break
+        named.append(int(poses[worst]))
+        seen = observations.weighted(np.where(np.isin(observations.poses, named), 0.0, 1.0))
+        found = fit(seen)
+    return np.array(named, dtype=np.int64), found
+
+
+def huber_weights(distances: FloatArray, poses: IntArray, named: IntArray) -> FloatArray:
+    """Return the weights of rows: one, and less for the rows of named poses.
+
+    Parameters
+    ----------
+    distances : ndarray, shape (N,)
+        Root mean square of the whitened residuals of each row, in a fit without the named poses.
+    poses : ndarray of int, shape (N,)
+        The pose of each row.
+    named : ndarray of int, shape (k,)
+
+    Returns
+    -------
+    ndarray, shape (N,)
+    """
+    weights = np.ones(len(poses))
+    for pose in named:
+        own = poses == pose
+        size = float(np.sqrt(np.mean(distances[own] ** 2)))
+        weights[own] = min(1.0, HUBER / max(size, HUBER))
+    return weights
+
+
+def unexpected_poses(fit: LeastSquaresFit, theta: FloatArray, observations: PoseObservations) -> list[int]:
+    """Return the poses, among some that were not fitted, that the fit does not expect.
+
+    Parameters
+    ----------
+    fit : LeastSquaresFit
+    theta : ndarray, shape (N, n)
+        Model angles of the rows, rad.
+    observations : PoseObservations
+        Measurements that were not fitted.
+
+    Returns
+    -------
+    list of int
+        Values of `PoseObservations.poses`.
+    """
+    at = evaluate(fit.model, fit.parameters, theta, observations, fit.noise)
+    block = np.repeat(observations.poses, len(at.r) // len(observations))
+    poses = np.unique(observations.poses)
+    distance, rows = np.empty(len(poses)), np.empty(len(poses))
+    for k, pose in enumerate(poses):
+        own = block == pose
+        V = np.eye(int(own.sum())) + at.J[own] @ fit.covariance @ at.J[own].T
+        distance[k], rows[k] = at.r[own] @ np.linalg.solve(V, at.r[own]), own.sum()
+    spread = max(1.0, float(np.median(distance / chi2.median(rows))))
+    chances = f.sf(distance / rows / spread, rows, fit.degrees_of_freedom)
+    return [int(pose) for pose in poses[chances * len(poses) < FALSE_ALARM]]
