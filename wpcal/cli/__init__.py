@@ -1,1 +1,1 @@
-"""The `wpcal` command: one file a command, parsing apart from doing."""
+"""The `wpcal` command: one file per command, parsing apart from doing."""
