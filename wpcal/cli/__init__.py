@@ -1,4 +1,4 @@
-"""The command line: one file per command. What a command does is in the other packages.
+"""The `wpcal` command: one file per command, parsing apart from doing.
 
 Nothing in the current folder is run: it may hold a customer's files.
 """

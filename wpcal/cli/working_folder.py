@@ -3,13 +3,18 @@
 import os
 import sys
 
+PROGRAMS = ("wpcal", "wpcal.exe", "wpcal-script.py", "__main__.py")
+"""Names of what runs as the command. A script of a user that imports `wpcal.cli` keeps its `sys.path`."""
+
 
 def forget_working_folder() -> None:
-    """Take the current folder from `sys.path`, unless wpcal itself was imported from there.
+    """Take the current folder from `sys.path` if this process is the command, unless wpcal was imported from there.
 
     ``python -m`` and an empty entry of PYTHONPATH put it there, before the standard library. A ``numpy.py`` that lies
     beside a customer's file would then be imported. A command imports this module before it imports any library.
     """
+    if not sys.argv or os.path.basename(sys.argv[0]) not in PROGRAMS:
+        return
     try:
         here = os.getcwd()
     except OSError:  # the folder was removed
