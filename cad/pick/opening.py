@@ -58,8 +58,16 @@ def find_table(out: Path) -> Found:
     if draft is not None and not draft.table.rows.cells:
         draft = None  # it holds nothing
     raw = bytes_of(out)
-    rows = Rows() if raw is None or draft is not None else read_rows(raw, path=str(out))
+    rows = Rows() if raw is None or draft is not None else _rows_of(raw, out)
     return Found(out, raw, rows, draft, draft_raw, damage)
+
+
+def _rows_of(raw: bytes, out: Path) -> Rows:
+    try:
+        return read_rows(raw, path=str(out))
+    except FormatError as error:
+        what = f"{error.what}; give -o and another name to save under"
+        raise FormatError(what, path=error.path, line=error.line, column=error.column, code=error.code) from None
 
 
 def start_table(

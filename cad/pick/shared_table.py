@@ -246,7 +246,8 @@ class SharedTable:
 
     def _write(self, out: Path, data: bytes, *, replaces: str) -> str:
         """Write the file and return where the version before is kept, if it was another one."""
-        if self._part_step is not None and out.exists() and out.samefile(self._part_step):
+        part = self._part_step
+        if part is not None and part.exists() and out.exists() and out.samefile(part):
             raise InputError(f"{out}: is the part itself; save under another name")
         found = bytes_of(out)
         if found == data:
