@@ -197,6 +197,11 @@ def test_six_touches_need_a_stated_error_of_the_rows_or_of_all(tee: Workpiece) -
     assert result.degrees_of_freedom == np.inf
 
 
+def test_the_weighted_criterion_needs_stated_errors(tee: Workpiece) -> None:
+    with pytest.raises(InputError, match="needs an error for every touch"):
+        fit(touched(tee, MIXED), tee, criterion=Criterion.WEIGHTED, solver=Solver.EXACT)
+
+
 @pytest.mark.parametrize("weighted", [False, True], ids=["least squares", "weighted"])
 def test_the_predicted_covariance_is_that_of_simulated_fits(tee: Workpiece, weighted: bool) -> None:
     sigma = np.where(np.arange(len(MIXED)) % 3 == 0, 0.3, SIGMA_MM)

@@ -1,4 +1,4 @@
-"""`CalibrationResult`: where the part stands, how good the fit and any fit could be, what a weld will see."""
+"""`CalibrationResult`: the pose of the part, how good the fit is and could be, and the error that a weld will see."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ class CalibrationResult:
     Parameters
     ----------
     pairs, check : PointPairs
-        What was fitted, and what was touched to judge the fit.
+        What was fitted, and what tests the fit without being fitted.
     T_base_part, T_nominal_part, T_base_nominal : RigidTransform
-        The result, where the model says the part is, and the correction: the first is the last times the second.
+        The result, where the model has the part, and the correction: ``T_base_part = T_base_nominal @ T_nominal_part``.
     criterion : Criterion
     objective_mm : float
-        What the criterion makes small: the largest distance (minimax) or a root mean square.
+        What the criterion minimises: the largest distance (minimax) or a root mean square.
     lower_bound_mm : float
         No rigid transform has a smaller objective.
     covariance : ndarray, shape (6, 6)
         Of the small motion ξ = (ω, v) of the part **about the origin of the base**, as in `wpcal.core.tangent`:
         ``T_true = exp(ξ) T_base_part``; rad², rad·mm, mm².
     degrees_of_freedom : float
-        Behind the scale of the covariance; infinite where the teaching error is stated.
+        Behind the scale of the covariance; infinite if the teaching error is stated.
     teaching : TeachingError
     solver : SolverReport
     criteria : CriteriaComparison or None
@@ -83,7 +83,7 @@ class CalibrationResult:
 
     @property
     def check_residuals(self) -> Residuals | None:
-        """Of the points that were touched to judge the fit."""
+        """Of the check points."""
         return None if self.check is None else Residuals.of(self.check, self.T_base_part)
 
     @property

@@ -20,9 +20,9 @@ from wpcal.core.errors import InputError
 from wpcal.core.tangent import point_jacobian
 
 USUAL_SIGMA_MM = 0.3
-"""Teaching error per axis where none is stated: a careful touch with a worn wire tip."""
+"""Teaching error per axis if none is stated: a careful touch with a worn wire tip."""
 COVERAGE = 0.95
-"""Share of the errors that the predicted error is meant to hold."""
+"""Share of the errors that stay below the predicted error."""
 
 EXCESS_SAMPLES = 256
 """Simulated fits behind the part of the minimax covariance that has no closed form: its scale is then good to 5 %."""
@@ -40,7 +40,7 @@ class TeachingError:
     sigma_mm : float, optional
         Standard deviation per axis, Gaussian.
     bound_mm : float, optional
-        Every axis is off by at most this, evenly spread. One of the two, or none: the residuals then tell.
+        Every axis is off by at most this, evenly distributed. Give one of the two; with neither, the residuals decide.
     tcp_bias_mm : float
         Length of an error of the tool centre point, the same in every taught point. It leaves no residual while the
         torch keeps its posture.
@@ -65,12 +65,12 @@ class TeachingError:
 
     @property
     def per_axis_mm(self) -> float | None:
-        """Standard deviation per axis, mm; that of an even spread is bound / √3."""
+        """Standard deviation per axis, mm; bound / √3 for an even distribution."""
         return self.bound_mm / math.sqrt(3.0) if self.bound_mm is not None else self.sigma_mm
 
     @property
     def is_bounded(self) -> bool:
-        """Whether the error is evenly spread within a bound."""
+        """Whether the error is evenly distributed within a bound."""
         return self.bound_mm is not None
 
 
@@ -105,7 +105,7 @@ def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freed
     covariance : ndarray, shape (6, 6)
         Of ξ, about the base's origin.
     degrees_of_freedom : float
-        Infinite where the teaching error is stated.
+        Infinite if the teaching error is stated.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What is said of a finished fit, of points or of touches: residuals above the tolerance, and the tool's own error."""
+"""Issues of a finished fit, of points or of touches: residuals above the tolerance, and the error of the tool."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from wpcal.core.transform import RigidTransform
 def verdict_issues(
     pairs: PointPairs, check: PointPairs | None, T_base_part: RigidTransform, tolerance_mm: float
 ) -> tuple[Issue, ...]:
-    """Name the fitted and the check points that are further off than the tolerance."""
+    """Name the fitted and the check points whose residuals exceed the tolerance."""
     found = []
     for group, word in ((pairs, "fitted"), (check, "check")):
         if group is None:
@@ -30,7 +30,7 @@ def verdict_issues(
 
 
 def bias_advice(teaching: TeachingError) -> tuple[Issue, ...]:
-    """Say what a stated error of the tool centre point means for the welds, and how to keep it out."""
+    """Say how a stated error of the tool centre point affects the welds, and how to avoid that."""
     if not teaching.tcp_bias_mm:
         return ()
     message = (

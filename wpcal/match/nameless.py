@@ -23,11 +23,11 @@ from wpcal.match.symmetry import EXACT_MM, PartMotion, best_next_point
 from wpcal.taught.table import TaughtPoints
 
 DECISIVE_ODDS = 1e5
-"""An answer stands alone when it is this many times as probable as all others together."""
+"""An answer is taken when it is this many times as probable as all others together."""
 COMPARED_ANSWERS = 20
-"""Answers that the next point is chosen to tell apart: with Gaussian errors the rest have no weight."""
+"""The next point is chosen to distinguish this many answers. With Gaussian errors the rest have no weight."""
 MOST_TRIED = 500
-"""Features tried as the next point: a denser choice finds hardly a better one."""
+"""Features tried as the next point. Trying more hardly finds a better one."""
 LEFT_OVER = 0.01
 """Expected number of wrong answers that still fit, below which a further point is said to settle the matter."""
 MATCH_SCHEMA = "wpcal/match/1"
@@ -117,14 +117,14 @@ def match_points(
     features : sequence of ReferenceFeature
         Of the part.
     sigma_mm : float, optional
-        Teaching error: standard deviation per axis; where not given the largest that the points state themselves, or
+        Teaching error: standard deviation per axis; by default the largest that the points state themselves, or
         `wpcal.calibrate.uncertainty.USUAL_SIGMA_MM`.
     T_nominal_part : RigidTransform, optional
         Where the cell's model has the part: of several answers the nearest is taken.
     kinds : sequence of FeatureKind
-        What points without a name may be; where not given all that a tip can touch as a point.
+        What points without a name may be. By default all that a tip can touch as a point.
     progress : callable, optional
-        Gets a line of text now and then.
+        Called with a progress message now and then.
 
     Returns
     -------
@@ -160,12 +160,12 @@ def name_points(
     T_nominal_part: RigidTransform | None = None,
     progress: Progress | None = None,
 ) -> TaughtPoints:
-    """Fill in the features of points that have no name; points that all have one come back as they are.
+    """Fill in the features of points that have no name. If all have one, the points are returned unchanged.
 
     Raises
     ------
     GeometryError
-        When the answer is not the only one; with what would settle it. Else as `match_points`.
+        When there are several answers; the message says what would settle it. Otherwise as `match_points`.
     """
     used = [row for row, use in enumerate(taught.use) if use != "no"]
     if not any(not taught.features[row] and np.isnan(taught.p_part[row]).any() for row in used):
@@ -201,7 +201,7 @@ def _allowed(
     kinds: Sequence[FeatureKind],
 ) -> IntArray | None:
     if not np.isnan(taught.p_part[row]).any():
-        raise InputError("points without names and points with model coordinates cannot stand in one file")
+        raise InputError("points without names and points with model coordinates cannot be in one file")
     if not taught.features[row]:
         rows = places.of_kinds(kinds)
         return None if len(rows) == len(places.p) else rows
@@ -295,13 +295,13 @@ class _Decision:
 
     def _twins(self) -> str:
         """Say which points may be one of several features that lie close together."""
-        doubts = []
+        unclear = []
         for column, point in enumerate(self.points):
             rows = np.unique(self.found.rows[:, column])
             if len(rows) > 1:
-                doubts.append(f"{point} may be {' or '.join(self.places.names[r] for r in rows[:4])}")
+                unclear.append(f"{point} may be {' or '.join(self.places.names[r] for r in rows[:4])}")
         return (
-            f"the place of the part is known, but not which of close features was touched: {'; '.join(doubts[:4])}; "
+            f"the place of the part is known, but not which of close features was touched: {'; '.join(unclear[:4])}; "
             "write the name into the column feature, or state a smaller teaching error"
         )
 

@@ -1,4 +1,4 @@
-"""A table of boxes that answers at once, for millions of places, whether a point may be near."""
+"""A table of boxes that says quickly, for millions of places, whether a point may be near."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from scipy.ndimage import binary_dilation
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 MOST_BOXES = 2.5e7
-"""A byte each: 25 megabytes."""
-BOXES_A_POINT = 1000.0
+"""One byte per box: 25 megabytes."""
+BOXES_PER_POINT = 1000.0
 """About a hundred boxes are marked around a point: nine of ten places far from all points are then told at once."""
 
 
@@ -43,7 +43,7 @@ class Occupancy:
         reach_mm : float
         """
         span = np.ptp(points, axis=0) + 4.0 * reach_mm
-        boxes = min(MOST_BOXES, BOXES_A_POINT * len(points))
+        boxes = min(MOST_BOXES, BOXES_PER_POINT * len(points))
         size = max(0.5 * reach_mm, float(np.cbrt(np.prod(span) / boxes)))
         low = points.min(axis=0) - 2.0 * reach_mm
         shape = np.ceil(span / size).astype(np.int64) + 1

@@ -28,9 +28,9 @@ SAID_FIRST = (
     FeatureKind.AXIS,
     FeatureKind.PLANE,
 )
-"""Of features at one place the kind that a person would name."""
+"""Of several features at one place, the kind that comes first here gives the place its name."""
 HARD_TO_FIND = (FeatureKind.EDGE_MIDPOINT, FeatureKind.EDGE_END)
-"""Places on an edge that nothing marks to the touch."""
+"""Places on an edge that cannot be felt."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +71,7 @@ class Places:
         return np.array([k for k, g in enumerate(self.features) if any(f.kind in kinds for f in g)], dtype=np.int64)
 
     def easy_to_touch(self, most: int) -> IntArray:
-        """Return at most so many places, spread over the list; points on edges only where there is nothing else."""
+        """Return at most `most` places, spread over the list; points on edges only if there is nothing else."""
         rows = self.of_kinds([kind for kind in POINT_KINDS if kind not in HARD_TO_FIND])
         rows = rows if len(rows) else np.arange(len(self.p))
         return rows[np.unique(np.linspace(0, len(rows) - 1, min(most, len(rows))).astype(np.int64))]

@@ -4,10 +4,11 @@ With errors of variance :math:`\sigma^2` per axis the sum of squares of the best
 :math:`\sigma^2 \chi^2_{3n-6}`; an assignment is accepted up to the limit :math:`S` that the true one exceeds once in a
 million. The best fit of some of the points never leaves more than the best fit of all. So a pair of points whose
 distance is off by :math:`\delta` (its best fit leaves :math:`\delta^2 / 2`) or a triangle whose fit leaves more than
-:math:`S` is in no accepted assignment, and cutting it away loses nothing.
+:math:`S` is part of no accepted assignment and can be dropped.
 
-The search takes the triangle of taught points that fewest triangles of the model resemble, finds all of those from
-tables of distances, and carries each further taught point into the model: a k-d tree says which points are there.
+The search chooses the triangle of taught points that the fewest triangles of the model resemble. It finds all of these
+from tables of distances. Then it carries each further taught point into the model, where a k-d tree finds the points
+nearby.
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ from wpcal.match.occupancy import Occupancy
 from wpcal.match.triangle import Triangle, choose_triangle, fit_triangles
 
 MISS = 1e-6
-"""Chance that the true assignment is left out: a wrong answer that stands alone is then at least as rare."""
+"""Chance that the true assignment is left out. A wrong assignment that is the only answer is then at least as rare."""
 LEAST_SIGMA_MM = 0.01
-"""Taught points are written with two decimals: no stated error is taken to be smaller."""
+"""Taught points are written with two decimals: a smaller stated error counts as this."""
 MOST_ANSWERS = 10_000
-"""The search stops above so many: a pattern of equal holes has them, and nobody reads them."""
+"""The search stops above this number. Only a pattern of equal holes has more, and nobody reads them."""
 CHUNK = 200_000
 """Triangles that are carried further at once: some tens of megabytes."""
 BLOCK_VALUES = 4_000_000
@@ -59,7 +60,7 @@ class Assignments:
     limit_mm2 : float
         The largest sum accepted.
     complete : bool
-        False when there are more than `MOST_ANSWERS`; the rest was not looked for.
+        False when there are more than `MOST_ANSWERS`; the search then stopped.
     """
 
     rows: IntArray
@@ -88,7 +89,7 @@ def find_assignments(
     Parameters
     ----------
     p_part : array_like, shape (N, 3)
-        Points of the model, mm. No two at one place: both would be an answer.
+        Points of the model, mm, no two at one place (both would be an answer).
     p_base : array_like, shape (n, 3)
         Taught points, mm; n ≥ 3.
     sigma_mm : float
@@ -96,7 +97,7 @@ def find_assignments(
     allowed : sequence of (ndarray of int or None), length n, optional
         The model points that each taught point may be; None for any.
     progress : callable, optional
-        Gets a line of text now and then.
+        Called with a progress message now and then.
 
     Returns
     -------
@@ -205,7 +206,7 @@ class _Search:
                     yield np.column_stack([np.full(len(j), block[i]), at_b[j], at_c[k]])
 
     def _extended(self, rows: IntArray) -> tuple[IntArray, FloatArray]:
-        """Carry triangles to whole assignments; returns them in the search's order with their sums of squares."""
+        """Extend triangles to whole assignments, in the search's order, with their sums of squares."""
         fit = fit_triangles(self.points, rows, self.triangle)
         good = fit.squares_mm2 <= self.limit
         rows, fit = rows[good], fit.select(good)

@@ -15,6 +15,7 @@ from wpcal.core.robot_space import RobotSpace
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.path.position import WeldPositions, weld_positions
+from wpcal.seam.record_check import check_seams
 from wpcal.seam.seam import Candidate, JointType, Seam, SeamEdit, SeamFrames, SeamPieces, SeamSource, WeldType
 
 SEAMS_SCHEMA = "wpcal/seams/1"
@@ -175,11 +176,14 @@ def seams_from_record(record: dict[str, Any], *, path: str) -> tuple[Seam, ...]:
     Raises
     ------
     FormatError
-        If a field is missing or has the wrong shape.
+        If a field is missing or has the wrong shape, or a value is not what its field says (`check_seams`).
     """
     try:
+        check_seams(record, path=path)
         return tuple(_seam_from_record(seam, record["frame"]) for seam in record["seams"])
-    except (KeyError, TypeError, ValueError) as error:
+    except FormatError:
+        raise
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise FormatError(f"is not a complete seams file: {type(error).__name__} {error}", path=path) from None
 
 
@@ -202,10 +206,10 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         WeldType(seam["weld"]),
         tuple(seam["solids"]),
         pieces,
-        bool(seam["closed"]),
+        seam["closed"],
         float(seam["length_mm"]),
-        bool(seam["reachable"]),
-        bool(seam["accepted"]),
+        seam["reachable"],
+        seam["accepted"],
         tuple(seam["reasons"]),
         frames,
         SeamSource(seam.get("source", SeamSource.CONTACT.value)),

@@ -1,4 +1,4 @@
-"""Seeded simulation of calibrations: the paper's error study, and whether a predicted error holds what it says."""
+"""Seeded simulation of calibrations: the paper's error study, and whether predicted errors are right."""
 
 from wpcal.study.coverage import CoverageStudy, run_coverage_study
 from wpcal.study.teaching_error import ErrorPlace, ErrorStudy, run_error_study

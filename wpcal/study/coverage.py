@@ -1,4 +1,4 @@
-"""Whether a predicted 95 % error holds 95 % of the errors: simulated calibrations against the prediction."""
+"""Tests whether 95 % of simulated errors stay below the predicted 95 % error."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class CoverageStudy:
 
     @property
     def coverage(self) -> float:
-        """Share of the errors that the prediction holds."""
+        """Share of the errors that stay below the prediction."""
         return float(np.mean(self.errors_mm <= self.predicted_mm))
 
 

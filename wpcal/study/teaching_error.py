@@ -1,6 +1,6 @@
 """The error study of Yin 2003, section 4: what an error of the taught points does to the calibration.
 
-A known motion carries the model points to the real part, every coordinate is put off by at most a bound, the part is
+A known motion carries the model points to the real part, every coordinate gets an error of at most a bound, the part is
 calibrated again, and the largest displacement of a reference point is the error e of the trial (eq. (10) to (13)).
 """
 

@@ -1,5 +1,6 @@
 """The paper's own numbers: Table 1 and what follows from it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -65,6 +66,14 @@ def test_the_published_schedule_ends_where_the_paper_did(pairs):
     assert (np.diff(report.trace.best_cost) <= 0).all()
     largest = np.linalg.norm(pairs.p_target - T.apply(pairs.p_source), axis=1).max()
     assert largest == pytest.approx(report.cost, rel=0, abs=REACHED_MM)
+
+
+def test_the_report_names_the_schedule(pairs):
+    published = replace(AnnealingSchedule.yin2003(), least_moves=1, most_moves=5, least_temperatures=1)
+    short = replace(published, most_temperatures=2)  # its search is not tested here
+    own = AnnealingSchedule(most_temperatures=2, least_temperatures=1)
+    found = [calibrate(pairs, schedule=schedule).solver.schedule for schedule in (None, short, own)]
+    assert found == ["default", "yin2003", "custom"]
 
 
 def test_the_nominal_place_changes_the_correction_and_not_the_part(pairs):

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from tests.record_checks import check_record
 from wpcal.formats.compas import write_compas
 from wpcal.formats.ros import write_ros
 from wpcal.formats.tesseract import write_tesseract
@@ -40,6 +41,7 @@ def test_the_sidecar_has_names_roles_and_errors_row_by_row(make_program):
     program = make_program(n=5, names=('odd: "name"\n- x', "W2"))
     files = write_ros(program)
     sidecar = yaml.safe_load(files["WPCAL.sidecar.yaml"])
+    check_record(sidecar)
     assert [seam["name"] for seam in sidecar["seams"]] == ['odd: "name"\n- x', "W2"]
     seam = sidecar["seams"][0]
     assert len(ros_poses(files[seam["file"]])[0]) == len(seam["roles"]) == len(seam["error_95_m"])

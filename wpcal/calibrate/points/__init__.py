@@ -1,1 +1,1 @@
-"""Pairs of points to a place: the fits, their proofs, and what the pairs themselves give away."""
+"""Fits of point pairs, their proofs and covariances, and what is wrong with the pairs."""

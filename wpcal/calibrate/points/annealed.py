@@ -1,7 +1,7 @@
 """The published search put to the annealer: six variables, the largest distance, and the box they move in.
 
 Two parametrisations of one motion ``p_target = Rz(γ) Ry(β) Rx(α) p_source + t``. `about_centroid` turns the cloud about
-its own centroid, so a small angle is a small motion wherever the base stands. `about_origin` is the paper's: the six
+its own centroid, so a small angle is a small motion, however far the base is. `about_origin` is the paper's: the six
 variables are those of the operator itself, about the origin of the base.
 
 References
@@ -25,7 +25,7 @@ from wpcal.optim.annealing import AnnealingReport, AnnealingSchedule, Cost, Stat
 HALF_TURN = np.pi
 
 LEAST_RANGE_MM = 1.0
-"""A part that stands where it was modelled still needs a range to search: larger than any teaching error."""
+"""Least range of the search, for a part that is exactly where it was modelled: larger than any teaching error."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,8 +133,8 @@ def about_centroid(p: FloatArray, q: FloatArray) -> SearchProblem:
 def about_origin(p: FloatArray, q: FloatArray) -> SearchProblem:
     """Search the six-tuple itself, about the base's origin, starting where the model puts the part.
 
-    The paper does not print R_i and the start. Ours: the start is the identity (the part stands about where the model
-    says). A part that was only shifted moves all points alike, so the angles may turn the cloud by twice what the
+    The paper does not print R_i and the start. Ours: the start is the identity (the part is about where the model has
+    it). A part that was only shifted moves all points alike, so the angles may turn the cloud by twice what the
     displacements differ from their mean, and the translations may undo what that turn does at the part's distance
     from the origin.
 

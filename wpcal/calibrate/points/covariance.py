@@ -26,9 +26,21 @@ EXCESS_POINTS = 512
 
 
 def isotropic_covariance(p_base: FloatArray, sigma_mm: float) -> FloatArray:
-    """Covariance of ξ for the least-squares fit of points that are all off by `sigma_mm` per axis; shape (6, 6).
+    """Covariance of ξ for the least-squares fit of points that are all off by `sigma_mm` per axis.
 
     About the centroid the information is the inertia of the points and n, without a cross term.
+
+    Parameters
+    ----------
+    p_base : ndarray, shape (n, 3)
+        Moved model points, base frame, mm.
+    sigma_mm : float
+        Standard deviation per axis, mm.
+
+    Returns
+    -------
+    ndarray, shape (6, 6)
+        About the base's origin: rad², rad·mm, mm².
     """
     offsets = p_base - p_base.mean(axis=0)
     moments = offsets.T @ offsets
@@ -63,7 +75,7 @@ def weighted_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArr
 def propagated_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArray:
     """Covariance of ξ for the least-squares fit of points whose errors are unequal.
 
-    With M = Σ Jᵢᵀ Jᵢ it is M⁻¹ (Σ Jᵢᵀ Cᵢ Jᵢ) M⁻¹; that of `isotropic_covariance` where all Cᵢ are σ² I.
+    With M = Σ Jᵢᵀ Jᵢ it is M⁻¹ (Σ Jᵢᵀ Cᵢ Jᵢ) M⁻¹; this is `isotropic_covariance` if all Cᵢ are σ² I.
 
     Parameters
     ----------
@@ -95,7 +107,7 @@ def minimax_covariance(p_base: FloatArray, sigma_mm: float, *, bounded: bool = F
     sigma_mm : float
         Standard deviation per axis, mm.
     bounded : bool
-        Errors evenly spread within √3 sigma instead of Gaussian ones.
+        Errors evenly distributed within √3 sigma instead of Gaussian ones.
     seed : int
         Of the simulated errors.
 
@@ -127,7 +139,7 @@ def unequal_minimax_covariance(p_base: FloatArray, covariances: FloatArray, *, s
     Parameters
     ----------
     p_base : ndarray, shape (n, 3)
-        Moved model points, base frame, mm. Of more than `EXCESS_POINTS` so many are used, which overstates.
+        Moved model points, base frame, mm. Of more than `EXCESS_POINTS` only that many are used, which overstates.
     covariances : ndarray, shape (n, 3, 3)
         Of the taught points, mm².
     seed : int

@@ -1,7 +1,7 @@
-"""What the pairs themselves give away: a wrong unit, swapped names, a mirrored set, a mis-taught point.
+"""Find what is wrong with point pairs: a wrong unit, swapped names, a mirrored set, a mis-taught point.
 
-Every finding has a stated test behind it. Where no test can separate the cases, the finding says so and says what
-would tell.
+Every finding rests on a stated test. If no test can separate the cases, the finding says so and says what would
+decide.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
 
 UNIT_FACTORS = {1000.0: "metres", 25.4: "inches"}
-"""Size of the units that are met beside the millimetre, in mm."""
+"""Units that occur in practice besides the millimetre, in mm."""
 
 UNIT_TOLERANCE = 0.03
 """The factor of the sizes must lie this close to that of a unit: closer than any teaching error on a part of 100 mm."""
@@ -54,12 +54,12 @@ def require_plausible_units(pairs: PointPairs) -> None:
 
 
 def find_issues(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> tuple[Issue, ...]:
-    """Name swaps, a mirrored set and mis-taught points, and what the data cannot tell.
+    """Name swaps, a mirrored set and mis-taught points, and what the data cannot show.
 
     Parameters
     ----------
     pairs : PointPairs
-        At least three that are not collinear, mm. Where they carry covariances, a mis-taught point is looked for with
+        At least three that are not collinear, mm. If they carry covariances, a mis-taught point is searched for with
         these, and swaps and mirrors with the largest standard deviation among them.
     sigma_mm : float, optional
         Teaching error per axis of pairs without covariances, where known.
@@ -94,7 +94,7 @@ def _sum_of_squares(p: FloatArray, q: FloatArray) -> float:
 def _is_explained(total: float, rest: float, *, freedom: int, tests: int, sigma_mm: float | None) -> bool:
     """Tell whether the data contradict themselves as they are and fit under another reading.
 
-    With a stated error both are χ² tests; without, the ratio of the two sums is held against F.
+    With a stated error both are χ² tests. Otherwise the ratio of the two sums is compared with F.
     """
     level = FALSE_ALARM / tests
     if sigma_mm is not None:

@@ -47,7 +47,7 @@ MAX_TURN_RAD = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InteriorPointState:
-    """Where a batch of B problems with n points stands; arrays lead with the batch axis.
+    """State of a batch of B problems with n points; the batch axis comes first.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ class _Work:
         return np.asarray(gap + np.einsum("bk,bk->b", torque, torque), dtype=np.float64)
 
     def _hessian(self) -> FloatArray:
-        """Hessian of Σ w f; without its curvature term where that would leave it indefinite."""
+        """Hessian of Σ w f; without its curvature term if that would make it indefinite."""
         w = self.w[:, None, :]
         sum_y = (w @ self.y)[:, 0] / self.size[:, None]
         outer = (self.y.transpose(0, 2, 1) * w) @ self.y / (self.size**2)[:, None, None]

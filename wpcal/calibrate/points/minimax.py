@@ -2,7 +2,7 @@ r"""The rigid transform with the least largest distance, and the proof that no o
 
 The problem is Yin 2003, eq. (4) and (5). For weights on the simplex :math:`\min_T (\sum_i w_i d_i^2)^{1/2}` is a lower
 bound over all rotations, with a closed form (`least_squares.weighted_rms_bound`). The multipliers of a local optimum
-are such weights; where their bound meets the largest distance the local optimum is the global one.
+are such weights. If their bound equals the largest distance, the local optimum is the global one.
 
 Clouds of many points are solved on an active subset: at most seven multipliers of an optimum are needed, so a few
 points carry it, and the bound of a subset is a bound of the whole.
@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wpcal.calibrate.points.active_set import refine_optimum
 from wpcal.calibrate.points.branch_and_bound import search_rotations
 from wpcal.calibrate.points.interior_point import InteriorPointState, solve_interior_point
 from wpcal.calibrate.points.least_squares import distances, kabsch, require_spread, weighted_rms
@@ -30,13 +31,13 @@ SUBSET = 64
 """Clouds up to this size are solved whole; larger ones start from this many points."""
 
 ADDED = 24
-"""Points that join the subset in a round: the most violated."""
+"""Points added to the subset per round: the most violated ones."""
 
 SUBSET_ROUNDS = 200
 """A bound on the rounds. Each takes in violated points, so the value rises; 5 to 10 are usual."""
 
 ASCENT_STEPS = 300
-"""Steps of the ascent of the bound where local multipliers prove nothing."""
+"""Steps of the ascent that raises the bound if local multipliers prove nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,8 +198,15 @@ class _Cloud:
 
     def without_ties(self, found: _Found) -> _Found:
         """Take the fit of least sum of squares among those with the same largest distance."""
-        R, t = break_ties(self.p[None], self.q[None], found.R[None], found.t[None], found.weights[None])
-        return replace(found, R=R[0], t=t[0], value=float(distances(self.p, self.q, R[0], t[0]).max()))
+        exact = refine_optimum(self.p, self.q, found.R, found.t, found.weights)
+        if exact is None:
+            return found
+        R, t = break_ties(self.p[None], self.q[None], exact.R[None], exact.t[None], exact.weights[None])
+        value = float(distances(self.p, self.q, R[0], t[0]).max())
+        bound = float(weighted_rms(self.p, self.q, exact.weights))
+        if bound < found.bound:
+            return replace(found, R=R[0], t=t[0], value=value)
+        return replace(found, R=R[0], t=t[0], value=value, weights=exact.weights, bound=bound)
 
     def solve_from_many(self, first: _Found) -> _Found:
         """Solve from 24 rotations about the first answer, and raise the bound by ascent."""

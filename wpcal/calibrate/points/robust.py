@@ -1,4 +1,4 @@
-"""A fit that a mis-taught point does not move, and the test that names such a point.
+"""A fit that is insensitive to mis-taught points, and the test that names such a point.
 
 Among many three-point fits the one whose nearest points agree best is refined on those points (least trimmed squares),
 then every other point is tested against it, and the fit is least squares on the points that pass.
@@ -40,7 +40,7 @@ CLOUD = 200
 """Larger sets are tested at once against one fit, found on this many of their points."""
 
 CONCENTRATION_STEPS = 20
-"""Each step keeps the nearest points and fits again; the sum falls and rests after a few."""
+"""Each step keeps the nearest points and fits again. The sum stops falling after a few steps."""
 
 ISOTROPIC = 1e-12
 """A covariance counts as isotropic if it differs from a multiple of the identity by less than this (relative)."""
@@ -72,9 +72,9 @@ class _Rows:
     ----------
     p, q : ndarray, shape (n, 3)
     covariances, information : ndarray, shape (n, 3, 3)
-        Of the taught points and inverse, mm² and mm⁻²; multiples of the identity, of unit size, where nothing is known.
+        Of the taught points, and inverse, mm² and mm⁻². If nothing is known, multiples of the identity of unit size.
     weights : ndarray, shape (n,)
-        A third of the traces of the information: what a closed-form fit can use of it.
+        One third of the traces of the information: the part of it that a closed-form fit can use.
     scaled : bool
         Whether the covariances are known with their size.
     isotropic : bool
@@ -135,17 +135,16 @@ def fit_robust(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 
     Parameters
     ----------
     pairs : PointPairs
-        At least three, mm.
-        Covariances say how far each point may be off.
+        At least three, mm. Covariances, if present, say how far each point may be off.
     sigma_mm : float, optional
-        Teaching error per axis of pairs without covariances. Estimated from the points that agree where not given.
+        Teaching error per axis of pairs without covariances. By default estimated from the points that agree.
     seed : int
         Of the random triples of more than 16 points.
 
     Returns
     -------
     RobustSolution
-        With three points, and wherever no test separates a point, the least-squares fit of all points.
+        With three points, or if no test separates a point, this is the least-squares fit of all points.
 
     Raises
     ------
@@ -154,7 +153,7 @@ def fit_robust(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 
 
     Notes
     -----
-    Four corners of a plate cannot tell which of them is off the plane: every three of them fit. See
+    With four corners of a plate it cannot be decided which is off the plane: every three of them fit. See
     `diagnose.find_issues`.
     """
     require_spread(pairs)

@@ -1,4 +1,4 @@
-"""The touch that the others contradict: the fit without each in turn, and the test behind naming one."""
+"""Find the touch that the others contradict: fit without each touch in turn, and test whether one stands out."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.issue import Issue
 
 MOST_JUDGED = 60
-"""Only so many touches are left out in turn, those with the largest residuals: each costs a fit."""
+"""At most this many touches are left out in turn, those with the largest residuals: each costs one fit."""
 HELD = 1e-3
-"""A touch without which a motion is free (this share of the largest singular value) cannot be judged by the others."""
+"""If a motion is free without a touch (below this share of the largest singular value), the others cannot judge it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,22 +50,22 @@ class _Without:
 
 
 def find_contradicted(touches: Touches, pose: Pose, sigma_mm: float | None) -> ContradictedTouch | None:
-    """Name the touch without which the rest agree, where one stands out.
+    """Find the touch without which the rest agree, if one stands out.
 
     Parameters
     ----------
     touches : Touches
-        Where they carry covariances, a residual counts by these.
+        If they carry covariances, residuals are weighted with these.
     pose : Pose
         Near the answer.
     sigma_mm : float or None
-        Teaching error per axis of touches without covariances, where stated. With stated errors the sums of squares are
-        held against χ², else their ratio against F.
+        Teaching error per axis of touches without covariances, if stated. With stated errors the sums of squares are
+        compared with χ², otherwise their ratio with F.
 
     Returns
     -------
     ContradictedTouch or None
-        None also where two touches could be the wrong one.
+        None also if either of two touches could be the wrong one.
     """
     stated = touches.covariances is not None
     pose = fit_squares(touches, pose, weighted=stated)
@@ -90,7 +90,7 @@ def find_contradicted(touches: Touches, pose: Pose, sigma_mm: float | None) -> C
 
 
 def contradiction_issues(touches: Touches, found: ContradictedTouch | None) -> tuple[Issue, ...]:
-    """Say which touch is distrusted."""
+    """Report the contradicted touch."""
     if found is None:
         return ()
     name = touches.names[found.row]
@@ -111,14 +111,14 @@ def _is_held(touches: Touches, pose: Pose) -> bool:
 
 
 def _named_by_size(total: float, whole: int, tried: list[_Without]) -> _Without | None:
-    """Name the only touch without which the stated errors explain the rest, where they do not explain all."""
+    """Find the only touch without which the stated errors explain the rest, if they do not explain all."""
     level = FALSE_ALARM / len(tried)
     explained = [without for without in tried if without.total <= float(chdtri(without.freedom, level))]
     return explained[0] if total > float(chdtri(whole, level)) and len(explained) == 1 else None
 
 
 def _named_by_ratio(total: float, whole: int, tried: list[_Without]) -> _Without | None:
-    """Name the touch without which the residuals are much smaller than without any other."""
+    """Find the touch without which the residuals are much smaller than without any other."""
     first = tried[0]
     rivals = [w for w in tried[1:] if w.mean <= max(CLEAR_FACTOR * first.mean, FLOOR_MM**2)]
     gone = whole - first.freedom

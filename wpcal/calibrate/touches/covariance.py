@@ -28,7 +28,7 @@ from wpcal.core.tangent import translation_adjoint
 LAWSON_STEPS = 400
 """Reweightings; the largest residual is then within a thousandth of the least, far below the sampling error."""
 LEAST_WEIGHT = 1e-12
-"""Below this a touch plays no part in a simulated fit; zero could not be divided by."""
+"""Weights are clipped here to avoid division by zero; a touch with this weight has no effect."""
 
 
 def propagate_covariance(

@@ -5,8 +5,8 @@ Least squares is damped Gauss-Newton on :math:`\sum d_i^\top \Lambda_i d_i`. The
 .. math:: \min_{\xi, s} s \quad \text{with} \quad |d_i(\xi)| \le s,
 
 solved by sequential quadratic programming with an active set (SciPy's SLSQP) in small motions about the last pose,
-until the pose rests. A touch on a face gives two smooth constraints, :math:`\pm d_i \le s`; for an edge or a point the
-length itself is used, which is smooth where it is active.
+until the pose no longer changes. A touch on a face gives two smooth constraints, :math:`\pm d_i \le s`. For an edge or
+a point the length itself is used, which is smooth where it is active.
 
 References
 ----------
@@ -35,9 +35,9 @@ FIRST_DAMPING = 1e-3
 RESTS_MM = 1e-11
 """Residuals that change by less than this have converged: it is round-off at the size of a part of a metre."""
 MOST_ROUNDS = 12
-"""Of sequential quadratic programming, each about the pose of the last; two or three are usual."""
+"""Rounds of sequential quadratic programming, each about the pose of the previous one; two or three are usual."""
 LEAST_LARGEST_MM = 1e-9
-"""A largest residual below this is an exact fit: there is nothing to share out."""
+"""A largest residual below this is an exact fit: nothing remains to minimise."""
 SAME_VALUE = 1e-9
 """Relative slack within which fits count as having the same largest residual when the tie is broken."""
 
@@ -106,7 +106,7 @@ def fit_squares(touches: Touches, start: Pose, *, weighted: bool = False) -> Pos
     touches : Touches
     start : Pose
     weighted : bool
-        Weigh with the inverse covariances of the touches instead of alike.
+        Weight with the inverse covariances of the touches instead of equally.
 
     Returns
     -------
@@ -147,7 +147,7 @@ def fit_minimax(touches: Touches, start: Pose) -> Pose:
     ----------
     touches : Touches
     start : Pose
-        Best the least-squares fit.
+        The least-squares fit is the best choice.
 
     Returns
     -------

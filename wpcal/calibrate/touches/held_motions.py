@@ -1,8 +1,8 @@
-r"""Which of the part's six freedoms the touches hold, and the name of a motion that none of them hinders.
+r"""Which of the six motions of the part the touches hold, and the name of a motion that is free.
 
 The residuals change with a small motion by :math:`J\xi`. Its singular values, with rotations in mm at the touches'
-own radius, say how strongly each motion is held: a motion of 1 mm changes the residuals by that many mm in all. A
-singular value of nearly zero is a free motion, and its singular vector says which.
+own radius, say how strongly each motion is held: a motion of 1 mm changes the residuals by that many mm in all. If a
+singular value is nearly zero, its singular vector is a free motion.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
 
 FREE = 1e-3
-"""Below this share of the largest singular value a teaching error comes back a thousandfold: the motion is free."""
+"""Below this share of the largest singular value a teaching error is amplified a thousandfold: the motion is free."""
 HOLDS = 0.1
-"""A touch that makes up a tenth of a held motion's residuals is named as one that holds it."""
+"""A touch holds a motion if it makes up at least this share of the motion's residuals."""
 SLIDES = 1e-6
-"""A motion that turns by less than this share is a sliding."""
+"""A motion whose rotation is a smaller share than this is called sliding."""
 PITCH = 1e-3
-"""A turn that advances less than this share of its arc is a turn and no screw."""
+"""A motion that advances less than this share of its arc is called a turn, not a screw."""
 ON_AXIS_MM = 0.1
-"""An axis this near to a named one is spoken of by its name."""
+"""An axis this near to a named one is called by its name."""
 NAMED_AXIS_COS = 1.0 - 1e-6
 """An axis turned less than this from a named one (0.08 degrees) is called by its name."""
 
@@ -78,7 +78,7 @@ class _ToPart:
 
 
 def _spoken(free: FloatArray) -> list[FloatArray]:
-    """Choose a basis of the free motions that can be said: slidings apart from turns."""
+    """Choose a basis of the free motions that is easy to describe: slidings apart from turns."""
     _, _, coefficients = np.linalg.svd(free[:, :3].T)  # the last rows combine to no turn at all
     return list(coefficients @ free)
 

@@ -1,8 +1,8 @@
 """The global search for touches: annealing over all poses, and the evidence of many starts in place of a proof.
 
-Points have a proof of the least largest distance (`wpcal.calibrate.points.minimax`). Faces and edges have none: a touch
-may slide. So the annealer looks at every pose, and the polish is repeated from its best turned by the 24 rotations of a
-cube. How many of these starts end at the same value, and how far the next best is, stands in the result.
+For points the least largest distance is proved (`wpcal.calibrate.points.minimax`). For faces and edges no proof is
+known: a touch may slide. So the annealer searches all poses, and the polish is repeated from its best pose turned by
+the 24 rotations of a cube. The result says how many of these starts agree, and how good the next best place is.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from wpcal.core.transform import RigidTransform
 from wpcal.optim.annealing import AnnealingReport, AnnealingSchedule, anneal
 
 MOST_SEARCHED = 64
-"""Touches that the annealer sees; of more, every so many-th. The polish sees all."""
+"""Touches that the annealer uses. Of more touches it uses an evenly spaced subset; the polish uses all."""
 OFF_FACE_MM = 5.0
-"""A pose that puts a contact further than this beyond its face's border is another pose than the one touched: faces'
-borders are known to a tenth of this, and a fitter does not touch the air."""
+"""A pose that puts a contact further than this beyond the border of its face is not the pose that was touched: the
+borders of faces are known to a tenth of this."""
 SAME_RMS_MM = 1e-6
 """Root mean squares that differ by less are the same optimum."""
 SAME_TURN_RAD = 1e-4
@@ -35,7 +35,7 @@ SAME_SHIFT_MM = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseSearch:
-    """The best pose by least squares, and what the starts say of it.
+    """The best pose by least squares, and how many starts agree.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class PoseSearch:
     run : AnnealingReport or None
     evidence : StartsEvidence
     rival : Pose or None
-        Another place that fits as well, where no nominal place decides: then the part is loose or may stand in either.
+        Another place that fits equally well, if no nominal place decides between them.
     """
 
     pose: Pose
@@ -68,7 +68,7 @@ def search_pose(
     ----------
     touches : Touches
     nominal : RigidTransform, optional
-        ``T_base_part`` where the cell's model has the part: one more start, and the one taken of equal answers.
+        ``T_base_part`` where the cell's model has the part: one more start, and the tie break between equal answers.
     schedule : AnnealingSchedule or None
         None: no annealing, only the starts.
     seed : int
@@ -130,7 +130,7 @@ def _anneal(touches: Touches, schedule: AnnealingSchedule, seed: int) -> Anneali
 
 
 def _nearest(ends: list[Pose], rows: IntArray, nominal: RigidTransform, touches: Touches) -> int:
-    """Take of equal answers the one that moves the touched points least from the nominal place."""
+    """Of equal answers, take the one that moves the touched points least from the nominal place."""
     modelled = nominal.inverse().apply(touches.p_base)
     away = [float(np.sum((modelled @ ends[k].R.T + ends[k].t - touches.p_base) ** 2)) for k in rows]
     return int(rows[int(np.argmin(away))])
@@ -144,7 +144,7 @@ def _is_same(one: Pose, other: Pose, touches: Touches) -> bool:
 
 
 def two_places(touches: Touches, one: Pose, other: Pose) -> GeometryError:
-    """Say that two places fit equally well."""
+    """Return the error that two places fit equally well."""
     turn = float(np.degrees(np.linalg.norm(log_rotation(other.R @ one.R.T))))
     shift = float(np.linalg.norm((other.R - one.R) @ touches.targets.centre + other.t - one.t))
     return GeometryError(

@@ -1,8 +1,8 @@
-r"""Touches of the tip or of a ball on a part, and what each of them says about the part's place.
+r"""Touches of a tip or a ball on a part, and how each constrains the pose of the part.
 
 A touch i was made at :math:`q_i` (base). In the part's coordinates that is :math:`x = T^{-1} q_i`; its target has the
 nearest point :math:`f(x)` and, on a face, the outward normal :math:`n`. The centre of a ball of radius r that touches
-the face stands off by r, so the residual is
+the face is r away from it, so the residual is
 
 .. math:: d_i = x - f(x) - r_i n, \qquad \partial d_i = A_i \, \partial x,
 
@@ -29,14 +29,14 @@ from wpcal.core.transform import RigidTransform
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Nearest:
-    """What targets have nearest to points.
+    """The nearest points of targets, and how they constrain the part there.
 
     Parameters
     ----------
     p : ndarray, shape (m, 3)
         Nearest points, in `part`, mm.
     normal : ndarray, shape (m, 3)
-        Outward unit normals in `part`; zero at points and on edges, where a ball is not allowed for.
+        Outward unit normals in `part`; zero at points and on edges, where the radius of a ball is ignored.
     projector : ndarray, shape (m, 3, 3)
         Projectors A onto the directions in which the touch constrains the part.
     """
@@ -49,8 +49,8 @@ class Nearest:
 class TouchTargets(Protocol):
     """What the touches lie on; row i is the target of touch i.
 
-    `wpcal.calibrate.touches.targets.GraphTargets` serves the faces and edges of a `BrepGraph`. Another geometry has to
-    provide the five members of this protocol.
+    `wpcal.calibrate.touches.targets.GraphTargets` implements this for the faces and edges of a `BrepGraph`. Another
+    geometry must provide the five members of this protocol.
     """
 
     def nearest(self, rows: IntArray, points: FloatArray) -> Nearest:
@@ -122,7 +122,7 @@ class Touches:
     p_base : ndarray, shape (n, 3)
         The controlled point (wire tip or centre of the ball) at each touch, in `base`, mm.
     radius_mm : ndarray, shape (n,)
-        How far that point stands off the face along the outward normal: radius of the ball, or the wire's stick-out
+        Distance of that point from the face along the outward normal: radius of the ball, or the wire's stick-out
         beyond the point that the controller shows. Zero at points and edges.
     targets : TouchTargets
     words : tuple of str, length n
@@ -209,7 +209,7 @@ class Linearised:
     d : ndarray, shape (n, 3)
         Residual vectors: touched minus modelled, mm.
     A : ndarray, shape (n, 3, 3)
-        Projectors onto the directions that each touch sees.
+        Projectors onto the directions that each touch constrains.
     centre : ndarray, shape (n, 3)
         `contact_part` in `base`, mm.
     """
@@ -245,7 +245,7 @@ class Linearised:
         return np.asarray(-self.A @ point_jacobian(self.centre - pivot))
 
     def information(self, covariances: FloatArray | None) -> FloatArray:
-        """Weights Λ of the residuals, shape (n, 3, 3): A, or the inverse of A C A on what A sees."""
+        """Weights Λ of the residuals, shape (n, 3, 3): A, or the inverse of A C A within the range of A."""
         if covariances is None:
             return self.A
         return np.asarray(np.linalg.pinv(self.A @ covariances @ self.A, rcond=1e-9, hermitian=True))
