@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from wpcal.core.issue import Issue
+
 MOST_LISTED = 6
 """Most names in a sentence; the issue's ids have the rest."""
 
@@ -115,6 +117,21 @@ class Suspect:
             "exchanges": [exchange.to_record() for exchange in self.exchanges],
             "sentence": self.sentence,
         }
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """What is wrong with observations.
+
+    Parameters
+    ----------
+    issues : tuple of Issue
+    suspect : Suspect or None
+        None if no observation is contradicted.
+    """
+
+    issues: tuple[Issue, ...]
+    suspect: Suspect | None = None
 
 
 def _percent(probability: float) -> str:

@@ -6,7 +6,7 @@ decide.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -19,7 +19,7 @@ from wpcal.calibrate.points.least_squares import centred, distances, fit_least_s
 from wpcal.calibrate.points.neighbours import FeaturePlaces, Neighbour, find_neighbours
 from wpcal.calibrate.points.outliers import Contradiction
 from wpcal.calibrate.points.robust import MOST_COMPARED, contradicted_points
-from wpcal.calibrate.suspect import Exchange, Suspect
+from wpcal.calibrate.suspect import Diagnosis, Exchange, Suspect
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import UnitError
 from wpcal.core.issue import Issue
@@ -61,21 +61,6 @@ def require_plausible_units(pairs: PointPairs) -> None:
                     f"the distances between the taught points are {factor:.6g} times those of the model: the {side} "
                     f"coordinates look like {unit}, expected mm"
                 )
-
-
-@dataclass(frozen=True, slots=True)
-class Diagnosis:
-    """What is wrong with observations.
-
-    Parameters
-    ----------
-    issues : tuple of Issue
-    suspect : Suspect or None
-        None if no observation is contradicted.
-    """
-
-    issues: tuple[Issue, ...]
-    suspect: Suspect | None
 
 
 def find_issues(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> tuple[Issue, ...]:

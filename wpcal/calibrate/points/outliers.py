@@ -88,7 +88,7 @@ class _Sets:
 
     @property
     def k(self) -> int:
-        return self.left_out.shape[1]
+        return int(self.left_out.shape[1])
 
     def freedom(self, n: int) -> int:
         """Degrees of freedom of the points that remain."""
