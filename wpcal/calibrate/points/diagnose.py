@@ -218,10 +218,11 @@ def _suspect(
     named = found.named
     exchanges: tuple[Exchange, ...] = ()
     if places is not None and len(pairs) <= MOST_COMPARED:
-        free = places.free_of(pairs.p_source)
         exchanges = tuple(
-            _exchange(pairs, places, free, one) for one in find_neighbours(pairs, free, named=named, sigma_mm=sigma_mm)
+            _exchange(pairs, places, one) for one in find_neighbours(pairs, places, named=named, sigma_mm=sigma_mm)
         )
+        if exchanges and exchanges[0].name not in {pairs.names[i] for i in named}:
+            named = ()
     if not found.at_least and not exchanges:
         return None
     off: FloatArray = np.zeros(len(pairs))
@@ -239,14 +240,14 @@ def _suspect(
     )
 
 
-def _exchange(pairs: PointPairs, places: FeaturePlaces, free: FeaturePlaces, one: Neighbour) -> Exchange:
+def _exchange(pairs: PointPairs, places: FeaturePlaces, one: Neighbour) -> Exchange:
     p = pairs.p_source.copy()
-    p[one.row] = free.p[one.place]
+    p[one.row] = places.p[one.place]
     moved = replace(pairs, p_source=p)
     largest = Residuals.of(moved, fit_least_squares(moved)).largest_mm
     now = places.at(pairs.p_source[one.row])
     return Exchange(
-        pairs.names[one.row], _alike(free.names[one.place], now), _alike(now, pairs.names[one.row]), largest
+        pairs.names[one.row], _alike(places.names[one.place], now), _alike(now, pairs.names[one.row]), largest
     )
 
 

@@ -57,12 +57,6 @@ class FeaturePlaces:
         near = np.flatnonzero(np.abs(self.p - point).max(axis=1) <= 2.0 * SAME_PLACE_MM)
         return self.names[int(near[0])] if len(near) else ""
 
-    def free_of(self, used: FloatArray) -> FeaturePlaces:
-        """Leave out the places of points, shape (n, 3)."""
-        apart = np.abs(self.p[:, None] - used[None]).max(axis=2).min(axis=1) > 2.0 * SAME_PLACE_MM
-        rows = np.flatnonzero(apart)
-        return FeaturePlaces(tuple(self.names[i] for i in rows), self.p[rows])
-
 
 @dataclass(frozen=True, slots=True)
 class Neighbour:
@@ -72,7 +66,7 @@ class Neighbour:
     ----------
     row : int
     place : int
-        Index into the free places.
+        Index into the places.
     total : float
         Sum of squares with it.
     """
@@ -92,7 +86,7 @@ def find_neighbours(
     pairs : PointPairs
         At least four, mm.
     places : FeaturePlaces
-        Free places: not those of the pairs.
+        Places that other rows use are tried only on rows that are named.
     named : tuple of int
         Rows that the others contradict. Each is tried alone, without the other ones.
     sigma_mm : float or None
@@ -107,18 +101,20 @@ def find_neighbours(
         return ()
     rows = ErrorRows.of(pairs, sigma_mm)
     shifted = places.p - pairs.p_source.mean(axis=0)
-    if not named:
-        found = _of_any(rows, shifted)
-        return () if found is None else (found,)
+    if len(named) < 2:
+        found = _of_any(rows, shifted)  # a feature is stronger evidence than an error of any direction
+        if found is not None:
+            return (found,)
     each = (_of_named(rows, shifted, row, [i for i in range(len(rows)) if i not in named]) for row in named)
     return tuple(found for found in each if found is not None)
 
 
 def _of_named(rows: ErrorRows, places: FloatArray, row: int, others: list[int]) -> Neighbour | None:
+    apart = np.linalg.norm(places - rows.p[row], axis=1) > SAME_PLACE_MM
     rest = rows.select(np.array(others))
     freedom, before = 3 * len(others) - 6, rest.sum_of_squares()
     tried = rows.select(np.array([*others, row]))
-    sums = _sums(tried, np.full(len(places), len(others)), places)
+    sums = np.where(apart, _sums(tried, np.full(len(places), len(others)), places), np.inf)
     best = int(np.argmin(sums))
     added = max(float(sums[best]) - before, 0.0)
     if rows.scaled:
@@ -133,7 +129,11 @@ def _of_named(rows: ErrorRows, places: FloatArray, row: int, others: list[int]) 
 
 def _of_any(rows: ErrorRows, places: FloatArray) -> Neighbour | None:
     n, total = len(rows), rows.sum_of_squares()
-    near = np.argsort(np.linalg.norm(rows.p[:, None] - places[None], axis=2), axis=1)[:, :NEAR]
+    distance = np.linalg.norm(rows.p[:, None] - places[None], axis=2)
+    distance[:, distance.min(axis=0) <= SAME_PLACE_MM] = np.inf
+    near = np.argsort(distance, axis=1)[:, : min(NEAR, int(np.isfinite(distance[0]).sum()))]
+    if near.shape[1] == 0:
+        return None
     row, place = np.repeat(np.arange(n), near.shape[1]), near.reshape(-1)
     sums = _sums(rows, row, places[place])
     best, freedom = int(np.argmin(sums)), 3 * n - 6

@@ -140,7 +140,8 @@ def _search(rows: ErrorRows) -> Contradiction:
     sets, stands_out = None, False
     for k in range(1, most + 1):
         sets = _sets_of(rows, k, sets)
-        share = 1.0 - SEVERAL_SHARE if k == 1 or stands_out else SEVERAL_SHARE / 2.0 ** (k - 2)
+        single = 1.0 if most == 1 else 1.0 - SEVERAL_SHARE
+        share = single if k == 1 or stands_out else SEVERAL_SHARE / 2.0 ** (k - 2)
         here = sets.chance(rows, total) < share * FALSE_ALARM and _is_off(rows, sets.left_out[0])
         stands_out = stands_out or here
         if here and _agrees(rows.select(np.delete(np.arange(n), sets.left_out[0]))):
