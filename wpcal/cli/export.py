@@ -80,7 +80,14 @@ def _show(
 
         written = {name: [str(targets[name] / file) for file in sorted(files)] for name, files in contents.items()}
         seams = [path.seam.name for path in program.paths]
-        record = {"schema": "wpcal/export/1", "seams": seams, "files": written, "not_checked": NOT_CHECKED}
+        record = {
+            "schema": "wpcal/export/1",
+            "verdict": program.calibration.get("verdict"),
+            "seams": seams,
+            "files": written,
+            "checked": list(program.checked),
+            "not_checked": NOT_CHECKED,
+        }
         click.echo(to_json(record), nl=False)
         return
     poses = sum(len(path) for path in program.paths)
