@@ -13,7 +13,8 @@ from wpcal.calibrate.solve import calibrate
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.touches import Touches
 from wpcal.calibrate.touches.evidence import HeldMotion, StartsEvidence, TouchEvidence
-from wpcal.calibrate.uncertainty import TeachingError
+from wpcal.calibrate.uncertainty import Sigma, SigmaSource, TeachingError
+from wpcal.calibrate.verdict import Verdict, VerdictKind, VerdictReason
 
 __all__ = [
     "CalibrationResult",
@@ -26,12 +27,17 @@ __all__ = [
     "MinimaxSolution",
     "PointProblem",
     "RobustSolution",
+    "Sigma",
+    "SigmaSource",
     "Solver",
     "SolverReport",
     "StartsEvidence",
     "TeachingError",
     "TouchEvidence",
     "Touches",
+    "Verdict",
+    "VerdictKind",
+    "VerdictReason",
     "anneal_pairs",
     "calibrate",
     "compare_without",
