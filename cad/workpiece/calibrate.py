@@ -7,7 +7,6 @@ values.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -82,7 +81,7 @@ class WorkpieceCalibration:
         """Return the record of ``calibration.json``. `issues` are those found while writing."""
         record = self.result.to_record()
         source = self.workpiece.source
-        inputs = {"taught": {"file": Path(self.taught.path).name, "sha256": _digest(self.taught.path)}}
+        inputs = {"taught": {"file": Path(self.taught.path).name, "sha256": self.taught.sha256}}
         if source is not None:
             inputs["part"] = {"file": source.file_name, "sha256": source.sha256, "unit": source.unit}
         found = [issue.to_record() for issue in (*self.workpiece.issues, *issues)]
@@ -93,11 +92,6 @@ class WorkpieceCalibration:
         if left_out:
             head["left_out"] = left_out
         return {**head, **record, "issues": [*record["issues"], *found]}
-
-
-def _digest(path: str) -> str | None:
-    file = Path(path)
-    return hashlib.sha256(file.read_bytes()).hexdigest() if path and file.is_file() else None
 
 
 def calibrate_workpiece(

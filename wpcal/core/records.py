@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import tempfile
@@ -41,6 +42,11 @@ def read_bytes(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+
+
+def sha256_of(data: bytes) -> str:
+    """Return the SHA-256 of what was read from a file, hexadecimal: a second reading may find other bytes."""
+    return hashlib.sha256(data).hexdigest()
 
 
 def read_json(path: Path, *, schema: str) -> dict[str, Any]:

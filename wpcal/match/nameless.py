@@ -201,7 +201,7 @@ def _allowed(
     kinds: Sequence[FeatureKind],
 ) -> IntArray | None:
     if not np.isnan(taught.p_part[row]).any():
-        raise InputError("points without names and points with model coordinates cannot stand in one file")
+        raise InputError("points without names and points with model coordinates cannot be in one file")
     if not taught.features[row]:
         rows = places.of_kinds(kinds)
         return None if len(rows) == len(places.p) else rows

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import FormatError, FrameError, InputError
-from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.rotations import quaternion_from_rotation, rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.plan.seam_file import read_seam_path
 from wpcal.robot.kinematics.arm_file import find_arm
@@ -30,6 +30,7 @@ def in_base(record):
     for frame in record["seams"][0]["frames"]:
         frame["p_mm"] = T.apply(frame["p_mm"]).tolist()
         frame["R"] = (T.R @ frame["R"]).tolist()
+        frame["q_xyzw"] = quaternion_from_rotation(frame["R"]).tolist()
     return {**record, "frame": "base", "T_base_part": T.matrix.tolist()}
 
 

@@ -186,7 +186,7 @@ class KinematicModel:
         return KinematicModel(chain, reflectors)
 
     def poses(self, theta: ArrayLike, reflector: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return where the reflectors are, shape (N, 3), and how the flange stands, shape (N, 3, 3)."""
+        """Return where the reflectors are, shape (N, 3), and the orientations of the flange, shape (N, 3, 3)."""
         angles = np.ascontiguousarray(np.asarray(theta, dtype=np.float64).T)
         *_, last = walk(start_frames(self.chain.T_base_dh0, 1), self.chain.table, angles)
         flange = last.frame.then(self.chain.T_dhn_flange)

@@ -1,0 +1,97 @@
+"""What is inside material: points of solids with known volumes, and poses of a torch at known places."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.saved_graphs import saved_graph
+from wpcal.brep.material import ExactMaterial, TriangleMaterial, find_solids_around
+from wpcal.brep.mesh import PartMesh, SolidMesh
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import FloatArray
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.seam import detect_seams
+from wpcal.seam.judge.material import TorchPart, find_poses_in_material
+from wpcal.seam.torch import StraightTorch
+
+HALF_MM = np.array([40.0, 30.0, 20.0])
+"""Half the sides of the saved graph ``sharp-box``, which is around the origin."""
+ROUND_OFF_MM = 1e-9
+MISCOUNTED = 1e-3
+"""Share of rays that may count wrong: those between a curved edge and its polyline, which are up to 0.01 mm apart."""
+UP = np.array([[0.0, 0.0, 1.0]])
+
+
+def exact(name: str) -> ExactMaterial:
+    graph = saved_graph(name)
+    return ExactMaterial(graph, TrimmedFaces.of(graph))
+
+
+def box_of_triangles(name: str, half: FloatArray, R: FloatArray) -> SolidMesh:
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+    return SolidMesh(name, corners @ R.T, triangles, np.zeros((0, 2), dtype=np.int64))
+
+
+def test_points_in_a_box_of_triangles_are_those_within_its_slabs() -> None:
+    R = rotation_from_zyx(0.4, -0.7, 1.1)
+    material = TriangleMaterial(PartMesh((box_of_triangles("box", HALF_MM, R),), 0.1, 0.1))
+    points = np.random.default_rng(3).uniform(-60, 60, (4000, 3))
+    inside = (np.abs(points) < HALF_MM).all(axis=1)
+    found, solid = find_solids_around(material, points @ R.T)
+    assert set(solid.tolist()) == {0}
+    np.testing.assert_array_equal(found, np.flatnonzero(inside))
+
+
+def test_points_in_a_box_of_faces_are_those_within_its_slabs() -> None:
+    points = np.random.default_rng(3).uniform(-60, 60, (4000, 3))
+    found, _ = find_solids_around(exact("sharp-box"), points)
+    np.testing.assert_array_equal(found, np.flatnonzero((np.abs(points) < HALF_MM).all(axis=1)))
+
+
+@pytest.mark.parametrize(
+    ("name", "volume_mm3"),
+    [
+        ("small-rod", math.pi * 3**2 * 30 + 60 * 60 * 10),
+        ("rod-through", math.pi * 30**2 * 100 + 200 * 200 * 10 - math.pi * 30**2 * 10),
+        ("saddle", None),
+    ],
+)
+def test_the_share_of_points_inside_is_the_volume(name: str, volume_mm3: float | None) -> None:
+    material = exact(name)
+    low, high = material.trimmed.face_box[0].min(axis=0), material.trimmed.face_box[1].max(axis=0)
+    points = np.random.default_rng(11).uniform(low, high, (20_000, 3))
+    found, _ = find_solids_around(material, points)
+    if volume_mm3 is not None:
+        share = volume_mm3 / float(np.prod(high - low))
+        sigma = math.sqrt(share * (1 - share) / len(points))
+        assert abs(len(found) / len(points) - share) < 4 * sigma
+    R = rotation_from_zyx(0.3, 0.2, -0.9)
+    more = ExactMaterial(material.graph, material.trimmed).hits(points, np.tile(R[:, 0], (len(points), 1)), 1e9)
+    turns = np.bincount(more.ray * len(material.names) + more.solid, more.way, len(points) * len(material.names))
+    assert ((turns != 0) & (turns != 1)).sum() <= MISCOUNTED * len(points)
+
+
+def test_each_part_of_a_torch_is_felt_where_it_is() -> None:
+    material = exact("sharp-box")  # its top is at z = 20
+    p = np.array([[0.0, 0, 10], [0, 0, -22.0], [49.9, 0, -45], [55.1, 0, -45], [0, 0, 20]])
+    found = find_poses_in_material(material, p, np.repeat(UP, len(p), axis=0))
+    assert found.row.tolist() == [0, 1, 2]
+    assert found.part == (TorchPart.TIP, TorchPart.WIRE, TorchPart.NOZZLE)
+    assert set(found.solid) == set(material.names)
+
+
+def test_a_nozzle_that_starts_inside_a_thick_solid_is_felt() -> None:
+    walls = [box_of_triangles("thick", np.array([500.0, 500.0, 500.0]), np.eye(3))]
+    material = TriangleMaterial(PartMesh(tuple(walls), 0.1, 0.1))
+    found = find_poses_in_material(material, np.array([[508.0, 0.0, -400.0]]), UP, StraightTorch(length_mm=100.0))
+    assert found.part == (TorchPart.NOZZLE,)
+
+
+def test_poses_at_a_free_seam_are_not_in_material() -> None:
+    material = exact("tee")
+    for seam in detect_seams(material.graph):
+        assert seam.accepted
+        assert len(find_poses_in_material(material, seam.frames.p, seam.frames.R[:, :, 2])) == 0

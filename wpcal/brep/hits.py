@@ -1,0 +1,183 @@
+"""Where rays go through the faces of a part: in closed form, except for tori and free-form faces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.brep.crossing import find_crossings, heights
+from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import FloatArray, IntArray
+
+CHUNK = 5000
+"""Rays handled in one array: some 50 MB at ten faces per ray."""
+STEPS = 12
+"""Samples of a ray inside the box of a torus or a free-form face. The ray crosses between two samples on different
+sides of the surface."""
+THIN_MM = 0.1
+"""Boxes grow by this, so that a ray across a plane face has samples on both sides of the face."""
+ON_SURFACE = 1e-6
+"""A root of the equation of a surface is a hit if its nearest point on the surface is this near, relative to the
+length of the ray's way there or 1 mm; the other nappe of a cone is farther away."""
+PARALLEL = 1e-14
+"""A leading coefficient below this is round-off: the ray runs along a plane or a ruling."""
+SAMPLED = (SurfaceKind.TORUS, SurfaceKind.NURBS)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RayHits:
+    """Places where rays go through faces, sorted by ray, then by distance.
+
+    Parameters
+    ----------
+    ray, face : ndarray of int, shape (k,)
+    at_mm : ndarray, shape (k,)
+        Distance from the start of the ray.
+    way : ndarray of int, shape (k,)
+        +1 where the ray leaves the material of the face's solid, -1 where it enters it.
+    """
+
+    ray: IntArray
+    face: IntArray
+    at_mm: FloatArray
+    way: IntArray
+
+
+def find_hits(
+    graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, *, length_mm: FloatArray | float
+) -> RayHits:
+    """Find all places where rays go through faces.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    trimmed : TrimmedFaces
+        Of the same graph.
+    origins, rays : ndarray, shape (m, 3)
+        Starts (mm) and unit directions in `part`.
+    length_mm : float or ndarray, shape (m,)
+        Where the rays end.
+
+    Returns
+    -------
+    RayHits
+    """
+    length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
+    found = []
+    for first in range(0, len(origins), CHUNK):
+        own = slice(first, first + CHUNK)
+        hits = _hits(graph, trimmed, origins[own], rays[own], length[own])
+        found.append(RayHits(hits.ray + first, hits.face, hits.at_mm, hits.way))
+    none = np.zeros(0, dtype=np.int64)
+    found = found or [RayHits(none, none, np.zeros(0), none)]
+    names = ("ray", "face", "at_mm", "way")
+    ray, face, at, way = (np.concatenate([getattr(hits, name) for hits in found]) for name in names)
+    order = np.lexsort((at, ray))
+    return RayHits(ray[order], face[order], at[order], way[order])
+
+
+def _hits(
+    graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
+) -> RayHits:
+    ray, face, low, high = _through_boxes(trimmed, origins, rays, length)
+    sampled = np.isin(graph.face_kind[face], SAMPLED)
+    closed, open_ = np.flatnonzero(~sampled), np.flatnonzero(sampled)
+    roots = _roots(graph, face[closed], origins[ray[closed]], rays[ray[closed]])
+    row, _ = np.nonzero((roots > 0) & (roots <= length[ray[closed], None]))
+    at = roots[(roots > 0) & (roots <= length[ray[closed], None])]
+    pair = closed[row]
+    if len(open_):
+        more, at_more = _sampled(graph, face[open_], origins[ray[open_]], rays[ray[open_]], low[open_], high[open_])
+        pair, at = np.concatenate([pair, open_[more]]), np.concatenate([at, at_more])
+    ray, face = ray[pair], face[pair]
+    points = origins[ray] + at[:, None] * rays[ray]
+    foot = project_to_faces(graph, face, points)
+    near = np.linalg.norm(foot.p - points, axis=1) <= ON_SURFACE * np.maximum(1.0, at)
+    kept = np.flatnonzero(near | np.isin(graph.face_kind[face], SAMPLED))
+    kept = kept[trimmed.contains(face[kept], foot.uv[kept])]
+    way = np.where(np.einsum("ki,ki->k", rays[ray[kept]], foot.normal[kept]) > 0, 1, -1)
+    return RayHits(ray[kept], face[kept], at[kept], way)
+
+
+def _roots(graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray) -> FloatArray:
+    """Return the distances at which rays meet the whole surfaces of faces, shape (k, 2); NaN where there is none."""
+    frame, param = graph.face_frame[face], graph.face_param[face]
+    o = np.einsum("kij,kj->ki", frame[:, 1:], origins - frame[:, 0])
+    d = np.einsum("kij,kj->ki", frame[:, 1:], rays)
+    kind = graph.face_kind[face]
+    # |q|² with the third axis weighted by m, less the square of the radius there, r + slope · z
+    slope = np.where(kind == SurfaceKind.CONE, np.tan(np.where(kind == SurfaceKind.CONE, param[:, 1], 0.0)), 0.0)
+    m = np.where(kind == SurfaceKind.SPHERE, 1.0, 0.0)
+    radius = param[:, 0] + slope * o[:, 2]
+    a = d[:, 0] ** 2 + d[:, 1] ** 2 + (m - slope**2) * d[:, 2] ** 2
+    b = o[:, 0] * d[:, 0] + o[:, 1] * d[:, 1] + m * o[:, 2] * d[:, 2] - radius * slope * d[:, 2]
+    c = o[:, 0] ** 2 + o[:, 1] ** 2 + m * o[:, 2] ** 2 - radius**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(b * b - a * c)
+        q = -(b + np.copysign(root, b))  # no difference of nearly equal numbers
+        first, second = np.where(np.abs(a) > PARALLEL, q / a, np.nan), c / q
+        flat = np.where(np.abs(d[:, 2]) > PARALLEL, -o[:, 2] / d[:, 2], np.nan)
+    plane = kind == SurfaceKind.PLANE
+    known = np.isin(kind, (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.SPHERE))
+    first = np.where(plane, flat, np.where(known, first, np.nan))
+    return np.stack([first, np.where(known, second, np.nan)], axis=1)
+
+
+def _sampled(
+    graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """Return rows of pairs and the distances at which the height above the surface changes sign."""
+    t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, STEPS)
+    points = origins[:, None] + t[..., None] * rays[:, None]
+    side = heights(graph, np.repeat(face, STEPS), points.reshape(-1, 3)).reshape(t.shape)
+    row, column = np.nonzero((side[:, :-1] > 0) != (side[:, 1:] > 0))
+
+    def height(at: FloatArray) -> FloatArray:
+        return heights(graph, face[row], origins[row] + at[:, None] * rays[row])
+
+    return row, find_crossings(height, t[row, column], t[row, column + 1])
+
+
+def _through_boxes(
+    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Return pairs of a ray and a face whose box the ray meets, and where the ray enters and leaves this box."""
+    o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
+    low, high = trimmed.face_box
+    with np.errstate(divide="ignore", invalid="ignore"):
+
+        def meets(
+            ray: IntArray, box_low: FloatArray, box_high: FloatArray
+        ) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+            enter, leave = passage(np.take(o, ray, axis=1), np.take(d, ray, axis=1), length[ray], box_low, box_high)
+            return np.asarray(leave > enter, dtype=bool)
+
+        ray, face = trimmed.box_tree.search(len(origins), meets)
+        return ray, face, *passage(o[:, ray], d[:, ray], length[ray], low[face].T, high[face].T)
+
+
+def passage(
+    o: FloatArray, d: FloatArray, length: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return where rays from o along d enter boxes and where they leave them; a ray that leaves first misses its box.
+
+    Parameters
+    ----------
+    o, d, low, high : ndarray, shape (3, m)
+        Starts, directions, and corners of the boxes, which grow by `THIN_MM`; one row per coordinate, mm.
+    length : ndarray, shape (m,)
+        Where the rays end, mm.
+
+    Returns
+    -------
+    enter, leave : ndarray, shape (m,)
+        Distances from the start, mm.
+    """
+    enter, leave = np.zeros(len(length)), length
+    for k in range(3):
+        a, b = (low[k] - THIN_MM - o[k]) / d[k], (high[k] + THIN_MM - o[k]) / d[k]
+        enter, leave = np.maximum(enter, np.fmin(a, b)), np.minimum(leave, np.fmax(a, b))
+    return enter, leave

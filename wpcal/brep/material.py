@@ -1,0 +1,199 @@
+"""What is inside the material of a part's solids, from its exact faces or from its triangles.
+
+A point is inside a solid if a ray from it leaves the solid once more often than it enters it. A ray through an edge or
+along a face may count wrong, so three rays in general directions vote.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from wpcal.brep.boxes import BoxTree
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.hits import CHUNK, find_hits, passage
+from wpcal.brep.mesh import PartMesh
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+
+VOTERS = np.array([[0.8301, 0.2713, 0.4871], [-0.3119, 0.8923, 0.3263], [0.1987, -0.4409, 0.8753]])
+"""Directions of the rays that vote: along no axis, plane or diagonal in which parts are modelled."""
+FAR_MM = 1e9
+"""Length of a ray that leaves every part."""
+FLAT = 1e-12
+"""A ray whose direction has less than this share across a triangle runs along it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SolidHits:
+    """Places where rays enter or leave solids, sorted by ray, then by distance.
+
+    Parameters
+    ----------
+    ray, solid : ndarray of int, shape (k,)
+    at_mm : ndarray, shape (k,)
+        Distance from the start of the ray.
+    way : ndarray of int, shape (k,)
+        +1 where the ray leaves the solid, -1 where it enters it.
+    """
+
+    ray: IntArray
+    solid: IntArray
+    at_mm: FloatArray
+    way: IntArray
+
+
+class Material(Protocol):
+    """The solids of a part, which rays can be sent through."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the solids."""
+
+    def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
+        """Find where rays enter and leave solids.
+
+        Parameters
+        ----------
+        origins, rays : ndarray, shape (m, 3)
+            Starts (mm) and unit directions in `part`.
+        length_mm : float or ndarray, shape (m,)
+            Where the rays end.
+        """
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExactMaterial:
+    """The solids of a `BrepGraph`.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    trimmed : TrimmedFaces
+        Of the same graph.
+    """
+
+    graph: BrepGraph
+    trimmed: TrimmedFaces
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the solids."""
+        return self.graph.solid_names
+
+    def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
+        """Find where rays enter and leave solids.
+
+        Parameters
+        ----------
+        origins, rays : ndarray, shape (m, 3)
+            Starts (mm) and unit directions in `part`.
+        length_mm : float or ndarray, shape (m,)
+            Where the rays end.
+        """
+        found = find_hits(self.graph, self.trimmed, origins, rays, length_mm=length_mm)
+        return SolidHits(found.ray, self.graph.face_solid[found.face], found.at_mm, found.way)
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMaterial:
+    """The solids of a `PartMesh`, which deviate from the model by at most its deflection.
+
+    Parameters
+    ----------
+    mesh : PartMesh
+        Each solid closed, its triangles counter-clockwise seen from outside.
+    """
+
+    mesh: PartMesh
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the solids."""
+        return tuple(solid.name for solid in self.mesh.solids)
+
+    @cached_property
+    def _corners(self) -> FloatArray:
+        """Corners of all triangles, shape (m, 3, 3), mm."""
+        own = [solid.points[solid.triangles] for solid in self.mesh.solids]
+        return np.concatenate([np.zeros((0, 3, 3)), *own])
+
+    @cached_property
+    def _solid(self) -> IntArray:
+        return np.repeat(np.arange(len(self.mesh.solids)), [len(solid.triangles) for solid in self.mesh.solids])
+
+    @cached_property
+    def _tree(self) -> BoxTree:
+        return BoxTree.of(self._corners.min(axis=1), self._corners.max(axis=1))
+
+    def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
+        """Find where rays enter and leave solids.
+
+        Parameters
+        ----------
+        origins, rays : ndarray, shape (m, 3)
+            Starts (mm) and unit directions in `part`.
+        length_mm : float or ndarray, shape (m,)
+            Where the rays end.
+        """
+        length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
+        none = (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0, dtype=np.int64))
+        found = [none]
+        for first in range(0, len(origins), CHUNK):
+            own = slice(first, first + CHUNK)
+            ray, triangle, at, way = self._hits(origins[own], rays[own], length[own])
+            found.append((ray + first, self._solid[triangle], at, way))
+        ray, solid, at, way = (np.concatenate(column) for column in zip(*found, strict=True))
+        order = np.lexsort((at, ray))
+        return SolidHits(ray[order], solid[order], at[order], way[order])
+
+    def _hits(
+        self, origins: FloatArray, rays: FloatArray, length: FloatArray
+    ) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
+        """Return rays, triangles, distances and ways of hits (Möller and Trumbore 1997)."""
+        o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
+
+        def meets(ray: IntArray, low: FloatArray, high: FloatArray) -> BoolArray:
+            enter, leave = passage(np.take(o, ray, axis=1), np.take(d, ray, axis=1), length[ray], low, high)
+            return np.asarray(leave > enter, dtype=bool)
+
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ray, triangle = self._tree.search(len(origins), meets)
+            a, b, c = np.moveaxis(self._corners[triangle], 1, 0)
+            e1, e2, r = b - a, c - a, origins[ray] - a
+            across, side = np.cross(rays[ray], e2), np.cross(r, e1)
+            det = np.einsum("ki,ki->k", e1, across)
+            u = np.einsum("ki,ki->k", r, across) / det
+            v = np.einsum("ki,ki->k", rays[ray], side) / det
+            at = np.einsum("ki,ki->k", e2, side) / det
+            size = np.linalg.norm(np.cross(e1, e2), axis=1)
+            hit = (np.abs(det) > FLAT * size) & (u >= 0) & (v >= 0) & (u + v <= 1) & (at > 0) & (at <= length[ray])
+        rows = np.flatnonzero(hit)
+        return ray[rows], triangle[rows], at[rows], np.where(det[rows] > 0, -1, 1)
+
+
+def find_solids_around(material: Material, points: FloatArray) -> tuple[IntArray, IntArray]:
+    """Find the solids that points are inside of.
+
+    Parameters
+    ----------
+    material : Material
+    points : ndarray, shape (m, 3)
+        In `part`, mm. On a face the answer is either.
+
+    Returns
+    -------
+    point, solid : ndarray of int, shape (k,)
+        Pairs of a point and a solid around it, sorted by point, then solid.
+    """
+    rays = VOTERS / np.linalg.norm(VOTERS, axis=1, keepdims=True)
+    count = len(rays)
+    found = material.hits(np.repeat(points, count, axis=0), np.tile(rays, (len(points), 1)), FAR_MM)
+    pair, row = np.unique(np.stack([found.ray, found.solid]), axis=1, return_inverse=True)
+    turns = np.bincount(row.ravel(), found.way, minlength=pair.shape[1])
+    inside = pair[:, turns > 0]
+    both, votes = np.unique(np.stack([inside[0] // count, inside[1]]), axis=1, return_counts=True)
+    return both[0, votes > count / 2], both[1, votes > count / 2]
