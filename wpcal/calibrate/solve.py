@@ -197,9 +197,7 @@ def _paired(observed: PointPairs | Touches, T_base_part: RigidTransform) -> Poin
     return observed.paired(T_base_part) if isinstance(observed, Touches) else observed
 
 
-def _residual_evidence(
-    problem: FitProblem, fit: CriterionFit, check: PointPairs | Touches | None
-) -> ResidualEvidence:
+def _residual_evidence(problem: FitProblem, fit: CriterionFit, check: PointPairs | Touches | None) -> ResidualEvidence:
     return problem.judge_residuals(fit, check)
 
 
