@@ -10,17 +10,17 @@ MOST_WRONG = 0.05
 
 
 @pytest.mark.parametrize("stated", [True, False])
-@pytest.mark.parametrize("n", [3, 4, 8, 12])
+@pytest.mark.parametrize("n", [4, 8])
 def test_a_verdict_is_seldom_wrong(n, stated):
     study = pooled_study(
-        n, noise="gaussian", criterion=Criterion.LEAST_SQUARES, stated=stated, trials=40, parts=("tee", "lap")
+        n, noise="gaussian", criterion=Criterion.LEAST_SQUARES, stated=stated, trials=30, parts=("tee", "lap")
     )
     assert study.passed_outside <= MOST_WRONG * study.trials
     assert study.failed_inside <= MOST_WRONG * study.trials
 
 
 def test_many_points_pass_and_three_do_not():
-    options = {"noise": "gaussian", "criterion": Criterion.LEAST_SQUARES, "stated": True, "trials": 30}
+    options = {"noise": "gaussian", "criterion": Criterion.LEAST_SQUARES, "stated": True, "trials": 20}
     many = pooled_study(12, parts=("tee",), **options)
     assert many.verdicts[VerdictKind.PASS] > 0.8 * many.trials
     few = pooled_study(3, parts=("tee",), **options)
