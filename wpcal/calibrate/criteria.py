@@ -9,6 +9,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 
 from wpcal.calibrate.residual_evidence import ResidualEvidence
+from wpcal.calibrate.suspect import Diagnosis
 from wpcal.calibrate.uncertainty import POSTURE_FACTOR, Sigma, TeachingError, error_95
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
@@ -16,6 +17,11 @@ from wpcal.core.transform import RigidTransform
 
 BLUNDER = "blunder"
 """Code of the issue that names observations which the others contradict."""
+NEIGHBOUR = "neighbour-feature"
+"""Code of the issue that a row was touched on another feature; its ids are the row's name and that feature."""
+
+NOT_NAMED = "blunder-not-named"
+"""Code of the issue that points are wrong and the data cannot tell which."""
 
 
 class Criterion(Enum):
@@ -120,7 +126,7 @@ class FitProblem(Protocol):
     def judge_residuals(self, fit: CriterionFit, check: Any = None) -> ResidualEvidence:
         """Say how the fitted observations agree, and which of them neither others nor the check ones test."""
 
-    def find_issues(self, fit: CriterionFit) -> tuple[Issue, ...]:
+    def diagnose(self, fit: CriterionFit) -> Diagnosis:
         """Say what is wrong with the observations. Wrong ones are the ids of an issue with the code `BLUNDER`."""
 
 
@@ -236,7 +242,7 @@ def compare_criteria(
 
 def _best(rows: list[dict[str, Any]], problem: FitProblem, issues: tuple[Issue, ...]) -> tuple[Criterion, str]:
     word = problem.word
-    if any(issue.code == BLUNDER for issue in issues):
+    if any(issue.code == BLUNDER and set(issue.ids) & set(problem.names) for issue in issues):
         return Criterion.ROBUST, f"a mis-taught {word} was named, and robust leaves it out"
     if problem.has_covariances:
         return Criterion.WEIGHTED, f"the errors of the {word}s are stated one by one, and weighted uses them"

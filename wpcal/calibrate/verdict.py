@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.calibrate.criteria import BLUNDER, CriterionFit
+from wpcal.calibrate.criteria import BLUNDER, NEIGHBOUR, NOT_NAMED, CriterionFit
 from wpcal.calibrate.distrust import Distrusted
 from wpcal.calibrate.outlier_limits import FALSE_ALARM
 from wpcal.calibrate.residual_evidence import ResidualEvidence
@@ -36,7 +36,7 @@ from wpcal.core.transform import RigidTransform
 MOST_NAMED = 6
 """Most observations that the sentence names."""
 
-CONTRADICTIONS = (BLUNDER, "swapped-names", "mirrored")
+CONTRADICTIONS = (BLUNDER, NEIGHBOUR, NOT_NAMED, "swapped-names", "mirrored")
 """Codes of the issues that say that the observations contradict each other."""
 
 
@@ -227,7 +227,9 @@ def _matters(evidence: VerdictEvidence, issue: Issue) -> bool:
     if issue.ids and fitted.isdisjoint(issue.ids):
         return False
     found = evidence.distrusted
-    if issue.code != BLUNDER or found is None:
+    if issue.code in (NEIGHBOUR, NOT_NAMED) and found is None:
+        return evidence.largest_mm > evidence.tolerance_mm
+    if issue.code not in (BLUNDER, NEIGHBOUR) or found is None:
         return True
     return found.shift_mm + found.without_them.seam_error_95_mm > evidence.tolerance_mm
 
@@ -270,6 +272,9 @@ def _doubt(evidence: VerdictEvidence, seam: str, error_mm: float) -> tuple[Verdi
     if evidence.residuals.unchecked:
         sentence = f"nothing tests {_listed(evidence.residuals.unchecked)}; if one is wrong, no residual shows it"
         return VerdictReason.UNCHECKED, sentence, ""
+    unnamed = [issue.message for issue in evidence.issues if issue.code in (NEIGHBOUR, NOT_NAMED)]
+    if unnamed and evidence.distrusted is None:
+        return VerdictReason.CONTRADICTION, unnamed[0], "no seam is shown to be outside"
     is_stated = fit.sigma.source is SigmaSource.STATED
     if not is_stated and evidence.largest_mm > tolerance and evidence.residuals.contradicts(USUAL_SIGMA_MM):
         sentence = (

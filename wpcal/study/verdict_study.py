@@ -90,7 +90,7 @@ def run_verdict_study(
         names = tuple(f"P{i}" for i in range(len(p)))
         problem = PointProblem(PointPairs(names, p, p + error), teaching)
         fit = problem.fit(criterion)
-        issues = problem.find_issues(fit)
+        issues = problem.diagnose(fit).issues
         wrong = next((issue.ids for issue in issues if issue.code == BLUNDER), ())
         distrusted = (
             compare_without(problem, wrong, criterion, seam_points=seam_points, known=(fit,)) if wrong else None
