@@ -18,6 +18,7 @@ from wpcal.calibrate.points.covariance import (
 )
 from wpcal.calibrate.points.diagnose import diagnose_pairs, join_pairs
 from wpcal.calibrate.points.error_rows import ErrorRows
+from wpcal.calibrate.points.heavy_tails import has_heavy_tails, motion_square
 from wpcal.calibrate.points.least_squares import distances, fit_least_squares, kabsch, require_spread
 from wpcal.calibrate.points.minimax import MinimaxSolution, solve_minimax
 from wpcal.calibrate.points.neighbours import FeaturePlaces
@@ -110,7 +111,12 @@ class PointProblem:
             r = pairs.p_target[rows] - T.apply(pairs.p_source[rows])
             objective = bound = float(np.sqrt(np.mean(np.sum(r**2, axis=1))))
         covariance, sigma = self._covariance(criterion, T, rows)
-        return CriterionFit(criterion, T, objective, bound, frozen(covariance), sigma, rows)
+        is_heavy = False
+        if criterion is Criterion.MINIMAX and pairs.covariances is None:
+            is_heavy = has_heavy_tails(pairs.p_source, pairs.p_target)
+            if is_heavy:
+                covariance = covariance + motion_square(fit_least_squares(pairs), T)
+        return CriterionFit(criterion, T, objective, bound, frozen(covariance), sigma, rows, is_heavy)
 
     def distances_mm(self, T: RigidTransform) -> FloatArray:
         """Distances of the taught points from the moved model points, mm, shape (n,)."""
