@@ -19,7 +19,7 @@ from wpcal.calibrate.points.covariance import (
 )
 from wpcal.calibrate.points.diagnose import find_issues
 from wpcal.calibrate.points.least_squares import distances, fit_least_squares, kabsch
-from wpcal.calibrate.points.minimax import MinimaxSolution, solve_minimax
+from wpcal.calibrate.points.minimax import CERTIFIED_MM, MinimaxSolution, solve_minimax
 from wpcal.calibrate.points.robust import fit_robust
 from wpcal.calibrate.points.weighted import fit_weighted, weighted_lower_bound, weighted_root_mean_square
 from wpcal.calibrate.solver_report import Solver, SolverReport
@@ -108,7 +108,10 @@ class PointProblem:
 
     def find_issues(self, fit: CriterionFit) -> tuple[Issue, ...]:
         """Name swapped, mirrored and mis-taught points, and what the points cannot tell."""
-        return find_issues(self.pairs, sigma_mm=self.teaching.per_axis_mm, seed=self.seed)
+        found = find_issues(self.pairs, sigma_mm=self.teaching.per_axis_mm, seed=self.seed)
+        if fit.criterion is Criterion.MINIMAX and fit.objective_mm - fit.lower_bound_mm > CERTIFIED_MM:
+            return (*found, _not_proved(fit))
+        return found
 
     def _covariance(self, criterion: Criterion, T: RigidTransform, rows: IntArray) -> tuple[FloatArray, float]:
         pairs, moved = self.pairs, T.apply(self.pairs.p_source[rows])
@@ -133,6 +136,14 @@ class PointProblem:
         if criterion is Criterion.MINIMAX:
             return unequal_minimax_covariance(moved, covariances, seed=self.seed)
         return propagated_covariance(moved, covariances)
+
+
+def _not_proved(fit: CriterionFit) -> Issue:
+    message = (
+        f"this fit may not be the best one: its largest residual is {fit.objective_mm:.4g} mm, and it is proved only "
+        f"that no fit is below {fit.lower_bound_mm:.4g} mm. Check the names of the points; --certify searches on"
+    )
+    return Issue("not-proved", message)
 
 
 def search_points(
