@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from cad.cli.holder import HolderFlags, write_grasp
+from cad.cli.holder import HolderFlags
 from cad.cli.options import CalibrateFlags, SeamChoiceFlags
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.program_options import ProgramFlags
@@ -80,13 +80,11 @@ def calibrate(
         "options": options,
         "mark_seams": output.mark_seams,
         "bake": output.bake,
+        "holding": holding,
     }
     written: WrittenCalibration = run_on_part(
         "cad.workpiece.calibrate:calibrate_files", part_step, arguments, what=f"calibrating {part_step}"
     )
-    if holding is not None:
-        files = write_grasp(holding, written.result.T_base_part, out)
-        written = replace(written, files=(*written.files, *files))
     if output.as_json:
         from wpcal.core.records import to_json
 

@@ -4,7 +4,9 @@ The kernel can crash, hang or run out of memory on a file. In a child process su
 and the parent starts without loading the kernel. The child sends its results as frames over a pipe of its own. Whatever
 the kernel prints on standard output goes to the child's standard error, which the parent does not show.
 
-``python -m cad.kernel.child`` starts the child's side. It is not meant to be run by hand.
+``python -P -m cad.kernel.child`` starts the child's side. It is not meant to be run by hand. Without ``-P``, Python
+would look for modules in the current folder first, and run a ``numpy.py`` that lies beside a customer's STEP file.
+``-I`` would also do that, but the child would then not find a wpcal in the user's own site-packages or on PYTHONPATH.
 """
 
 from __future__ import annotations
@@ -83,7 +85,8 @@ def run_in_child(
     request = pickle.dumps((target, dict(arguments or {}), progress is not None, timeout_s))
     with tempfile.TemporaryFile() as noise:
         process = subprocess.Popen(
-            [sys.executable, "-m", "cad.kernel.child"],
+            [sys.executable, "-P", "-m", "cad.kernel.child"],
+            env=_environment(),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=noise,
@@ -98,6 +101,15 @@ def run_in_child(
         finally:
             clock.cancel()
             child.close()
+
+
+def _environment() -> dict[str, str]:
+    """Return the environment without the empty entries of PYTHONPATH: to Python they mean the current folder."""
+    environment = dict(os.environ)
+    entries = [entry for entry in environment.pop("PYTHONPATH", "").split(os.pathsep) if entry]
+    if entries:
+        environment["PYTHONPATH"] = os.pathsep.join(entries)
+    return environment
 
 
 @dataclass(slots=True)

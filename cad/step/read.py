@@ -6,7 +6,8 @@ writing. A *leaf* is a product without components. Each use of a leaf gives its 
 
 from __future__ import annotations
 
-import hashlib
+import io
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -28,9 +29,13 @@ from cad.step.xcaf_tree import Leaf, StepTree, merged_layers, usable_name
 from wpcal.brep.mesh import Rgb
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.issue import Issue
+from wpcal.core.records import read_bytes, sha256_of
 
 READ_SETTINGS: dict[str, int | str] = {"xstep.cascade.unit": "MM", "read.stepcaf.subshapes.name": 1}
 """Lengths in mm, and the names of faces and edges, which the kernel does not read by default."""
+
+NO_FOLDER = os.devnull + "/"
+"""A folder that cannot hold files: the kernel looks there for other files that a text refers to. They are not read."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -169,7 +174,7 @@ def read_step(path: Path | str) -> StepPart:
     path = Path(path)
     file = read_step_text(path)
     with kernel_call(f"reading {path}"):
-        document = read_document(path)
+        document = read_document(path, file.text)
         tree = StepTree(document)
         leaves = list(tree.leaves())
         prepared = {leaf.entry: leaf_shapes(leaf.use.name, leaf.shape) for leaf in leaves}
@@ -181,12 +186,20 @@ def read_step(path: Path | str) -> StepPart:
     issues = [*unit_issues, *(issue for found in prepared.values() for issue in found.issues), *shell_issues]
     if not solids:
         issues.append(Issue("no-solid", "the file holds no solid and no shell with exact faces"))
-    digest = hashlib.sha256(file.text).hexdigest()
+    digest = sha256_of(file.text)
     return StepPart(path.name, digest, unit, file.schema, solids, marks, tuple(issues), document, file)
 
 
-def read_document(path: Path) -> KernelObject:
+def read_document(path: Path, text: bytes | None = None) -> KernelObject:
     """Read a STEP file into a new XCAF document, in mm.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages if the text is given.
+    text : bytes, optional
+        The file's bytes as read before, so that the shapes come from the bytes whose SHA-256 is recorded, even if
+        somebody changes the file meanwhile.
 
     Raises
     ------
@@ -200,7 +213,9 @@ def read_document(path: Path) -> KernelObject:
             reader.SetNameMode, reader.SetColorMode, reader.SetLayerMode, reader.SetGDTMode, reader.SetSHUOMode,
         ):  # fmt: skip
             switch(True)
-        if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:  # a transfer would now crash
+        stream = io.BytesIO(read_bytes(path) if text is None else text)
+        if reader.ReadStream(NO_FOLDER + path.name, stream) != IFSelect_ReturnStatus.IFSelect_RetDone:
+            # a transfer would now crash
             raise FormatError("the CAD kernel cannot read its text", path=str(path))
         if not reader.Transfer(document):
             raise FormatError("the CAD kernel finds no shape it can build", path=str(path))

@@ -156,9 +156,8 @@ def _text_from_document(
 ) -> tuple[bytes, Counter[str]]:
     """Write the free shapes under one placed assembly with the kernel's writer; return the names added as well."""
     with tempfile.TemporaryDirectory() as folder:
-        original, written = Path(folder) / "part.step", Path(folder) / "moved.step"
-        original.write_bytes(part.text)
-        document = read_document(original)  # a copy: the part's own document is not changed
+        written = Path(folder) / "moved.step"
+        document = read_document(Path(part.file_name), part.text)  # a copy: the part's own document is not changed
         added = _wrap_free_shapes(document, T_base_part, name)
         _write_document(document, written, part, with_annotations=with_annotations)
         return written.read_bytes(), added

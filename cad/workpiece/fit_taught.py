@@ -110,11 +110,14 @@ class Observed:
         Rows that are not fitted; they test the fit.
     tcp_bias_mm : float
         Error of the tool centre point that the rows state, mm.
+    features : dict of str to ndarray of shape (3,)
+        Places that can be touched as points, in `part`, mm: a suspicious point is tried on them.
     """
 
     fitted: PointPairs | Touches
     check: PointPairs | Touches | None
     tcp_bias_mm: float = 0.0
+    features: dict[str, FloatArray] = field(default_factory=dict)
 
 
 def prepare_fit(
@@ -141,7 +144,8 @@ def prepare_fit(
     """
     features = workpiece.features
     if not taught.has_touches:
-        return Observed(*pair_points(taught, features), taught.tcp_bias_mm)
+        places = {feature.name: feature.p_mm for feature in features if feature.kind.is_point}
+        return Observed(*pair_points(taught, features), taught.tcp_bias_mm, places)
     find = partial(touches_of, taught, workpiece.trimmed, features, T_nominal_part=T_nominal_part)
     checked = find(use="check") if "check" in taught.use else None
     return Observed(replace(find(use="yes"), axes=named_axes(features)), checked, taught.tcp_bias_mm)
@@ -189,6 +193,7 @@ def run_fit(
         teaching=replace(options.teaching, tcp_bias_mm=bias_mm),
         certify=options.certify,
         seam_points=np.concatenate(frames) if frames else None,
+        features=observed.features,
     )
     if not seams:
         return result, ()

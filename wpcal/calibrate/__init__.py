@@ -11,6 +11,7 @@ from wpcal.calibrate.points.weighted import fit_weighted
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.solve import calibrate
 from wpcal.calibrate.solver_report import Solver, SolverReport
+from wpcal.calibrate.suspect import Exchange, Suspect
 from wpcal.calibrate.touches import Touches
 from wpcal.calibrate.touches.evidence import HeldMotion, StartsEvidence, TouchEvidence
 from wpcal.calibrate.uncertainty import TeachingError
@@ -20,6 +21,7 @@ __all__ = [
     "CriteriaComparison",
     "Criterion",
     "Distrusted",
+    "Exchange",
     "FitProblem",
     "FitSummary",
     "HeldMotion",
@@ -29,6 +31,7 @@ __all__ = [
     "Solver",
     "SolverReport",
     "StartsEvidence",
+    "Suspect",
     "TeachingError",
     "TouchEvidence",
     "Touches",

@@ -8,6 +8,7 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
+from wpcal.calibrate.suspect import Diagnosis
 from wpcal.calibrate.uncertainty import POSTURE_FACTOR, TeachingError, error_95
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
@@ -111,7 +112,7 @@ class FitProblem(Protocol):
     def select(self, rows: IntArray) -> Self:
         """Return the problem of some of the observations, indices of shape (m,)."""
 
-    def find_issues(self, fit: CriterionFit) -> tuple[Issue, ...]:
+    def diagnose(self, fit: CriterionFit) -> Diagnosis:
         """Say what is wrong with the observations. Wrong ones are the ids of an issue with the code `BLUNDER`."""
 
 
@@ -227,7 +228,7 @@ def compare_criteria(
 
 def _best(rows: list[dict[str, Any]], problem: FitProblem, issues: tuple[Issue, ...]) -> tuple[Criterion, str]:
     word = problem.word
-    if any(issue.code == BLUNDER for issue in issues):
+    if any(issue.code == BLUNDER and set(issue.ids) & set(problem.names) for issue in issues):
         return Criterion.ROBUST, f"a mis-taught {word} was named, and robust leaves it out"
     if problem.has_covariances:
         return Criterion.WEIGHTED, f"the errors of the {word}s are stated one by one, and weighted uses them"

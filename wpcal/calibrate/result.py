@@ -12,6 +12,7 @@ from wpcal.calibrate.criteria import CriteriaComparison, Criterion
 from wpcal.calibrate.distrust import Distrusted
 from wpcal.calibrate.points.minimax import CERTIFIED_MM
 from wpcal.calibrate.solver_report import SolverReport
+from wpcal.calibrate.suspect import Suspect
 from wpcal.calibrate.touches.evidence import TouchEvidence
 from wpcal.calibrate.uncertainty import POSTURE_FACTOR, TeachingError, error_95
 from wpcal.core.arrays import FloatArray, as_points, frozen
@@ -53,6 +54,8 @@ class CalibrationResult:
         wpcal, numpy, scipy.
     distrusted : Distrusted or None
         The points that the others contradict, and the answer with and without them.
+    suspect : Suspect or None
+        The observations that are wrong, as far as the data tell, with their probability.
     touches : TouchEvidence or None
         What only touches on faces and edges have; their lower bound is zero. None for points.
     """
@@ -74,6 +77,7 @@ class CalibrationResult:
     tolerance_mm: float
     versions: dict[str, str]
     distrusted: Distrusted | None = None
+    suspect: Suspect | None = None
     touches: TouchEvidence | None = None
 
     @property
@@ -143,7 +147,8 @@ class CalibrationResult:
     def to_record(self) -> dict[str, Any]:
         """Return the record of ``calibration.json``, without the fields of the part's file."""
         touches = {} if self.touches is None else {"touches": self.touches.to_record(self.pairs.names)}
-        return {**self._record(), **touches}
+        suspect = {} if self.suspect is None else {"suspect": self.suspect.to_record()}
+        return {**self._record(), **suspect, **touches}
 
     def _record(self) -> dict[str, Any]:
         return {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
@@ -18,9 +20,11 @@ from wpcal.calibrate.criteria import (
 from wpcal.calibrate.distrust import Distrusted, compare_without
 from wpcal.calibrate.points.diagnose import require_plausible_units
 from wpcal.calibrate.points.least_squares import require_spread
+from wpcal.calibrate.points.neighbours import FeaturePlaces
 from wpcal.calibrate.points.problem import PointProblem, search_points
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.solver_report import Solver, SolverReport
+from wpcal.calibrate.suspect import Diagnosis
 from wpcal.calibrate.touches.evidence import TouchEvidence
 from wpcal.calibrate.touches.problem import search_touches
 from wpcal.calibrate.touches.touches import Touches
@@ -51,6 +55,7 @@ def calibrate(
     check: PointPairs | Touches | None = None,
     certify: bool = False,
     seam_points: ArrayLike | None = None,
+    features: Mapping[str, FloatArray] | None = None,
 ) -> CalibrationResult:
     """Find the pose of the real part.
 
@@ -83,6 +88,9 @@ def calibrate(
         proof exists for touches, and this option does not change their fit.
     seam_points : array_like, shape (k, 3), optional
         Part frame, mm: where the criteria are compared. By default the fitted points of the model.
+    features : mapping of str to ndarray of shape (3,), optional
+        Places of the part that can be touched as points, by name, in `part`, mm. A suspicious point is tried on them:
+        it may have been touched on the neighbour of its feature.
 
     Returns
     -------
@@ -125,11 +133,13 @@ def calibrate(
             minimax, report = search_points(
                 observed, nominal=nominal, solver=solver, schedule=schedule, seed=seed, certify=certify
             )
-        problem = PointProblem(observed, model, seed, minimax)
+        points_checked = check if isinstance(check, PointPairs) else None
+        places = FeaturePlaces.of(features) if features else None
+        problem = PointProblem(observed, model, seed, minimax, points_checked, places)
     fit = problem.fit(criterion)
     pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
     points = pairs.p_source if seam_points is None else as_points(seam_points, name="seam points")
-    criteria, issues, distrusted = _assess(problem, fit, points)
+    criteria, found, distrusted = _assess(problem, fit, points)
     return CalibrationResult(
         pairs=pairs,
         check=check_pairs,
@@ -144,10 +154,11 @@ def calibrate(
         teaching=model,
         solver=report,
         criteria=criteria,
-        issues=(*issues, *verdict_issues(pairs, check_pairs, fit.T, tolerance_mm), *bias_advice(model)),
+        issues=(*found.issues, *verdict_issues(pairs, check_pairs, fit.T, tolerance_mm), *bias_advice(model)),
         tolerance_mm=tolerance_mm,
         versions={"wpcal": __version__, "numpy": np.__version__, "scipy": scipy.__version__},
         distrusted=distrusted,
+        suspect=found.suspect,
         touches=evidence,
     )
 
@@ -171,15 +182,15 @@ def _paired(observed: PointPairs | Touches, T_base_part: RigidTransform) -> Poin
 
 def _assess(
     problem: FitProblem, fit: CriterionFit, seam_points: FloatArray
-) -> tuple[CriteriaComparison | None, tuple[Issue, ...], Distrusted | None]:
+) -> tuple[CriteriaComparison | None, Diagnosis, Distrusted | None]:
     """Compare the criteria, find what is wrong with the observations, and fit without those that are named."""
     n = len(problem.names)
     if n > COMPARED:
         message = f"{n} pairs: blunders are not looked for and the criteria not compared above {COMPARED}"
-        return None, (Issue("not-compared", message),), None
-    issues = problem.find_issues(fit)
-    comparison = compare_criteria(problem, seam_points=seam_points, issues=issues, known=(fit,))
-    wrong = [issue.ids for issue in issues if issue.code == BLUNDER]
+        return None, Diagnosis((Issue("not-compared", message),)), None
+    found = problem.diagnose(fit)
+    comparison = compare_criteria(problem, seam_points=seam_points, issues=found.issues, known=(fit,))
+    wrong = [name for issue in found.issues if issue.code == BLUNDER for name in issue.ids if name in problem.names]
     if not wrong:
-        return comparison, issues, None
-    return comparison, issues, compare_without(problem, wrong[0], fit.criterion, seam_points=seam_points, known=(fit,))
+        return comparison, found, None
+    return comparison, found, compare_without(problem, wrong, fit.criterion, seam_points=seam_points, known=(fit,))

@@ -73,13 +73,17 @@ def _show(
     *,
     as_json: bool,
 ) -> None:
+    from wpcal.controllers.program import NOT_CHECKED
+
     if as_json:
         from wpcal.core.records import to_json
 
         written = {name: [str(targets[name] / file) for file in sorted(files)] for name, files in contents.items()}
         seams = [path.seam.name for path in program.paths]
-        click.echo(to_json({"schema": "wpcal/export/1", "seams": seams, "files": written}), nl=False)
+        record = {"schema": "wpcal/export/1", "seams": seams, "files": written, "not_checked": NOT_CHECKED}
+        click.echo(to_json(record), nl=False)
         return
     poses = sum(len(path) for path in program.paths)
     for name, files in contents.items():
         click.echo(f"{name}: {len(program.paths)} seams, {poses} poses: {', '.join(sorted(files))} in {targets[name]}")
+    click.echo(f"wpcal: {'; '.join((*program.checked, NOT_CHECKED))}", err=True)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from wpcal.controllers.registry import Controller, controller_of_file, controllers
 from wpcal.core.errors import InputError
-from wpcal.core.records import read_bytes
+from wpcal.core.records import read_bytes, sha256_of
 from wpcal.taught.programs import TaughtProgram
 from wpcal.taught.table import TaughtPoints
 from wpcal.taught.user_frames import ProgramReading, points_in_base
@@ -57,7 +58,8 @@ def read_taught_program(path: Path, reading: ProgramReading | None = None) -> Ta
         When the file breaks its format, holds no points or not the points asked for, or does not say the user frame.
     """
     require_program(path)
-    return points_in_base(parse_program(read_bytes(path), path), reading or ProgramReading())
+    raw = read_bytes(path)
+    return replace(points_in_base(parse_program(raw, path), reading or ProgramReading()), sha256=sha256_of(raw))
 
 
 def parse_program(raw: bytes, path: Path) -> TaughtProgram:

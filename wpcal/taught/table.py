@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike
 from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.pairs import PointPairs
+from wpcal.core.records import read_bytes, sha256_of
 from wpcal.core.robot_space import RobotSpace, space_of_table
-from wpcal.core.tables import Table, read_table
+from wpcal.core.tables import Table, parse_table
 from wpcal.features.reference import ReferenceFeature, point_named
 from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS, USES, covariances_of_table
 from wpcal.taught.kinds import KINDS, TouchKind
@@ -52,6 +53,8 @@ class TaughtPoints:
         The names come from a controller's program, which names points in its own way: they need not be features.
     tcp_bias_mm : float
         Error of the tool centre point that all points share (95 %), mm.
+    sha256 : str or None
+        Of the bytes that were read; None for points that are not from a file.
     """
 
     names: tuple[str, ...]
@@ -67,6 +70,7 @@ class TaughtPoints:
     radius_mm: FloatArray | None = None
     is_from_program: bool = False
     tcp_bias_mm: float = 0.0
+    sha256: str | None = None
 
     @property
     def has_touches(self) -> bool:
@@ -140,7 +144,8 @@ def read_taught(path: Path) -> TaughtPoints:
     FrameError
         When one file holds points of the nominal and of the identified robot.
     """
-    return taught_from_table(read_table(path))
+    raw = read_bytes(path)
+    return replace(taught_from_table(parse_table(raw, path=str(path))), sha256=sha256_of(raw))
 
 
 def taught_from_table(table: Table) -> TaughtPoints:

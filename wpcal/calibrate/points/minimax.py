@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wpcal.calibrate.points.active_set import refine_optimum
 from wpcal.calibrate.points.branch_and_bound import search_rotations
 from wpcal.calibrate.points.interior_point import InteriorPointState, solve_interior_point
 from wpcal.calibrate.points.least_squares import distances, kabsch, require_spread, weighted_rms
@@ -197,8 +198,15 @@ class _Cloud:
 
     def without_ties(self, found: _Found) -> _Found:
         """Take the fit of least sum of squares among those with the same largest distance."""
-        R, t = break_ties(self.p[None], self.q[None], found.R[None], found.t[None], found.weights[None])
-        return replace(found, R=R[0], t=t[0], value=float(distances(self.p, self.q, R[0], t[0]).max()))
+        exact = refine_optimum(self.p, self.q, found.R, found.t, found.weights)
+        if exact is None:
+            return found
+        R, t = break_ties(self.p[None], self.q[None], exact.R[None], exact.t[None], exact.weights[None])
+        value = float(distances(self.p, self.q, R[0], t[0]).max())
+        bound = float(weighted_rms(self.p, self.q, exact.weights))
+        if bound < found.bound:
+            return replace(found, R=R[0], t=t[0], value=value)
+        return replace(found, R=R[0], t=t[0], value=value, weights=exact.weights, bound=bound)
 
     def solve_from_many(self, first: _Found) -> _Found:
         """Solve from 24 rotations about the first answer, and raise the bound by ascent."""

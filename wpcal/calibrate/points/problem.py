@@ -17,15 +17,17 @@ from wpcal.calibrate.points.covariance import (
     unequal_minimax_covariance,
     weighted_covariance,
 )
-from wpcal.calibrate.points.diagnose import find_issues
-from wpcal.calibrate.points.least_squares import distances, fit_least_squares, kabsch
+from wpcal.calibrate.points.diagnose import diagnose_pairs, join_pairs
+from wpcal.calibrate.points.error_rows import ErrorRows
+from wpcal.calibrate.points.least_squares import distances, fit_least_squares, kabsch, require_spread
 from wpcal.calibrate.points.minimax import MinimaxSolution, solve_minimax
-from wpcal.calibrate.points.robust import fit_robust
+from wpcal.calibrate.points.neighbours import FeaturePlaces
+from wpcal.calibrate.points.robust import contradicted_points
 from wpcal.calibrate.points.weighted import fit_weighted, weighted_lower_bound, weighted_root_mean_square
 from wpcal.calibrate.solver_report import Solver, SolverReport
+from wpcal.calibrate.suspect import Diagnosis
 from wpcal.calibrate.uncertainty import TeachingError, residual_sigma
 from wpcal.core.arrays import FloatArray, IntArray, frozen
-from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.transform import RigidTransform
 from wpcal.optim.annealing import AnnealingSchedule
@@ -45,12 +47,18 @@ class PointProblem:
         Of the simulated part of the minimax covariance and of the triples of the robust fit.
     minimax : MinimaxSolution, optional
         If it is known already.
+    check : PointPairs, optional
+        Points that are not fitted; a wrong point is searched for among all of them together.
+    places : FeaturePlaces, optional
+        Of the part: a suspicious point is tried on them.
     """
 
     pairs: PointPairs
     teaching: TeachingError
     seed: int = 0
     minimax: MinimaxSolution | None = None
+    check: PointPairs | None = None
+    places: FeaturePlaces | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -91,7 +99,7 @@ class PointProblem:
             objective, bound = weighted_root_mean_square(pairs, T), weighted_lower_bound(pairs)
         else:
             if criterion is Criterion.ROBUST:
-                rows = np.flatnonzero(fit_robust(pairs, sigma_mm=self.teaching.per_axis_mm, seed=self.seed).inlier)
+                rows = self._agreeing()
             T = fit_least_squares(pairs.select(rows)) if len(rows) < len(pairs) else fit_least_squares(pairs)
             r = pairs.p_target[rows] - T.apply(pairs.p_source[rows])
             objective = bound = float(np.sqrt(np.mean(np.sum(r**2, axis=1))))
@@ -104,11 +112,22 @@ class PointProblem:
 
     def select(self, rows: IntArray) -> Self:
         """Return the problem of some of the points, indices of shape (m,)."""
-        return replace(self, pairs=self.pairs.select(rows), minimax=None)
+        return replace(self, pairs=self.pairs.select(rows), minimax=None, check=None)
 
-    def find_issues(self, fit: CriterionFit) -> tuple[Issue, ...]:
-        """Name swapped, mirrored and mis-taught points, and what the points cannot tell."""
-        return find_issues(self.pairs, sigma_mm=self.teaching.per_axis_mm, seed=self.seed)
+    def diagnose(self, fit: CriterionFit) -> Diagnosis:
+        """Name swapped, mirrored and mis-taught points and wrong features, and what the points cannot tell."""
+        return diagnose_pairs(
+            self.pairs, check=self.check, places=self.places, sigma_mm=self.teaching.per_axis_mm, seed=self.seed
+        )
+
+    def _agreeing(self) -> IntArray:
+        """Rows that neither the other fitted points nor the check points contradict."""
+        require_spread(self.pairs)
+        seen = self.pairs if self.check is None else join_pairs(self.pairs, self.check)
+        wrong = contradicted_points(seen, sigma_mm=self.teaching.per_axis_mm, seed=self.seed).named
+        rows = np.setdiff1d(np.arange(len(self.pairs)), wrong)
+        enough = len(rows) >= 3 and ErrorRows.of(self.pairs.select(rows), None).fixes_rotation()
+        return rows if enough else np.arange(len(self.pairs))
 
     def _covariance(self, criterion: Criterion, T: RigidTransform, rows: IntArray) -> tuple[FloatArray, float]:
         pairs, moved = self.pairs, T.apply(self.pairs.p_source[rows])

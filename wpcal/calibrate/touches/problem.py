@@ -10,6 +10,7 @@ import numpy as np
 
 from wpcal.calibrate.criteria import Criterion, CriterionFit
 from wpcal.calibrate.solver_report import Solver, SolverReport
+from wpcal.calibrate.suspect import Diagnosis, Suspect
 from wpcal.calibrate.touches.contradiction import ContradictedTouch, contradiction_issues, find_contradicted
 from wpcal.calibrate.touches.covariance import propagate_covariance
 from wpcal.calibrate.touches.evidence import TouchEvidence
@@ -102,10 +103,14 @@ class TouchProblem:
         """Return the problem of some of the touches, indices of shape (m,)."""
         return replace(self, touches=self.touches.select(rows), contradicted=None)
 
-    def find_issues(self, fit: CriterionFit) -> tuple[Issue, ...]:
+    def diagnose(self, fit: CriterionFit) -> Diagnosis:
         """Name the touch that the others contradict, and the fitted touches beyond the border of their face."""
         fitted = self.touches.select(fit.rows)
-        return (*contradiction_issues(self.touches, self.contradicted), *_border_issues(fitted, fit.T))
+        issues = (*contradiction_issues(self.touches, self.contradicted), *_border_issues(fitted, fit.T))
+        if self.contradicted is None:
+            return Diagnosis(issues)
+        name = self.touches.names[self.contradicted.row]
+        return Diagnosis(issues, Suspect((name,), (self.contradicted.off_mm,), None, 1, word=self.word))
 
     def _pose(self, touches: Touches, criterion: Criterion) -> tuple[Pose, float]:
         """Fit by one criterion; the value is the largest residual or a root mean square, mm."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -14,6 +13,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.robot.identify.error_summary import PoseErrorSummary, Verdict, distances_mm, judge, summarise, turns_deg
 from wpcal.robot.identify.genetic_tabu import EXPECTED_MM, EXPECTED_RAD, GeneticTabuFit, solve_genetic_tabu
+from wpcal.robot.identify.held_back import fold_rows, split_poses, without_rows
 from wpcal.robot.identify.identifiability import Noise, split_determined
 from wpcal.robot.identify.least_squares import LeastSquaresFit, absorbed_errors, assess, solve_least_squares
 from wpcal.robot.identify.observations import PoseObservations
@@ -23,9 +23,6 @@ from wpcal.robot.identify.plausibility import require_plausible
 from wpcal.robot.identify.pose_residuals import pose_errors
 from wpcal.robot.identify.registration import register
 from wpcal.robot.kinematics.arm import Arm
-
-TEST_SHARE = 20 / 70
-"""Share of the poses kept back for the test: the paper's 20 of 70."""
 
 REACH_FACTOR = 1.05
 """A measured position may be farther away than the sum of the arm's lengths by this factor: real lengths differ."""
@@ -173,19 +170,19 @@ def identify_arm(
     o = options or IdentifyOptions()
     nominal = arm.as_nominal()
     if o.leave_out:
-        observations, test = _without_rows(observations, test, o.leave_out)
+        observations, test = without_rows(observations, test, o.leave_out)
     task = _Task(nominal, nominal.model_angles(observations.joints), observations, o)
     task.check_reach()
     require_plausible(nominal.chain, task.theta, observations, free_base=o.free_base, free_tool=o.free_tool)
     if o.folds is None:
-        train, kept_back = _split(observations, test, o.seed)
+        train, kept_back = split_poses(observations, test, o.seed)
         final = task.identify(train)
         rounds = [(final, kept_back)]
     else:
         if test is not None:
             raise InputError("give either a column `set` or a number of folds, not both")
         train = np.arange(len(observations))
-        folds = list(_folds(observations, o.folds, o.seed))
+        folds = list(fold_rows(observations, o.folds, o.seed))
         rounds = [(task.identify(np.setdiff1d(train, rows)), rows) for rows in folds]
         final = task.identify(train)
     before = np.concatenate([task.errors(found.nominal, rows) for found, rows in rounds])
@@ -333,29 +330,6 @@ class _Task:
         return pose_errors(model, self.theta[rows], self.observations.select(rows))
 
 
-def _split(observations: PoseObservations, test: BoolArray | None, seed: int) -> tuple[IntArray, IntArray]:
-    """Rows to fit and rows to keep back; reflectors of one pose stay together."""
-    if test is not None:
-        return np.flatnonzero(~test), np.flatnonzero(test)
-    poses = observations.poses
-    count = poses.max() + 1
-    kept_back = max(1, round(TEST_SHARE * count))
-    chosen = np.random.default_rng(seed).permutation(count)[:kept_back]
-    away = np.isin(poses, chosen)
-    return np.flatnonzero(~away), np.flatnonzero(away)
-
-
-def _folds(observations: PoseObservations, folds: int, seed: int) -> Iterator[IntArray]:
-    """Rows of each fold; as many folds as poses leave one out at a time."""
-    poses = observations.poses
-    count = int(poses.max()) + 1
-    if not 2 <= folds <= count:
-        raise InputError(f"expected 2 to {count} folds for {count} poses, got {folds}")
-    order = np.random.default_rng(seed).permutation(count)
-    for fold in range(folds):
-        yield np.flatnonzero(np.isin(poses, order[fold::folds]))
-
-
 def _outlier(errors: FloatArray, observations: PoseObservations, pose: int, *, held_back: bool = False) -> OutlierPose:
     lines = tuple(observations.rows[i] for i in np.flatnonzero(observations.poses == pose))
     turns = turns_deg(errors)
@@ -365,16 +339,6 @@ def _outlier(errors: FloatArray, observations: PoseObservations, pose: int, *, h
         None if turns is None else float(turns.max()),
         held_back,
     )
-
-
-def _without_rows(
-    observations: PoseObservations, test: BoolArray | None, lines: tuple[int, ...]
-) -> tuple[PoseObservations, BoolArray | None]:
-    unknown = sorted(set(lines) - set(observations.rows))
-    if unknown:
-        raise InputError(f"row {unknown[0]} holds no measured pose; rows are lines of the file")
-    keep = ~np.isin(observations.rows, lines)
-    return observations.select(np.flatnonzero(keep)), None if test is None else test[keep]
 
 
 def _unseen_of_last_link(fit: LeastSquaresFit, options: IdentifyOptions) -> list[Parameter]:

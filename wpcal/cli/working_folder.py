@@ -1,0 +1,28 @@
+"""Keep Python from importing modules out of the current folder."""
+
+import os
+import sys
+
+PROGRAMS = ("wpcal", "wpcal.exe", "wpcal-script.py", "__main__.py")
+"""Names of what runs as the command. A script of a user that imports `wpcal.cli` keeps its `sys.path`."""
+
+
+def forget_working_folder() -> None:
+    """Take the current folder from `sys.path` if this process is the command, unless wpcal was imported from there.
+
+    ``python -m`` and an empty entry of PYTHONPATH put it there, before the standard library. A ``numpy.py`` that lies
+    beside a customer's file would then be imported. A command imports this module before it imports any library.
+    """
+    if not sys.argv or os.path.basename(sys.argv[0]) not in PROGRAMS:
+        return
+    try:
+        here = os.getcwd()
+    except OSError:  # the folder was removed
+        here = ""
+    if here and _is_inside(__file__, here):
+        return
+    sys.path[:] = [entry for entry in sys.path if entry not in ("", here)]
+
+
+def _is_inside(file: str, folder: str) -> bool:
+    return os.path.realpath(file).startswith(os.path.join(os.path.realpath(folder), ""))
