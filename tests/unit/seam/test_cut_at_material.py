@@ -166,3 +166,13 @@ def test_a_stretch_in_material_stays_refused_when_it_is_accepted_by_hand(tmp_pat
     assert len(blocked) == 3
     assert not any(seam.accepted for seam in blocked)
     assert all("stays refused" in seam.reasons[-1] for seam in blocked)
+
+
+def test_a_refusal_for_lack_of_reach_names_the_torch_and_what_would_change_it() -> None:
+    record = seams_record(detect_seams(saved_graph("boss-with-ribs")))
+    assert record["torch"] == {"stickout_mm": 20.0, "nozzle_mm": 20.0, "length_mm": 300.0}
+    refused = [why for seam in record["seams"] for why in seam["against"] if why.startswith("no torch gets there")]
+    assert refused
+    for why in refused:
+        assert "a straight torch of 300 mm, nozzle 20 mm in diameter, stick-out 20 mm" in why
+        assert "at another weld angle, accept the seam by an edit" in why
