@@ -275,6 +275,8 @@ def describe(program: WeldProgram) -> list[str]:
     lines = [f"written by wpcal {__version__} from calibration.json and seams.json"]
     if "verdict" in record:
         lines.append(f"calibration {record['verdict']}, tolerance {record['tolerance_mm']:g} mm")
+        if "judgement" in record:
+            lines.append(record["judgement"]["sentence"])
     lines += [
         f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
         f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
