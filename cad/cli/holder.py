@@ -11,7 +11,6 @@ import click
 from wpcal.cli.option_groups import option
 
 if TYPE_CHECKING:
-    from wpcal.core.transform import RigidTransform
     from wpcal.planning.cell.grasp import Holding
 
 
@@ -45,23 +44,3 @@ class HolderFlags:
         if self.cell_json is None or self.holder_joints is None:
             return None
         return read_holding(self.cell_json, self.holder_joints)
-
-
-def write_grasp(holding: Holding, T_base_part: RigidTransform, out: Path) -> tuple[str, ...]:
-    """Write the cell with the part's place in the gripper into the folder of a calibration, and return the file names.
-
-    Parameters
-    ----------
-    holding : Holding
-    T_base_part : RigidTransform
-        Where robot 1 found the part.
-    out : Path
-        The folder. Files of the same names are replaced.
-    """
-    from wpcal.core.records import to_json, write_file
-    from wpcal.planning.cell.grasp import cell_files, solve_grasp
-
-    files = cell_files(holding, solve_grasp(holding, T_base_part))
-    for name, record in files.items():
-        write_file(out / name, to_json(record), overwrite=True)  # the folder was new, or the caller may overwrite it
-    return tuple(files)

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
+from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
@@ -20,14 +21,18 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import blamed_on
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
-from wpcal.core.records import new_directory, to_json
+from wpcal.core.records import new_directory, sha256_of, to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.features import FeatureKind
 from wpcal.match import Match, match_points
+from wpcal.results.folder import CALIBRATION_FILE, PART_FILE, files_of_run
 from wpcal.seam import Seam
 from wpcal.seam.record import seams_csv, seams_record
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, read_taught
+
+if TYPE_CHECKING:
+    from wpcal.planning.cell.grasp import Holding
 
 SEAM_RGB = (0.9, 0.2, 0.1)
 """Colour of seams that are written as edges into the moved STEP file (sRGB)."""
@@ -155,7 +160,13 @@ def calibrate_workpiece(
     seams, workpiece = find_seams(workpiece, options.seams, options.choice)
     progress("fitting")
     with blamed_on(named.taught.path):
-        result, u95 = run_fit(observed, seams, options=options, T_nominal_part=T_nominal_part)
+        result, u95 = run_fit(
+            observed,
+            seams,
+            options=options,
+            T_nominal_part=T_nominal_part,
+            suggest=partial(next_point, named.taught, workpiece, seams, sigma_mm=options.teaching.per_axis_mm),
+        )
     return WorkpieceCalibration(workpiece, result, seams, u95, named.taught, found_names=named.found_names)
 
 
@@ -196,6 +207,7 @@ def calibrate_files(
     options: CalibrateOptions | None = None,
     mark_seams: bool = False,
     bake: bool = False,
+    holding: Holding | None = None,
     progress: Progress = no_progress,
 ) -> WrittenCalibration:
     """Calibrate a STEP file and write the records, the moved STEP file, the part's triangles and the page.
@@ -217,6 +229,8 @@ def calibrate_files(
         Write the accepted seams as named edges into the moved STEP file.
     bake : bool
         Move the geometry itself in the STEP file, without a new assembly level.
+    holding : Holding, optional
+        The cell whose robot 2 held the part: ``cell.json`` with the part's place in the gripper is written, too.
 
     Returns
     -------
@@ -232,25 +246,30 @@ def calibrate_files(
     from cad.kernel.tessellate import mesh_part
     from cad.step.write import write_moved_step
     from wpcal.pages.report import build_report
+    from wpcal.planning.cell.grasp import cell_files, solve_grasp
 
     found = calibrate_workpiece(step, taught, T_nominal_part=T_nominal_part, options=options, progress=progress)
     source = found.workpiece.source
     marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams if s.accepted] if mark_seams else []
     seams = found.seams_record()
-    with new_directory(out, overwrite=overwrite) as folder:
+    with new_directory(out, overwrite=overwrite, head=CALIBRATION_FILE, leave_out=files_of_run(out)) as folder:
         progress("writing the moved part and reading it again")
         moved = f"{Path(source.file_name).stem}.calibrated.step"
         issues = write_moved_step(source, found.T_base_part, folder / moved, seams=marked, bake=bake)
         progress("drawing the part")
         part_glb, mesh_issues = mesh_part(source.solids, sha256=source.sha256)
+        if part_glb is not None:
+            (folder / PART_FILE).write_bytes(part_glb)
         record = found.to_record((*issues, *mesh_issues))
-        (folder / "calibration.json").write_text(to_json(record), encoding="utf-8")
+        record["files"] = {file.name: sha256_of(file.read_bytes()) for file in sorted(folder.iterdir())}
+        (folder / CALIBRATION_FILE).write_text(to_json(record), encoding="utf-8")
         (folder / "seams.json").write_text(to_json(seams), encoding="utf-8")
         (folder / "seams.csv").write_text(seams_csv(seams), encoding="utf-8")
-        if part_glb is not None:
-            (folder / "part.glb").write_bytes(part_glb)
         (folder / "report.html").write_text(build_report(record, seams, part_glb), encoding="utf-8")
-        files = ("calibration.json", *sorted(file.name for file in folder.iterdir() if file.name != "calibration.json"))
+        if holding is not None:
+            for name, cell_record in cell_files(holding, solve_grasp(holding, found.T_base_part)).items():
+                (folder / name).write_text(to_json(cell_record), encoding="utf-8")
+        files = (CALIBRATION_FILE, *sorted(file.name for file in folder.iterdir() if file.name != CALIBRATION_FILE))
     notes = (*found.workpiece.issues, *issues, *mesh_issues)
     return WrittenCalibration(found.result, found.seams, found.u95_mm, record, files, notes)
 

@@ -11,8 +11,11 @@ import pytest
 
 import cad.step.read
 from cad.step.part21 import Part21File
-from cad.workpiece.calibrate import WorkpieceCalibration, calibrate_workpiece
+from cad.workpiece.calibrate import WorkpieceCalibration, calibrate_files, calibrate_workpiece
+from cad.workpiece.fit_taught import CalibrateOptions
 from wpcal.controllers import read_taught_program
+from wpcal.core.errors import InputError
+from wpcal.results.folder import read_result_folder
 from wpcal.taught.table import read_taught
 from wpcal.taught.user_frames import ProgramReading, parse_uframes
 
@@ -80,3 +83,21 @@ def test_points_of_a_program_carry_the_hash_of_the_program(tmp_path: Path) -> No
 def test_points_of_a_table_carry_the_hash_of_the_table() -> None:
     path = FIXTURES / "tee" / "taught.csv"
     assert read_taught(path).sha256 == sha256(path)
+
+
+def test_the_record_lists_the_files_of_its_run(files: tuple[Path, Path], tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    calibrate_files(*files, out, overwrite=False)
+    listed = read_result_folder(out).calibration["files"]
+    assert listed == {name: sha256(out / name) for name in ("part.glb", "tee.calibrated.step")}
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    shutil.copy(out / "part.glb", out / "mine.glb")
+    (out / "report.html").unlink()
+    (out / "report.html").mkdir()
+    with pytest.raises(InputError, match=r"report\.html: is a folder"):
+        calibrate_files(*files, out, overwrite=True, options=CalibrateOptions(seed=1))
+    (out / "report.html").rmdir()
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == {
+        **{name: data for name, data in before.items() if name != "report.html"},
+        "mine.glb": before["part.glb"],
+    }

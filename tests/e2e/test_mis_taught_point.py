@@ -16,7 +16,7 @@ def test_a_mis_taught_point_is_named_and_left_out_by_hand(tmp_path: Path) -> Non
     assert (first.returncode, first.stderr) == (1, "")
     shown = " ".join(first.stdout.split())
     assert "With and without V16 (minimax)" in shown
-    assert "the other points contradict V16 (2.96 mm off their fit): teach again" in shown
+    assert "the other points contradict V16 (2.96 mm off their fit), probability above 99 %: teach again" in shown
     assert "left out by hand (use no): V10" in shown
 
     rows = (TEE / "taught_blunder.csv").read_text().replace("178.15,yes", "178.15,no")

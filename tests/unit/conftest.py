@@ -7,13 +7,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.brep.mesh import PartMesh, SolidMesh
+from wpcal.brep.mesh_glb import write_part_glb
+from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram
 from wpcal.core.records import to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.record import seams_record
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
 TEE_GOLDEN = Path(__file__).parents[2] / "fixtures" / "tee" / "golden"
+CONFIGURATIONS = {"fanuc": "N U T, 0, 0, 0", "inform": "1,0,0,0,0,0,0,0"}
 QUARTER = np.pi / 2
 """Rotations about y by a quarter turn are where Rz Ry Rx angles lose one degree of freedom."""
 
@@ -72,6 +75,7 @@ def make_program(random_poses, random_place):
             seam = _seam(name, p_base[1:-1], R_base[1:-1], frame="base")
             paths.append(WeldPath(seam, p_base, R_base, np.full(n - 2, 0.25)))
         record = {"verdict": "PASS", "tolerance_mm": 0.5}
+        settings.setdefault("controller", ControllerSettings(configurations=CONFIGURATIONS))
         return WeldProgram(tuple(paths), T, calibration=record, **settings)
 
     return make
@@ -103,6 +107,26 @@ def assert_is_the_part():
     return check
 
 
+BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
+BOX_TRIANGLES = np.array(
+    [
+        *([0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]),
+        *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
+    ]
+)
+
+
+def box_mesh(name, low, high):
+    """A box of triangles, counter-clockwise seen from outside."""
+    p = np.asarray(low) + BOX * (np.asarray(high, dtype=np.float64) - low)
+    return SolidMesh(name, p, BOX_TRIANGLES, np.zeros((0, 2), dtype=np.int64))
+
+
+def plate(*others, sha256=None):
+    """The plate under the seams of a finished folder, and other solids."""
+    return PartMesh((box_mesh("plate", (-20, -50, -10), (120, 50, 0)), *others), 0.01, 0.5, sha256)
+
+
 @pytest.fixture
 def finished_folder(tmp_path, random_place):
     """A folder like that of `wpcal calibrate`: an accepted seam, a candidate, and one with an awkward name."""
@@ -120,6 +144,7 @@ def finished_folder(tmp_path, random_place):
         kept = json.loads((TEE_GOLDEN / "calibration.json").read_text(encoding="utf-8"))
         calibration = {**kept, "verdict": verdict, "tolerance_mm": 0.5, "T_base_part": T.matrix.tolist()}
         (folder / "calibration.json").write_text(json.dumps(calibration), encoding="utf-8")
+        (folder / "part.glb").write_bytes(write_part_glb(plate(sha256=kept["inputs"]["part"]["sha256"])))
         return folder
 
     return make

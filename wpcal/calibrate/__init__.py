@@ -11,27 +11,36 @@ from wpcal.calibrate.points.weighted import fit_weighted
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.solve import calibrate
 from wpcal.calibrate.solver_report import Solver, SolverReport
+from wpcal.calibrate.suspect import Exchange, Suspect
 from wpcal.calibrate.touches import Touches
 from wpcal.calibrate.touches.evidence import HeldMotion, StartsEvidence, TouchEvidence
-from wpcal.calibrate.uncertainty import TeachingError
+from wpcal.calibrate.uncertainty import Sigma, SigmaSource, TeachingError
+from wpcal.calibrate.verdict import Verdict, VerdictKind, VerdictReason
 
 __all__ = [
     "CalibrationResult",
     "CriteriaComparison",
     "Criterion",
     "Distrusted",
+    "Exchange",
     "FitProblem",
     "FitSummary",
     "HeldMotion",
     "MinimaxSolution",
     "PointProblem",
     "RobustSolution",
+    "Sigma",
+    "SigmaSource",
     "Solver",
     "SolverReport",
     "StartsEvidence",
+    "Suspect",
     "TeachingError",
     "TouchEvidence",
     "Touches",
+    "Verdict",
+    "VerdictKind",
+    "VerdictReason",
     "anneal_pairs",
     "calibrate",
     "compare_without",

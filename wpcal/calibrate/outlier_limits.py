@@ -3,6 +3,9 @@
 FALSE_ALARM = 0.01
 """Probability, over all points of one fit, that a good point is called wrong."""
 
+NAMED_PROBABILITY = 0.6
+"""A point or pair is named as wrong if its probability is at least this. Its probability is always said with it."""
+
 FLOOR_MM = 0.01
 """Controllers print hundredths of a millimetre: a smaller difference is not evidence of an error."""
 

@@ -12,8 +12,10 @@ from wpcal.calibrate.criteria import CriteriaComparison, Criterion
 from wpcal.calibrate.distrust import Distrusted
 from wpcal.calibrate.points.minimax import CERTIFIED_MM
 from wpcal.calibrate.solver_report import SolverReport
+from wpcal.calibrate.suspect import Suspect
 from wpcal.calibrate.touches.evidence import TouchEvidence
-from wpcal.calibrate.uncertainty import POSTURE_FACTOR, TeachingError, error_95
+from wpcal.calibrate.uncertainty import POSTURE_FACTOR, Sigma, TeachingError, error_95
+from wpcal.calibrate.verdict import Verdict, VerdictKind
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
@@ -40,9 +42,12 @@ class CalibrationResult:
     covariance : ndarray, shape (6, 6)
         Of the small motion ξ = (ω, v) of the part **about the origin of the base**, as in `wpcal.core.tangent`:
         ``T_true = exp(ξ) T_base_part``; rad², rad·mm, mm².
-    degrees_of_freedom : float
-        Behind the scale of the covariance; infinite if the teaching error is stated.
+    sigma : Sigma
+        The teaching error behind the covariance, and how it is known.
     teaching : TeachingError
+        What was stated.
+    judgement : Verdict
+        Whether the seams are shown to be within the tolerance, as a sentence.
     solver : SolverReport
     criteria : CriteriaComparison or None
         None for very large clouds.
@@ -53,6 +58,8 @@ class CalibrationResult:
         wpcal, numpy, scipy.
     distrusted : Distrusted or None
         The points that the others contradict, and the answer with and without them.
+    suspect : Suspect or None
+        The observations that are wrong, as far as the data tell, with their probability.
     touches : TouchEvidence or None
         What only touches on faces and edges have; their lower bound is zero. None for points.
     """
@@ -66,14 +73,16 @@ class CalibrationResult:
     objective_mm: float
     lower_bound_mm: float
     covariance: FloatArray
-    degrees_of_freedom: float
+    sigma: Sigma
     teaching: TeachingError
+    judgement: Verdict
     solver: SolverReport
     criteria: CriteriaComparison | None
     issues: tuple[Issue, ...]
     tolerance_mm: float
     versions: dict[str, str]
     distrusted: Distrusted | None = None
+    suspect: Suspect | None = None
     touches: TouchEvidence | None = None
 
     @property
@@ -116,9 +125,14 @@ class CalibrationResult:
         return self.residuals.worst
 
     @property
-    def verdict(self) -> str:
-        """``PASS`` when no point is further off than the tolerance, else ``FAIL``."""
-        return "PASS" if self.largest_mm <= self.tolerance_mm else "FAIL"
+    def degrees_of_freedom(self) -> float:
+        """Behind the scale of the covariance; infinite if the teaching error is not estimated."""
+        return self.sigma.degrees_of_freedom
+
+    @property
+    def verdict(self) -> VerdictKind:
+        """``PASS``, ``UNSURE`` or ``FAIL``; `judgement` says why."""
+        return self.judgement.kind
 
     def predict_error_mm(self, points_part: ArrayLike) -> FloatArray:
         """Length that the error of points of the part stays below with 95 % probability.
@@ -143,13 +157,15 @@ class CalibrationResult:
     def to_record(self) -> dict[str, Any]:
         """Return the record of ``calibration.json``, without the fields of the part's file."""
         touches = {} if self.touches is None else {"touches": self.touches.to_record(self.pairs.names)}
-        return {**self._record(), **touches}
+        suspect = {} if self.suspect is None else {"suspect": self.suspect.to_record()}
+        return {**self._record(), **suspect, **touches}
 
     def _record(self) -> dict[str, Any]:
         return {
             "schema": SCHEMA,
             "robot_space": self.pairs.space.value,
-            "verdict": self.verdict,
+            "verdict": self.verdict.value,
+            "judgement": self.judgement.to_record(),
             "tolerance_mm": self.tolerance_mm,
             "criterion": self.criterion.value,
             "objective_mm": self.objective_mm,
@@ -175,6 +191,7 @@ class CalibrationResult:
                 "sigma_mm": self.teaching.sigma_mm,
                 "bound_mm": self.teaching.bound_mm,
                 "tcp_bias_mm": self.teaching.tcp_bias_mm,
+                **self.sigma.to_record(),
             },
             "criteria": None if self.criteria is None else self.criteria.to_record(),
             "distrusted": None if self.distrusted is None else self.distrusted.to_record(),

@@ -63,13 +63,21 @@ class TorchFlags:
         show_default=True,
         help="Axis of the tool along the wire.",
     )
+    spin_range_deg: float = option(
+        "--spin-range-deg",
+        type=float,
+        default=180.0,
+        show_default=True,
+        help="How far the tool may turn about the wire to turn less along a seam; 0: it follows the travel.",
+    )
 
     def to_settings(self) -> TorchSettings:
         """Return the torch as the programs take it, angles in radians."""
         from wpcal.controllers.torch import ToolAxis, TorchSettings
 
         work_rad, travel_rad = math.radians(self.work_angle_deg), math.radians(self.travel_angle_deg)
-        return TorchSettings(work_rad, travel_rad, self.stick_out_mm, ToolAxis(self.tool_axis))
+        spin_rad = math.radians(self.spin_range_deg)
+        return TorchSettings(work_rad, travel_rad, self.stick_out_mm, ToolAxis(self.tool_axis), spin_rad)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,6 +103,51 @@ class MotionFlags:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class AirFlags:
+    """The shape of the torch, and how it goes from one seam to the next."""
+
+    clearance_mm: float | None = option(
+        "--clearance-mm",
+        type=float,
+        help="Height of the tool above the part between seams.  [default: the torch is 50 mm above the part]",
+    )
+    up: str = option(
+        "--up",
+        metavar="X,Y,Z",
+        default="0,0,1",
+        show_default=True,
+        help="Direction away from the support of the part, in the base.",
+    )
+    wire_mm: float = option(
+        "--wire-mm", type=float, default=20.0, show_default=True, help="From the tip of the wire to the nozzle."
+    )
+    nozzle_radius_mm: float = option(
+        "--nozzle-radius-mm", type=float, default=11.0, show_default=True, help="Radius of nozzle and neck."
+    )
+    torch_length_mm: float = option(
+        "--torch-length-mm",
+        type=float,
+        default=300.0,
+        show_default=True,
+        help="Length of the torch that is compared with the part.",
+    )
+
+    def check(self, program: WeldProgram) -> WeldProgram:
+        """Compare the program with the part and add the ways between the seams."""
+        from wpcal.controllers.air_moves import AirSettings
+        from wpcal.controllers.checked_program import check_program
+        from wpcal.controllers.torch_shape import TorchShape
+        from wpcal.core.errors import InputError
+
+        try:
+            x, y, z = (float(cell) for cell in self.up.split(","))
+        except ValueError:
+            raise InputError(f"--up: expected X,Y,Z, got {self.up!r}") from None
+        torch = TorchShape(self.wire_mm, self.nozzle_radius_mm, self.torch_length_mm)
+        return check_program(program, torch=torch, air=AirSettings(self.clearance_mm, (x, y, z)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerFlags:
     """Names and numbers of the program, the tool and the user frame in the controller."""
 
@@ -106,16 +159,29 @@ class ControllerFlags:
         "--tool-number", type=int, default=1, show_default=True, help="If the tools have numbers."
     )
     frame_number: int = option("--frame-number", type=int, default=1, show_default=True, help="User frame of the part.")
-    configuration: str | None = option(
-        "--config", help="Configuration of the arm as the pendant shows it (FANUC, INFORM)."
+    configurations: tuple[str, ...] = option(
+        "--config",
+        multiple=True,
+        metavar="[FORMAT=]CONFIG",
+        help='Configuration of the arm as the pendant shows it, for FANUC and INFORM: --config fanuc="N U T, 0, 0, 0". '
+        "Without FORMAT it is used for every format. Repeatable.",
     )
 
     def to_settings(self) -> ControllerSettings:
         """Return the names and numbers as the programs take them."""
         from wpcal.controllers.program import ControllerSettings
+        from wpcal.core.errors import InputError
 
+        configurations: dict[str, str] = {}
+        for given in self.configurations:
+            name, _, value = given.rpartition("=")
+            if name in configurations:
+                raise InputError(
+                    f"--config {given}: {f'{name} is' if name else 'a value for all formats is'} given twice"
+                )
+            configurations[name] = value.strip()
         return ControllerSettings(
-            self.program_name, self.tool_name, self.tool_number, self.frame_number, self.configuration
+            self.program_name, self.tool_name, self.tool_number, self.frame_number, configurations
         )
 
 
@@ -169,6 +235,7 @@ class WeldProgramFlags:
     selection: SelectionFlags
     torch: TorchFlags
     motion: MotionFlags
+    air: AirFlags
     controller: ControllerFlags
     arm: IdentifiedArmFlags
 
@@ -182,4 +249,5 @@ class WeldProgramFlags:
         torch, motion, controller = self.torch.to_settings(), self.motion.to_settings(), self.controller.to_settings()
         space = RobotSpace.NOMINAL if self.arm.robot is None else RobotSpace.IDENTIFIED
         finished = self.selection.select(read_finished(folder, space=space))
-        return self.arm.compensate(build_program(finished, torch=torch, motion=motion, controller=controller))
+        program = build_program(finished, torch=torch, motion=motion, controller=controller)
+        return self.arm.compensate(self.air.check(program))

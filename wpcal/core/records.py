@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import tempfile
-from collections.abc import Iterator, Mapping
+import secrets
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.errors import ErrorCode, FormatError, InputError
+from wpcal.core.whole_folder import MARK, put_in_place, temporary_sibling
 
 
 def to_json(record: Mapping[str, Any]) -> str:
@@ -78,8 +79,8 @@ def read_json(path: Path, *, schema: str) -> dict[str, Any]:
 
 
 @contextmanager
-def new_directory(path: Path, *, overwrite: bool) -> Iterator[Path]:
-    """Fill a temporary folder, and move its files to their place when all of them are written.
+def new_directory(path: Path, *, overwrite: bool, head: str = "", leave_out: Collection[str] = ()) -> Iterator[Path]:
+    """Fill a temporary folder, and put it in its place as a whole when all files are written.
 
     Parameters
     ----------
@@ -87,6 +88,10 @@ def new_directory(path: Path, *, overwrite: bool) -> Iterator[Path]:
         The folder as the user named it. Other files in it are kept.
     overwrite : bool
         Whether to write into an existing folder that is not empty.
+    head : str
+        The file without which a reader has no result (`wpcal.core.whole_folder`).
+    leave_out : collection of str
+        Files in the folder that are not kept: an earlier run wrote them.
 
     Yields
     ------
@@ -96,16 +101,16 @@ def new_directory(path: Path, *, overwrite: bool) -> Iterator[Path]:
     Raises
     ------
     InputError
-        When the folder is not empty and `overwrite` is false, or it cannot be written.
+        When the folder is not empty and `overwrite` is false, or it cannot be written, or has a folder under the name
+        of a file to write. In all these cases nothing is replaced.
     """
     check_writable(path, overwrite=overwrite)
+    place = Path(os.path.realpath(path))
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as name:
-            yield Path(name)
-            path.mkdir(exist_ok=True)
-            for file in sorted(Path(name).iterdir()):
-                os.replace(file, path / file.name)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with temporary_sibling(place) as folder:
+            yield folder
+            put_in_place(folder, place, overwrite=overwrite, head=head, leave_out=leave_out)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {(error.strerror or str(error)).lower()}") from None
 
@@ -128,18 +133,45 @@ def check_writable(path: Path, *, overwrite: bool) -> None:
 def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
     """Write one file under a temporary name and rename it, so that a reader never finds half of it.
 
+    The temporary name cannot be foreseen, and no link of that name is followed.
+
     Raises
     ------
     InputError
         When it exists and `overwrite` is false, or it cannot be written.
     """
+    exists = InputError(f"{path}: exists; allow overwriting to replace it", code=ErrorCode.EXISTS)
     if path.exists() and not overwrite:
-        raise InputError(f"{path}: exists; allow overwriting to replace it", code=ErrorCode.EXISTS)
-    temporary = path.with_name(f".{path.name}.part")
+        raise exists
+    temporary = path.with_name(f"{MARK}{secrets.token_hex(8)}.part")
     try:
-        temporary.write_bytes(data.encode("utf-8") if isinstance(data, str) else data)
-        os.replace(temporary, path)
+        with temporary.open("xb") as file:
+            file.write(data.encode("utf-8") if isinstance(data, str) else data)
+            file.flush()
+            os.fsync(file.fileno())
+        if overwrite or not _linked(temporary, path):
+            os.replace(temporary, path)
+    except FileExistsError:
+        raise exists from None
     except OSError as error:
-        with suppress(OSError):  # without a folder there is no temporary file either
-            temporary.unlink()
         raise InputError(f"{path}: cannot be written: {(error.strerror or str(error)).lower()}") from None
+    finally:
+        with suppress(OSError):
+            temporary.unlink()
+
+
+def _linked(temporary: Path, path: Path) -> bool:
+    """Give a file its name unless another file has it by now. False on a file system without links.
+
+    Raises
+    ------
+    FileExistsError
+        When another process wrote the file meanwhile.
+    """
+    try:
+        os.link(temporary, path)
+    except FileExistsError:
+        raise
+    except OSError:
+        return False
+    return True

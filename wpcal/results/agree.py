@@ -8,6 +8,7 @@ from typing import Any
 
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.errors import FormatError, FrameError
+from wpcal.core.records import read_bytes, sha256_of
 from wpcal.core.transform import RigidTransform
 
 SAME_POSE_MM = 1e-9
@@ -66,3 +67,24 @@ def check_same_part(part_glb: bytes, calibration: Mapping[str, Any], *, path: Pa
     expected = calibration.get("inputs", {}).get("part", {}).get("sha256")
     if read_part_glb(part_glb, path=str(path)).sha256 != expected:
         raise FormatError("was made from another STEP file than calibration.json", path=str(path))
+
+
+def check_same_run(folder: Path, calibration: Mapping[str, Any]) -> None:
+    """Refuse files of another run than ``calibration.json``. A file that is not there is not missed.
+
+    Parameters
+    ----------
+    folder : Path
+        As `wpcal calibrate` wrote it.
+    calibration : mapping
+        The record of ``calibration.json``. Records of earlier versions list no files.
+
+    Raises
+    ------
+    FormatError
+        When a listed file has another SHA-256.
+    """
+    for name, expected in calibration.get("files", {}).items():
+        if (folder / name).is_file() and sha256_of(read_bytes(folder / name)) != expected:
+            what = "is not the file that the calibration in calibration.json wrote; calibrate again, or move it away"
+            raise FormatError(what, path=str(folder / name))

@@ -10,10 +10,10 @@ from typing import Any
 from wpcal.calibrate.result import SCHEMA as CALIBRATION_SCHEMA
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import ErrorCode, FormatError, FrameError, InputError
-from wpcal.core.records import read_bytes, read_json
+from wpcal.core.records import read_bytes, read_json, sha256_of
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
-from wpcal.results.agree import agreed_pose, check_same_part
+from wpcal.results.agree import agreed_pose, check_same_part, check_same_run
 from wpcal.results.schemas import required_fields
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 from wpcal.seam.seam import Seam
@@ -146,11 +146,25 @@ def read_result_folder(folder: Path) -> ResultFolder:
         raise InputError(f"{folder}: no such folder; expected the folder of a finished calibration")
     calibration, seams = (read_record(folder, name) for name in RECORD_SCHEMAS)
     T_base_part = agreed_pose(calibration, seams, path=folder / SEAMS_FILE)
+    check_same_run(folder, calibration)
     part_glb = None
     if (folder / PART_FILE).is_file():
         part_glb = read_bytes(folder / PART_FILE)
         check_same_part(part_glb, calibration, path=folder / PART_FILE)
     return ResultFolder(folder, calibration, seams, T_base_part, part_glb)
+
+
+def files_of_run(folder: Path) -> tuple[str, ...]:
+    """Return the listed files of the calibration in a folder that are as it wrote them: the next run replaces them."""
+    try:
+        record = read_record(folder, CALIBRATION_FILE)
+    except InputError:
+        return ()
+    listed = record.get("files")
+    if not isinstance(listed, dict):
+        return ()
+    own = [name for name in listed if Path(name).name == name and (folder / name).is_file()]
+    return tuple(name for name in own if sha256_of(read_bytes(folder / name)) == listed[name])
 
 
 def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> FinishedCalibration:

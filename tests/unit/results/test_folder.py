@@ -1,3 +1,4 @@
+import hashlib
 import json
 
 import numpy as np
@@ -8,7 +9,7 @@ from wpcal.brep.mesh_glb import write_part_glb
 from wpcal.controllers.program import MotionSettings, build_program
 from wpcal.controllers.torch import TorchSettings
 from wpcal.core.errors import FormatError, FrameError, GeometryError, InputError
-from wpcal.results.agree import SAME_POSE_MM
+from wpcal.results.agree import SAME_POSE_MM, check_same_run
 from wpcal.results.folder import read_finished, read_result_folder
 
 ROUND_OFF_MM = 1e-9
@@ -52,6 +53,21 @@ def test_folders_that_do_not_fit_together_are_refused(finished_folder, file, key
     (folder / file).write_text(json.dumps({**record, key: value}))
     with pytest.raises(error, match=message):
         read_finished(folder)
+
+
+@pytest.mark.parametrize("name", ["part.glb", "a.calibrated.step"])
+def test_a_file_of_another_run_is_refused(finished_folder, name):
+    folder = finished_folder()
+    (folder / name).write_bytes(b"the file of this run")
+    record = json.loads((folder / "calibration.json").read_text())
+    record["files"] = {name: hashlib.sha256(b"the file of this run").hexdigest()}
+    (folder / "calibration.json").write_text(json.dumps(record))
+    check_same_run(folder, record)
+    (folder / name).write_bytes(b"the file of another run")
+    with pytest.raises(FormatError, match=f"{name}: is not the file that the calibration"):
+        read_result_folder(folder)
+    (folder / name).unlink()
+    check_same_run(folder, record)
 
 
 def test_a_folder_that_is_not_there_is_refused(tmp_path):

@@ -6,20 +6,24 @@ decide.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 from scipy.special import chdtri, fdtri
 
-from wpcal.calibrate.criteria import BLUNDER
+from wpcal.calibrate.criteria import BLUNDER, NEIGHBOUR, NOT_NAMED
 from wpcal.calibrate.outlier_limits import CLEAR_FACTOR, FALSE_ALARM, FLOOR_MM
-from wpcal.calibrate.points.least_squares import centred, distances, kabsch
-from wpcal.calibrate.points.robust import fit_robust
-from wpcal.calibrate.points.weighted import refine_once
+from wpcal.calibrate.points.error_rows import ErrorRows
+from wpcal.calibrate.points.least_squares import centred, distances, fit_least_squares, kabsch
+from wpcal.calibrate.points.neighbours import FeaturePlaces, Neighbour, find_neighbours
+from wpcal.calibrate.points.outliers import Contradiction
+from wpcal.calibrate.points.robust import MOST_COMPARED, contradicted_points
+from wpcal.calibrate.suspect import Diagnosis, Exchange, Suspect
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import UnitError
 from wpcal.core.issue import Issue
-from wpcal.core.pairs import PointPairs
+from wpcal.core.pairs import PointPairs, Residuals
 
 UNIT_FACTORS = {1000.0: "metres", 25.4: "inches"}
 """Units that occur in practice besides the millimetre, in mm."""
@@ -54,13 +58,35 @@ def require_plausible_units(pairs: PointPairs) -> None:
 
 
 def find_issues(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> tuple[Issue, ...]:
-    """Name swaps, a mirrored set and mis-taught points, and what the data cannot show.
+    """Return the issues of `diagnose_pairs` on pairs without check points.
+
+    Parameters
+    ----------
+    pairs, sigma_mm, seed
+        As in `diagnose_pairs`.
+    """
+    return diagnose_pairs(pairs, sigma_mm=sigma_mm, seed=seed).issues
+
+
+def diagnose_pairs(
+    pairs: PointPairs,
+    *,
+    check: PointPairs | None = None,
+    places: FeaturePlaces | None = None,
+    sigma_mm: float | None = None,
+    seed: int = 0,
+) -> Diagnosis:
+    """Name swaps, a mirrored set, mis-taught points and wrong features, and what the data cannot show.
 
     Parameters
     ----------
     pairs : PointPairs
         At least three that are not collinear, mm. If they carry covariances, a mis-taught point is searched for with
         these, and swaps and mirrors with the largest standard deviation among them.
+    check : PointPairs, optional
+        Points that were touched but not fitted. A wrong point is searched for among all of them together.
+    places : FeaturePlaces, optional
+        Of the part: a suspicious point is tried on them.
     sigma_mm : float, optional
         Teaching error per axis of pairs without covariances, where known.
     seed : int
@@ -68,16 +94,41 @@ def find_issues(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int =
 
     Returns
     -------
-    tuple of Issue
-        Codes ``swapped-names``, ``mirrored``, ``blunder``, ``poor-fit``, ``three-points``, ``four-coplanar``,
-        ``coplanar-mirror``.
+    Diagnosis
+        Codes ``swapped-names``, ``mirrored``, ``neighbour-feature``, ``blunder``, ``blunder-not-named``, ``poor-fit``,
+        ``three-points``, ``four-coplanar``, ``coplanar-mirror``.
     """
-    total = _sum_of_squares(pairs.p_source, pairs.p_target)
+    seen = pairs if check is None else join_pairs(pairs, check)
+    total = _sum_of_squares(seen.p_source, seen.p_target)
     most = sigma_mm
-    if pairs.covariances is not None:
-        most = float(np.sqrt(np.linalg.eigvalsh(pairs.covariances)[:, 2].max()))
-    explained = _swap(pairs, total, most) or _mirror(pairs, total, most) or _blunders(pairs, total, sigma_mm, seed)
-    return (*explained, *_limits(pairs))
+    if seen.covariances is not None:
+        most = float(np.sqrt(np.linalg.eigvalsh(seen.covariances)[:, 2].max()))
+    explained, suspect = _swap(seen, total, most) or _mirror(seen, total, most), None
+    if not explained:
+        found = contradicted_points(seen, sigma_mm=sigma_mm, seed=seed)
+        suspect = _suspect(seen, found, places, sigma_mm)
+        explained = () if suspect is None else _suspect_issues(suspect)
+        if suspect is None or not suspect.exchanges:
+            explained += _poor_fit(seen, found, sigma_mm)
+    return Diagnosis((*explained, *_limits(pairs)), suspect)
+
+
+def join_pairs(pairs: PointPairs, check: PointPairs) -> PointPairs:
+    """Put fitted and check points together; only the fitted ones where the errors of one group alone are stated."""
+    if (pairs.covariances is None) != (check.covariances is None) or set(pairs.names) & set(check.names):
+        return pairs
+    covariances = None
+    if pairs.covariances is not None and check.covariances is not None:
+        covariances = np.concatenate([pairs.covariances, check.covariances])
+    return PointPairs(
+        (*pairs.names, *check.names),
+        np.concatenate([pairs.p_source, check.p_source]),
+        np.concatenate([pairs.p_target, check.p_target]),
+        covariances,
+        pairs.source,
+        pairs.target,
+        pairs.space,
+    )
 
 
 def is_coplanar(points: FloatArray) -> bool:
@@ -155,36 +206,84 @@ def _mirror(pairs: PointPairs, total: float, sigma_mm: float | None) -> tuple[Is
     return (Issue("mirrored", message),)
 
 
-def _blunders(pairs: PointPairs, total: float, sigma_mm: float | None, seed: int) -> tuple[Issue, ...]:
-    robust = fit_robust(pairs, sigma_mm=sigma_mm, seed=seed)
-    wrong = np.flatnonzero(~robust.inlier)
-    if len(wrong):
-        listed = ", ".join(f"{pairs.names[i]} ({robust.deviation_mm[i]:.3g} mm off their fit)" for i in wrong[:6])
-        more = f" and {len(wrong) - 6} more" if len(wrong) > 6 else ""
-        message = f"the other points contradict {listed}{more}: teach again"
-        return (Issue(BLUNDER, message, tuple(pairs.names[i] for i in wrong)),)
-    return _poor_fit(pairs, total, sigma_mm)
+def _suspect(
+    pairs: PointPairs, found: Contradiction, places: FeaturePlaces | None, sigma_mm: float | None
+) -> Suspect | None:
+    named = found.named
+    exchanges: tuple[Exchange, ...] = ()
+    if places is not None and len(pairs) <= MOST_COMPARED:
+        exchanges = tuple(
+            _exchange(pairs, places, one) for one in find_neighbours(pairs, places, named=named, sigma_mm=sigma_mm)
+        )
+        if exchanges and exchanges[0].name not in {pairs.names[i] for i in named}:
+            named = ()
+    if not found.at_least and not exchanges:
+        return None
+    off: FloatArray = np.zeros(len(pairs))
+    if named:
+        T = fit_least_squares(pairs.select(np.setdiff1d(np.arange(len(pairs)), named)))
+        off = Residuals.of(pairs, T).norms_mm
+    listed = [(tuple(pairs.names[i] for i in rows), p) for rows, p in zip(found.sets, found.probabilities, strict=True)]
+    return Suspect(
+        tuple(pairs.names[i] for i in named),
+        tuple(float(off[i]) for i in named),
+        found.probabilities[0] if named else None,
+        max(found.at_least, 1),
+        tuple(listed[1:] if named else listed),
+        exchanges,
+    )
 
 
-def _poor_fit(pairs: PointPairs, total: float, sigma_mm: float | None) -> tuple[Issue, ...]:
-    """Say that the stated errors do not explain the residuals, by a χ² test of their sum of squares."""
-    limit = float(chdtri(3 * len(pairs) - 6, FALSE_ALARM))
-    rms = float(np.sqrt(total / len(pairs)))
-    if pairs.covariances is not None:
-        information = np.asarray(np.linalg.inv(pairs.covariances))
-        R, t = kabsch(pairs.p_source, pairs.p_target, np.full(len(pairs), 1.0 / len(pairs)))
-        total = float(refine_once(pairs.p_source, pairs.p_target, information, R, t)[2])
-        stated = "than the stated teaching errors of the points explain"
-    elif sigma_mm:
-        total /= sigma_mm**2
+def _exchange(pairs: PointPairs, places: FeaturePlaces, one: Neighbour) -> Exchange:
+    p = pairs.p_source.copy()
+    p[one.row] = places.p[one.place]
+    moved = replace(pairs, p_source=p)
+    largest = Residuals.of(moved, fit_least_squares(moved)).largest_mm
+    now = places.at(pairs.p_source[one.row])
+    return Exchange(
+        pairs.names[one.row], _alike(places.names[one.place], now), _alike(now, pairs.names[one.row]), largest
+    )
+
+
+def _alike(names: str, other: str) -> str:
+    """Of features at one place, take the one whose kind (its first letter) is that of another feature."""
+    found = names.split()
+    alike = [name for name in found if other in {name, ""} or name[0] == other[0]]
+    return (alike or found or [""])[0]
+
+
+def _suspect_issues(suspect: Suspect) -> tuple[Issue, ...]:
+    issues = [Issue(NEIGHBOUR, exchange.sentence, (exchange.name, exchange.feature)) for exchange in suspect.exchanges]
+    if suspect.names:
+        message = f"{replace(suspect, exchanges=()).sentence}: teach again"
+        issues.append(Issue(BLUNDER, message, suspect.names))
+    elif not issues:
+        ids = tuple(dict.fromkeys(name for names, _ in suspect.rivals for name in names))
+        issues.append(Issue(NOT_NAMED, f"{suspect.sentence}; teach one more point", ids))
+    return tuple(issues)
+
+
+def _poor_fit(pairs: PointPairs, found: Contradiction, sigma_mm: float | None) -> tuple[Issue, ...]:
+    """Say that the stated errors do not explain the residuals, by a χ² test of their sum of squares.
+
+    Points that are named as wrong take no part.
+    """
+    rest = np.setdiff1d(np.arange(len(pairs)), found.named)
+    rows = ErrorRows.of(pairs.select(rest), sigma_mm)
+    if not rows.scaled or sigma_mm == 0:
+        return ()
+    total = rows.sum_of_squares()
+    rms = float(np.sqrt(total / rows.weights.sum()))
+    if total <= float(chdtri(3 * len(rest) - 6, FALSE_ALARM)) or rms <= FLOOR_MM:
+        return ()
+    stated = "than the stated teaching errors of the points explain"
+    if pairs.covariances is None:
         stated = f"than the stated teaching error of {sigma_mm:.3g} mm per axis explains"
-    else:
-        return ()
-    if total <= limit or rms <= FLOOR_MM:
-        return ()
+    without = f" without {', '.join(pairs.names[i] for i in found.named[:6])}" if found.named else ""
+    no_more = "no further" if found.named else "no single"
     message = (
-        f"the residuals (RMS {rms:.3g} mm) are larger {stated}, and no single point can be named: one is mis-taught, "
-        "the part differs from its model, or the stated error is too small; teach one more point"
+        f"the residuals{without} (RMS {rms:.3g} mm) are larger {stated}, and {no_more} point can be named: one is "
+        "mis-taught, the part differs from its model, or the stated error is too small; teach one more point"
     )
     return (Issue("poor-fit", message),)
 

@@ -1,7 +1,8 @@
-"""A fit that is insensitive to mis-taught points, and the test that names such a point.
+"""A fit that is insensitive to mis-taught points: least squares on the points that the others do not contradict.
 
-Among many three-point fits the one whose nearest points agree best is refined on those points (least trimmed squares),
-then every other point is tested against it, and the fit is least squares on the points that pass.
+Of up to 40 points, single points, pairs and larger sets are left out in turn (`wpcal.calibrate.points.outliers`). For
+more points, many three-point fits are made; the one whose nearest points agree best is refined on those points (least
+trimmed squares), and every other point is tested against it.
 
 References
 ----------
@@ -17,16 +18,10 @@ from math import comb, inf
 import numpy as np
 from scipy.special import chdtri, fdtri
 
-from wpcal.calibrate.outlier_limits import FALSE_ALARM, FLOOR_MM, LEAST_SIGMA_MM
-from wpcal.calibrate.points.least_squares import (
-    COLLINEAR_RATIO,
-    centred,
-    distances,
-    fit_least_squares,
-    kabsch,
-    require_spread,
-)
-from wpcal.calibrate.points.weighted import refine_once
+from wpcal.calibrate.outlier_limits import FALSE_ALARM, FLOOR_MM
+from wpcal.calibrate.points.error_rows import ErrorRows
+from wpcal.calibrate.points.least_squares import distances, fit_least_squares, require_spread
+from wpcal.calibrate.points.outliers import NOTHING, Contradiction, find_wrong, weigh_one
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.pairs import PointPairs
 from wpcal.core.tangent import point_jacobian
@@ -36,14 +31,15 @@ MOST_TRIPLES = 600
 """Up to 16 points every triple is tried (560). Beyond, 600 random ones meet three good points with a probability
 above 1 - 1e-12 when a third of the points is wrong."""
 
+MOST_COMPARED = 40
+"""Up to this many points, sets of points are left out in turn: 780 pairs. Beyond, a third of wrong points is found by
+three-point fits."""
+
 CLOUD = 200
 """Larger sets are tested at once against one fit, found on this many of their points."""
 
 CONCENTRATION_STEPS = 20
 """Each step keeps the nearest points and fits again. The sum stops falling after a few steps."""
-
-ISOTROPIC = 1e-12
-"""A covariance counts as isotropic if it differs from a multiple of the identity by less than this (relative)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,71 +58,6 @@ class RobustSolution:
     T: RigidTransform
     inlier: BoolArray
     deviation_mm: FloatArray
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Rows:
-    """Pairs about their centroids with what is known of their errors.
-
-    Parameters
-    ----------
-    p, q : ndarray, shape (n, 3)
-    covariances, information : ndarray, shape (n, 3, 3)
-        Of the taught points, and inverse, mm² and mm⁻². If nothing is known, multiples of the identity of unit size.
-    weights : ndarray, shape (n,)
-        One third of the traces of the information: the part of it that a closed-form fit can use.
-    scaled : bool
-        Whether the covariances are known with their size.
-    isotropic : bool
-        Whether they are multiples of the identity, so that the closed form is exact.
-    """
-
-    p: FloatArray
-    q: FloatArray
-    covariances: FloatArray
-    information: FloatArray
-    weights: FloatArray
-    scaled: bool
-    isotropic: bool
-
-    @classmethod
-    def of(cls, pairs: PointPairs, sigma_mm: float | None) -> _Rows:
-        unit = 1.0 if sigma_mm is None else max(sigma_mm, LEAST_SIGMA_MM)
-        covariances = pairs.covariances
-        scaled = covariances is not None or sigma_mm is not None
-        if covariances is None:
-            covariances = np.tile(unit**2 * np.eye(3), (len(pairs), 1, 1))
-        information = np.asarray(np.linalg.inv(covariances))
-        weights = np.trace(information, axis1=1, axis2=2) / 3.0
-        isotropic = bool(
-            np.allclose(information, weights[:, None, None] * np.eye(3), rtol=0, atol=ISOTROPIC * weights.max())
-        )
-        return cls(
-            centred(pairs.p_source), centred(pairs.p_target), covariances, information, weights, scaled, isotropic
-        )
-
-    def __len__(self) -> int:
-        return len(self.p)
-
-    def select(self, rows: IntArray | BoolArray) -> _Rows:
-        """Return the rows at indices or under a mask; any shape of indices makes a batch."""
-        covariances, information = self.covariances[rows], self.information[rows]
-        return _Rows(
-            self.p[rows], self.q[rows], covariances, information, self.weights[rows], self.scaled, self.isotropic
-        )
-
-    def fit(self) -> tuple[FloatArray, FloatArray]:
-        """Fit in closed form with the weights. Anisotropic covariances take one Gauss-Newton step more."""
-        R, t = kabsch(self.p, self.q, self.weights / self.weights.sum(axis=-1, keepdims=True))
-        if self.isotropic:
-            return R, t
-        R, t, _ = refine_once(self.p, self.q, self.information, R, t)
-        return R, t
-
-    def squares(self, R: FloatArray, t: FloatArray) -> FloatArray:
-        """Squared residuals rᵀ Λ r of a fit."""
-        r = self.q - self.p @ np.swapaxes(R, -1, -2) - t[..., None, :]
-        return np.asarray(np.einsum("...ni,...nij,...nj->...n", r, self.information, r))
 
 
 def fit_robust(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> RobustSolution:
@@ -157,21 +88,44 @@ def fit_robust(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 
     `diagnose.find_issues`.
     """
     require_spread(pairs)
-    everything = np.ones(len(pairs), dtype=bool)
-    keep = everything if len(pairs) < 4 else _consistent(_Rows.of(pairs, sigma_mm), seed)
-    if not _has_spread(pairs.p_source[keep]):
-        keep = everything
+    keep = np.ones(len(pairs), dtype=bool)
+    keep[list(contradicted_points(pairs, sigma_mm=sigma_mm, seed=seed).named)] = False
     T = fit_least_squares(pairs.select(np.flatnonzero(keep)))
     return RobustSolution(T, keep, distances(pairs.p_source, pairs.p_target, T.R, T.t_mm))
 
 
-def _has_spread(points: FloatArray) -> bool:
-    """Tell whether points fix a rotation; a row of points with the one beside it left out does not."""
-    values = np.linalg.svd(centred(points), compute_uv=False)
-    return bool(values[1] > COLLINEAR_RATIO * values[0])
+def contradicted_points(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> Contradiction:
+    """Find the points that the others contradict.
+
+    Parameters
+    ----------
+    pairs : PointPairs
+        At least three, mm.
+    sigma_mm : float, optional
+        Teaching error per axis of pairs without covariances.
+    seed : int
+        Of the random triples of more than 16 points.
+
+    Returns
+    -------
+    Contradiction
+        Without sets for three points.
+    """
+    n = len(pairs)
+    if n < 4:
+        return NOTHING
+    rows = ErrorRows.of(pairs, sigma_mm)
+    if n <= MOST_COMPARED:
+        return find_wrong(rows)
+    wrong = tuple(int(i) for i in np.flatnonzero(~_consistent(rows, seed)))
+    if not wrong or not rows.select(np.setdiff1d(np.arange(n), wrong)).fixes_rotation():
+        return NOTHING
+    if n > CLOUD:
+        return Contradiction((wrong,), (1.0,), len(wrong), remains=False)
+    return weigh_one(rows, wrong)
 
 
-def _consistent(rows: _Rows, seed: int) -> BoolArray:
+def _consistent(rows: ErrorRows, seed: int) -> BoolArray:
     n = len(rows)
     if n > CLOUD:
         return _consistent_cloud(rows, seed)
@@ -184,12 +138,10 @@ def _consistent(rows: _Rows, seed: int) -> BoolArray:
         if _is_blunder(inside, rows.select(nearest), points=n):
             break
         keep[nearest] = True
-    if np.count_nonzero(~keep) == 1 and not _stands_out(rows):
-        return np.ones(n, dtype=bool)
     return keep
 
 
-def _consistent_cloud(rows: _Rows, seed: int) -> BoolArray:
+def _consistent_cloud(rows: ErrorRows, seed: int) -> BoolArray:
     """Points of a large cloud within the limit of one fit; their number makes the fit's own error small."""
     n = len(rows)
     sample = np.random.default_rng(seed).choice(n, CLOUD, replace=False)
@@ -208,7 +160,7 @@ def _consistent_cloud(rows: _Rows, seed: int) -> BoolArray:
     return keep
 
 
-def _is_blunder(inside: _Rows, new: _Rows, *, points: int) -> bool:
+def _is_blunder(inside: ErrorRows, new: ErrorRows, *, points: int) -> bool:
     """Test one further pair against the weighted fit of n others.
 
     Its deviation from their prediction has the covariance C + J M⁻¹ Jᵀ with M = Σ Jᵢᵀ Λᵢ Jᵢ; its normalised square is
@@ -232,21 +184,7 @@ def _is_blunder(inside: _Rows, new: _Rows, *, points: int) -> bool:
     return square > limit and float(np.linalg.norm(deviation)) > FLOOR_MM
 
 
-def _stands_out(rows: _Rows) -> bool:
-    """Tell whether the points agree without one of them and with every other one left out they do not.
-
-    Four corners of a plate fail this: one off the plane leaves any three of them fitting well.
-    """
-    n = len(rows)
-    others = rows.select(np.array([[i for i in range(n) if i != left_out] for left_out in range(n)]))
-    sums = others.squares(*others.fit()).sum(axis=1)
-    first, second = np.partition(sums, 1)[:2]
-    freedom, level = 3 * (n - 1) - 6, FALSE_ALARM / n
-    limit = chdtri(freedom, level) if rows.scaled else fdtri(freedom, freedom, 1.0 - level) * first
-    return bool(second > max(float(limit), float(rows.weights.min()) * FLOOR_MM**2))
-
-
-def _trimmed_set(rows: _Rows, seed: int) -> IntArray:
+def _trimmed_set(rows: ErrorRows, seed: int) -> IntArray:
     """The points of the least trimmed sum of squares; a bare majority, at least three."""
     n = len(rows)
     size = max(3, (n + 4) // 2) if n > 4 else 3
