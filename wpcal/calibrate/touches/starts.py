@@ -115,14 +115,12 @@ def search_pose(
     rivals = np.flatnonzero(same & ~agreeing)
     rival = ends[int(rivals[0])] if nominal is None and len(rivals) else None
     others = judged[~same]
-    found: list[int] = []
-    for k in np.flatnonzero(alike)[np.argsort(judged[alike], kind="stable")]:
-        near = away is None or away[k] <= FURTHER * away[best]
-        if near and not any(_is_same(ends[k], ends[j], touches) for j in (best, *found)):
-            found.append(int(k))
-    rivals_found = tuple(_rival(ends[k], ends[best], touches, seam_points) for k in found)
     next_best = float(others.min()) if len(others) else None
-    evidence = StartsEvidence(len(starts), int(agreeing.sum()), next_best, rivals_found)
+    if away is not None:
+        alike &= away <= FURTHER * away[best]
+    order = np.flatnonzero(alike)[np.argsort(judged[alike], kind="stable")]
+    places = _other_places([ends[k] for k in order], ends[best], touches, seam_points)
+    evidence = StartsEvidence(len(starts), int(agreeing.sum()), next_best, places)
     return PoseSearch(ends[best], annealed, run, evidence, rival)
 
 
@@ -180,11 +178,20 @@ def _unlikeliness(touches: Touches, ends: list[Pose], best: int, sigma_mm: float
     return np.asarray((sums - sums[best]) / scale)
 
 
-def _rival(other: Pose, answer: Pose, touches: Touches, seam_points: FloatArray | None) -> RivalPlace:
+def _other_places(
+    ends: list[Pose], answer: Pose, touches: Touches, seam_points: FloatArray | None
+) -> tuple[RivalPlace, ...]:
+    """Return the places among `ends` that are not the answer, each once."""
     points = answer.at.contact_part if seam_points is None else seam_points
-    apart = np.linalg.norm(points @ (other.R - answer.R).T + other.t - answer.t, axis=1)
-    T = RigidTransform(other.R, other.t, "base", "part")
-    return RivalPlace(T, float(np.sqrt(np.mean(other.at.distances**2))), float(apart.max()))
+    seen, places = [answer], []
+    for end in ends:
+        if any(_is_same(end, other, touches) for other in seen):
+            continue
+        seen.append(end)
+        apart = np.linalg.norm(points @ (end.R - answer.R).T + end.t - answer.t, axis=1)
+        T = RigidTransform(end.R, end.t, "base", "part")
+        places.append(RivalPlace(T, float(np.sqrt(np.mean(end.at.distances**2))), float(apart.max())))
+    return tuple(places)
 
 
 def _is_same(one: Pose, other: Pose, touches: Touches) -> bool:
