@@ -19,6 +19,7 @@ from typing import Any
 from matplotlib.image import imread, imsave
 from playwright.sync_api import sync_playwright
 
+from cad.pick.opening import find_table, start_table
 from cad.pick.page import build_pick_page
 from cad.pick.part import read_pick_part
 from cad.pick.server import PickServer
@@ -97,11 +98,9 @@ def picker_of_tee(folder: Path) -> str:
     table = folder / "taught.csv"
     table.write_text("\n".join([*lines[:-1], "H1,,,,yes", ""]), encoding="utf-8")
     part = read_pick_part(FIXTURES / "tee" / "tee.step", options=SeamOptions(), choice=SeamChoice())
-    session = PickSession(part, folder / "saved.csv")
-    rows, _ = session.read(table.read_bytes(), name=table.name)
-    command = "wpcal calibrate tee.step taught.csv -o RESULT"
-    page = build_pick_page(part, rows, session.options, saves_to=table.name, command=command)
-    server = PickServer(session, page)
+    session = PickSession(part)
+    shared, _ = start_table(find_table(table), part, part_step=FIXTURES / "tee" / "tee.step")
+    server = PickServer(session, shared, build_pick_page(part, session.options))
     threading.Thread(target=server.run, daemon=True).start()
     return server.url
 

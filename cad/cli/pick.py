@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from wpcal.cli.program_options import ProgramFlags
 NOT_CALIBRATE = ("part_step", "taught", "out", "port", "browser", "force", *option_names(ProgramFlags))
 """Arguments that are not copied to `wpcal calibrate`: it has others, or the saved table no longer needs them."""
 
+DEFAULT_TABLE = Path("taught.csv")
+
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
@@ -26,13 +29,11 @@ NOT_CALIBRATE = ("part_step", "taught", "out", "port", "browser", "force", *opti
     "--out",
     metavar="FILE",
     type=click.Path(path_type=Path),
-    default=Path("taught.csv"),
-    show_default=True,
-    help="Table that the page saves.",
+    help="Table that the page saves.  [default: TAUGHT if it is a table, otherwise taught.csv]",
 )
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: a free one]")
 @click.option("--browser/--no-browser", default=True, help="Open the page, or only print its address.")
-@click.option("--force", is_flag=True, help="Overwrite FILE.")
+@click.option("--force", is_flag=True, help="Take a draft that was taught on another part.")
 @takes("calibration", CalibrateFlags)
 @takes("choice", SeamChoiceFlags)
 @takes("reading", ProgramFlags)
@@ -43,7 +44,7 @@ def pick(
     *,
     part_step: Path,
     taught: Path | None,
-    out: Path,
+    out: Path | None,
     port: int,
     browser: bool,
     force: bool,
@@ -55,52 +56,75 @@ def pick(
 
     Residuals and the predicted error of every seam follow as you type. They are those of `wpcal calibrate` with the
     same options. A table or a controller's program can also be dropped on the page; the points of TAUGHT are there from
-    the start. The page saves the table that `wpcal calibrate` reads. It is served to this machine only, until Ctrl-C.
+    the start. The page opens the table that it saves, and keeps what is not saved in a draft beside it, FILE.draft.
+    Save keeps the version before as FILE.bak. The page is served to this machine only, until Ctrl-C.
     """
     from cad.cli.kernel_work import run_on_part
+    from cad.pick.opening import find_table, start_table
     from cad.pick.page import build_pick_page
-    from cad.pick.rows import Rows
     from cad.pick.server import PickServer
     from cad.pick.session import PickSession
     from wpcal.core.records import read_bytes
 
-    command = calibrate_command(ctx, part_step, out)
+    out = out or table_of(taught)
+    command = partial(calibrate_command, ctx, part_step)
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
     program = reading.to_reading()
-    require_table(out, part_step, overwrite=force)
-    initial = None if taught is None else read_bytes(taught)
+    require_table(out, part_step)
+    found = find_table(out)
+    is_other = taught is not None and not _is_same(taught, out)
+    if taught is not None and not is_other and found.raw is None and found.draft is None:
+        read_bytes(taught)  # says why not
+    initial = read_bytes(taught) if taught is not None and is_other else None
     arguments = {"options": options.seams, "choice": options.choice}
     part = run_on_part("cad.pick.part:read_pick_part", part_step, arguments, what=f"reading {part_step}")
-    session = PickSession(part, out, options, nominal, program, overwrite=force)
-    rows, left_out = (Rows(), ()) if initial is None else session.read(initial, name=str(taught))
-    for point in left_out:
-        click.echo(f"note: left out {point}", err=True)
-    page = build_pick_page(session.part, rows, session.options, saves_to=str(out), command=command)
-    server = PickServer(session, page, port=port)
+    session = PickSession(part, options, nominal, program)
+    given, left_out = (None, ()) if initial is None else session.read(initial, name=str(taught))
+    table, notes = start_table(
+        found, part, part_step=part_step, given=given, given_name=str(taught), force=force, command=command
+    )
+    for note in (*(f"left out {point}" for point in left_out), *notes):
+        click.echo(f"note: {note}", err=True)
+    server = PickServer(session, table, build_pick_page(part, options, notes=notes), port=port)
     click.echo(f"The picker of {part_step.name} is at {server.url} until Ctrl-C")
     if browser and _has_screen():
         click.launch(server.url)
     server.run()
-    click.echo("nothing was saved" if session.saved is None else f"saved {out}; now: {command}")
+    click.echo(f"saved {table.out}; now: {command(table.out)}" if table.is_saved else "nothing was saved")
+    if table.kept:
+        click.echo(f"rows that are not in {table.out} are kept in {table.kept}; wpcal pick shows them again")
     return 0
 
 
-def require_table(out: Path, part_step: Path, *, overwrite: bool) -> None:
+def table_of(taught: Path | None) -> Path:
+    """Return the table to save to when no name is given: TAUGHT itself, unless it is a robot program."""
+    from wpcal.controllers.taught_program import is_program
+
+    return DEFAULT_TABLE if taught is None or is_program(taught) else taught
+
+
+def _is_same(one: Path, other: Path) -> bool:
+    return one == other or (one.exists() and other.exists() and one.samefile(other))
+
+
+def require_table(out: Path, part_step: Path) -> None:
     """Refuse a name under which the page could not save its table, before the part is read.
 
     Raises
     ------
     InputError
-        If it is a folder, the part itself, in a folder that does not exist, or a file that must not be overwritten.
+        If the table, its draft or its last version would be a folder or the part itself, or the folder does not exist.
     """
+    from cad.pick.draft import backup_of, draft_of
     from wpcal.core.errors import InputError
 
     if out.is_dir():
         raise InputError(f"{out}: is a directory; expected the name of a table to save")
-    if out.exists() and part_step.exists() and out.samefile(part_step):
-        raise InputError(f"{out}: is the part itself; give -o and another name")
-    if out.exists() and not overwrite:
-        raise InputError(f"{out}: exists; give --force to overwrite it, or -o and another name")
+    for path in (out, draft_of(out), backup_of(out)):
+        if path.is_dir():
+            raise InputError(f"{path}: is a directory; remove it, or give -o and another name")
+        if path.exists() and part_step.exists() and path.samefile(part_step):
+            raise InputError(f"{path}: is the part itself; give -o and another name")
     if not out.parent.is_dir():
         raise InputError(f"{out.parent}: no such folder to save into")
 

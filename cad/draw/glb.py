@@ -105,8 +105,8 @@ def _triads(path: WeldPath) -> object:
     from trimesh.path import Path3D
     from trimesh.path.entities import Line
 
-    start = np.repeat(path.p_base[1:-1], 3, axis=0)
-    end = start + TRIAD_MM * np.swapaxes(path.R_base[1:-1], 1, 2).reshape(-1, 3)
+    start = np.repeat(path.p_base[path.weld_rows], 3, axis=0)
+    end = start + TRIAD_MM * np.swapaxes(path.R_base[path.weld_rows], 1, 2).reshape(-1, 3)
     vertices = _to_gltf(np.stack([start, end], axis=1).reshape(-1, 3))
     entities = [Line([2 * row, 2 * row + 1], color=AXIS_COLOURS[row % 3]) for row in range(len(start))]
     return Path3D(entities=entities, vertices=vertices, process=False)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from cad.pick.part import PickPart
-from cad.pick.rows import Rows
 from cad.workpiece.fit_taught import CalibrateOptions
 from wpcal.pages.html import build_page, json_blob
 from wpcal.pages.report import seam_columns
@@ -20,19 +20,15 @@ BODY = """
 SHOWN = ("name", "accepted", "joint", "weld", "solids", "length_mm")
 
 
-def build_pick_page(part: PickPart, rows: Rows, options: CalibrateOptions, *, saves_to: str, command: str) -> str:
-    """Return the page. It sends requests to its own server: ``POST fit``, ``save``, ``suggest`` and ``read``.
+def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequence[str] = ()) -> str:
+    """Return the page. It asks its own server for the table, so that a reload shows the table as it is.
 
     Parameters
     ----------
     part : PickPart
-    rows : Rows
-        The table at the start.
     options : CalibrateOptions
-    saves_to : str
-        Name of the file that the button "save" writes.
-    command : str
-        The command that calibrates from that file with the same options.
+    notes : sequence of str
+        What a person must know about the rows at the start.
     """
     record = seams_record(part.seams)
     features = [
@@ -42,13 +38,10 @@ def build_pick_page(part: PickPart, rows: Rows, options: CalibrateOptions, *, sa
     ]
     data: dict[str, Any] = {
         "file": part.file_name,
-        "notes": list(part.notes),
+        "notes": [*notes, *part.notes],
         "seams": [{key: seam[key] for key in SHOWN} for seam in record["seams"]],
-        "table": rows.to_record(),
         "choices": {"use": list(USES), "kind": list(KINDS)},
         "tolerance_mm": options.tolerance_mm,
-        "saves_to": saves_to,
-        "command": command,
     }
     columns = [seam_columns(seam["frames"]) for seam in record["seams"]]
     blobs = {"features": json_blob(features), "frames": json_blob(columns)}

@@ -20,6 +20,8 @@ class PickPart:
     Parameters
     ----------
     file_name : str
+    sha256 : str
+        Hash of the file.
     workpiece : Workpiece
         Without kernel objects.
     touchables : tuple of Touchable
@@ -33,6 +35,7 @@ class PickPart:
     """
 
     file_name: str
+    sha256: str
     workpiece: Workpiece
     touchables: tuple[Touchable, ...]
     seams: tuple[Seam, ...]
@@ -55,4 +58,4 @@ def read_pick_part(
     part_glb, mesh_issues = mesh_part(source.solids, sha256=source.sha256)
     notes = tuple(issue.message for issue in (*with_sections.issues, *mesh_issues))
     plain = replace(workpiece, source=None, solids=())
-    return PickPart(source.file_name, plain, touchables, seams, part_glb, notes)
+    return PickPart(source.file_name, source.sha256, plain, touchables, seams, part_glb, notes)

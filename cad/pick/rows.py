@@ -11,6 +11,7 @@ from typing import Any
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.tables import Table, parse_table
 from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS
+from wpcal.taught.table import TaughtPoints, taught_from_table
 
 NEW_COLUMNS = ("name", *TAUGHT_COLUMNS, "feature", "use")
 """Columns of an empty table."""
@@ -18,6 +19,8 @@ MOST_ROWS = 10_000
 """A file with more rows is not a list of touched points."""
 LONGEST_CELL = 1000
 """Characters. Messages repeat the text of a cell."""
+NO_FILE = ""
+"""Rows in the page have no file. Messages about them begin with the row."""
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+")
 
 
@@ -70,6 +73,20 @@ class Rows:
         writer.writerow(self.columns)
         writer.writerows(self.cells[i] for i in self.complete())
         return text.getvalue()
+
+    def to_taught(self) -> TaughtPoints:
+        """Return the complete rows as taught points, exactly as `wpcal calibrate` reads them from the saved file.
+
+        Raises
+        ------
+        InputError
+            When no row is complete.
+        FormatError
+            When a cell cannot be read. Its line is 2 for the first complete row.
+        """
+        if not self.complete():
+            raise InputError("no row has all three coordinates")
+        return taught_from_table(parse_table(self.to_csv().encode("utf-8"), path=NO_FILE))
 
 
 def _check_columns(columns: tuple[object, ...]) -> None:

@@ -29,8 +29,10 @@ from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, R
 from starlette.routing import Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from cad.pick.draft import Keyed
 from cad.pick.rows import Rows
 from cad.pick.session import PickSession, fault_record
+from cad.pick.shared_table import FileChangedError, SharedTable
 from wpcal.core.errors import ErrorCode, InputError, WpcalError
 
 LOCAL = "127.0.0.1"
@@ -60,6 +62,7 @@ class PickServer:
     Parameters
     ----------
     session : PickSession
+    table : SharedTable
     page : str
         HTML.
     port : int
@@ -71,7 +74,7 @@ class PickServer:
         When the port cannot be opened.
     """
 
-    def __init__(self, session: PickSession, page: str, *, port: int = 0) -> None:
+    def __init__(self, session: PickSession, table: SharedTable, page: str, *, port: int = 0) -> None:
         # With the protocol given, asyncio sends at once. Otherwise every answer waits 40 ms for a fuller packet.
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -85,7 +88,7 @@ class PickServer:
         host = f"{LOCAL}:{self._socket.getsockname()[1]}"
         token = secrets.token_urlsafe(TOKEN_BYTES)
         self.url = f"http://{host}/{token}/"
-        self._app = Guard(build_app(session, page, token=token), host=host, token=token)
+        self._app = Guard(build_app(session, table, page, token=token), host=host, token=token)
 
     def run(self) -> None:
         """Answer requests until the process is interrupted."""
@@ -144,10 +147,12 @@ class Guard:
         return None
 
 
-def build_app(session: PickSession, page: str, *, token: str) -> Starlette:
-    """Return the application: ``GET /token/`` is the page; ``fit``, ``save``, ``suggest`` and ``read`` take JSON.
+def build_app(session: PickSession, table: SharedTable, page: str, *, token: str) -> Starlette:
+    """Return the application: ``GET /token/`` is the page; the actions take JSON by ``POST``.
 
-    Answers are ``{"answer": …}`` or ``{"fault": …}``, a record of `cad.pick.session.fault_record`.
+    ``fit``, ``suggest`` and ``read`` are answered by the session; ``table``, ``keep``, ``save`` and ``open`` concern
+    the table that all windows share. Answers are ``{"answer": …}`` or ``{"fault": …}``, a record of
+    `cad.pick.session.fault_record`.
     """
 
     async def show(_: Request) -> Response:
@@ -167,10 +172,46 @@ def build_app(session: PickSession, page: str, *, token: str) -> Starlette:
         rows, left_out = session.read(**_file_of(record))
         return {"answer": {**rows.to_record(), "left_out": left_out}}
 
-    by_rows = {"fit": session.fit, "save": session.save, "suggest": session.suggest}
-    actions = {**{name: rows_action(act) for name, act in by_rows.items()}, "read": read}
+    by_rows = {"fit": session.fit, "suggest": session.suggest}
+    actions = {
+        **{name: rows_action(act) for name, act in by_rows.items()},
+        "read": read,
+        "table": lambda record: {"answer": table.changes_since(_field(record, "revision", int, -1))},
+        "keep": lambda record: {"answer": table.keep(**_change_of(record))},
+        "save": lambda record: _save(table, record),
+        "open": lambda record: {"answer": table.open_file()},
+    }
     routes = [Route(f"/{token}/{name}", _endpoint(action), methods=["POST"]) for name, action in actions.items()]
     return Starlette(routes=[Route(f"/{token}/", show), *routes])
+
+
+def _save(table: SharedTable, record: Any) -> dict[str, Any]:
+    revision = _field(record, "revision", int)
+    name, replaces = _field(record, "name", str, ""), _field(record, "replaces", str, "")
+    try:
+        return {"answer": table.save(revision=revision, name=name, replaces=replaces)}
+    except FileChangedError as error:
+        return {"fault": {**fault_record(error), "sha256": error.sha256}}
+    except WpcalError as error:
+        return {"fault": fault_record(error, table.rows)}
+
+
+def _change_of(record: Any) -> dict[str, Any]:
+    """Return a changed table with its window and the revision on which it is based."""
+    return {
+        "revision": _field(record, "revision", int),
+        "window": _field(record, "window", str),
+        "number": _field(record, "number", int),
+        "table": Keyed.from_record(_field(record, "table", dict)),
+    }
+
+
+def _field(record: Any, name: str, kind: type, default: Any = None) -> Any:
+    """Return one value of a request."""
+    value = record.get(name, default) if isinstance(record, dict) else None
+    if type(value) is not kind:
+        raise InputError(f"expected {name} as {kind.__name__}, got {type(value).__name__}")
+    return value
 
 
 def _endpoint(action: Callable[[Any], dict[str, Any]]) -> Callable[[Request], Any]:

@@ -1,10 +1,11 @@
-"""What the page can do with its rows: fit them, save them, read others from a file, suggest more."""
+"""What wpcal tells the page about rows: their fit, the rows of a file, which features to touch next."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,23 +13,19 @@ import numpy as np
 
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, read_rows
-from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
+from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
 from wpcal.advise import advise_set
 from wpcal.calibrate import CalibrationResult, Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.controllers.taught_program import is_program, parse_program
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
-from wpcal.core.records import write_file
-from wpcal.core.tables import parse_table
 from wpcal.core.transform import RigidTransform
 from wpcal.features import ReferenceFeature, feature_named
 from wpcal.taught.programs import names_as_features
-from wpcal.taught.table import TaughtPoints, taught_csv, taught_from_table
+from wpcal.taught.table import TaughtPoints, taught_csv
 from wpcal.taught.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
 
-NO_FILE = ""
-"""Rows in the page have no file. Messages about them begin with the row."""
 FIRST_LINE = 2
 """Line of the first complete row in the text of `Rows.to_csv`; the header is line 1."""
 FIRST_POINTS = 4
@@ -39,28 +36,21 @@ ERROR_DIGITS = 6
 
 @dataclass(slots=True, eq=False)
 class PickSession:
-    """One part that one person works on.
+    """One part with the options of its fit.
 
     Parameters
     ----------
     part : PickPart
-    out : Path
-        Where `save` writes.
     options : CalibrateOptions
     T_nominal_part : RigidTransform or None
     program : ProgramReading
         Which points of robot programs to read, and how they come into the base frame.
-    overwrite : bool
-        Whether a file at `out` may be overwritten that was not saved in this session.
     """
 
     part: PickPart
-    out: Path
     options: CalibrateOptions = field(default_factory=CalibrateOptions)
     T_nominal_part: RigidTransform | None = None
     program: ProgramReading = field(default_factory=ProgramReading)
-    overwrite: bool = False
-    saved: bytes | None = None
     _busy: threading.Lock = field(default_factory=threading.Lock)
 
     def fit(self, rows: Rows) -> dict[str, Any]:
@@ -73,8 +63,8 @@ class PickSession:
         Returns
         -------
         dict
-            ``T_base_part``, ``verdict``, ``points`` as in ``calibration.json``, each with its ``row`` and with
-            ``residual_part_mm``; ``u95_mm`` of every seam's frames; ``features`` by row; ``notes``.
+            ``T_base_part``, ``verdict``, ``judgement``, ``points`` as in ``calibration.json``, each with its ``row``
+            and with ``residual_part_mm``; ``u95_mm`` of every seam's frames; ``features`` by row; ``notes``.
 
         Raises
         ------
@@ -82,43 +72,19 @@ class PickSession:
             As in `wpcal calibrate`. `FormatError.line` is 2 for the first complete row.
         """
         with self._busy:
-            taught = _taught(rows)
+            taught = rows.to_taught()
             workpiece, options = self.part.workpiece, self.options
             named = name_taught(taught, workpiece.features, options=options, T_nominal_part=self.T_nominal_part)
             observed = prepare_fit(named.taught, workpiece, T_nominal_part=self.T_nominal_part)
-            result, u95 = run_fit(observed, self.part.seams, options=options, T_nominal_part=self.T_nominal_part)
+            seams, sigma_mm = self.part.seams, options.teaching.per_axis_mm
+            result, u95 = run_fit(
+                observed,
+                seams,
+                options=options,
+                T_nominal_part=self.T_nominal_part,
+                suggest=partial(next_point, named.taught, workpiece, seams, sigma_mm=sigma_mm),
+            )
         return _fit_record(rows, named.taught, result, u95)
-
-    def save(self, rows: Rows) -> dict[str, Any]:
-        """Write the complete rows as the file that `wpcal calibrate` reads.
-
-        Returns
-        -------
-        dict
-            ``file``; ``rows``: how many were written; ``left_out``: names of the rows that lack a coordinate.
-
-        Raises
-        ------
-        InputError
-            When no row is complete, a cell cannot be read, or the file exists and was not saved in this session.
-            Nothing is written.
-        """
-        complete = set(rows.complete())
-        if not complete:
-            raise InputError("nothing to save: no row has all three coordinates")
-        _taught(rows)
-        data = rows.to_csv().encode("utf-8")
-        with self._busy:
-            if not self.overwrite and self.out.exists() and self._found() != self.saved:
-                what = (
-                    "exists and was not saved from this page" if self.saved is None else "was changed by something else"
-                )
-                raise InputError(f"{self.out}: {what}; move it away and save again")
-            write_file(self.out, data, overwrite=True)
-            self.saved = data
-        names = [row[rows.columns.index("name")] for row in rows.cells]
-        left_out = [name for i, name in enumerate(names) if i not in complete]
-        return {"file": str(self.out), "rows": len(complete), "left_out": left_out}
 
     def read(self, raw: bytes, *, name: str, uframe: str = "") -> tuple[Rows, tuple[str, ...]]:
         """Return the points of a table or a controller's program as rows.
@@ -203,12 +169,6 @@ class PickSession:
             "sigma_mm": sigma_mm,
         }
 
-    def _found(self) -> bytes | None:
-        try:
-            return self.out.read_bytes()
-        except OSError:
-            return None
-
 
 def _named_in(
     rows: Rows, features: Sequence[ReferenceFeature]
@@ -231,7 +191,7 @@ def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:
     ----------
     error : WpcalError
     rows : Rows, optional
-        The rows that `PickSession.fit` or `PickSession.save` were given.
+        The rows that were fitted or saved.
 
     Returns
     -------
@@ -252,12 +212,6 @@ def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:
     return {**record, "message": f"{place}: {error.what}", "row": row, "column": column}
 
 
-def _taught(rows: Rows) -> TaughtPoints:
-    if not rows.complete():
-        raise InputError("no row has all three coordinates")
-    return taught_from_table(parse_table(rows.to_csv().encode("utf-8"), path=NO_FILE))
-
-
 def _fit_record(
     rows: Rows, taught: TaughtPoints, result: CalibrationResult, u95_mm: tuple[FloatArray, ...]
 ) -> dict[str, Any]:
@@ -267,7 +221,16 @@ def _fit_record(
     for point in record["points"]:
         point["row"] = row_of[point["name"]]
         point["residual_part_mm"] = (R_base_part.T @ np.array(point["residual_mm"])).tolist()
-    kept = ("verdict", "tolerance_mm", "criterion", "objective_mm", "lower_bound_mm", "certified", "T_base_part")
+    kept = (
+        "verdict",
+        "judgement",
+        "tolerance_mm",
+        "criterion",
+        "objective_mm",
+        "lower_bound_mm",
+        "certified",
+        "T_base_part",
+    )
     return {
         **{key: record[key] for key in kept},
         "points": record["points"],

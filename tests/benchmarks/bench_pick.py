@@ -18,11 +18,13 @@ from urllib.parse import urlsplit
 import numpy as np
 from rich.table import Table
 
+from cad.pick.draft import Keyed
 from cad.pick.page import build_pick_page
 from cad.pick.part import PickPart, read_pick_part
 from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.server import PickServer
 from cad.pick.session import PickSession
+from cad.pick.shared_table import SharedTable
 from cad.samples.steel_structure import steel_structure
 from cad.step.new_file import new_step_text
 from cad.workpiece.seams import SeamChoice
@@ -74,14 +76,14 @@ def row(bays: int, folder: Path) -> list[str]:
     path = folder / f"structure{bays}.step"
     path.write_bytes(new_step_text(steel_structure(bays), "structure", pcurves=False))
     part = read_pick_part(path, options=SeamOptions(), choice=SeamChoice())
-    session = PickSession(part, folder / "taught.csv")
+    session = PickSession(part)
     pairs, rows = touched(part)
     frames = np.concatenate([seam.frames.p for seam in part.seams if seam.accepted])
 
     def build() -> str:
-        return build_pick_page(part, rows, session.options, saves_to="taught.csv", command="")
+        return build_pick_page(part, session.options)
 
-    server = PickServer(session, build())
+    server = PickServer(session, SharedTable(folder / "taught.csv", part, start=Keyed.of_rows(rows)), build())
     threading.Thread(target=server.run, daemon=True).start()
     bare = least_seconds(lambda: calibrate(pairs, seam_points=frames), REPEATS)
     whole = least_seconds(asking(server, rows), REPEATS)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import io
+import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -76,3 +79,42 @@ def open_page(browser: Any) -> Iterator[Any]:
     yield opened
     for context in contexts:
         context.close()
+
+
+class Picker:
+    """`wpcal pick` in a process of its own."""
+
+    def __init__(self, folder: Path, *arguments: str | Path) -> None:
+        command = [sys.executable, "-m", "wpcal", "pick", *map(str, arguments), "--no-browser"]
+        self.process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        self.said = self.process.stdout.readline()
+        self.url = next((word for word in self.said.split() if word.startswith("http://127.0.0.1:")), "")
+        assert self.url, f"{self.said}{self.process.communicate(timeout=60)[1]}"
+
+    def end(self) -> tuple[int, str, str]:
+        """Press Ctrl-C."""
+        self.process.send_signal(signal.SIGINT)
+        out, errors = self.process.communicate(timeout=60)
+        return self.process.returncode, out, errors
+
+    def kill(self) -> None:
+        """End the process at once, as a power cut does."""
+        self.process.kill()
+        self.process.communicate(timeout=60)
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Any]:
+    """Return a function that starts a picker in `tmp_path`; pickers that still run at the end are killed."""
+    running: list[Picker] = []
+
+    def started(*arguments: str | Path) -> Picker:
+        running.append(Picker(tmp_path, *arguments))
+        return running[-1]
+
+    yield started
+    for picker in running:
+        if picker.process.poll() is None:
+            picker.process.kill()
+            picker.process.communicate()

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,40 +20,6 @@ VALUES = {
 """Like those of the published table: values of a robot with two decimals. V14 is computed from the others and then
 changed a little."""
 TOLERANCE_MM = 0.4
-
-
-class Picker:
-    """`wpcal pick` in a process of its own."""
-
-    def __init__(self, folder: Path, *arguments: str | Path) -> None:
-        command = [sys.executable, "-m", "wpcal", "pick", *map(str, arguments), "--no-browser"]
-        self.process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        assert self.process.stdout is not None
-        self.said = self.process.stdout.readline()
-        self.url = next((word for word in self.said.split() if word.startswith("http://127.0.0.1:")), "")
-        assert self.url, f"{self.said}{self.process.communicate(timeout=60)[1]}"
-
-    def end(self) -> tuple[int, str, str]:
-        """Press Ctrl-C."""
-        self.process.send_signal(signal.SIGINT)
-        out, errors = self.process.communicate(timeout=60)
-        return self.process.returncode, out, errors
-
-
-@pytest.fixture
-def start(tmp_path: Path) -> Iterator[Any]:
-    """Return a function that starts a picker in `tmp_path`; pickers that still run at the end are killed."""
-    running: list[Picker] = []
-
-    def started(*arguments: str | Path) -> Picker:
-        running.append(Picker(tmp_path, *arguments))
-        return running[-1]
-
-    yield started
-    for picker in running:
-        if picker.process.poll() is None:
-            picker.process.kill()
-            picker.process.communicate()
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +98,7 @@ def test_the_pointer_names_the_nearest_feature(start: Any, open_page: Any, place
 
 
 def test_rows_are_there_at_the_beginning_and_a_wrong_one_is_named(start: Any, open_page: Any) -> None:
-    opened = open_page(start(TEE / "tee.step", TEE / "taught.csv").url)
+    opened = open_page(start(TEE / "tee.step", TEE / "taught.csv", "-o", "taught.csv").url)
     settled(opened)
     assert list(shown(opened)) == ["V2", "V4", "V16", "V12", "V6", "H1"]
     before = shown(opened)
@@ -193,7 +157,7 @@ def test_names_that_look_like_markup_stay_names(start: Any, open_page: Any, tmp_
 
 
 def test_when_the_server_has_ended_the_table_stays(start: Any, open_page: Any) -> None:
-    picker = start(TEE / "tee.step", TEE / "taught.csv")
+    picker = start(TEE / "tee.step", TEE / "taught.csv", "-o", "taught.csv")
     opened = open_page(picker.url)
     settled(opened)
     code, out, faults = picker.end()
@@ -209,7 +173,8 @@ def test_when_the_server_has_ended_the_table_stays(start: Any, open_page: Any) -
         (["missing.step"], "missing.step"),
         ([TEE / "tee.step", "missing.csv"], "missing.csv: no such file"),
         ([TEE / "tee.step", TEE / "tee.step", "-o", "x.csv"], "is a STEP file, expected a table"),
-        ([TEE / "tee.step", "-o", "there.csv"], "there.csv: exists; give --force"),
+        ([TEE / "tee.step", "-o", "there.csv"], "there.csv: has a header and no rows; give -o and another name"),
+        ([TEE / "tee.step", "there.csv"], "there.csv: has a header and no rows"),
         ([TEE / "tee.step", "-o", "no/such/x.csv"], "no such folder"),
         ([TEE / "truth.json"], "truth.json"),
     ],

@@ -8,19 +8,36 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from cad.cli.pick import pick
+from cad.cli.pick import pick, table_of
 from wpcal.core.errors import InputError
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 
 
-@pytest.mark.parametrize("target", ["tee.step", "folder", "link.csv"])
+@pytest.mark.parametrize("target", ["tee.step", "folder", "link.csv", "drafted", "backed"])
 def test_force_never_takes_the_part_or_a_folder_for_the_table(tmp_path: Path, target: str) -> None:
     part = Path(shutil.copy(TEE, tmp_path / "tee.step"))
     (tmp_path / "folder").mkdir()
     (tmp_path / "link.csv").symlink_to(part)
+    (tmp_path / "drafted.draft").symlink_to(part)
+    (tmp_path / "backed.bak").mkdir()
     before = part.read_bytes()
     result = CliRunner().invoke(pick, [str(part), "-o", str(tmp_path / target), "--force", "--no-browser"])
     assert isinstance(result.exception, InputError)
     assert "is the part itself" in str(result.exception) or "is a directory" in str(result.exception)
+    assert [path.name for path in tmp_path.iterdir() if path.is_file() and not path.is_symlink()] == ["tee.step"]
     assert part.read_bytes() == before
+
+
+def test_a_part_that_is_named_like_a_draft_is_not_taken_for_one(tmp_path: Path) -> None:
+    part = Path(shutil.copy(TEE, tmp_path / "tee.draft"))
+    result = CliRunner().invoke(pick, [str(part), "-o", str(tmp_path / "tee"), "--no-browser"])
+    assert "is the part itself" in str(result.exception)
+
+
+@pytest.mark.parametrize(
+    ("taught", "out"),
+    [(None, "taught.csv"), ("a/points.csv", "a/points.csv"), ("TEACH.dat", "taught.csv"), ("p.mod", "taught.csv")],
+)
+def test_the_table_that_is_opened_is_the_one_that_is_saved(taught: str | None, out: str) -> None:
+    assert table_of(None if taught is None else Path(taught)) == Path(out)

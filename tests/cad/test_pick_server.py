@@ -14,10 +14,12 @@ from urllib.parse import urlsplit
 import pytest
 import uvicorn
 
+from cad.pick.draft import Keyed
 from cad.pick.part import PickPart
-from cad.pick.rows import NEW_COLUMNS
+from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.server import LARGEST_BYTES, PickServer
 from cad.pick.session import PickSession
+from cad.pick.shared_table import SharedTable
 from wpcal.core.errors import InputError
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
@@ -29,8 +31,8 @@ class Running:
     """A server in a thread."""
 
     def __init__(self, part: PickPart, out: Path) -> None:
-        self.session = PickSession(part, out)
-        self.server = PickServer(self.session, "<!DOCTYPE html>the page")
+        self.session, self.table = PickSession(part), SharedTable(out, part, start=Keyed.of_rows(Rows()))
+        self.server = PickServer(self.session, self.table, "<!DOCTYPE html>the page")
         place = urlsplit(self.server.url)
         self.host, self.port, self.path = place.netloc, place.port or 0, place.path
         self.origin = f"http://{self.host}"
@@ -113,8 +115,21 @@ def test_only_what_the_page_uses_is_there(running: Running) -> None:
     assert running.post("other", EMPTY)[0] == 404
 
 
-@pytest.mark.parametrize("body", [[], 3, None, {"columns": 1, "rows": 2}, {"columns": [], "rows": [[]]}, EMPTY])
-@pytest.mark.parametrize("name", ["fit", "save", "read"])
+@pytest.mark.parametrize(
+    "body",
+    [
+        [],
+        3,
+        None,
+        {"columns": 1, "rows": 2},
+        {"columns": [], "rows": [[]]},
+        EMPTY,
+        {"revision": 1, "window": "w", "number": 0, "table": {**EMPTY, "keys": ["a"]}},
+        {"revision": True},
+        {"revision": 1, "name": 3},
+    ],
+)
+@pytest.mark.parametrize("name", ["fit", "save", "read", "keep", "open"])
 def test_nonsense_is_one_line(running: Running, name: str, body: Any) -> None:
     status, answer = running.post(name, body)
     assert status == 200
@@ -146,4 +161,4 @@ def test_rows_are_fitted(running: Running) -> None:
 
 def test_a_port_that_is_taken_is_said(running: Running) -> None:
     with pytest.raises(InputError, match=f"port {running.port}: address already in use"):
-        PickServer(running.session, "", port=running.port)
+        PickServer(running.session, running.table, "", port=running.port)

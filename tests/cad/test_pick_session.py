@@ -36,8 +36,8 @@ def part(tee_for_the_picker: PickPart) -> PickPart:
     return tee_for_the_picker
 
 
-def opened(part: PickPart, out: Path, file: str = "taught.csv", **more: Any) -> tuple[PickSession, Rows]:
-    session = PickSession(part, out, **more)
+def opened(part: PickPart, file: str = "taught.csv", **more: Any) -> tuple[PickSession, Rows]:
+    session = PickSession(part, **more)
     return session, session.read((TEE / file).read_bytes(), name=file)[0]
 
 
@@ -53,9 +53,9 @@ def opened(part: PickPart, out: Path, file: str = "taught.csv", **more: Any) -> 
 def test_the_numbers_are_those_of_calibrate(
     part: PickPart, file: str, options: CalibrateOptions, tmp_path: Path
 ) -> None:
-    session, rows = opened(part, tmp_path / "saved.csv", file, options=options)
+    session, rows = opened(part, file, options=options)
     found = session.fit(rows)
-    session.save(rows)
+    (tmp_path / "saved.csv").write_text(rows.to_csv(), encoding="utf-8")
     expected = calibrate_workpiece(TEE / "tee.step", tmp_path / "saved.csv", options=options)
     record = expected.to_record()
     for key in ("T_base_part", "objective_mm", "lower_bound_mm", "verdict", "criterion"):
@@ -67,8 +67,8 @@ def test_the_numbers_are_those_of_calibrate(
         np.testing.assert_allclose(u95, other, rtol=0, atol=SHOWN_MM)
 
 
-def test_residuals_in_the_part_are_those_in_the_base_turned(part: PickPart, tmp_path: Path) -> None:
-    session, rows = opened(part, tmp_path / "saved.csv")
+def test_residuals_in_the_part_are_those_in_the_base_turned(part: PickPart) -> None:
+    session, rows = opened(part)
     found = session.fit(rows)
     T = np.array(found["T_base_part"])
     for point in found["points"]:
@@ -76,17 +76,16 @@ def test_residuals_in_the_part_are_those_in_the_base_turned(part: PickPart, tmp_
         np.testing.assert_allclose(fitted, point["p_base_mm"], rtol=0, atol=1e-9)
 
 
-def test_rows_that_wait_change_nothing_and_are_not_lost(part: PickPart, tmp_path: Path) -> None:
-    session, rows = opened(part, tmp_path / "saved.csv")
+def test_rows_that_wait_change_nothing(part: PickPart) -> None:
+    session, rows = opened(part)
     waiting = tuple("V8" if column in ("name", "feature") else "" for column in rows.columns)
     more = Rows(rows.columns, (waiting, *rows.cells))
     assert session.fit(more)["T_base_part"] == session.fit(rows)["T_base_part"]
     assert [point["row"] for point in session.fit(more)["points"]] == [1, 2, 3, 4, 5, 6]
-    assert session.save(more) == {"file": str(tmp_path / "saved.csv"), "rows": 6, "left_out": ["V8"]}
 
 
-def test_points_without_names_are_found(part: PickPart, tmp_path: Path) -> None:
-    session, rows = opened(part, tmp_path / "saved.csv", "taught_exact.csv")
+def test_points_without_names_are_found(part: PickPart) -> None:
+    session, rows = opened(part, "taught_exact.csv")
     names = [row[rows.columns.index("feature")] for row in rows.cells]
     blind = Rows(
         rows.columns,
@@ -99,8 +98,8 @@ def test_points_without_names_are_found(part: PickPart, tmp_path: Path) -> None:
     assert [found["features"][row] for row in range(len(names))] == names
 
 
-def test_a_program_in_a_frame_that_is_not_known_asks_for_it(part: PickPart, tmp_path: Path) -> None:
-    session = PickSession(part, tmp_path / "saved.csv")
+def test_a_program_in_a_frame_that_is_not_known_asks_for_it(part: PickPart) -> None:
+    session = PickSession(part)
     with pytest.raises(FormatError) as caught:
         session.read(KRL.encode(), name="TEACH.dat")
     assert fault_record(caught.value)["code"] == "user-frame-missing"
@@ -114,42 +113,18 @@ def test_a_program_in_a_frame_that_is_not_known_asks_for_it(part: PickPart, tmp_
     assert home.startswith("HOME: is stored as joint angles")
 
 
-def test_a_file_of_another_hand_is_not_overwritten(part: PickPart, tmp_path: Path) -> None:
-    out = tmp_path / "saved.csv"
-    session, rows = opened(part, out)
-    session.save(rows)
-    session.save(rows)  # our own may be
-    out.write_text("precious", encoding="utf-8")
-    with pytest.raises(InputError, match="changed by something else"):
-        session.save(rows)
-    assert out.read_text(encoding="utf-8") == "precious"
-    with pytest.raises(InputError, match="not saved from this page"):
-        PickSession(part, out).save(rows)
-    PickSession(part, out, overwrite=True).save(rows)
-    assert out.read_text(encoding="utf-8") == rows.to_csv()
-
-
-def test_what_cannot_be_read_is_not_saved(part: PickPart, tmp_path: Path) -> None:
-    session = PickSession(part, tmp_path / "saved.csv")
-    with pytest.raises(InputError, match="nothing to save"):
-        session.save(Rows())
-    with pytest.raises(FormatError, match="appears twice"):
-        session.save(Rows(NEW_COLUMNS, (("V1", "1", "2", "3", "V1", "yes"), ("V1", "4", "5", "6", "V2", "yes"))))
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_points_on_a_line_are_refused(part: PickPart, tmp_path: Path) -> None:
+def test_points_on_a_line_are_refused(part: PickPart) -> None:
     rows = Rows(NEW_COLUMNS, tuple((f"T{i}", str(10 * i), "0", "0", f"V{i}", "yes") for i in (2, 4, 16)))
     with pytest.raises(GeometryError):
-        PickSession(part, tmp_path / "saved.csv").fit(rows)
+        PickSession(part).fit(rows)
 
 
 def named(*names: str, use: str = "yes") -> Rows:
     return Rows(NEW_COLUMNS, tuple((name, "", "", "", name, use) for name in names))
 
 
-def test_suggested_points_promise_what_advise_promises(part: PickPart, tmp_path: Path) -> None:
-    session = PickSession(part, tmp_path / "saved.csv", CalibrateOptions(teaching=TeachingError(sigma_mm=0.2)))
+def test_suggested_points_promise_what_advise_promises(part: PickPart) -> None:
+    session = PickSession(part, CalibrateOptions(teaching=TeachingError(sigma_mm=0.2)))
     seams = [seam for seam in part.seams if seam.accepted]
     candidates = [item for item in part.touchables if item.feature.kind.is_point]
     expected = advise(candidates, seams, points=4, sigma_mm=0.2)
@@ -159,10 +134,8 @@ def test_suggested_points_promise_what_advise_promises(part: PickPart, tmp_path:
     assert len(session.suggest(named(*found["features"]))["features"]) == 1
 
 
-def test_what_was_touched_is_not_suggested_and_no_point_is_said_to_help_that_does_not(
-    part: PickPart, tmp_path: Path
-) -> None:
-    session = PickSession(part, tmp_path / "saved.csv")
+def test_what_was_touched_is_not_suggested_and_no_point_is_said_to_help_that_does_not(part: PickPart) -> None:
+    session = PickSession(part)
     first = session.suggest(Rows())["features"]
     others = session.suggest(named(*first, use="check"))
     assert len(others["features"]) == 4
@@ -175,8 +148,8 @@ def test_what_was_touched_is_not_suggested_and_no_point_is_said_to_help_that_doe
         rows, error = Rows(rows.columns, (*rows.cells, *named(*found["features"]).cells)), found["error_95_mm"]
 
 
-def test_nothing_is_suggested_for_touches_or_unknown_features(part: PickPart, tmp_path: Path) -> None:
-    session, touches = opened(part, tmp_path / "saved.csv", "touches_321.csv")
+def test_nothing_is_suggested_for_touches_or_unknown_features(part: PickPart) -> None:
+    session, touches = opened(part, "touches_321.csv")
     with pytest.raises(InputError, match="without a column kind"):
         session.suggest(touches)
     with pytest.raises(InputError, match="no feature 'V99'"):

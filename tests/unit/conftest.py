@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from wpcal.brep.mesh import PartMesh, SolidMesh
+from wpcal.brep.mesh_glb import write_part_glb
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.core.records import to_json
 from wpcal.core.transform import RigidTransform
@@ -103,6 +105,26 @@ def assert_is_the_part():
     return check
 
 
+BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
+BOX_TRIANGLES = np.array(
+    [
+        *([0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]),
+        *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
+    ]
+)
+
+
+def box_mesh(name, low, high):
+    """A box of triangles, counter-clockwise seen from outside."""
+    p = np.asarray(low) + BOX * (np.asarray(high, dtype=np.float64) - low)
+    return SolidMesh(name, p, BOX_TRIANGLES, np.zeros((0, 2), dtype=np.int64))
+
+
+def plate(*others, sha256=None):
+    """The plate under the seams of a finished folder, and other solids."""
+    return PartMesh((box_mesh("plate", (-20, -50, -10), (120, 50, 0)), *others), 0.01, 0.5, sha256)
+
+
 @pytest.fixture
 def finished_folder(tmp_path, random_place):
     """A folder like that of `wpcal calibrate`: an accepted seam, a candidate, and one with an awkward name."""
@@ -120,6 +142,7 @@ def finished_folder(tmp_path, random_place):
         kept = json.loads((TEE_GOLDEN / "calibration.json").read_text(encoding="utf-8"))
         calibration = {**kept, "verdict": verdict, "tolerance_mm": 0.5, "T_base_part": T.matrix.tolist()}
         (folder / "calibration.json").write_text(json.dumps(calibration), encoding="utf-8")
+        (folder / "part.glb").write_bytes(write_part_glb(plate(sha256=kept["inputs"]["part"]["sha256"])))
         return folder
 
     return make

@@ -28,7 +28,7 @@ def export(
 ) -> int:
     """Write the calibrated seams in DIR (calibration.json, seams.json) as programs for a controller.
 
-    Ends with code 1 if the calibration missed its tolerance; the files are written and say so.
+    Ends with code 1 unless the verdict of the calibration is PASS; the files are written and say so.
     """
     from wpcal.core.records import check_writable, new_directory
     from wpcal.formats.registry import exporter_named
@@ -48,7 +48,9 @@ def export(
     _show(program, contents, targets, as_json=as_json)
     if program.calibration.get("verdict") == "PASS":
         return 0
-    click.echo("wpcal: the calibration missed its tolerance; the files say so", err=True)
+    click.echo(
+        f"wpcal: the verdict of the calibration is {program.calibration.get('verdict')}; the files say so", err=True
+    )
     return 1
 
 
@@ -73,13 +75,24 @@ def _show(
     *,
     as_json: bool,
 ) -> None:
+    from wpcal.controllers.program import NOT_CHECKED
+
     if as_json:
         from wpcal.core.records import to_json
 
         written = {name: [str(targets[name] / file) for file in sorted(files)] for name, files in contents.items()}
         seams = [path.seam.name for path in program.paths]
-        click.echo(to_json({"schema": "wpcal/export/1", "seams": seams, "files": written}), nl=False)
+        record = {
+            "schema": "wpcal/export/1",
+            "verdict": program.calibration.get("verdict"),
+            "seams": seams,
+            "files": written,
+            "checked": list(program.checked),
+            "not_checked": NOT_CHECKED,
+        }
+        click.echo(to_json(record), nl=False)
         return
     poses = sum(len(path) for path in program.paths)
     for name, files in contents.items():
         click.echo(f"{name}: {len(program.paths)} seams, {poses} poses: {', '.join(sorted(files))} in {targets[name]}")
+    click.echo(f"wpcal: {'; '.join((*program.checked, NOT_CHECKED))}", err=True)

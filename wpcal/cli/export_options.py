@@ -95,6 +95,51 @@ class MotionFlags:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class AirFlags:
+    """The shape of the torch, and how it goes from one seam to the next."""
+
+    clearance_mm: float | None = option(
+        "--clearance-mm",
+        type=float,
+        help="Height of the tool above the part between seams.  [default: the torch is 50 mm above the part]",
+    )
+    up: str = option(
+        "--up",
+        metavar="X,Y,Z",
+        default="0,0,1",
+        show_default=True,
+        help="Direction away from the support of the part, in the base.",
+    )
+    wire_mm: float = option(
+        "--wire-mm", type=float, default=20.0, show_default=True, help="From the tip of the wire to the nozzle."
+    )
+    nozzle_radius_mm: float = option(
+        "--nozzle-radius-mm", type=float, default=11.0, show_default=True, help="Radius of nozzle and neck."
+    )
+    torch_length_mm: float = option(
+        "--torch-length-mm",
+        type=float,
+        default=300.0,
+        show_default=True,
+        help="Length of the torch that is compared with the part.",
+    )
+
+    def check(self, program: WeldProgram) -> WeldProgram:
+        """Compare the program with the part and add the ways between the seams."""
+        from wpcal.controllers.air_moves import AirSettings
+        from wpcal.controllers.checked_program import check_program
+        from wpcal.controllers.torch_shape import TorchShape
+        from wpcal.core.errors import InputError
+
+        try:
+            x, y, z = (float(cell) for cell in self.up.split(","))
+        except ValueError:
+            raise InputError(f"--up: expected X,Y,Z, got {self.up!r}") from None
+        torch = TorchShape(self.wire_mm, self.nozzle_radius_mm, self.torch_length_mm)
+        return check_program(program, torch=torch, air=AirSettings(self.clearance_mm, (x, y, z)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerFlags:
     """Names and numbers of the program, the tool and the user frame in the controller."""
 
@@ -169,6 +214,7 @@ class WeldProgramFlags:
     selection: SelectionFlags
     torch: TorchFlags
     motion: MotionFlags
+    air: AirFlags
     controller: ControllerFlags
     arm: IdentifiedArmFlags
 
@@ -182,4 +228,5 @@ class WeldProgramFlags:
         torch, motion, controller = self.torch.to_settings(), self.motion.to_settings(), self.controller.to_settings()
         space = RobotSpace.NOMINAL if self.arm.robot is None else RobotSpace.IDENTIFIED
         finished = self.selection.select(read_finished(folder, space=space))
-        return self.arm.compensate(build_program(finished, torch=torch, motion=motion, controller=controller))
+        program = build_program(finished, torch=torch, motion=motion, controller=controller)
+        return self.arm.compensate(self.air.check(program))

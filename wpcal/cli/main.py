@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import sys
 from importlib.metadata import EntryPoint, entry_points
-from io import TextIOWrapper
 
 import click
 
 from wpcal import __version__
+from wpcal.cli.streams import protect_streams
 
 ENTRY_POINT_GROUP = "wpcal.commands"
 EXIT_OUR_FAULT = 70
@@ -47,14 +47,20 @@ def wpcal() -> None:
 
 
 def run(arguments: list[str] | None = None) -> None:
-    """Run the command line and exit: 0 done, 1 misses its tolerance, 2 wrong use or input, 70 our own fault."""
-    sys.exit(_run(arguments))
+    """Run the command line and exit: 0 done, 1 misses its tolerance, 2 wrong use or input, 70 our own fault.
+
+    The exit code is the result's, also if nobody can read what is printed.
+    """
+    output = protect_streams()
+    code = _run(arguments)
+    if output is not None:
+        sys.stdout.flush()
+        if output.lost_because:
+            _say(f"standard output was not written: {output.lost_because}; exit code {code} is the result's", code)
+    sys.exit(code)
 
 
 def _run(arguments: list[str] | None) -> int:
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without Greek letters shows question marks
     try:
         code = wpcal.main(args=arguments, prog_name="wpcal", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -64,9 +70,6 @@ def _run(arguments: list[str] | None) -> int:
         return _say(error.format_message(), error.exit_code)
     except click.Abort:
         return _say("interrupted", EXIT_INTERRUPTED)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains again when it flushes
-        return 1
     except Exception as error:  # the outermost place: an unforeseen error is one line, too
         return _say_error(error)
     return code if isinstance(code, int) else 0

@@ -15,6 +15,7 @@ from wpcal.cli.option_groups import option, takes
 
 if TYPE_CHECKING:
     from wpcal.planning.search.nsga2 import Nsga2Options
+    from wpcal.planning.search.obstacle import NoFeasiblePlanError
     from wpcal.planning.search.pareto import Preference
     from wpcal.planning.search.planning_result import PlanningResult
     from wpcal.planning.search.problem import PlanningProblem
@@ -92,9 +93,15 @@ class GeneticFlags:
 
 @click.command()
 @click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
-@click.argument("seams_json", metavar="SEAMS.json", type=click.Path(path_type=Path))
-@click.option("--seam", required=True, metavar="NAME", help="Which seam of the file: W1, W2, …")
-@click.option("-o", "--output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Folder to write.")
+@click.argument("seams_json", metavar="[SEAMS.json]", required=False, type=click.Path(path_type=Path))
+@click.option("--seam", metavar="NAME", help="Which seam of the file: W1, W2, …")
+@click.option("-o", "--output", metavar="DIR", type=click.Path(path_type=Path), help="Folder to write.")
+@click.option(
+    "--check",
+    "check_only",
+    is_flag=True,
+    help="Plan nothing: list what is odd in CELL.json, and draw the cell in cell.html (in the folder of -o, or here).",
+)
 @click.option(
     "--prefer",
     type=click.Choice(["position", "smooth", "balanced"]),
@@ -109,9 +116,10 @@ class GeneticFlags:
 def plan(
     *,
     cell_json: Path,
-    seams_json: Path,
-    seam: str,
-    output: Path,
+    seams_json: Path | None,
+    seam: str | None,
+    output: Path | None,
+    check_only: bool,
     prefer: str,
     weld: WeldFlags,
     genetic: GeneticFlags,
@@ -124,11 +132,20 @@ def plan(
     Writes pareto.json (the trade-off plans), plan.html (a page that shows them), and for the chosen plan plan.json,
     plan.csv and the programs of both robots. Ctrl-C keeps the best plans so far. Ends with code 1 if there is no
     feasible plan.
+
+    With --check only the cell is read, listed and drawn. It ends with code 2 if anything in the cell is odd.
     """
-    from wpcal.core.errors import ConvergenceError
+    if check_only:
+        return _check(cell_json, output, force=force, as_json=as_json)
+    if seams_json is None or seam is None or output is None:
+        missing = {"SEAMS.json": seams_json, "--seam": seam, "-o": output}
+        names = ", ".join(name for name, value in missing.items() if value is None)
+        raise click.UsageError(f"a plan needs {names}; to check the cell alone, add --check")
     from wpcal.core.records import check_writable
+    from wpcal.planning.cell.cell_check import check_cell
     from wpcal.planning.cell.cell_file import read_cell
     from wpcal.planning.plan.seam_file import read_seam_path
+    from wpcal.planning.search.obstacle import NoFeasiblePlanError
     from wpcal.planning.search.pareto import Preference
     from wpcal.planning.search.plan_seam import plan_seam
     from wpcal.planning.search.problem import PlanningProblem
@@ -139,12 +156,39 @@ def plan(
     cell = read_cell(cell_json)
     problem = PlanningProblem(cell, read_seam_path(seams_json, seam, cell), targets, weld.speed_mm_s)
     mesh = _read_mesh(seams_json)
+    for issue in check_cell(cell):
+        if issue.code != "bases-too-near":  # the search refuses such a cell with the same words
+            click.echo(f"wpcal: odd cell: {issue.message}", err=True)
     try:
         with _shown_progress() as progress:
             result = plan_seam(problem, genetic=genetic.to_options(), progress=progress)
-    except ConvergenceError as error:
-        return _write_failure(problem, str(error), output, force=force)
+    except NoFeasiblePlanError as error:
+        return _write_failure(problem, error, output, force=force, as_json=as_json)
     return _write(result, Preference(prefer), output, mesh, force=force, as_json=as_json)
+
+
+def _check(cell_json: Path, output: Path | None, *, force: bool, as_json: bool) -> int:
+    """Tell what is odd in a cell, and draw it."""
+    from wpcal.core.records import to_json, write_file
+    from wpcal.pages.plan import build_cell_page
+    from wpcal.planning.cell.cell_check import check_cell, check_record
+    from wpcal.planning.cell.cell_file import read_cell
+
+    cell = read_cell(cell_json)
+    issues = check_cell(cell)
+    page = (output or Path()) / "cell.html"
+    html = build_cell_page(cell)
+    page.parent.mkdir(parents=True, exist_ok=True)
+    write_file(page, html, overwrite=force)
+    if as_json:
+        click.echo(to_json(check_record(cell, issues)), nl=False)
+    else:
+        for issue in issues:
+            click.echo(issue.message)
+        found = f"{len(issues)} oddities" if len(issues) > 1 else "1 oddity" if issues else "nothing odd"
+        click.echo(f"{cell.name}: {found}")
+        click.echo(f"drawn in {page}")
+    return 2 if issues else 0
 
 
 def _read_mesh(seams_json: Path) -> bytes | None:
@@ -237,19 +281,23 @@ def _write(
     if as_json:
         click.echo(record, nl=False)
     else:
-        show_plans(result, preference, run, plain_console())
+        show_plans(result, preference, runs, plain_console())
     for refusal in refusals:
         click.echo(f"wpcal: no program: {refusal}", err=True)
     return 0 if run.verdict is CollisionVerdict.FREE else 1
 
 
-def _write_failure(problem: PlanningProblem, why: str, output: Path, *, force: bool) -> int:
+def _write_failure(
+    problem: PlanningProblem, error: NoFeasiblePlanError, output: Path, *, force: bool, as_json: bool
+) -> int:
     """Write the reason why there is no plan, and print it in one line."""
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.planning.search.pareto_record import failed_record
 
-    record = failed_record(problem, why)
+    record = to_json(failed_record(problem, str(error), error.obstacle))
     with new_directory(output, overwrite=force) as folder:
-        write_file(folder / "pareto.json", to_json(record), overwrite=True)
-    click.echo(f"wpcal: {why}", err=True)
+        write_file(folder / "pareto.json", record, overwrite=True)
+    if as_json:
+        click.echo(record, nl=False)
+    click.echo(f"wpcal: {error}", err=True)
     return 1

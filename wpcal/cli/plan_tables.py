@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rich.console import Console
 from rich.table import Table
 
@@ -11,28 +13,30 @@ from wpcal.planning.search.pareto import Preference
 from wpcal.planning.search.planning_result import PlanningResult
 
 
-def show_plans(result: PlanningResult, preference: Preference, run: CellRun, console: Console) -> None:
+def show_plans(result: PlanningResult, preference: Preference, runs: Sequence[CellRun], console: Console) -> None:
     """Print the front, the volume that each method dominates, and what is known of the chosen plan.
 
     Parameters
     ----------
     result : PlanningResult
     preference : Preference
-    run : CellRun
-        The chosen plan with approach and retract.
+    runs : sequence of CellRun
+        The plans of the front with approach and retract.
     console : Console
     """
     front = result.front
     chosen = front.chosen(preference)
+    run = runs[chosen]
     table = Table(title=f"Plans of seam {front.plans[0].seam}")
     objectives = [f"{objective.label} {objective.unit}" for objective in OBJECTIVES]
-    for heading in ("", "found by", *objectives, "least clearance mm"):
+    for heading in ("", "found by", *objectives, "least clearance mm", "tip error mm", "tip speed mm/s"):
         table.add_column(heading, justify="left" if heading == "found by" else "right")
-    for row, plan in enumerate(front.plans):
+    for row, (plan, tip) in enumerate(zip(front.plans, (run.tip for run in runs), strict=True)):
         values = [f"{plan.objectives[objective.name]:.3f}" for objective in OBJECTIVES]
         least = "" if plan.clearance_mm is None else f"{plan.clearance_mm.min():.1f}"
         mark = f"{row + 1} *" if row == chosen else f"{row + 1}"
-        table.add_row(mark, plan.found_by, *values, least)
+        speed = f"{tip.slowest_mm_s:.1f} to {tip.fastest_mm_s:.1f}"
+        table.add_row(mark, plan.found_by, *values, least, f"{tip.error_mm:.2f}", speed)
     console.print(table)
     for name, group in (("ladder and least squares", result.ladder), ("NSGA-II", result.genetic)):
         if group is not None:
@@ -43,3 +47,4 @@ def show_plans(result: PlanningResult, preference: Preference, run: CellRun, con
     console.print(f"chosen (*, {preference.value}): {run.schedule.describe()}; {run.verdict.value}")
     if run.check is not None:
         console.print(run.check.describe())
+    console.print(run.tip.describe(run.schedule.speed_mm_s))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.compensation import NO_TOOL, compensate_targets
 from wpcal.robot.kinematics.arm import Arm
@@ -42,11 +43,15 @@ def compensate_program(
         When a pose is out of reach or beyond a joint limit.
     """
     paths = [_compensated(path, arm, near, T_flange_tool) for path in program.paths]
-    return replace(program, paths=tuple(paths))
+    safe = program.safe_point and _compensated(program.safe_point, arm, near, T_flange_tool)
+    return replace(program, paths=tuple(paths), safe_point=safe)
 
 
-def _compensated(path: WeldPath, arm: Arm, near: ArrayLike, T_flange_tool: RigidTransform) -> WeldPath:
-    T_base_tool = np.tile(np.eye(4), (len(path), 1, 1))
+Poses = TypeVar("Poses", WeldPath, SafePoint)
+
+
+def _compensated(path: Poses, arm: Arm, near: ArrayLike, T_flange_tool: RigidTransform) -> Poses:
+    T_base_tool = np.tile(np.eye(4), (len(path.p_base), 1, 1))
     T_base_tool[:, :3, :3], T_base_tool[:, :3, 3] = path.R_base, path.p_base
     targets, _ = compensate_targets(arm, T_base_tool, near=near, T_flange_tool=T_flange_tool)
     return replace(path, p_base=targets[:, :3, 3], R_base=targets[:, :3, :3])

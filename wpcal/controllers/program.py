@@ -16,6 +16,9 @@ from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import FinishedCalibration
 from wpcal.seam.seam import Seam
 
+NOT_CHECKED = "NOT CHECKED: the arm, fixtures, cables, the way to the first point. RUN IT DRY FIRST"
+"""Said in the header of every program and on the console."""
+
 
 @dataclass(frozen=True, slots=True)
 class MotionSettings:
@@ -84,37 +87,99 @@ class ControllerSettings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeldPath:
-    """The tool along one seam: an approach, one pose per frame of the seam, a retract.
+    """The tool along one seam: the way to it, one pose per frame of the seam, the way from it.
 
     Parameters
     ----------
     seam : Seam
         With n frames in `base`.
-    p_base : ndarray, shape (n + 2, 3)
+    p_base : ndarray, shape (a + n + b, 3)
         Tool centre points in `base`, mm.
-    R_base : ndarray, shape (n + 2, 3, 3)
+    R_base : ndarray, shape (a + n + b, 3, 3)
         Columns are the axes of the tool in `base`.
     u95_mm : ndarray, shape (n,), or None
         The 95 % error at the frames of the seam, mm.
+    before, after : int
+        a and b: poses of the way to the seam, the last of them the approach, and of the way from it, the first of them
+        the retract. Where there are more than one, all moves between them are linear.
     """
 
     seam: Seam
     p_base: FloatArray
     R_base: FloatArray
     u95_mm: FloatArray | None
+    before: int = 1
+    after: int = 1
 
     def __len__(self) -> int:
         return len(self.p_base)
 
+    @property
+    def weld_rows(self) -> slice:
+        """The rows of the poses along the seam."""
+        return slice(self.before, len(self) - self.after)
+
+    @property
+    def weld_count(self) -> int:
+        """Number of poses along the seam."""
+        return len(self) - self.before - self.after
+
+    @property
+    def roles(self) -> list[str]:
+        """What each pose is: ``to``, ``approach``, ``weld``, ``retract`` or ``from``."""
+        n = self.weld_count
+        return [*["to"] * (self.before - 1), "approach", *["weld"] * n, "retract", *["from"] * (self.after - 1)]
+
     def poses_in(self, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:
-        """Return positions (n + 2, 3), mm, and axes (n + 2, 3, 3) of the tool in another frame."""
-        T = T_base_frame.inverse()
-        return T.apply(self.p_base), T.R @ self.R_base
+        """Return positions (a + n + b, 3), mm, and axes (a + n + b, 3, 3) of the tool in another frame."""
+        return poses_in(self.p_base, self.R_base, T_base_frame)
 
     def labels(self, stem: str, *, width: int) -> list[str]:
-        """Name the poses: ``stem_appr``, ``stem_0001`` …, ``stem_retr``."""
-        along = [f"{stem}_{number:0{width}d}" for number in range(1, len(self) - 1)]
-        return [f"{stem}_appr", *along, f"{stem}_retr"]
+        """Name the poses: ``stem_to01`` …, ``stem_appr``, ``stem_0001`` …, ``stem_retr``, ``stem_up01`` …."""
+        way_to = [f"{stem}_to{number:02d}" for number in range(1, self.before)]
+        along = [f"{stem}_{number:0{width}d}" for number in range(1, self.weld_count + 1)]
+        way_from = [f"{stem}_up{number:02d}" for number in range(1, self.after)]
+        return [*way_to, f"{stem}_appr", *along, f"{stem}_retr", *way_from]
+
+
+def poses_in(p_base: FloatArray, R_base: FloatArray, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:
+    """Express poses of the tool in another frame.
+
+    Parameters
+    ----------
+    p_base : ndarray, shape (n, 3)
+        In `base`, mm.
+    R_base : ndarray, shape (n, 3, 3)
+        Axes of the tool in `base`.
+    T_base_frame : RigidTransform
+
+    Returns
+    -------
+    p, R : ndarray, shapes (n, 3) and (n, 3, 3)
+        In the frame.
+    """
+    T = T_base_frame.inverse()
+    return T.apply(p_base), T.R @ R_base
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SafePoint:
+    """Where a program starts and ends: a pose above the part.
+
+    Parameters
+    ----------
+    p_base : ndarray, shape (1, 3)
+        Tool centre point in `base`, mm.
+    R_base : ndarray, shape (1, 3, 3)
+        Axes of the tool in `base`.
+    """
+
+    p_base: FloatArray
+    R_base: FloatArray
+
+    def poses_in(self, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:
+        """Return the position (1, 3), mm, and the axes (1, 3, 3) in another frame."""
+        return poses_in(self.p_base, self.R_base, T_base_frame)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,6 +197,10 @@ class WeldProgram:
         The record of ``calibration.json``.
     part_glb : bytes or None
         The part's triangles as `wpcal.brep.mesh_glb.read_part_glb` reads them, for formats that show the part.
+    safe_point : SafePoint or None
+        Where the program starts and ends. With it, every move between two seams is linear and was checked.
+    checked : tuple of str
+        Lines that say what was compared with the part; empty if nothing was.
     """
 
     paths: tuple[WeldPath, ...]
@@ -141,6 +210,8 @@ class WeldProgram:
     controller: ControllerSettings = field(default_factory=ControllerSettings)
     calibration: dict[str, Any] = field(default_factory=dict)
     part_glb: bytes | None = None
+    safe_point: SafePoint | None = None
+    checked: tuple[str, ...] = ()
 
     @property
     def label_width(self) -> int:
@@ -200,17 +271,19 @@ def describe(program: WeldProgram) -> list[str]:
     lines = [f"written by wpcal {__version__} from calibration.json and seams.json"]
     if "verdict" in record:
         lines.append(f"calibration {record['verdict']}, tolerance {record['tolerance_mm']:g} mm")
+        if "judgement" in record:
+            lines.append(record["judgement"]["sentence"])
     lines += [
         f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
         f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
         f"stick-out {torch.stick_out_mm:g} mm, approach {program.motion.approach_mm:g} mm, "
         f"retract {program.motion.retract_mm:g} mm",
     ]
-    return lines
+    return [*lines, *(program.checked or ["NOT CHECKED for collisions with the part"]), NOT_CHECKED]
 
 
 def describe_path(path: WeldPath) -> str:
     """Return one line about a seam: what it is, and its 95 % error."""
     seam = path.seam
-    text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {len(path) - 2} points"
+    text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {path.weld_count} points"
     return text if path.u95_mm is None else f"{text}, 95 % error up to {path.u95_mm.max():.3f} mm"

@@ -100,7 +100,7 @@ def write_jobs(
     program: WeldProgram,
     language: JobLanguage,
     *,
-    main_job: Callable[[str, list[str], Sequence[str]], str],
+    main_job: Callable[[str, list[str], Sequence[str], RigidTransform], str],
     seam_job: Callable[[str, WeldPath, RigidTransform], str],
 ) -> dict[str, str]:
     """Write a job per seam and the job that calls them.
@@ -110,7 +110,8 @@ def write_jobs(
     program : WeldProgram
     language : JobLanguage
     main_job : callable
-        From the job's name, the text of its comments and the names of the jobs to call, to the contents of the file.
+        From the job's name, the text of its comments, the names of the jobs to call and ``T_base_frame`` as rounded, to
+        the contents of the file.
     seam_job : callable
         From the job's name, the path and ``T_base_frame`` as rounded, to the contents of the file.
 
@@ -133,7 +134,7 @@ def write_jobs(
         program.T_base_part, mm_decimals=language.mm_decimals, deg_decimals=language.deg_decimals
     )
     comments = _comments(program, language, names, T_base_frame)
-    files = {f"{main}{language.suffix}": main_job(main, comments, list(names.values()))}
+    files = {f"{main}{language.suffix}": main_job(main, comments, list(names.values()), T_base_frame)}
     for path in program.paths:
         name = names[path.seam.name]
         files[f"{name}{language.suffix}"] = seam_job(name, path, T_base_frame)

@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import Any
 
 from wpcal.controllers.naming import NameRules, safe_name
-from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe, describe_path
 from wpcal.core.records import to_json
 from wpcal.formats.registry import Exporter
 
@@ -41,27 +41,34 @@ def write_compas(program: WeldProgram) -> dict[str, str]:
         "units": {"length": "mm"},
         "wire_axis": f"+{program.torch.tool_axis.value}",
         "z_sense": "inward",
+        "safe_point": None if program.safe_point is None else _frames(program.safe_point)[0],
         "seams": [_seam(path) for path in program.paths],
     }
     return {f"{safe_name(program.controller.program_name, NAMES)}.compas.json": to_json(record)}
 
 
 def _seam(path: WeldPath) -> dict[str, Any]:
-    frames = [
+    frames, rows = _frames(path), path.weld_rows
+    errors = None if path.u95_mm is None else path.u95_mm.tolist()
+    return {
+        "name": path.seam.name,
+        "what": describe_path(path),
+        "to_seam": frames[: rows.start - 1],
+        "approach": frames[rows.start - 1],
+        "weld": frames[rows],
+        "retract": frames[rows.stop],
+        "from_seam": frames[rows.stop + 1 :],
+        "error_95_mm": errors,
+    }
+
+
+def _frames(path: WeldPath | SafePoint) -> list[dict[str, Any]]:
+    return [
         {"dtype": "compas.geometry/Frame", "data": {"point": p, "xaxis": x, "yaxis": y}}
         for p, x, y in zip(
             path.p_base.tolist(), path.R_base[:, :, 0].tolist(), path.R_base[:, :, 1].tolist(), strict=True
         )
     ]
-    errors = None if path.u95_mm is None else path.u95_mm.tolist()
-    return {
-        "name": path.seam.name,
-        "what": describe_path(path),
-        "approach": frames[0],
-        "weld": frames[1:-1],
-        "retract": frames[-1],
-        "error_95_mm": errors,
-    }
 
 
 COMPAS = Exporter("compas", "COMPAS: NAME.compas.json with frames for compas.json_load", write_compas)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.controllers.naming import NameRules, safe_name
-from wpcal.controllers.program import WeldPath, WeldProgram, describe
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe
 from wpcal.core.records import to_json
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.formats.registry import Exporter
@@ -59,6 +59,7 @@ def write_program_json(program: WeldProgram) -> dict[str, str]:
             "stick_out_mm": torch.stick_out_mm,
         },
         "motion": {"speed_mm_s": motion.speed_mm_s, "air_speed_mm_s": motion.air_speed_mm_s},
+        "safe_point": None if program.safe_point is None else _poses(program.safe_point)[0],
         "seams": [_seam(path) for path in program.paths],
     }
     name = safe_name(program.controller.program_name, NAMES)
@@ -69,10 +70,9 @@ def write_program_json(program: WeldProgram) -> dict[str, str]:
 
 
 def _seam(path: WeldPath) -> dict[str, Any]:
-    q = quaternion_from_rotation(path.R_base).tolist()
     errors = _errors(path)
-    rows = zip(_roles(path), path.p_base.tolist(), path.R_base.tolist(), q, errors, strict=True)
-    poses = [{"role": role, "p_mm": p, "R": R, "q_xyzw": q_xyzw, "u95_mm": error} for role, p, R, q_xyzw, error in rows]
+    rows = zip(path.roles, _poses(path), errors, strict=True)
+    poses = [{"role": role, **pose, "u95_mm": error} for role, pose, error in rows]
     seam = path.seam
     return {
         "name": seam.name,
@@ -84,14 +84,16 @@ def _seam(path: WeldPath) -> dict[str, Any]:
     }
 
 
-def _roles(path: WeldPath) -> list[str]:
-    return ["approach", *["weld"] * (len(path) - 2), "retract"]
+def _poses(path: WeldPath | SafePoint) -> list[dict[str, Any]]:
+    q = quaternion_from_rotation(path.R_base).tolist()
+    rows = zip(path.p_base.tolist(), path.R_base.tolist(), q, strict=True)
+    return [{"p_mm": p, "R": R, "q_xyzw": q_xyzw} for p, R, q_xyzw in rows]
 
 
 def _errors(path: WeldPath) -> list[float | None]:
     if path.u95_mm is None:
         return [None] * len(path)
-    return [None, *path.u95_mm.tolist(), None]
+    return [*[None] * path.before, *path.u95_mm.tolist(), *[None] * path.after]
 
 
 def write_program_csv(program: WeldProgram) -> dict[str, str]:
@@ -104,19 +106,26 @@ def write_program_csv(program: WeldProgram) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        ``NAME.program.csv``. ``rij`` is row i, column j of the rotation; its columns are the tool's axes in `frame`.
+        ``NAME.program.csv``. The safe point, if there is one, is the first row, without a seam. ``rij`` is row i,
+        column j of the rotation; its columns are the tool's axes in `frame`.
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(PROGRAM_CSV_COLUMNS)
+    if program.safe_point is not None:
+        writer.writerow(["", 0, "safe", *_cells(program.safe_point)[0], "", "base", "inward"])
     for path in program.paths:
-        q = quaternion_from_rotation(path.R_base)
-        table = np.concatenate([path.p_base, q, path.R_base.reshape(-1, 9)], axis=1).tolist()
-        rows = zip(_roles(path), table, _errors(path), strict=True)
-        for point, (role, numbers, error) in enumerate(rows):
+        rows = zip(path.roles, _cells(path), _errors(path), strict=True)
+        for point, (role, cells, error) in enumerate(rows):
             last = ("" if error is None else ALL_DIGITS % error, "base", "inward")
-            writer.writerow([path.seam.name, point, role, *(ALL_DIGITS % v for v in numbers), *last])
+            writer.writerow([path.seam.name, point, role, *cells, *last])
     return {f"{safe_name(program.controller.program_name, NAMES)}.program.csv": text.getvalue()}
+
+
+def _cells(path: WeldPath | SafePoint) -> list[list[str]]:
+    q = quaternion_from_rotation(path.R_base)
+    table = np.concatenate([path.p_base, q, path.R_base.reshape(-1, 9)], axis=1)
+    return [[ALL_DIGITS % value for value in row] for row in table.tolist()]
 
 
 JSON = Exporter("json", "Plain JSON: NAME.program.json and its JSON Schema", write_program_json)

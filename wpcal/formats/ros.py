@@ -13,9 +13,8 @@ from __future__ import annotations
 import json
 
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
-from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe, describe_path
 from wpcal.controllers.rounding import rounded
-from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.formats.registry import Exporter
 
@@ -52,6 +51,7 @@ def write_ros(program: WeldProgram) -> dict[str, str]:
         f"wire_axis: +{program.torch.tool_axis.value}",
         "z_sense: inward",
         f"weld_speed_m_s: {program.motion.speed_mm_s * MM:.{DECIMALS}g}",
+        *([] if program.safe_point is None else ["safe_point:", *_rows(program.safe_point)]),
         "seams:",
     ]
     for path in program.paths:
@@ -61,35 +61,38 @@ def write_ros(program: WeldProgram) -> dict[str, str]:
 
 
 def _pose_array(path: WeldPath) -> str:
+    head = ["header:", "  stamp: {sec: 0, nanosec: 0}", f"  frame_id: {FRAME_ID}", "poses:"]
+    return "\n".join([*head, *_rows(path), ""])
+
+
+def _rows(path: WeldPath | SafePoint) -> list[str]:
     k = DECIMALS
     places = rounded(path.p_base * MM, k).tolist()
     turns = rounded(quaternion_from_rotation(path.R_base), k).tolist()
-    poses = [
+    return [
         f"- position: {{x: {x:.{k}f}, y: {y:.{k}f}, z: {z:.{k}f}}}\n"
         f"  orientation: {{x: {qx:.{k}f}, y: {qy:.{k}f}, z: {qz:.{k}f}, w: {qw:.{k}f}}}"
         for (x, y, z), (qx, qy, qz, qw) in zip(places, turns, strict=True)
     ]
-    head = ["header:", "  stamp: {sec: 0, nanosec: 0}", f"  frame_id: {FRAME_ID}", "poses:"]
-    return "\n".join([*head, *poses, ""])
 
 
 def _entry(path: WeldPath, file: str) -> list[str]:
     """Return the sidecar's lines of one seam. Text is written as JSON strings, which YAML reads."""
-    roles = ["approach", *["weld"] * (len(path) - 2), "retract"]
     return [
         f"- name: {json.dumps(path.seam.name)}",
         f"  file: {json.dumps(file)}",
         f"  what: {json.dumps(describe_path(path))}",
         f"  closed: {json.dumps(path.seam.closed)}",
-        f"  roles: [{', '.join(roles)}]",
-        f"  error_95_m: {_errors(path.u95_mm)}",
+        f"  roles: [{', '.join(path.roles)}]",
+        f"  error_95_m: {_errors(path)}",
     ]
 
 
-def _errors(u95_mm: FloatArray | None) -> str:
-    if u95_mm is None:
+def _errors(path: WeldPath) -> str:
+    if path.u95_mm is None:
         return "null"
-    return f"[null, {', '.join(f'{v * MM:.{DECIMALS}f}' for v in u95_mm.tolist())}, null]"
+    along = [f"{v * MM:.{DECIMALS}f}" for v in path.u95_mm.tolist()]
+    return f"[{', '.join([*['null'] * path.before, *along, *['null'] * path.after])}]"
 
 
 ROS = Exporter("ros", "ROS 2: one PoseArray YAML per seam, and a sidecar with names and errors", write_ros)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name
-from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe, describe_path
 from wpcal.controllers.rounding import rounded
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.formats.registry import Exporter
@@ -33,20 +33,21 @@ LONGEST_COMMENT = 100
 BUILD = '''
 
 def build(manipulator, working_frame="base", tcp_frame="tool0", profile="DEFAULT"):
-    """Return a CompositeInstruction: free motion to each approach, linear moves along the seam and away."""
+    """Return a CompositeInstruction: free motion to the safe point, then linear moves, and back to it."""
     from tesseract_robotics import tesseract_command_language as tcl
     from tesseract_robotics import tesseract_common as common
 
     program = tcl.CompositeInstruction(profile)
     program.setManipulatorInfo(common.ManipulatorInfo(manipulator, working_frame, tcp_frame))
-    for poses in SEAMS.values():
-        for number, (x, y, z, qw, qx, qy, qz) in enumerate(poses):
-            turn = common.Quaterniond(qw, qx, qy, qz)
-            pose = common.Isometry3d.Identity() * common.Translation3d(x, y, z) * turn
-            waypoint = tcl.CartesianWaypointPoly_wrap_CartesianWaypoint(tcl.CartesianWaypoint(pose))
-            kind = tcl.MoveInstructionType_LINEAR if number else tcl.MoveInstructionType_FREESPACE
-            move = tcl.MoveInstruction(waypoint, kind, profile)
-            program.appendMoveInstruction(tcl.MoveInstructionPoly_wrap_MoveInstruction(move))
+    moves = [(pose, number == 0 and not SAFE_POINT) for poses in SEAMS.values() for number, pose in enumerate(poses)]
+    moves = [*((pose, True) for pose in SAFE_POINT), *moves, *((pose, False) for pose in SAFE_POINT)]
+    for (x, y, z, qw, qx, qy, qz), is_free in moves:
+        turn = common.Quaterniond(qw, qx, qy, qz)
+        pose = common.Isometry3d.Identity() * common.Translation3d(x, y, z) * turn
+        waypoint = tcl.CartesianWaypointPoly_wrap_CartesianWaypoint(tcl.CartesianWaypoint(pose))
+        kind = tcl.MoveInstructionType_FREESPACE if is_free else tcl.MoveInstructionType_LINEAR
+        move = tcl.MoveInstruction(waypoint, kind, profile)
+        program.appendMoveInstruction(tcl.MoveInstructionPoly_wrap_MoveInstruction(move))
     return program
 '''
 
@@ -67,9 +68,11 @@ def write_tesseract(program: WeldProgram) -> dict[str, str]:
         *describe(program),
         "poses of the tool in the base: x y z in m, then the quaternion w x y z",
         f"written with {DECIMALS} decimals: within 0.000001 mm and 0.000001 deg",
-        "first the approach, then the points of the seam, last the retract",
+        "per seam: the way to it with the approach, its points, the retract and the way from it",
     ]
-    lines = [*comment_lines(head, mark="# ", longest=LONGEST_COMMENT), "", "SEAMS = {"]
+    lines = [*comment_lines(head, mark="# ", longest=LONGEST_COMMENT), ""]
+    safe = [] if program.safe_point is None else _rows(program.safe_point)
+    lines += ["SAFE_POINT = [", *(row[4:] for row in safe), "]", "SEAMS = {"]
     for path in program.paths:
         lines += comment_lines([describe_path(path)], mark="    # ", longest=LONGEST_COMMENT)
         lines += [f"    {path.seam.name!a}: [", *_rows(path), "    ],"]
@@ -77,7 +80,7 @@ def write_tesseract(program: WeldProgram) -> dict[str, str]:
     return {f"{stem}_tesseract.py": "\n".join([*lines, "}"]) + BUILD}
 
 
-def _rows(path: WeldPath) -> list[str]:
+def _rows(path: WeldPath | SafePoint) -> list[str]:
     q_wxyz = np.roll(quaternion_from_rotation(path.R_base), 1, axis=1)
     table = rounded(np.concatenate([path.p_base * MM, q_wxyz], axis=1), DECIMALS).tolist()
     k = DECIMALS

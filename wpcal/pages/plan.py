@@ -1,5 +1,7 @@
 """`plan.html`: the plans of a seam: the trade-off chart, the curves of each plan, and the cell moving in 3-D.
 
+`cell.html` (`wpcal plan --check`) shows the cell alone: its bodies, frames, floor and mounting faces.
+
 ``plan.json`` or ``pareto.json`` hold the same numbers; here they are rounded to what a screen shows. The page holds no
 clock, path or host name.
 """
@@ -17,14 +19,15 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.pages.html import build_page, json_blob
 from wpcal.planning.cell.bodies import PART, TOOL, WORLD, Body, Owner, bodies_of, body_frames, body_pairs
-from wpcal.planning.cell.robot_cell import CellState, RobotCell, part_in_world, tool_in_world
+from wpcal.planning.cell.cell_check import check_cell, mounting_faces
+from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell, part_in_world, tool_in_world
 from wpcal.planning.plan.run import CellRun
-from wpcal.planning.plan.run_record import check_record
+from wpcal.planning.plan.run_record import check_record, tip_record
 from wpcal.planning.search.objectives import Objective
 
 BODY = """
 <main id="page"></main>
-<noscript>This page needs JavaScript to draw the plan; its numbers are in plan.json and plan.csv.</noscript>
+<noscript>This page needs JavaScript to draw the plan; its numbers are in the files beside it.</noscript>
 """
 ANGLE_DIGITS, TIME_DIGITS, PLACE_DIGITS = 3, 4, 3
 """The page shows one decimal of a degree, a second and a millimetre."""
@@ -94,7 +97,6 @@ def build_plan_page(
     pairs, names = body_pairs(cell), [objective.name for objective in objectives]
     data = {
         "seam": runs[0].plan.seam,
-        "cell": cell.name,
         "names": names,
         "titles": {objective.name: objective.title for objective in objectives},
         "axes": {"x": names[0], "y": names[-1], "colour": names[1] if len(names) > 2 else None},
@@ -103,16 +105,66 @@ def build_plan_page(
         "fronts": [_front_record(front, names) for front in fronts],
         "joints": [[joint.name for joint in arm.joints] for arm in (cell.arm1, cell.arm2)],
         "pairs": [list(pairs.names(row)) for row in range(len(pairs))],
-        "bodies": [_body_record(body) for body in bodies_of(cell)],
-        "bases": [cell.T_world_base1.t_mm.tolist(), cell.T_world_base2.t_mm.tolist()],
-        "carriers": {"count": WORLD + 1, "tool": TOOL, "part": PART},
-        "wire_mm": WIRE_MM,
+        **_cell_record(cell, shows_frames=False),
     }
     blobs = {} if part_glb is None else {"part": part_glb}
     for row, run in enumerate(runs):
         blobs[f"curves-{row}"] = json_blob(_curves(run, cell))
         blobs[f"frames-{row}"] = _frames(cell, run.state).astype("<f4").tobytes()
     return build_page(title=f"Plan of seam {runs[0].plan.seam}", entry="plan", body=BODY, data=data, blobs=blobs)
+
+
+def build_cell_page(cell: RobotCell) -> str:
+    """Return the page of a cell: what its file describes, and what is odd in it.
+
+    Parameters
+    ----------
+    cell : RobotCell
+
+    Returns
+    -------
+    str
+        A self-contained HTML file, the same for the same cell.
+    """
+    low, high = cell.joint_limits
+    joints = np.clip(np.zeros((1, 2 * JOINTS)), low, high)
+    state = CellState(joints[:, :JOINTS], joints[:, JOINTS:])
+    arms, bases = (cell.arm1, cell.arm2), (cell.T_world_base1, cell.T_world_base2)
+    data = {
+        **_cell_record(cell, shows_frames=True),
+        "robots": [
+            {"robot": row + 1, "arm": arm.name, "base": T.t_mm.tolist(), "mount": mount.tolist()}
+            for row, (arm, T, mount) in enumerate(zip(arms, bases, mounting_faces(cell), strict=True))
+        ],
+        "carrierNames": _carrier_names(),
+    }
+    blobs = {"frames": _frames(cell, state).astype("<f4").tobytes()}
+    return build_page(title=f"Cell {cell.name}", entry="cell", body=BODY, data=data, blobs=blobs)
+
+
+def _carrier_names() -> list[str]:
+    links = ["base", *(f"link {link}" for link in range(1, JOINTS)), "flange"]
+    return [*(f"robot {robot}, {name}" for robot in (1, 2) for name in links), "tool", "part", "world"]
+
+
+def _cell_record(cell: RobotCell, *, shows_frames: bool) -> dict[str, Any]:
+    """Return what both pages draw of a cell."""
+    bases = (cell.T_world_base1, cell.T_world_base2)
+    return {
+        "cell": cell.name,
+        "issues": [issue.to_record() for issue in check_cell(cell)],
+        "bodies": [_body_record(body) for body in bodies_of(cell)],
+        "bases": [T.t_mm.tolist() for T in bases],
+        "mounts": [
+            {"p": p.tolist(), "x": T.R[:, 0].tolist(), "y": T.R[:, 1].tolist()}
+            for T, p in zip(bases, mounting_faces(cell), strict=True)
+        ],
+        "floor_z_mm": cell.floor_z_mm,
+        "frames": [0, JOINTS, JOINTS + 1, 2 * JOINTS + 1, TOOL, PART],
+        "showsFrames": shows_frames,
+        "carriers": {"count": WORLD + 1, "tool": TOOL, "part": PART},
+        "wire_mm": WIRE_MM,
+    }
 
 
 def _front_record(front: MethodFront, names: Sequence[str]) -> dict[str, Any]:
@@ -127,6 +179,8 @@ def _plan_record(run: CellRun) -> dict[str, Any]:
         "freedom": run.verdict.value,
         "check": None if run.check is None else check_record(run.check),
         "schedule": run.schedule.describe(),
+        "tip": tip_record(run.tip),
+        "between_points": run.tip.describe(run.schedule.speed_mm_s),
     }
 
 

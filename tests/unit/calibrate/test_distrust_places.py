@@ -97,6 +97,7 @@ def test_a_place_that_the_stated_error_does_not_exclude_is_a_rival():
     assert rival.apart_mm > 100
     message = next(issue.message for issue in result.issues if issue.code == "rival-placement")
     assert f"up to {rival.apart_mm:.3g} mm away" in message
+    assert (result.verdict, result.judgement.reason.value) == ("UNSURE", "rival")
     check_record(result.to_record())
 
 

@@ -85,11 +85,82 @@ def test_the_genetic_algorithm_is_run_when_it_is_asked_for(tmp_path, few_points,
 def test_no_feasible_plan_is_an_answer(tmp_path, few_points, swept, capsys):
     swept(1)
     out = tmp_path / "out"
-    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--speed-mm-s", "5000") == 1
-    assert capsys.readouterr().err == "wpcal: no feasible plan: joint speeds fails most, on 15 of 15 paths\n"
+    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--speed-mm-s", "5000", "--json") == 1
+    said = capsys.readouterr()
+    assert said.err.startswith("wpcal: no feasible plan: joint speeds fails most, on 15 of 15 paths: joint ")
+    assert said.err.endswith(" mm, 5000 mm/s asked; use a lower --speed-mm-s\n")
+    assert said.out == (out / "pareto.json").read_text(encoding="utf-8")
     record = json.loads((out / "pareto.json").read_text(encoding="utf-8"))
     assert (record["plans"], record["failed"].split(",")[0]) == ([], "no feasible plan: joint speeds fails most")
+    assert record["obstacle"]["constraint"] == "joint speeds"
+    assert (record["obstacle"]["asked"], record["obstacle"]["unit"]) == (5000.0, "mm/s")
+    assert 0 < record["obstacle"]["best"] < 5000
     assert [file.name for file in out.iterdir()] == ["pareto.json"]
+
+
+def odd(record):
+    """An arm whose base frame is at axis 2."""
+    record["torch_robot"]["arm"] = "ar2010"
+
+
+def remove_torch(record):
+    record["torch_robot"]["torch"] = []
+
+
+def test_a_plan_in_an_odd_cell_says_so_once_and_in_its_records(tmp_path, few_points, swept, capsys):
+    swept(SHOWN)
+    out = tmp_path / "out"
+    assert call("plan", changed_cell(tmp_path, remove_torch), few_points, "--seam", "W1", "-o", out) == 0
+    error = capsys.readouterr().err
+    assert error.count("the torch has no bodies") == error.count("\n") == 1
+    for name in ("pareto.json", "plan.json"):
+        (issue,) = json.loads((out / name).read_text(encoding="utf-8"))["issues"]
+        assert (issue["code"], issue["ids"]) == ("no-bodies", ["torch"])
+    assert "the torch has no bodies" in (out / "plan.html").read_text(encoding="utf-8")
+
+
+def test_tip_and_speed_between_points_are_in_the_table_and_in_the_record(tmp_path, few_points, swept, capsys):
+    swept(SHOWN)
+    out = tmp_path / "out"
+    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    found = json.loads((out / "plan.json").read_text(encoding="utf-8"))["between_points"]
+    assert f"tip up to {found['largest_tip_error_mm']:.2f} mm off the line from point to point" in shown
+    assert f"at {found['slowest_mm_s']:.1f} to {found['fastest_mm_s']:.1f} mm/s in the part (6 mm/s planned)" in shown
+    assert "smaller steps" in shown  # every fourth point of the saddle is too few
+    assert found["slowest_mm_s"] < 6.0 < found["fastest_mm_s"]
+    assert found["largest_tip_error_mm"] > 0.25
+
+
+def test_the_check_of_a_cell_draws_it_and_ends_with_0(tmp_path, capsys):
+    assert call("plan", "--check", CELL, "-o", tmp_path / "out") == 0
+    assert "nothing odd" in capsys.readouterr().out
+    page = (tmp_path / "out" / "cell.html").read_text(encoding="utf-8")
+    assert "two MH6" in page
+    assert call("plan", "--check", CELL, "-o", tmp_path / "out") == 2
+    assert "--force" in capsys.readouterr().err
+
+
+def test_the_check_of_an_odd_cell_ends_with_2_and_says_what_to_write(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert call("plan", "--check", changed_cell(tmp_path, odd)) == 2
+    shown = capsys.readouterr().out
+    assert "505 mm below the floor" in shown
+    assert '"mounting_face_z_mm": -505 in torch_robot' in shown
+    assert "1 oddity" in shown
+    assert "505 mm below the floor" in (tmp_path / "cell.html").read_text(encoding="utf-8")
+
+
+def test_the_check_as_json_is_a_record(tmp_path, capsys):
+    assert call("plan", "--check", changed_cell(tmp_path, remove_torch), "-o", tmp_path / "out", "--json") == 2
+    record = json.loads(capsys.readouterr().out)
+    assert record["schema"] == "wpcal/cell-check/1"
+    assert [issue["code"] for issue in record["issues"]] == ["no-bodies"]
+
+
+def test_a_plan_without_seams_says_what_is_missing(tmp_path, capsys):
+    assert call("plan", CELL) == 2
+    assert "a plan needs SEAMS.json, --seam, -o; to check the cell alone, add --check" in capsys.readouterr().err
 
 
 def remove_grasp(record):
@@ -102,7 +173,6 @@ def far_away(record):
 
 def too_close(record):
     record["holder_robot"]["T_world_base"]["xyz_mm"] = [250, 0, 0]
-    record["bench"] = []
 
 
 def block(record):

@@ -23,7 +23,7 @@ def test_programs_are_written_below_the_calibration(finished_folder, capsys):
     code, out, err = call(capsys, "export", folder, "-f", "rapid", "-f", "krl", "--json")
     assert (code, err) == (0, "")
     assert json.loads(out)["seams"] == ["W1", "Kehlnaht Ü/3"]
-    expected = ["calibration.json", "krl/WPCAL.dat", "krl/WPCAL.src", "rapid/WPCAL.mod", "seams.json"]
+    expected = ["calibration.json", "krl/WPCAL.dat", "krl/WPCAL.src", "part.glb", "rapid/WPCAL.mod", "seams.json"]
     assert files_below(folder) == expected
 
 
@@ -42,7 +42,7 @@ def test_a_missed_tolerance_ends_with_one_and_the_files_say_so(finished_folder, 
     folder = finished_folder(verdict="FAIL")
     code, _, err = call(capsys, "export", folder, "-f", "rapid")
     assert code == 1
-    assert "missed its tolerance" in err
+    assert "verdict of the calibration is FAIL" in err
     assert "calibration FAIL" in (folder / "rapid" / "WPCAL.mod").read_text()
 
 
@@ -63,7 +63,7 @@ def test_wrong_use_ends_with_two_in_one_line_and_writes_nothing(finished_folder,
     assert (code, out) == (2, "")
     assert message in err
     assert err.count("\n") == 1
-    assert files_below(folder) == ["calibration.json", "seams.json"]
+    assert files_below(folder) == ["calibration.json", "part.glb", "seams.json"]
 
 
 def test_the_formats_are_listed(capsys, tmp_path):
@@ -108,7 +108,7 @@ def test_a_limit_of_one_format_keeps_all_from_being_written(finished_folder, cap
     code, out, err = call(capsys, "export", folder, "-f", "krl", "-f", "fanuc", "--speed-mm-s", "8.05")
     assert (code, out) == (2, "")
     assert "FANUC: 8.05 mm/s is neither" in err
-    assert files_below(folder) == ["calibration.json", "seams.json"]
+    assert files_below(folder) == ["calibration.json", "part.glb", "seams.json"]
 
 
 @pytest.mark.parametrize(("format_name", "longest"), [("rapid", 32), ("val3", 15)])

@@ -115,7 +115,9 @@ def test_bases_too_close_are_refused_whatever_the_joints(cell):
 def test_a_start_in_collision_names_the_bodies(refused):
     block = Shape("block", [[0.0, 0.0, 60.0]], [[0.0, 0.0, 300.0]], [60.0])
     blocked = replace(refused, cell=replace(refused.cell, part=(*refused.cell.part, block)))
-    with pytest.raises(GeometryError, match=r"start of the seam is in collision; .* robot 2 block miss .* by \d+ mm"):
+    with pytest.raises(
+        GeometryError, match=r"start of the seam is in collision; .* robot 2 block miss .* by \d+\.\d mm"
+    ):
         find_reachable_places(blocked, 1)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
-from wpcal.pages.plan import MethodFront, build_plan_page
+from wpcal.pages.plan import MethodFront, build_cell_page, build_plan_page
 from wpcal.planning.cell.robot_cell import Shape, tool_in_world
 from wpcal.planning.plan.run import build_run
 from wpcal.planning.plan.schedule import schedule_plan
@@ -132,6 +132,33 @@ def test_names_stay_names(opened, cell, runs):
     assert page.inner_text("h1") == f"Seam {HOSTILE}"
     assert page.evaluate("window.struck") is None
     assert page.locator("img").count() == 0
+
+
+def test_tip_and_speed_between_the_points_are_in_the_table_and_in_the_head(opened, cell, runs):
+    page = opened(build_plan_page(runs, cell, OBJECTIVES, chosen=1))
+    tip = runs[1].tip
+    assert f"tip up to {tip.error_mm:.2f} mm off the line" in page.inner_text("[data-test=tip]")
+    row = page.inner_text("#front tr[data-row='1']")
+    assert f"{tip.error_mm:.2f}" in row
+    assert f"{tip.slowest_mm_s:.1f} to {tip.fastest_mm_s:.1f}" in row
+    assert page.locator("[data-test=issues]").count() == 0
+
+
+def test_an_odd_cell_is_told_on_the_page(opened, cell, runs):
+    page = opened(build_plan_page(runs, replace(cell, torch=()), OBJECTIVES, chosen=0))
+    assert "the torch has no bodies" in page.inner_text("[data-test=issues]")
+
+
+def test_the_page_of_a_cell_draws_its_bodies_frames_and_mounting_faces(opened, cell):
+    page = opened(build_cell_page(replace(cell, torch=(), floor_z_mm=-300.0)))
+    assert page.inner_text("[data-test=stamp]") == "3 ODD"  # no torch, and both arms 300 mm above the floor
+    assert "300 mm above the floor (z = -300 mm)" in page.inner_text("[data-test=issues]")
+    drawn = np.array(page.evaluate("window.wpcal.viewer.layer('part@15').matrixWorld.elements")).reshape(4, 4).T
+    T = cell.T_world_base2.matrix @ cell.arm2.forward(np.zeros((1, 6)))[0] @ cell.T_flange2_part.matrix
+    np.testing.assert_allclose(drawn, T, rtol=0, atol=DRAWN_MM)
+    for layer in ("mounting faces", "frame@0", "frame@14", "floor"):
+        assert page.evaluate(f"window.wpcal.viewer.layer('{layer}').children.length") > 0
+        assert page.evaluate(f"window.wpcal.viewer.layer('{layer}').visible")
 
 
 def test_a_page_that_may_call_nobody(cell, runs):

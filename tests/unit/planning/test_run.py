@@ -7,7 +7,7 @@ import pytest
 
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.bodies import body_frames
-from wpcal.planning.cell.robot_cell import CellState, Shape, joint_speeds, tool_in_world
+from wpcal.planning.cell.robot_cell import CellState, Shape, joint_speeds, part_in_world, tool_in_world
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import check_path
 from wpcal.planning.plan.run import APPROACH_MM, Phase, build_run
@@ -90,6 +90,26 @@ def test_a_weld_that_is_not_free_stays_so(cell, simple_plan):
     assert (
         build_run(simple_plan, blocked, schedule_plan(simple_plan, blocked)).check.verdict is CollisionVerdict.NOT_FREE
     )
+
+
+def test_the_tip_between_the_points_is_that_of_a_much_finer_path(cell, simple_plan, schedule, run):
+    """Forty parts per step by plain matrices, instead of ten: the largest distance and the range of speeds."""
+    joints = [np.asarray(q) for q in (simple_plan.state.joints1, simple_plan.state.joints2)]
+    off, speeds = 0.0, []
+    for i in range(len(simple_plan) - 1):
+        parts = np.linspace(0.0, 1.0, 41)[:, None]
+        one, two = (q[i] + parts * (q[i + 1] - q[i]) for q in joints)
+        tip = (np.linalg.inv(part_in_world(cell, two)) @ tool_in_world(cell, one))[:, :3, 3]
+        chord = tip[-1] - tip[0]
+        off = max(off, np.linalg.norm(np.cross(tip - tip[0], chord), axis=1).max() / np.linalg.norm(chord))
+        step_s = (schedule.t_s[i + 1] - schedule.t_s[i]) / 40
+        speeds.extend(np.linalg.norm(np.diff(tip, axis=0), axis=1) / step_s)
+    np.testing.assert_allclose(run.tip.error_mm, off, rtol=0.02, atol=0)
+    np.testing.assert_allclose(
+        [run.tip.slowest_mm_s, run.tip.fastest_mm_s], [min(speeds), max(speeds)], rtol=0.02, atol=0
+    )
+    assert run.tip.slowest_mm_s < schedule.speed_mm_s < run.tip.fastest_mm_s
+    assert not run.tip.is_coarse(schedule.speed_mm_s) or "smaller steps" in run.tip.describe(schedule.speed_mm_s)
 
 
 def test_what_cannot_be_reached_is_left_out(cell, simple_plan, schedule):

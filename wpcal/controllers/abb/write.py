@@ -38,6 +38,13 @@ NO_EXTERNAL_AXES = "[9E+09,9E+09,9E+09,9E+09,9E+09,9E+09]"
 """9E+09 means that the robot does not have this external axis."""
 PROCEDURE = "weld_"
 """The name of a procedure is this and the name of its seam."""
+SAFE_POINT = "wpSafe"
+"""The target above the part at which the program starts and ends."""
+JOINT_SPEED = "v100"
+"""Of the only joint move, that to the safe point: slow, because the arm can come from anywhere."""
+OFF = ("    ConfJ\\Off;", "    ConfL\\Off;")
+ON = ("    ConfJ\\On;", "    ConfL\\On;")
+"""As a controller starts; a caller of a procedure gets them back."""
 TURN_DEG_S = 500
 """As in the predefined speeds: rotation never limits the speed along a seam."""
 
@@ -64,6 +71,9 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
     frame, T_base_frame = _frame_as_written(program.T_base_part)
     names = safe_names([path.seam.name for path in program.paths], NAMES, room=max(width + 1, len(PROCEDURE)))
     lines = [f"MODULE {module}", *_header(program, names), *_data(program, frame)]
+    if program.safe_point is not None:
+        (pose,) = _poses(*program.safe_point.poses_in(T_base_frame))
+        lines.append(f"  LOCAL CONST robtarget {SAFE_POINT}:=[{pose},[0,0,0,0],{NO_EXTERNAL_AXES}];")
     for path in program.paths:
         labels = path.labels(names[path.seam.name], width=width)
         poses = _poses(*path.poses_in(T_base_frame))
@@ -73,8 +83,12 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
         ]
     tool = own_name(program.controller.tool_name, NAMES, what="tool")
     for path in program.paths:
-        lines += _procedure(path, names[path.seam.name], tool, width)
+        lines += _procedure(path, names[path.seam.name], tool, width, comes_from_safe=program.safe_point is not None)
     calls = [f"    {PROCEDURE}{stem};" for stem in names.values()]
+    if program.safe_point is not None:
+        end = f"{tool}\\WObj:=wpPart;"
+        first, last = f"    MoveJ {SAFE_POINT},{JOINT_SPEED},fine,{end}", f"    MoveL {SAFE_POINT},vAir,fine,{end}"
+        calls = [*OFF, first, *calls, *OFF, last, *ON]
     main = safe_name(f"run_{module}", NAMES)
     lines += [f"  PROC {main}()", *calls, "  ENDPROC", "ENDMODULE", ""]
     return {f"{module}.mod": "\r\n".join(lines)}
@@ -85,7 +99,7 @@ def _header(program: WeldProgram, names: dict[str, str]) -> list[str]:
         *describe(program),
         "targets are relative to wpPart, the part as calibrated; mm; q1..q4 = w,x,y,z",
         f"written with {MM_DECIMALS} and {QUATERNION_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
-        "confdata is not known: ConfJ, ConfL \\Off let the controller choose",
+        "confdata is not known: ConfJ, ConfL \\Off let the controller choose, and are On again at the end",
         "the tool must be declared on the controller; the arc burns from ARC ON to ARC OFF",
         "seam -> name here",
         *(f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
@@ -121,20 +135,24 @@ def _texts(p: FloatArray, q_xyzw: FloatArray) -> list[str]:
     ]
 
 
-def _procedure(path: WeldPath, stem: str, tool: str, width: int) -> list[str]:
-    approach, first, *between, last, retract = path.labels(stem, width=width)
+def _procedure(path: WeldPath, stem: str, tool: str, width: int, *, comes_from_safe: bool) -> list[str]:
     end = f"{tool}\\WObj:=wpPart;"
+    labels, rows = path.labels(stem, width=width), path.weld_rows
+    way_to, (first, *between, last), way_from = labels[: rows.start], labels[rows], labels[rows.stop :]
+    moves = [f"    MoveL {label},vAir,fine,{end}" for label in way_to]
+    if not comes_from_safe:
+        moves[0] = f"    MoveJ {way_to[0]},vAir,fine,{end}"
     return [
         "",
         f"  PROC {PROCEDURE}{stem}()",
-        "    ConfJ\\Off;",
-        "    ConfL\\Off;",
-        f"    MoveJ {approach},vAir,fine,{end}",
+        *OFF,
+        *moves,
         f"    MoveL {first},vAir,fine,{end}",
         "    ! ARC ON",
         *(f"    MoveL {label},vWeld,z1,{end}" for label in between),
         f"    MoveL {last},vWeld,fine,{end}",
         "    ! ARC OFF",
-        f"    MoveL {retract},vAir,fine,{end}",
+        *(f"    MoveL {label},vAir,fine,{end}" for label in way_from),
+        *ON,
         "  ENDPROC",
     ]

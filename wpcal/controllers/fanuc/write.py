@@ -69,15 +69,25 @@ def write_fanuc(program: WeldProgram) -> dict[str, str]:
     InputError
         When a seam has too many points, TP cannot write a speed, or the configuration is not a CONFIG.
     """
-    return write_jobs(program, LANGUAGE, main_job=_main_program, seam_job=partial(_seam_program, program))
+    return write_jobs(
+        program, LANGUAGE, main_job=partial(_main_program, program), seam_job=partial(_seam_program, program)
+    )
 
 
-def _main_program(name: str, comments: list[str], calls: Sequence[str]) -> str:
-    return _file(name, [*_remarks(comments), *(f"  CALL {called}" for called in calls)], [])
+def _main_program(
+    program: WeldProgram, name: str, comments: list[str], calls: Sequence[str], T_base_frame: RigidTransform
+) -> str:
+    lines, positions = [f"  CALL {called}" for called in calls], []
+    if program.safe_point is not None:
+        frame = _frame_lines(program)
+        air = _speed(program.motion.air_speed_mm_s)
+        lines = [*frame, f"J P[1] {JOINT_PERCENT}% FINE", *lines, *frame, f"L P[1] {air} FINE"]
+        positions = _positions(*program.safe_point.poses_in(T_base_frame), program)
+    return _file(name, [*_remarks(comments), *lines], positions)
 
 
 def _seam_program(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
-    return _file(name, _moves(path, program), _positions(path, program, T_base_frame))
+    return _file(name, _moves(path, program), _positions(*path.poses_in(T_base_frame), program))
 
 
 def _file(name: str, instructions: list[str], positions: list[str]) -> str:
@@ -111,19 +121,23 @@ def _remarks(lines: list[str]) -> list[str]:
 
 def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
     weld, air = _speed(program.motion.speed_mm_s), _speed(program.motion.air_speed_mm_s)
-    last = len(path) - 1
+    first, last = path.weld_rows.start + 1, path.weld_rows.stop  # positions are counted from 1
+    begin = f"J P[1] {JOINT_PERCENT}% FINE" if program.safe_point is None else f"L P[1] {air} FINE"
     return [
         *_remarks([path.seam.name, describe_path(path)]),
-        f"  UFRAME_NUM={program.controller.frame_number}",
-        f"  UTOOL_NUM={program.controller.tool_number}",
-        f"J P[1] {JOINT_PERCENT}% FINE",
-        f"L P[2] {air} FINE",
+        *_frame_lines(program),
+        begin,
+        *(f"L P[{number}] {air} FINE" for number in range(2, first + 1)),
         "  !ARC ON",
-        *(f"L P[{number}] {weld} CNT100" for number in range(3, last)),
+        *(f"L P[{number}] {weld} CNT100" for number in range(first + 1, last)),
         f"L P[{last}] {weld} FINE",
         "  !ARC OFF",
-        f"L P[{last + 1}] {air} FINE",
+        *(f"L P[{number}] {air} FINE" for number in range(last + 1, len(path) + 1)),
     ]
+
+
+def _frame_lines(program: WeldProgram) -> list[str]:
+    return [f"  UFRAME_NUM={program.controller.frame_number}", f"  UTOOL_NUM={program.controller.tool_number}"]
 
 
 def _speed(mm_s: float) -> str:
@@ -135,8 +149,7 @@ def _speed(mm_s: float) -> str:
     raise InputError(f"FANUC: {mm_s:g} mm/s is neither whole mm/s nor whole cm/min; the nearest is {nearest:.4g} mm/s")
 
 
-def _positions(path: WeldPath, program: WeldProgram, T_base_frame: RigidTransform) -> list[str]:
-    p, R = path.poses_in(T_base_frame)
+def _positions(p: FloatArray, R: FloatArray, program: WeldProgram) -> list[str]:
     controller = program.controller
     head = f"\tUF : {controller.frame_number}, UT : {controller.tool_number},"
     head += f"\t\tCONFIG : '{CONFIGURATION.text(controller)}',"

@@ -22,16 +22,18 @@ KEYWORDS = (
     "endfct endfold endfor endif endinterrupt endloop endspline endstruc endswitch endwhile enum exit exor ext "
     "extfct false fdat fold for frame function global goto halt if import int interrupt is ldat lin lin_rel loop "
     "maxi minimum not on or path pdat pos prio ptp ptp_rel public pulse real repeat resume return scirc seq signal "
-    "slin spl spline step struc switch sync then to trigger true until wait when while with wp_part"
+    "slin spl spline step struc switch sync then to trigger true until wait when while with wp_part wp_safe"
 )
 NAMES = NameRules("KRL", 24, KEYWORDS)
-"""Names have up to 24 characters; wp_part is the frame of the part."""
+"""Names have up to 24 characters; wp_part is the frame of the part, wp_safe the safe point."""
 MM_DECIMALS = 5
 """A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One more digit loses nothing."""
 DEG_DECIMALS = 6
 """1e-6 deg moves a point at 2 m by 4e-5 mm."""
 LONGEST_COMMENT = 76
 """Keeps lines on the pendant's screen."""
+JOINT_PERCENT = 10
+"""Of PTP moves. Slow, because the arm can come from anywhere."""
 BLEND_MM = 1.0
 """Distance from a corner at which LIN moves may leave it: the default least step of seams."""
 
@@ -62,10 +64,15 @@ def write_krl(program: WeldProgram) -> dict[str, str]:
         points += [f"DECL E6POS {label}={text}" for label, text in zip(labels, _aggregates(p, angles), strict=True)]
     header = _header(program, names, vertical)
     frame = _aggregates(T_base_frame.t_mm[None], zyx_degrees(T_base_frame.R, decimals=DEG_DECIMALS)[None])[0]
+    if program.safe_point is not None:
+        p, R = program.safe_point.poses_in(T_base_frame)
+        points.insert(0, f"DECL E6POS WP_SAFE={_aggregates(p, zyx_degrees(R, decimals=DEG_DECIMALS))[0]}")
     data = [*ATTRIBUTES, f"DEFDAT {name} PUBLIC", *header, f"DECL FRAME WP_PART={frame}", *points, "ENDDAT", ""]
     source = [*ATTRIBUTES, f"DEF {name}()", *header, *_start(program)]
     for path in program.paths:
         source += _moves(path, names[path.seam.name], program, width)
+    if program.safe_point is not None:
+        source += ["; back to the safe point", "LIN WP_SAFE", "PTP $H_POS"]
     return {f"{name}.src": "\r\n".join([*source, "END", ""]), f"{name}.dat": "\r\n".join(data)}
 
 
@@ -79,6 +86,8 @@ def _header(program: WeldProgram, names: dict[str, str], vertical: int) -> list[
         "points are relative to WP_PART, the part as calibrated; mm; R = Rz(A) Ry(B) Rx(C), deg",
         f"written with {MM_DECIMALS} and {DEG_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
         "S and T are not known and left out: LIN ignores them, PTP keeps the present ones",
+        f"PTP moves run with {JOINT_PERCENT} % of the axes' speed",
+        f"BASE_DATA[{program.controller.frame_number}] becomes WP_PART too: jog in this base",
         "the arc burns from ARC ON to ARC OFF",
     ]
     if vertical:
@@ -98,22 +107,30 @@ def _aggregates(p: FloatArray, angles: FloatArray) -> list[str]:
 
 
 def _start(program: WeldProgram) -> list[str]:
+    air = program.motion.air_speed_mm_s / 1000.0
+    to_safe_point = ["PTP $H_POS", f"$VEL.CP={air:g}", "PTP WP_SAFE"]
     return [
         "BAS(#INITMOV,0)",
+        f"BAS(#VEL_PTP,{JOINT_PERCENT})",
         f"$TOOL=TOOL_DATA[{program.controller.tool_number}]",
+        f"BASE_DATA[{program.controller.frame_number}]=WP_PART",
         "$BASE=WP_PART",
         "$IPO_MODE=#BASE",
         f"$APO.CDIS={BLEND_MM:g}",
+        *(to_safe_point if program.safe_point is not None else []),
     ]
 
 
 def _moves(path: WeldPath, stem: str, program: WeldProgram, width: int) -> list[str]:
-    approach, first, *between, last, retract = path.labels(stem, width=width)
+    labels, rows = path.labels(stem, width=width), path.weld_rows
+    way_to, (first, *between, last), way_from = labels[: rows.start], labels[rows], labels[rows.stop :]
     weld, air = program.motion.speed_mm_s / 1000.0, program.motion.air_speed_mm_s / 1000.0  # $VEL.CP is in m/s
+    begin = "PTP" if program.safe_point is None else "LIN"
     return [
         f"; {stem}",
         f"$VEL.CP={air:g}",
-        f"PTP {approach}",
+        f"{begin} {way_to[0]}",
+        *(f"LIN {label}" for label in way_to[1:]),
         f"LIN {first}",
         "; ARC ON",
         f"$VEL.CP={weld:g}",
@@ -121,5 +138,5 @@ def _moves(path: WeldPath, stem: str, program: WeldProgram, width: int) -> list[
         f"LIN {last}",
         "; ARC OFF",
         f"$VEL.CP={air:g}",
-        f"LIN {retract}",
+        *(f"LIN {label}" for label in way_from),
     ]

@@ -23,7 +23,7 @@ from wpcal.core.transform import RigidTransform
 
 KEYWORDS = (
     "and begin call case default do else elseif end endfor endif endswitch endwhile false for fpart global if link "
-    "local mair mweld not npoint or put return start stop step switch then to true until while xor"
+    "local mair mjoint mweld not npoint or put return start stop step switch then to true until while wpsafe xor"
 )
 NAMES = NameRules("VAL3", 15, KEYWORDS)
 """Names of variables have up to 15 characters."""
@@ -34,6 +34,10 @@ DEG_DECIMALS = 6
 """As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg."""
 BLEND_MM = 0.5
 """Half of the default least step of seams: blends of neighbours touch and do not overlap."""
+JOINT_PERCENT = 10
+"""Of joint moves. Slow, because the arm can come from anywhere."""
+SAFE_POINT = "wpSafe"
+"""The point above the part at which the program starts and ends."""
 LONGEST_COMMENT = 100
 XML = '<?xml version="1.0" encoding="utf-8"?>'
 STAUBLI = "http://www.staubli.com/robotics/VAL3"
@@ -93,10 +97,14 @@ def _database(program: WeldProgram, names: dict[str, str]) -> str:
         "  <Datas>",
         *_data("fPart", "frame", [f'{frame} fatherId="world[0]"']),
         *_data("mAir", "mdesc", [_motion(program.motion.air_speed_mm_s, "off")]),
+        *_data("mJoint", "mdesc", [_motion(program.motion.air_speed_mm_s, "off", percent=JOINT_PERCENT)]),
         *_data("mWeld", "mdesc", [_motion(program.motion.speed_mm_s, "cartesian")]),
         '    <Data name="nPoint" access="private" xsi:type="array" type="num" size="1" />',
     ]
     same = 'shoulder="ssame" elbow="esame" wrist="wsame" fatherId="fPart[0]"'
+    if program.safe_point is not None:
+        (text,) = _coordinates(*program.safe_point.poses_in(T_base_frame))
+        lines += _data(SAFE_POINT, "pointRx", [f"{text} {same}"])
     for path in program.paths:
         points = [f"{text} {same}" for text in _coordinates(*path.poses_in(T_base_frame))]
         lines += _data(names[path.seam.name], "pointRx", points)
@@ -111,8 +119,8 @@ def _data(name: str, kind: str, values: list[str]) -> list[str]:
     ]
 
 
-def _motion(speed_mm_s: float, blend: str) -> str:
-    limits = f'accel="100" vel="100" decel="100" tmax="{speed_mm_s:g}" rmax="100"'
+def _motion(speed_mm_s: float, blend: str, *, percent: int = 100) -> str:
+    limits = f'accel="{percent}" vel="{percent}" decel="{percent}" tmax="{speed_mm_s:g}" rmax="100"'
     return f'{limits} blend="{blend}" leave="{BLEND_MM:g}" reach="{BLEND_MM:g}"'
 
 
@@ -163,23 +171,28 @@ def _start(program: WeldProgram, names: dict[str, str]) -> list[str]:
         *(f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
     ]
     lines = comment_lines(text, mark="  // ", longest=LONGEST_COMMENT)
+    if program.safe_point is not None:
+        lines += [f"  movej({SAFE_POINT},{tool},mJoint)", "  waitEndMove()"]
     for path in program.paths:
-        lines += _moves(path, names[path.seam.name], tool)
+        lines += _moves(path, names[path.seam.name], tool, comes_from_safe=program.safe_point is not None)
+    if program.safe_point is not None:
+        lines += [f"  movel({SAFE_POINT},{tool},mAir)", "  waitEndMove()"]
     return lines
 
 
-def _moves(path: WeldPath, name: str, tool: str) -> list[str]:
-    last = len(path) - 1
+def _moves(path: WeldPath, name: str, tool: str, *, comes_from_safe: bool) -> list[str]:
+    rows, count = path.weld_rows, len(path)
+    begin = f"  movel({name}[0],{tool},mAir)" if comes_from_safe else f"  movej({name}[0],{tool},mJoint)"
     return [
-        f"  movej({name}[0],{tool},mAir)",
-        f"  movel({name}[1],{tool},mAir)",
+        begin,
+        *(f"  movel({name}[{row}],{tool},mAir)" for row in range(1, rows.start + 1)),
         "  waitEndMove()",
         "  // ARC ON",
-        f"  for nPoint=2 to {last - 1}",
+        f"  for nPoint={rows.start + 1} to {rows.stop - 1}",
         f"    movel({name}[nPoint],{tool},mWeld)",
         "  endFor",
         "  waitEndMove()",
         "  // ARC OFF",
-        f"  movel({name}[{last}],{tool},mAir)",
+        *(f"  movel({name}[{row}],{tool},mAir)" for row in range(rows.stop, count)),
         "  waitEndMove()",
     ]

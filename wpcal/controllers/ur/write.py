@@ -33,6 +33,8 @@ BLEND_MM = 0.2
 """Blends of neighbours must not overlap: well below half of the default least step of seams (1 mm)."""
 ACCELERATION_M_S2 = 0.5
 """Slow. A weld speed is reached within 0.1 mm."""
+JOINT_LIMITS = "a=0.3, v=0.1"
+"""rad/s² and rad/s of the only joint move. Slow, because the arm can come from anywhere."""
 LONGEST_COMMENT = 100
 
 
@@ -58,8 +60,14 @@ def write_urscript(program: WeldProgram) -> dict[str, str]:
     ]
     frame = _poses(T_base_frame.t_mm[None], T_base_frame.R[None])[0]
     lines = [f"def {name}():", *comment_lines(head, mark="  # ", longest=LONGEST_COMMENT), f"  wp_part = {frame}"]
+    safe = None
+    if program.safe_point is not None:
+        safe = f"pose_trans(wp_part, {_poses(*program.safe_point.poses_in(T_base_frame))[0]})"
+        lines.append(f"  movej({safe}, {JOINT_LIMITS})")
     for path in program.paths:
         lines += _moves(path, T_base_frame, program)
+    if safe is not None:
+        lines.append(f"  movel({safe}, a={ACCELERATION_M_S2:g}, v={program.motion.air_speed_mm_s * MM:g})")
     return {f"{name}.script": "\n".join([*lines, "end", ""])}
 
 
@@ -76,18 +84,20 @@ def _poses(p: FloatArray, R: FloatArray) -> list[str]:
 
 
 def _moves(path: WeldPath, T_base_frame: RigidTransform, program: WeldProgram) -> list[str]:
-    approach, first, *between, last, retract = (
-        f"pose_trans(wp_part, {pose})" for pose in _poses(*path.poses_in(T_base_frame))
-    )
+    poses = [f"pose_trans(wp_part, {pose})" for pose in _poses(*path.poses_in(T_base_frame))]
+    rows = path.weld_rows
+    way_to, (first, *between, last), way_from = poses[: rows.start], poses[rows], poses[rows.stop :]
     a = f"a={ACCELERATION_M_S2:g}"
     weld, air = (f"{a}, v={v * MM:g}" for v in (program.motion.speed_mm_s, program.motion.air_speed_mm_s))
+    begin = f"  movej({way_to[0]}, {JOINT_LIMITS})" if program.safe_point is None else f"  movel({way_to[0]}, {air})"
     return [
         *comment_lines([f"{path.seam.name}: {describe_path(path)}"], mark="  # ", longest=LONGEST_COMMENT),
-        f"  movej({approach})",
+        begin,
+        *(f"  movel({pose}, {air})" for pose in way_to[1:]),
         f"  movel({first}, {air})",
         "  # ARC ON",
         *(f"  movel({pose}, {weld}, r={BLEND_MM * MM:g})" for pose in between),
         f"  movel({last}, {weld})",
         "  # ARC OFF",
-        f"  movel({retract}, {air})",
+        *(f"  movel({pose}, {air})" for pose in way_from),
     ]

@@ -73,19 +73,29 @@ def write_inform(program: WeldProgram) -> dict[str, str]:
     InputError
         When a seam has too many points, INFORM cannot write a speed, or the configuration is not an RCONF.
     """
-    return write_jobs(program, LANGUAGE, main_job=_main_job, seam_job=partial(_seam_job, program))
+    return write_jobs(program, LANGUAGE, main_job=partial(_main_job, program), seam_job=partial(_seam_job, program))
 
 
-def _main_job(name: str, comments: list[str], calls: Sequence[str]) -> str:
+def _main_job(
+    program: WeldProgram, name: str, comments: list[str], calls: Sequence[str], T_base_frame: RigidTransform
+) -> str:
     head = comment_lines(comments, mark="'", longest=LONGEST_COMMENT)
-    return inform_job(name, [], [*head, *(f"CALL JOB:{called}" for called in calls)])
+    lines = [f"CALL JOB:{called}" for called in calls]
+    if program.safe_point is None:
+        return inform_job(name, [], [*head, *lines])
+    lines = [f"MOVJ C00000 VJ={JOINT_PERCENT:.2f}", *lines, f"MOVL C00000 {_speed(program.motion.air_speed_mm_s)}"]
+    positions = _positions(*program.safe_point.poses_in(T_base_frame), program)
+    return inform_job(name, positions, [*head, *lines], user=program.controller.frame_number)
 
 
 def _seam_job(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
-    return inform_job(name, _positions(path, program, T_base_frame), _moves(path, program))
+    positions = _positions(*path.poses_in(T_base_frame), program)
+    return inform_job(name, positions, _moves(path, program), user=program.controller.frame_number)
 
 
-def inform_job(name: str, positions: list[str], instructions: list[str], *, group: str | None = "RB1") -> str:
+def inform_job(
+    name: str, positions: list[str], instructions: list[str], *, group: str | None = "RB1", user: int | None = None
+) -> str:
     """Return the text of a job.
 
     Parameters
@@ -98,6 +108,8 @@ def inform_job(name: str, positions: list[str], instructions: list[str], *, grou
         Lines between NOP and END.
     group : str or None
         The robot that the job moves; None for a job that moves none.
+    user : int or None
+        The user frame that Cartesian positions are relative to: the job becomes a relative job. None for pulses.
 
     Raises
     ------
@@ -115,7 +127,7 @@ def inform_job(name: str, positions: list[str], instructions: list[str], *, grou
         *positions,
         "//INST",
         f"///DATE {NO_DATE}",
-        "///ATTR SC,RW",
+        *(["///ATTR SC,RW"] if user is None else ["///ATTR SC,RW,RJ", f"////FRAME USER {user}"]),
         *([] if group is None else [f"///GROUP1 {group}"]),
         "NOP",
         *instructions,
@@ -125,8 +137,7 @@ def inform_job(name: str, positions: list[str], instructions: list[str], *, grou
     return "\r\n".join(lines)
 
 
-def _positions(path: WeldPath, program: WeldProgram, T_base_frame: RigidTransform) -> list[str]:
-    p, R = path.poses_in(T_base_frame)
+def _positions(p: FloatArray, R: FloatArray, program: WeldProgram) -> list[str]:
     return [
         f"///USER {program.controller.frame_number}",
         f"///TOOL {program.controller.tool_number}",
@@ -148,15 +159,16 @@ def _coordinates(p: FloatArray, angles: FloatArray) -> list[str]:
 
 def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
     weld, air = _speed(program.motion.speed_mm_s), _speed(program.motion.air_speed_mm_s)
-    last = len(path) - 2
+    rows = path.weld_rows
+    begin = f"MOVJ C00000 VJ={JOINT_PERCENT:.2f}" if program.safe_point is None else f"MOVL C00000 {air}"
     return [
         *comment_lines([path.seam.name, describe_path(path)], mark="'", longest=LONGEST_COMMENT),
-        f"MOVJ C00000 VJ={JOINT_PERCENT:.2f}",
-        f"MOVL C00001 {air}",
+        begin,
+        *(f"MOVL C{number:05d} {air}" for number in range(1, rows.start + 1)),
         "'ARC ON",
-        *(f"MOVL C{number:05d} {weld}" for number in range(2, last + 1)),
+        *(f"MOVL C{number:05d} {weld}" for number in range(rows.start + 1, rows.stop)),
         "'ARC OFF",
-        f"MOVL C{last + 1:05d} {air}",
+        *(f"MOVL C{number:05d} {air}" for number in range(rows.stop, len(path))),
     ]
 
 

@@ -75,11 +75,18 @@ def _cell(record: Mapping[str, Any], path: Path) -> RobotCell:
         part=_shapes(two["part"]),
         bench=_shapes(record.get("bench", [])),
         source=str(record.get("source", "")),
+        floor_z_mm=float(record.get("floor_z_mm", 0.0)),
+        mount_z_mm=(_mount_z(one), _mount_z(two)),
     )
 
 
 def _arm(name: str, path: Path) -> Arm:
     return find_arm(name if name in shipped_arms() else str(path.parent / name))
+
+
+def _mount_z(robot: Mapping[str, Any]) -> float | None:
+    value = robot.get("mounting_face_z_mm")
+    return None if value is None else float(value)
 
 
 def _weights(robot: Mapping[str, Any], arm: Arm) -> FloatArray:

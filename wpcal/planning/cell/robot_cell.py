@@ -92,6 +92,10 @@ class RobotCell:
         Bodies in the frames `tool`, `part` and `world`.
     source : str
         Origin of the numbers, above all of the bodies.
+    floor_z_mm : float
+        Height of the floor in `world`, mm.
+    mount_z_mm : tuple of float or None
+        Height in `world` at which each arm is mounted, mm; None: on the floor. `check_cell` compares it with the bases.
 
     Raises
     ------
@@ -116,6 +120,8 @@ class RobotCell:
     part: tuple[Shape, ...] = ()
     bench: tuple[Shape, ...] = ()
     source: str = ""
+    floor_z_mm: float = 0.0
+    mount_z_mm: tuple[float | None, float | None] = (None, None)
 
     def __post_init__(self) -> None:
         for arm in (self.arm1, self.arm2):

@@ -18,7 +18,7 @@ from wpcal.core.errors import GeometryError, InputError
 from wpcal.planning.cell.hulls import hull_clearance
 from wpcal.planning.cell.robot_cell import CellState, RobotCell, joint_speeds
 from wpcal.planning.plan.plan import CollisionVerdict, Plan
-from wpcal.planning.plan.recheck import REFINE, PathCheck, check_path, finer_states
+from wpcal.planning.plan.recheck import REFINE, PathCheck, TipMotion, check_path, finer_states, measure_tip
 from wpcal.planning.plan.schedule import Schedule
 from wpcal.robot.kinematics.inverse import nearest_joints
 
@@ -54,6 +54,8 @@ class CellRun:
         s; 0 at the first state.
     first, last : int
         Rows of the first and the last point of the weld.
+    tip : TipMotion
+        Of the weld.
     check : PathCheck or None
         Of the whole run; None if it was not checked.
     """
@@ -64,6 +66,7 @@ class CellRun:
     t_s: FloatArray
     first: int
     last: int
+    tip: TipMotion
     check: PathCheck | None = None
 
     def __len__(self) -> int:
@@ -134,7 +137,8 @@ def build_run(
     steps[first:last] = np.diff(schedule.t_s)
     t_s = frozen(np.concatenate([[0.0], np.cumsum(steps)]))
     check = None if refine is None else check_path(state, plan.s_mm[rows], cell, refine=refine)
-    return CellRun(plan, schedule, state, t_s, first, last, check)
+    tip = measure_tip(plan.state, plan.s_mm, schedule.t_s, cell)
+    return CellRun(plan, schedule, state, t_s, first, last, tip, check)
 
 
 def _away(

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.planning.cell.cell_check import check_cell
 from wpcal.planning.cell.robot_cell import RobotCell
-from wpcal.planning.plan.recheck import PathCheck
+from wpcal.planning.plan.recheck import PathCheck, TipMotion
 from wpcal.planning.plan.run import CellRun
 
 PLAN_SCHEMA = "wpcal/plan/1"
@@ -47,8 +48,20 @@ def run_record(run: CellRun, cell: RobotCell) -> dict[str, Any]:
         else {"robot": limit.robot, "joint": limit.joint, "s_mm": limit.s_mm, "fastest_mm_s": limit.fastest_mm_s},
         "freedom": run.verdict.value,
         "check": None if run.check is None else check_record(run.check),
+        "between_points": tip_record(run.tip),
+        "issues": [issue.to_record() for issue in check_cell(cell)],
         "robots": [{"arm": arm.name, "joints": [joint.name for joint in arm.joints]} for arm in (cell.arm1, cell.arm2)],
         "points": _points(run),
+    }
+
+
+def tip_record(tip: TipMotion) -> dict[str, Any]:
+    """Return the motion of the tip between the points as plain values."""
+    return {
+        "largest_tip_error_mm": tip.error_mm,
+        "s_mm": tip.s_mm,
+        "slowest_mm_s": tip.slowest_mm_s,
+        "fastest_mm_s": tip.fastest_mm_s,
     }
 
 

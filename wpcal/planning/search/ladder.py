@@ -15,7 +15,9 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, YAW, joints_along
 from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.search.diagnosis import farthest_from_a_plan, obstacle_at
 from wpcal.planning.search.objectives import Weights, deviation_weights, joint_step_weight
+from wpcal.planning.search.obstacle import Constraint, Obstacle
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem
 from wpcal.planning.search.reachable_states import (
     ROTATIONS_RAD,
@@ -125,6 +127,51 @@ def shortest_path(problem: PlanningProblem, ladder: Ladder, weights: Weights) ->
     """
     if min(len(joints) for joints in ladder.joints) == 0:
         return None
+    path = _cheapest_way(problem, ladder, weights)
+    return path if np.isfinite(path.joints).all() else None
+
+
+def ladder_obstacle(problem: PlanningProblem, ladder: Ladder, weights: Weights) -> Obstacle | None:
+    """Return what closes a ladder through which there is no way: its worst rung, or the gap between two rungs.
+
+    Parameters
+    ----------
+    problem : PlanningProblem
+    ladder : Ladder
+    weights : mapping of Objective to float
+        Of the squared objectives.
+    """
+    place, branches = ladder.reachable.place, ladder.reachable.branches
+    empty = [int(rung) for rung, joints in zip(ladder.rungs, ladder.joints, strict=True) if not len(joints)]
+    if not empty:
+        return _gap_obstacle(problem, _cheapest_way(problem, ladder, weights))
+    upright = [obstacle_at(problem, place, branches, rung, leans=(0.0,)) for rung in empty]
+    worst = farthest_from_a_plan(upright)
+    if worst is None:
+        return None
+    return obstacle_at(problem, place, branches, empty[upright.index(worst)])
+
+
+def _gap_obstacle(problem: PlanningProblem, path: CandidatePath) -> Obstacle | None:
+    """Return the first point between rungs that a robot does not reach on the way from rung to rung."""
+    missing = ~np.isfinite(path.joints)
+    if not missing.any():
+        return None
+    row = int(np.argmax(missing.any(axis=1)))
+    robot = 1 if missing[row, :JOINTS].any() else 2
+    s_mm = float(problem.path.s_mm[row])
+    return Obstacle(
+        constraint=Constraint.REACH,
+        says=f"every place that was tried along the seam is reached, but on the way between them robot {robot} leaves "
+        f"its reach at s = {s_mm:.1f} mm",
+        advice="move the bases nearer, or hold the part differently",
+        s_mm=s_mm,
+        robot=robot,
+    )
+
+
+def _cheapest_way(problem: PlanningProblem, ladder: Ladder, weights: Weights) -> CandidatePath:
+    """Return the cheapest way along a ladder without empty rungs; joints are NaN where it leaves the reach."""
     s = problem.path.s_mm[ladder.rungs]
     K = problem.cell.joint_weights
     scale = np.sqrt(joint_step_weight(weights) * K / (K.sum() * (s[-1] - s[0])))
@@ -149,12 +196,12 @@ def _squared_distances(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(squares, 0.0), dtype=np.float64)
 
 
-def _filled_in(problem: PlanningProblem, ladder: Ladder, way: list[int]) -> CandidatePath | None:
-    """Draw straight lines in the coordinates between the rungs; None where they leave the reach."""
+def _filled_in(problem: PlanningProblem, ladder: Ladder, way: list[int]) -> CandidatePath:
+    """Draw straight lines in the coordinates between the rungs; joints are NaN where they leave the reach."""
     knots = np.stack([ladder.coordinates[a[i]] for a, i in zip(ladder.attitude, way, strict=True)])
     for column in (YAW, SPIN):
         knots[:, column] = np.unwrap(knots[:, column])
     s, branches = problem.path.s_mm, ladder.reachable.branches
     coordinates = np.stack([np.interp(s, s[ladder.rungs], column) for column in knots.T], axis=1)
     joints = joints_along(problem.cell, problem.path, coordinates, branches, ladder.joints[0][way[0]])
-    return CandidatePath(coordinates, branches, joints) if np.isfinite(joints).all() else None
+    return CandidatePath(coordinates, branches, joints)

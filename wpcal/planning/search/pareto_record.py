@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from wpcal.planning.cell.cell_check import check_cell
 from wpcal.planning.plan.plan import Plan
 from wpcal.planning.search.objectives import OBJECTIVE_NAMES
+from wpcal.planning.search.obstacle import Obstacle
 from wpcal.planning.search.pareto import Preference
 from wpcal.planning.search.planning_result import PlanningResult
 from wpcal.planning.search.problem import PlanningProblem
@@ -36,6 +38,8 @@ def pareto_record(result: PlanningResult, preference: Preference) -> dict[str, A
         "interrupted": result.interrupted,
         "not_free": result.not_free,
         "failed": None,
+        "obstacle": None,
+        "issues": [issue.to_record() for issue in check_cell(result.problem.cell)],
         "preference": preference.value,
         "chosen": front.chosen(preference) + 1,
         "reference": result.reference,
@@ -49,9 +53,24 @@ def pareto_record(result: PlanningResult, preference: Preference) -> dict[str, A
     }
 
 
-def failed_record(problem: PlanningProblem, why: str) -> dict[str, Any]:
-    """Return the record of a search that found no feasible plan; `why` names the constraint that failed most."""
-    return {**_head(problem), "failed": why, "plans": []}
+def failed_record(problem: PlanningProblem, why: str, obstacle: Obstacle | None = None) -> dict[str, Any]:
+    """Return the record of a search that found no feasible plan.
+
+    Parameters
+    ----------
+    problem : PlanningProblem
+    why : str
+        The limit that failed most, with its place.
+    obstacle : Obstacle, optional
+        The same as data.
+    """
+    return {
+        **_head(problem),
+        "failed": why,
+        "obstacle": None if obstacle is None else obstacle.to_record(),
+        "issues": [issue.to_record() for issue in check_cell(problem.cell)],
+        "plans": [],
+    }
 
 
 def _head(problem: PlanningProblem) -> dict[str, Any]:

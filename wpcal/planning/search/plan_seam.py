@@ -6,22 +6,21 @@ front. The hypervolumes of both fronts show what it adds.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from wpcal.core.arrays import frozen
-from wpcal.core.errors import ConvergenceError
 from wpcal.planning.cell.clearance import require_bases_apart
 from wpcal.planning.plan.plan import CollisionVerdict, Plan
-from wpcal.planning.plan.recheck import recheck_clearance
+from wpcal.planning.plan.recheck import PathCheck, recheck_clearance
 from wpcal.planning.search.nsga2 import Nsga2Options, evolve_paths
 from wpcal.planning.search.objectives import OBJECTIVE_NAMES, OBJECTIVES, Weights, printed_values
 from wpcal.planning.search.pareto import ParetoSet, is_nondominated
+from wpcal.planning.search.path_diagnosis import no_plan
 from wpcal.planning.search.planning_result import PlanningResult
-from wpcal.planning.search.problem import ALLOWED_EXCESS, CandidatePath, PlanningProblem, SearchProgress
+from wpcal.planning.search.problem import CandidatePath, PlanningProblem, SearchProgress
 from wpcal.planning.search.sweep import SWEEP, sweep_paths
 
 REFERENCE_MARGIN = 1.5
@@ -57,8 +56,8 @@ def plan_seam(
     ------
     GeometryError
         When the seam is out of reach, the bases are too close to each other or the start is in collision.
-    ConvergenceError
-        When no feasible plan is found; it names what fails most.
+    NoFeasiblePlanError
+        When no feasible plan is found; it names the limit that is hardest to keep, and where.
     KeyboardInterrupt
         When the user ends the search before there is any plan.
     """
@@ -127,14 +126,16 @@ def judge_paths(
 
     Raises
     ------
-    ConvergenceError
-        When no path is allowed and free; it names what fails most.
+    NoFeasiblePlanError
+        When no path is allowed and free; it names the limit that most paths break, and where.
     """
     best, evolved = best_paths(problem, swept), best_paths(problem, bred)
-    ladder, genetic = _free_plans(problem, best, "ladder"), _free_plans(problem, evolved, "nsga2")
+    (ladder, refused), (genetic, also) = (
+        _free_plans(problem, group, name) for group, name in ((best, "ladder"), (evolved, "nsga2"))
+    )
     plans = ladder + genetic
     if not plans:
-        raise ConvergenceError(f"no feasible plan: {_what_fails(problem, swept, best)}")
+        raise no_plan(problem, swept, (*refused, *also))
     sets = [ParetoSet(tuple(group)) if group else None for group in (ladder, genetic)]
     every = ParetoSet(tuple(plans))
     basis = every if sets[0] is None else sets[0]
@@ -150,26 +151,17 @@ def judge_paths(
     )
 
 
-def _free_plans(problem: PlanningProblem, paths: Sequence[CandidatePath], found_by: str) -> list[Plan]:
-    """Return the plans that are free between their points too, with their clearances by hulls."""
-    plans = []
+def _free_plans(
+    problem: PlanningProblem, paths: Sequence[CandidatePath], found_by: str
+) -> tuple[list[Plan], list[PathCheck]]:
+    """Return the plans that are free between their points too, with clearances by hulls, and the checks of the rest."""
+    plans, refused = [], []
     for path in paths:
         plan = make_plan(problem, path, found_by)
         check = recheck_clearance(plan, problem.cell)
         if check.verdict is CollisionVerdict.FREE:
             clearance_mm = check.clearance.distance_mm[:: check.refine]
             plans.append(replace(plan, clearance_mm=clearance_mm, verdict=check.verdict))
-    return plans
-
-
-def _what_fails(problem: PlanningProblem, tried: Sequence[CandidatePath], allowed: list[CandidatePath]) -> str:
-    """Name the constraint that most of the tried paths break."""
-    if allowed:
-        return "clearance fails most: every path comes too near between its points"
-    counts: Counter[str] = Counter()
-    for path in tried:
-        counts.update(name for name, value in problem.excesses(path).items() if value > ALLOWED_EXCESS)
-    if not counts:
-        return "no path was tried"
-    name, times = counts.most_common(1)[0]
-    return f"{name} fails most, on {times} of {len(tried)} paths"
+        else:
+            refused.append(check)
+    return plans, refused

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.core.errors import ConvergenceError, GeometryError
+from wpcal.core.errors import GeometryError
 from wpcal.planning.cell.clearance import Clearance, capsule_clearance
 from wpcal.planning.cell.closed_chain import (
     PLACE,
@@ -27,6 +27,8 @@ from wpcal.planning.cell.closed_chain import (
 from wpcal.planning.cell.robot_cell import CellState
 from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
 from wpcal.planning.cell.workplace import candidate_places, reach_shortage
+from wpcal.planning.search.diagnosis import clearance_advice, obstacle_at
+from wpcal.planning.search.obstacle import NoFeasiblePlanError, Obstacle, too_near
 from wpcal.planning.search.problem import PlanningProblem
 from wpcal.planning.search.targets import WeldTargets, target_coordinates
 from wpcal.robot.kinematics.arm import Arm
@@ -123,12 +125,12 @@ def find_reachable_places(problem: PlanningProblem, count: int) -> list[Reachabl
     ------
     GeometryError
         When a point of the seam is out of reach, or every state at its start is in collision.
-    ConvergenceError
-        When no place and branches have an allowed state at every scanned point; it names what fails most.
+    NoFeasiblePlanError
+        When no place and branches have an allowed state at every scanned point; it names the limit and the place.
     """
     try:
         return _places_of_scan(problem, count, _Scan.of(problem, ROTATIONS_RAD[:1]))
-    except (ConvergenceError, GeometryError):  # perhaps only the target rotation cannot be reached
+    except (NoFeasiblePlanError, GeometryError):  # perhaps only the target rotation cannot be reached
         return _places_of_scan(problem, count, _Scan.of(problem, ROTATIONS_RAD))
 
 
@@ -147,27 +149,53 @@ def _places_of_scan(problem: PlanningProblem, count: int, scan: _Scan) -> list[R
         _states(joints, usable, len(places), *np.unravel_index(i, fewest.shape)) for i in order if fewest.flat[i] > 0
     ]
     if not states:
-        raise ConvergenceError(
-            "no feasible plan: joint limits and singular poses fail most; nowhere do both robots keep off them at "
-            "every point of the seam"
+        raise NoFeasiblePlanError(
+            "joint limits and singular poses fail most; nowhere do both robots keep off them at every point of the "
+            "seam",
+            _limit_obstacle(problem, scan, places, pairs),
         )
     clear = capsule_clearance(problem.cell, CellState(*np.concatenate([s.joints for s in states], axis=1)))
     _require_clear_start(states, clear)
     best = _best(places, states, clear.is_clear, count)
     if not best:
-        one, two = _most_in_the_way(clear)
-        raise ConvergenceError(
-            "no feasible plan: clearance fails most; nowhere is every point of the seam clear, most often "
-            f"{one} is too near to {two}"
+        raise NoFeasiblePlanError(
+            "clearance fails most; from no place is every point of the seam clear",
+            _clearance_obstacle(problem, scan, places, states, clear),
         )
     return best
 
 
-def _most_in_the_way(clear: Clearance) -> tuple[str, str]:
-    """Return the names of the two bodies that are nearest to each other in most of the states that are not clear."""
-    rows = np.flatnonzero(~clear.is_clear)
-    _, first, counts = np.unique(clear.pair[rows], return_index=True, return_counts=True)
-    return clear.nearest(int(rows[first[np.argmax(counts)]]))
+def _limit_obstacle(problem: PlanningProblem, scan: _Scan, places: FloatArray, pairs: FloatArray) -> Obstacle | None:
+    """Return what closes the place and branches that have usable states at most points of the seam.
+
+    `pairs` has the number of usable states of each place, of the branches of both robots, and of each scanned point.
+    """
+    place, one, two = np.unravel_index(int(np.argmax((pairs > 0).sum(axis=3))), pairs.shape[:3])
+    row = int(np.argmin(pairs[place, one, two]))
+    return obstacle_at(problem, places[place], (int(one), int(two)), int(scan.points[row]))
+
+
+def _clearance_obstacle(
+    problem: PlanningProblem, scan: _Scan, places: FloatArray, states: list[_States], clear: Clearance
+) -> Obstacle:
+    """Return the two bodies that are too near at the worst point of the place that is nearest to a plan."""
+    best, start = (-np.inf, 0, states[0]), 0
+    for s in states:
+        margins = np.full(SCANNED_POINTS, -np.inf)
+        np.maximum.at(margins, s.point, clear.margin_mm[start : start + len(s.point)])
+        worst = int(np.argmin(margins))
+        if margins[worst] > best[0]:
+            at = start + np.flatnonzero(s.point == worst)
+            best = (float(margins[worst]), int(at[np.argmax(clear.margin_mm[at])]), s)
+        start += len(s.point)
+    margin, row, s = best
+    point = int(scan.points[int(np.concatenate([t.point for t in states])[row])])
+    found = obstacle_at(problem, places[s.place], s.branches, point)
+    if found is not None:
+        return found
+    between, distance = clear.nearest(row), float(clear.distance_mm[row])
+    advice = clearance_advice(problem, between, distance)
+    return too_near(between, float(problem.path.s_mm[point]), distance, distance - margin, advice)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,6 +205,12 @@ class _Scan:
     path: SeamPath
     coordinates: FloatArray
     point: IntArray
+
+    @property
+    def points(self) -> IntArray:
+        """The scanned points of the seam, shape (SCANNED_POINTS,)."""
+        rows = len(self.point) // SCANNED_POINTS
+        return self.point[::rows]
 
     @classmethod
     def of(cls, problem: PlanningProblem, rotations_rad: Sequence[float]) -> _Scan:
@@ -224,7 +258,7 @@ def _require_reach(problem: PlanningProblem, scan: _Scan, places: FloatArray, jo
     if per_point.all():
         return
     row = int(np.argmin(per_point))
-    point = int(np.unique(scan.point)[row])
+    point = int(scan.points[row])
     coordinates = np.repeat(scan.coordinates[scan.point == point], len(places), axis=0)
     coordinates[:, PLACE] = np.tile(places, (int((scan.point == point).sum()), 1))
     flanges = flange_poses(problem.cell, problem.path.select(np.full(len(coordinates), point)), coordinates)
@@ -245,9 +279,10 @@ def _require_clear_start(states: list[_States], clear: Clearance) -> None:
         return
     best = int(start[np.argmax(clear.margin_mm[start])])
     one, two = clear.nearest(best)
+    distance, margin = clear.distance_mm[best], clear.margin_mm[best]
     raise GeometryError(
         f"every state at the start of the seam is in collision; at best {one} and {two} miss their safety distance by "
-        f"{-clear.margin_mm[best]:.0f} mm"
+        f"{-margin:.1f} mm ({distance:.1f} mm, {distance - margin:g} mm asked)"
     )
 
 

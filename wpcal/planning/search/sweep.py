@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from wpcal.core.errors import ConvergenceError
-from wpcal.planning.search.ladder import build_ladder, shortest_path
+from wpcal.planning.search.diagnosis import nearest_to_a_plan
+from wpcal.planning.search.ladder import build_ladder, ladder_obstacle, shortest_path
 from wpcal.planning.search.linear_model import linearise
 from wpcal.planning.search.objectives import MOTION, POSITION, TORCH, Weights
+from wpcal.planning.search.obstacle import NoFeasiblePlanError
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem, SearchProgress
 from wpcal.planning.search.reachable_states import find_reachable_places
 from wpcal.planning.search.refine import refine_path, refine_within_limits
@@ -54,8 +55,8 @@ def sweep_paths(
     ------
     GeometryError
         When the seam is out of reach or its start is in collision.
-    ConvergenceError
-        When no ladder has a way through.
+    NoFeasiblePlanError
+        When no ladder has a way through; it names the place and the limit.
     """
     path = _first_path(problem, progress)
     for done, one in enumerate(weights):
@@ -68,14 +69,16 @@ def sweep_paths(
 def _first_path(problem: PlanningProblem, progress: SearchProgress) -> CandidatePath:
     """Return the best refined way through the ladders."""
     progress("looking for places where the robots can meet", 0, LADDERS + 1)
-    places, found = find_reachable_places(problem, LADDERS), []
+    places, found, obstacles = find_reachable_places(problem, LADDERS), [], []
     for row, place in enumerate(places):
         progress("searching ladders", row + 1, LADDERS + 1)
         ladder = build_ladder(problem, place)
         path = shortest_path(problem, ladder, FIRST)
-        if path is not None:
+        if path is None:
+            obstacles.append(ladder_obstacle(problem, ladder, FIRST))
+        else:
             refined = refine_path(problem, path, FIRST)
             found.append((linearise(problem, refined, FIRST).cost, refined))
     if not found:
-        raise ConvergenceError("no feasible plan: no ladder of allowed states reaches from the start to the end")
+        raise NoFeasiblePlanError("no way leads from the start of the seam to its end", nearest_to_a_plan(obstacles))
     return min(found, key=lambda pair: pair[0])[1]

@@ -1,25 +1,27 @@
 // The page of `wpcal pick`: a person clicks features and types coordinates, and the fit follows.
 import { el, fixed, short } from "../dom.js";
+import { Draft } from "../pick/draft.js";
 import { Files } from "../pick/files.js";
 import { listenToGestures } from "../pick/gestures.js";
 import { buildLayout } from "../pick/layout.js";
 import { latestOnly, post } from "../pick/link.js";
 import { Rows } from "../pick/rows.js";
+import { Saving } from "../pick/saving.js";
 import { Scene } from "../pick/scene.js";
 import { Status } from "../pick/status.js";
 import { gauges, seamTable, stateOf } from "../pick/summary.js";
 import { Table } from "../pick/table.js";
+import { theirsText } from "../pick/theirs.js";
 import { lookAtSeam } from "../report/scene.js";
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
-import { plural } from "../words.js";
 
 const PAUSE_MS = 120; // without a key, before the page asks for a fit
 const NOTHING = {};
 
 class Picker {
-  constructor(root, { data, features, frames, part }) {
-    Object.assign(this, { data, root, answered: { answer: null, fault: null }, version: 0, savedVersion: 0 });
-    this.rows = new Rows(data.table);
+  constructor(root, { data, start, features, frames, part }) {
+    Object.assign(this, { data, root, answered: { answer: null, fault: null }, version: 0 });
+    this.rows = new Rows(start.table);
     this.fitting = latestOnly(() => this.fit(), PAUSE_MS);
     this.status = new Status((before) => this.table.restore(before));
     this.table = new Table(this.rows, features, data.choices, {
@@ -30,6 +32,12 @@ class Picker {
       onEmpty: () => this.layout.addButton.focus(),
     });
     this.files = new Files(this);
+    this.draft = new Draft(this.rows, start, {
+      onTheirs: (merged) => this.takeTheirs(merged),
+      onFault: (message) => this.status.say(`This change is not kept on disk: ${message}`, "wrong"),
+      onName: (name) => this.showName(name),
+    });
+    this.saving = new Saving(this, start.saves_to);
     this.seams = seamTable(data.seams, data.tolerance_mm, (row) => lookAtSeam(this.scene.viewer, frames[row]));
     this.layout = this.build();
     const { tolerance_mm: tolerance, seams } = data;
@@ -44,11 +52,12 @@ class Picker {
     const parts = {
       table: this.table.element,
       frameForm: this.files.frameForm,
+      saveForm: this.saving.form,
       status: this.status.element,
       seams: this.seams.element,
     };
-    return buildLayout(this.root, this.data, parts, {
-      onSave: () => this.save(),
+    return buildLayout(this.root, this.data, this.saving.savesTo, parts, {
+      onSave: () => this.saving.save(),
       onAdd: () => this.table.addNameless(),
       onSuggest: () => this.suggest(),
       onFiles: (files) => this.files.read(files),
@@ -63,22 +72,36 @@ class Picker {
         const isTaken = this.table.paste(text);
         if (!isTaken) this.status.say("the pasted text is not a table and contains no positions", "wrong");
       },
-      onSave: () => this.save(),
+      onSave: () => this.saving.save(),
       canUndo: () => this.status.undo !== null,
       onUndo: () => this.status.undo(),
-      isUnsaved: () => this.version !== this.savedVersion,
+      isAtRisk: () => this.draft.isAtRisk,
     });
   }
 
   get isIdle() {
-    return this.fitting.isIdle && this.files.isIdle;
+    return this.fitting.isIdle && this.files.isIdle && this.draft.isIdle;
   }
 
   change() {
     this.version += 1;
     this.root.classList.add("stale");
     this.status.say("");
+    this.draft.change();
     this.fitting.ask();
+  }
+
+  /** Another window changed the table. */
+  takeTheirs(merged) {
+    this.table.adopt(merged.table);
+    const text = theirsText(merged);
+    if (merged.conflicts.length) this.status.offer(text, merged.withTheirs, "wrong", "Take the others", "taken");
+    else this.status.say(text);
+  }
+
+  showName(name) {
+    this.saving.savesTo = name;
+    this.layout.showName(name);
   }
 
   async fit() {
@@ -94,25 +117,13 @@ class Picker {
     const { answer, fault } = this.answered;
     const { data, layout } = this;
     this.root.classList.remove("stale");
-    const state = stateOf(this.rows, this.answered, data.seams);
+    const state = stateOf(this.rows, this.answered);
     Object.assign(layout.state, { textContent: state.text, className: state.kind });
     layout.gauges.replaceChildren(...gauges(answer, data.seams));
     this.table.show({ ...(answer ?? NOTHING), tolerance: data.tolerance_mm, fault });
     this.scene.show(this.rows, answer ?? NOTHING);
     this.seams.show(answer);
     layout.showNotes([...(answer?.notes ?? []), ...data.notes]);
-  }
-
-  async save() {
-    const { version } = this;
-    const { answer, fault } = await post("save", this.rows.toRecord());
-    if (fault) return this.status.say(`not saved: ${fault.message}`, "wrong");
-    this.savedVersion = version;
-    const { left_out: leftOut } = answer;
-    const left = leftOut.length ? ` Left out, because coordinates are missing: ${leftOut.join(", ")}.` : "";
-    const later = version === this.version ? "" : " Changes made since then are not in the file.";
-    const text = `saved ${plural(answer.rows, "row")} to ${answer.file}.${left}${later} Now: `;
-    return this.status.say(text, "", el("code", {}, this.data.command));
   }
 
   /** Asks which features to touch next, and adds rows for them. */
@@ -142,12 +153,18 @@ class Picker {
 
 async function main() {
   const data = readData();
-  const [features, frames, part] = await Promise.all([
+  const [{ answer: start, fault }, features, frames, part] = await Promise.all([
+    post("table", { revision: -1 }),
     readJsonBlob("features"),
     readJsonBlob("frames"),
     readBlob("part"),
   ]);
-  const picker = new Picker(document.getElementById("page"), { data, features, frames, part });
+  const root = document.getElementById("page");
+  if (fault) {
+    root.append(el("p", { class: "wrong" }, fault.message));
+    return;
+  }
+  const picker = new Picker(root, { data, start, features, frames, part });
   const { viewer } = picker.scene;
   window.wpcal = {
     viewer,

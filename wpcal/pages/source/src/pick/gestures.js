@@ -3,11 +3,11 @@
 /**
  * @param {HTMLElement} root  marked while files are dragged over the page
  * @param {{onFiles: function(File[]), onText: function(string), onSave: function, canUndo: function(): boolean,
- *   onUndo: function, isUnsaved: function(): boolean}} page
+ *   onUndo: function, isAtRisk: function(): boolean}} page
  */
 export function listenToGestures(root, page) {
   listenToDrops(root, page.onFiles);
-  addEventListener("beforeunload", (event) => page.isUnsaved() && event.preventDefault());
+  addEventListener("beforeunload", (event) => page.isAtRisk() && event.preventDefault());
   addEventListener("paste", (event) => {
     if (event.defaultPrevented || isTypedInto(event.target)) return;
     event.preventDefault(); // the caret moves into a cell, and the browser would paste there a second time

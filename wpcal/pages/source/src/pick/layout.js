@@ -2,23 +2,29 @@
 import { el } from "../dom.js";
 
 /**
- * Fills `root` and returns the elements that change: {view, state, gauges, suggestButton, addButton, showNotes(texts)}.
+ * Fills `root` and returns the elements that change: {view, state, gauges, suggestButton, addButton, showNotes(texts),
+ * showName(name)}.
  *
  * @param {object} data  of the page
- * @param {{table: HTMLElement, frameForm: HTMLElement, status: HTMLElement, seams: HTMLElement}} parts
+ * @param {string} savesTo  the file that the page saves
+ * @param {{table: HTMLElement, frameForm: HTMLElement, saveForm: HTMLElement, status: HTMLElement,
+ *   seams: HTMLElement}} parts
  * @param {{onSave: function, onAdd: function, onSuggest: function, onFiles: function(File[]), onCopy: function}} on
  */
-export function buildLayout(root, data, parts, on) {
+export function buildLayout(root, data, savesTo, parts, on) {
   const view = el("section", { id: "view", "aria-label": "3-D view" });
   const state = el("p", { id: "state", role: "status" });
   const gauges = el("div", { class: "gauges" });
   const addButton = button("add", "Add point", on.onAdd);
   const suggestButton = button("suggest", "Suggest points", on.onSuggest);
   const file = fileInput(on.onFiles);
+  const saveButton = el("button", { type: "button", id: "save", class: "main", onclick: () => on.onSave() });
+  const showName = (name) => saveButton.replaceChildren(`Save ${name}`);
+  showName(savesTo);
   const buttons = el(
     "div",
     { class: "buttons" },
-    el("button", { type: "button", id: "save", class: "main", onclick: on.onSave }, `Save ${data.saves_to}`),
+    saveButton,
     addButton,
     suggestButton,
     button("open", "Open file …", () => file.click()),
@@ -33,7 +39,7 @@ export function buildLayout(root, data, parts, on) {
       "div",
       { id: "side" },
       el("header", {}, el("h1", {}, data.file), state, gauges),
-      el("section", { id: "points" }, parts.table, buttons, parts.frameForm, parts.status),
+      el("section", { id: "points" }, parts.table, buttons, parts.frameForm, parts.status, parts.saveForm),
       el("section", { id: "seams" }, parts.seams),
       notes,
     ),
@@ -42,7 +48,7 @@ export function buildLayout(root, data, parts, on) {
     list.replaceChildren(...texts.map((text) => el("li", {}, text)));
     notes.hidden = !texts.length;
   };
-  return { view, state, gauges, addButton, suggestButton, showNotes };
+  return { view, state, gauges, addButton, suggestButton, showNotes, showName };
 }
 
 function button(id, text, onclick) {

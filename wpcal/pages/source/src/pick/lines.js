@@ -43,7 +43,11 @@ export class Lines {
       this.drawn.delete(row);
     }
     const fresh = this.rows.rows.filter((row) => !this.drawn.has(row));
-    this.body.append(...fresh.map((row) => this.line(row, columns)));
+    for (const row of fresh) this.line(row, columns);
+    this.rows.rows.forEach((row, index) => {
+      const [{ line }, place] = [this.drawn.get(row), this.body.children[index] ?? null];
+      if (line !== place) this.body.insertBefore(line, place);
+    });
     for (const row of this.drawn.keys()) this.fill(row);
   }
 
@@ -106,11 +110,14 @@ export class Lines {
   keepingFocus(change) {
     const active = document.activeElement;
     const at = this.rows.rows.findIndex((row) => this.drawn.get(row)?.line.contains(active));
-    const cells = Object.entries(this.drawn.get(this.rows.rows[at])?.inputs ?? {});
+    const row = this.rows.rows[at];
+    const [rowName, cells] = [row?.name, Object.entries(this.drawn.get(row)?.inputs ?? {})];
     const name = cells.find(([, input]) => input === active)?.[0];
     const { selectionStart: start, selectionEnd: end } = active;
     change();
-    const input = this.drawn.get(this.rows.rows[at])?.inputs[name || "name"];
+    const { rows } = this.rows;
+    const found = rows.includes(row) ? row : (rows.find((one) => one.name === rowName) ?? rows[at]);
+    const input = this.drawn.get(found)?.inputs[name || "name"];
     if (!input || input === document.activeElement) return;
     input.focus();
     if (start !== undefined) input.setSelectionRange?.(start, end);

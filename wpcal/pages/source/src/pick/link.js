@@ -2,7 +2,12 @@
 const LARGEST_FILE_BYTES = 5_900_000; // the server takes 8 MB, and base64 is a third longer
 
 /** Codes of faults on which the page acts. The codes of the server are those of `wpcal.core.errors.ErrorCode`. */
-export const FAULTS = Object.freeze({ userFrameMissing: "user-frame-missing", noServer: "no-server" });
+export const FAULTS = Object.freeze({
+  userFrameMissing: "user-frame-missing",
+  noServer: "no-server",
+  fileChanged: "file-changed",
+  fileReadOnly: "file-read-only",
+});
 
 /**
  * Posts JSON. A server that does not answer is a fault, too.

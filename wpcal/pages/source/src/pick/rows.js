@@ -6,6 +6,7 @@ const MODEL = ["model_x_mm", "model_y_mm", "model_z_mm"];
 const MODEL_DIGITS = 6;
 const LONG_ZEROS = /^([+-]?\d+\.\d{2,}?)0{4,}$/; // positions of programs arrive with nine decimals
 const AUTOMATIC_NAME = /^T\d+$/; // from `addFeature`
+const KEY = Symbol("key"); // of a row: by it, windows know the row as the same one; not a column
 
 function isSameNumber(a, b) {
   return a === b || (a !== "" && b !== "" && Number(a) === Number(b));
@@ -17,6 +18,11 @@ function spellings(name) {
   return word ? [word, word.replace(/^x(?=.)/, "")] : [];
 }
 
+/** A new row without cells. */
+function keyed(key = crypto.randomUUID()) {
+  return { [KEY]: key };
+}
+
 /** Copies cells into the empty cells of a row, and over the cells of the `replaced` columns. */
 function fillIn(row, cells, replaced) {
   for (const [name, cell] of Object.entries(cells)) {
@@ -25,20 +31,26 @@ function fillIn(row, cells, replaced) {
 }
 
 export class Rows {
-  constructor({ columns, rows }) {
+  constructor({ columns, rows, keys }) {
     this.typing = null; // {row, name} of the cell that is being typed in
-    this.restore({ columns, rows });
+    this.rows = [];
+    this.restore({ columns, rows, keys });
   }
 
-  /** Brings the table back to a record of `toRecord`. */
-  restore({ columns, rows }) {
-    this.columns = columns;
+  /** Brings the table to a record of `toRecord`. Rows that are in both stay the same objects. */
+  restore({ columns, rows, keys = [] }) {
+    const known = new Map(this.rows.map((row) => [row[KEY], row]));
     const cell = (name, text) => [name, PLACE.includes(name) ? text.replace(LONG_ZEROS, "$1") : text];
-    this.rows = rows.map((cells) => Object.fromEntries(columns.map((name, i) => cell(name, cells[i]))));
+    this.columns = columns;
+    this.rows = rows.map((cells, index) => {
+      const row = known.get(keys[index]) ?? keyed(keys[index]);
+      return Object.assign(row, Object.fromEntries(columns.map((name, i) => cell(name, cells[i]))));
+    });
   }
 
   toRecord() {
-    return { columns: this.columns, rows: this.rows.map((row) => this.columns.map((name) => row[name])) };
+    const { columns, rows } = this;
+    return { columns, rows: rows.map((row) => columns.map((name) => row[name])), keys: rows.map((row) => row[KEY]) };
   }
 
   /** The rows to fit. A number that is still being typed counts as empty, not as a fault. */
@@ -64,7 +76,7 @@ export class Rows {
 
   /** Adds a row; cells that are not given are empty. */
   add(cells) {
-    const row = Object.fromEntries(this.columns.map((name) => [name, cells[name] ?? ""]));
+    const row = Object.assign(keyed(), Object.fromEntries(this.columns.map((name) => [name, cells[name] ?? ""])));
     if ("use" in row) row.use ||= "yes";
     this.rows.push(row);
     return row;

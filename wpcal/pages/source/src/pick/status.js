@@ -18,11 +18,16 @@ export class Status {
 
   /** Shows what happened to the table. It can be undone until the next message. */
   offerUndo(text, before, kind = "") {
-    const undo = () => {
-      this.restore(before);
-      this.say("undone");
+    this.undo = this.offer(text, before, kind, "Undo", "undone");
+  }
+
+  /** Shows a text with a button that puts another table in place of the present one; returns what the button does. */
+  offer(text, other, kind, label, done) {
+    const act = () => {
+      this.restore(other);
+      this.say(done);
     };
-    this.say(text, kind, " ", el("button", { type: "button", onclick: undo }, "Undo"));
-    this.undo = undo;
+    this.say(text, kind, " ", el("button", { type: "button", onclick: act }, label));
+    return act;
   }
 }

@@ -93,6 +93,16 @@ export class Table {
     this.callbacks.onChange();
   }
 
+  /** Takes a table of the server, while a person may be typing. */
+  adopt(record) {
+    this.lines.keepingFocus(() => {
+      this.rows.restore(record);
+      if (!this.rows.rows.includes(this.selected)) this.select(null);
+      this.draw();
+    });
+    this.callbacks.onChange();
+  }
+
   /** From one coordinate to the next, and from the last one to the first of the row below. */
   goOn(row, name) {
     const next = PLACE[PLACE.indexOf(name) + 1];

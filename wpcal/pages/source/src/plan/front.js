@@ -57,9 +57,15 @@ function columns(names, titles) {
     { title: "plan", cell: ({ row }) => String(row + 1) },
     ...names.map((name) => ({ title: titles[name], number: true, cell: ({ plan }) => short(plan.objectives[name]) })),
     { title: "margin, mm", number: true, cell: ({ plan }) => margin(plan) },
+    { title: "tip error, mm", number: true, cell: ({ plan }) => fixed(plan.tip.largest_tip_error_mm, 2) },
+    { title: "tip speed, mm/s", number: true, cell: ({ plan }) => speeds(plan.tip) },
     { title: "path", cell: ({ plan }) => plan.freedom },
     { title: "found by", cell: ({ plan }) => plan.found_by },
   ];
+}
+
+function speeds({ slowest_mm_s, fastest_mm_s }) {
+  return `${fixed(slowest_mm_s, 1)} to ${fixed(fastest_mm_s, 1)}`;
 }
 
 /** How many plans one method found by itself. */

@@ -9,8 +9,19 @@ export function buildHeader(data) {
   const stamp = el("p", { class: "stamp", "data-test": "freedom" });
   const checked = el("p", { "data-test": "checked" });
   const speed = el("p", {});
+  const tip = el("p", { "data-test": "tip" });
   const which = el("p", { class: "eyebrow", "data-test": "which" });
-  const title = el("div", { class: "title" }, which, el("h1", {}, `Seam ${data.seam}`), el("p", {}, data.cell), speed);
+  const title = el(
+    "div",
+    { class: "title" },
+    which,
+    el("h1", {}, `Seam ${data.seam}`),
+    el("p", {}, data.cell),
+    speed,
+    tip,
+  );
+  const odd = data.issues.map(({ message }) => el("li", {}, message));
+  if (odd.length) title.append(el("ul", { class: "issues", "data-test": "issues" }, odd));
   const element = el("header", {}, title, el("div", { class: "verdict" }, stamp, checked));
   return {
     element,
@@ -21,6 +32,7 @@ export function buildHeader(data) {
       stamp.textContent = STAMPS[plan.freedom];
       checked.replaceChildren(...checkedText(plan));
       speed.textContent = plan.schedule;
+      tip.textContent = plan.between_points;
     },
   };
 }

@@ -13,6 +13,10 @@ const GRID_MM = 250;
 const GRID_COLOUR = "#8a94a0";
 const GRID_REACH_MM = 500; // beyond the bases
 const BESIDE_MM = 300; // from a base to its label: beyond a pedestal
+const AXIS_MM = 200; // of a drawn frame
+const AXIS_COLOURS = ["#c8102e", "#2e8b57", "#1f5fbf"];
+const MOUNT = "#7a3e9d";
+const MOUNT_MM = 180; // half of a side
 const FROM = [-0.35, -0.85, 0.4]; // on the side of the torch, a little above
 
 /** Builds the view inside `host`; returns {viewer, whole(), pose(frames, {row, part}), seam(points)}. */
@@ -41,10 +45,11 @@ export function buildScene(host, data, part) {
   viewer.addPoints("tip", [{ p: [0, 0, 0], color: TIP }], { size: 11 });
   ["wire", "tip"].forEach((layer) => carried.set(layer, data.carriers.tool));
   carried.set("seam", data.carriers.part);
-  addFloor(viewer, data.bases);
+  addFloor(viewer, data.bases, data.floor_z_mm);
+  addFrames(viewer, data, carried);
   viewer.addLabels(
     "names",
-    data.bases.map((p, i) => ({ p: [p[0], p[1] - BESIDE_MM, 0], text: `robot ${i + 1}` })),
+    data.bases.map((p, i) => ({ p: [p[0], p[1] - BESIDE_MM, data.floor_z_mm], text: `robot ${i + 1}` })),
   );
   const near = ["tip", "seam", "part", ...data.bodies.filter((body) => body.group === "part").map(layerOf)];
   const bodies = ["part", ...new Set(data.bodies.map(layerOf))];
@@ -91,12 +96,36 @@ function layersOf(data, part) {
     { label: "bench", layers: of("bench"), on: true },
     { label: "seam", layers: ["seam"], on: true },
     { label: "floor", layers: ["floor"], on: true },
+    { label: "frames", layers: data.frames.map(frameLayer), on: data.showsFrames },
+    { label: "mounting faces", layers: ["mounting faces"], on: data.showsFrames },
   ];
   return items.filter(({ layers }) => layers.length > 0);
 }
 
-/** Lines on z = 0 around both bases. */
-function addFloor(viewer, bases) {
+function frameLayer(carrier) {
+  return `frame@${carrier}`;
+}
+
+/** Axes of some carriers (x red, y green, z blue), and a square around each mounting face. */
+function addFrames(viewer, { frames, mounts }, carried) {
+  for (const carrier of frames) {
+    const axes = AXIS_COLOURS.map((color, i) => {
+      const end = [0, 0, 0];
+      end[i] = AXIS_MM;
+      return { points: [[0, 0, 0], end], color };
+    });
+    viewer.addPaths(frameLayer(carrier), axes, { width: 3 });
+    carried.set(frameLayer(carrier), carrier);
+  }
+  const squares = mounts.map(({ p, x, y }) => {
+    const corner = (a, b) => p.map((value, i) => value + MOUNT_MM * (a * x[i] + b * y[i]));
+    return { points: [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1), corner(-1, -1)], color: MOUNT };
+  });
+  viewer.addPaths("mounting faces", squares, { width: 3 });
+}
+
+/** Lines on the floor around both bases. */
+function addFloor(viewer, bases, z) {
   const range = (axis) => {
     const values = bases.map((p) => p[axis]);
     const low = Math.floor((Math.min(...values) - GRID_REACH_MM) / GRID_MM);
@@ -106,12 +135,12 @@ function addFloor(viewer, bases) {
   const [xs, ys] = [range(0), range(1)];
   const lines = [
     ...xs.map((x) => [
-      [x, ys[0], 0],
-      [x, ys.at(-1), 0],
+      [x, ys[0], z],
+      [x, ys.at(-1), z],
     ]),
     ...ys.map((y) => [
-      [xs[0], y, 0],
-      [xs.at(-1), y, 0],
+      [xs[0], y, z],
+      [xs.at(-1), y, z],
     ]),
   ];
   viewer.addPaths(

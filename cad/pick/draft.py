@@ -1,0 +1,176 @@
+"""The draft beside the table: every change of the page, on disk before the page hears that it is kept.
+
+The file ``taught.csv.draft`` holds the rows of ``taught.csv`` that were typed and not saved yet, and those that still
+lack coordinates. It is replaced as a whole, so that a killed server leaves the draft before or after a change.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cad.pick.rows import Rows
+from wpcal.core.errors import FormatError, InputError, WpcalError
+from wpcal.core.records import read_json, to_json
+
+DRAFT_SCHEMA = "wpcal/pick-draft/1"
+
+
+@dataclass(frozen=True, slots=True)
+class Keyed:
+    """Rows with an identity, so that the edits of two windows can be merged.
+
+    Parameters
+    ----------
+    rows : Rows
+    keys : tuple of str
+        One per row, all different. A row keeps its key when its cells change.
+    """
+
+    rows: Rows
+    keys: tuple[str, ...]
+
+    @classmethod
+    def from_record(cls, record: Any) -> Keyed:
+        """Return what a page or a draft holds.
+
+        Raises
+        ------
+        InputError
+            When it is not a table of taught points, or its keys do not fit.
+        """
+        rows = Rows.from_record(record)
+        keys = record.get("keys")
+        if not isinstance(keys, list) or not all(isinstance(key, str) and key for key in keys):
+            raise InputError("expected a key of text for every row")
+        if len(keys) != len(rows.cells) or len(set(keys)) < len(keys):
+            raise InputError(f"expected {len(rows.cells)} different keys, one per row, got {len(keys)}")
+        return cls(rows, tuple(keys))
+
+    @classmethod
+    def of_rows(cls, rows: Rows) -> Keyed:
+        """Give new keys to rows that come from a file."""
+        batch = os.urandom(4).hex()
+        return cls(rows, tuple(f"{batch}-{index}" for index in range(len(rows.cells))))
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values."""
+        return {**self.rows.to_record(), "keys": list(self.keys)}
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """A table that is being edited.
+
+    Parameters
+    ----------
+    table : Keyed
+    part_name : str
+        File name of the part.
+    part_sha256 : str
+        Hash of the part's file.
+    file_sha256 : str or None
+        Hash of the saved table from which the draft was made; None if there was no saved table.
+    """
+
+    table: Keyed
+    part_name: str
+    part_sha256: str
+    file_sha256: str | None = None
+
+    def to_json(self) -> str:
+        """Return the text of the draft's file."""
+        part = {"file": self.part_name, "sha256": self.part_sha256}
+        table = self.table.to_record()
+        return to_json({"schema": DRAFT_SCHEMA, "part": part, "file_sha256": self.file_sha256, "table": table})
+
+
+def draft_of(out: Path) -> Path:
+    """Return where the draft of a table is."""
+    return out.with_name(f"{out.name}.draft")
+
+
+def backup_of(out: Path) -> Path:
+    """Return where the version before the last Save is kept."""
+    return out.with_name(f"{out.name}.bak")
+
+
+def read_draft(path: Path) -> Draft:
+    """Read a draft.
+
+    Raises
+    ------
+    InputError
+        When it cannot be opened.
+    FormatError
+        When it is damaged.
+    """
+    record = read_json(path, schema=DRAFT_SCHEMA)
+    try:
+        texts = (record["part"]["file"], record["part"]["sha256"], record["file_sha256"] or "")
+        file, part_sha256, file_sha256 = (_text(text) for text in texts)
+        return Draft(Keyed.from_record(record["table"]), file, part_sha256, file_sha256 or None)
+    except (KeyError, TypeError, InputError) as error:
+        what = str(error) if isinstance(error, WpcalError) else f"lacks {error}"
+        raise FormatError(f"is not a draft of the picker: {what}", path=str(path)) from None
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str):
+        raise InputError("expected names and hashes as text")
+    return value
+
+
+def set_aside(path: Path) -> Path:
+    """Rename a file to the first free name with ``.damaged`` and a number, and return that name."""
+    names = (path.with_name(f"{path.name}.damaged{count or ''}") for count in range(10_000))
+    free = next(name for name in names if not os.path.lexists(name))
+    try:
+        os.replace(path, free)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be renamed: {(error.strerror or str(error)).lower()}") from None
+    return free
+
+
+def sha256_of(data: bytes) -> str:
+    """Return the hash of the bytes of a file."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def bytes_of(path: Path) -> bytes | None:
+    """Return the bytes of a file, or None if there is no such file.
+
+    Raises
+    ------
+    InputError
+        When it cannot be read.
+    """
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from None
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Keep other pickers waiting while a draft is compared and replaced, where the system has locks on folders."""
+    try:
+        import fcntl
+
+        handle = os.open(folder, os.O_RDONLY)
+    except (ImportError, OSError):
+        yield
+        return
+    try:
+        with suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)

@@ -1,0 +1,292 @@
+"""The table that all windows of one picker share: changed, kept as a draft, saved.
+
+A window states the revision on which its change is based. A change that is based on an older revision is refused with
+the present table; the window merges both and sends the result. So no window takes back what another one typed.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from cad.pick.draft import (
+    Draft,
+    Keyed,
+    alone_in,
+    backup_of,
+    bytes_of,
+    draft_of,
+    read_draft,
+    set_aside,
+    sha256_of,
+)
+from cad.pick.part import PickPart
+from cad.pick.rows import Rows, read_rows
+from wpcal.core.errors import ErrorCode, FormatError, InputError
+from wpcal.core.records import write_file
+
+FILE_CHANGED = "file-changed"
+"""Code of the fault that the file is not the one that the page shows."""
+FILE_READ_ONLY = "file-read-only"
+"""Code of the fault that the file may not be written."""
+KEPT_ENDINGS = (".draft", ".bak")
+"""A table with such a name could take the place of another table's draft or last version."""
+
+
+class FileChangedError(InputError):
+    """The file to save is not the one from which the table was made.
+
+    Parameters
+    ----------
+    message : str
+    sha256 : str
+        Hash of the file as it is now. A Save that states this hash replaces the file.
+    """
+
+    code = FILE_CHANGED
+
+    def __init__(self, message: str, *, sha256: str) -> None:
+        super().__init__(message)
+        self.sha256 = sha256
+
+
+class SharedTable:
+    """One table, its file and its draft. Its methods may be called from several threads.
+
+    Parameters
+    ----------
+    out : Path
+        The file that Save writes.
+    part : PickPart
+    start : Keyed
+        The rows at the start.
+    file_sha256 : str or None
+        Hash of the file from which the rows were made.
+    draft : bytes or None
+        The draft's file as it was read.
+    part_step : Path
+        The part's file, which is never overwritten.
+    command : callable
+        Returns the command that calibrates from a saved table.
+    """
+
+    def __init__(
+        self,
+        out: Path,
+        part: PickPart,
+        *,
+        start: Keyed,
+        file_sha256: str | None = None,
+        draft: bytes | None = None,
+        part_step: Path | None = None,
+        command: Callable[[Path], str] = str,
+    ) -> None:
+        self.out = out
+        self.is_saved = False
+        self._command = command
+        self._part_name, self._part_sha256, self._part_step = part.file_name, part.sha256, part_step
+        self._table, self._file_sha256, self._on_disk = start, file_sha256, draft
+        self._revision = 1
+        self._writer, self._alone_since = "", 1
+        self._numbers: dict[str, int] = {}
+        self._lock = threading.Lock()
+
+    def changes_since(self, revision: object) -> dict[str, Any]:
+        """Return the revision, and the table if the window has an older one."""
+        with self._lock, alone_in(self.out.parent):
+            self._adopt()
+            return {"revision": self._revision} if revision == self._revision else self._state()
+
+    def keep(self, table: Keyed, *, revision: int, window: str, number: int) -> dict[str, Any]:
+        """Take a changed table and write the draft.
+
+        Parameters
+        ----------
+        table : Keyed
+        revision : int
+            Revision on which the change is based.
+        window : str
+            Which window sends it. Its own earlier changes do not make a change stale.
+        number : int
+            Counts the changes of the window: one that arrives after a later one is ignored.
+
+        Returns
+        -------
+        dict
+            ``revision``; ``warning``: why the draft could not be written, or empty. For a stale change the present
+            ``table`` and ``is_stale``.
+        """
+        with self._lock, alone_in(self.out.parent):
+            self._adopt()
+            if number <= self._numbers.get(window, -1):
+                return {"revision": self._revision, "warning": ""}
+            if revision != self._revision and not (window == self._writer and revision >= self._alone_since):
+                return {**self._state(), "is_stale": True}
+            self._numbers[window] = number
+            self._change(table, window)
+            return {"revision": self._revision, "warning": self._store()}
+
+    def save(self, *, revision: int, name: str = "", replaces: str = "") -> dict[str, Any]:
+        """Write the complete rows as the file that `wpcal calibrate` reads, and keep the version before.
+
+        Parameters
+        ----------
+        revision : int
+            The revision that the window shows.
+        name : str
+            Name of a new file in the same folder, which then belongs to the table; empty for the present file.
+        replaces : str
+            Hash of a file that was changed by another program and is replaced by consent.
+
+        Returns
+        -------
+        dict
+            ``file``; ``command`` that calibrates from it; ``rows``: how many were written; ``left_out``: names of the
+            rows that lack a coordinate; ``backup``: where the version before is, or empty; ``warning``; ``revision``.
+            For an older revision than the present one the present ``table`` and ``is_stale``; then nothing is written.
+
+        Raises
+        ------
+        FileChangedError
+            When the file is not the one from which the table was made.
+        InputError
+            When no row is complete, a cell cannot be read, or the file cannot be written. Nothing is written.
+        """
+        with self._lock, alone_in(self.out.parent):
+            self._adopt()
+            if revision != self._revision:
+                return {**self._state(), "is_stale": True}
+            rows = self._table.rows
+            if not rows.complete():
+                raise InputError("nothing to save: no row has all three coordinates")
+            rows.to_taught()
+            out = self._new_name(name) if name else self.out
+            data = rows.to_csv().encode("utf-8")
+            backup = self._write(out, data, replaces=replaces)
+            self._file_sha256, self.is_saved = sha256_of(data), True
+            warning = self._move_to(out) if name else self._store()
+            said = {"file": str(out), "command": self._command(out), "backup": backup, "warning": warning}
+            return {**said, "revision": self._revision, **_counts(rows)}
+
+    def open_file(self) -> dict[str, Any]:
+        """Take the rows of the file as it is now. The rows before are kept beside the draft, and in the page's Undo."""
+        with self._lock, alone_in(self.out.parent):
+            self._adopt()
+            raw = bytes_of(self.out)
+            if raw is None:
+                raise InputError(f"{self.out}: no such file")
+            found = Keyed.of_rows(read_rows(raw, path=str(self.out)))
+            write_file(backup_of(draft_of(self.out)), self._draft().to_json(), overwrite=True)
+            self._file_sha256 = sha256_of(raw)
+            self._change(found, "")
+            return {**self._state(), "warning": self._store()}
+
+    @property
+    def rows(self) -> Rows:
+        """The rows as they are now."""
+        return self._table.rows
+
+    @property
+    def kept(self) -> str:
+        """The draft's name if it holds rows that are not in the file, otherwise empty."""
+        path = draft_of(self.out)
+        return str(path) if path.exists() else ""
+
+    def _state(self) -> dict[str, Any]:
+        return {"revision": self._revision, "table": self._table.to_record(), "saves_to": str(self.out)}
+
+    def _change(self, table: Keyed, window: str) -> None:
+        if window != self._writer:
+            self._writer, self._alone_since = window, self._revision
+        self._table, self._revision = table, self._revision + 1
+
+    def _draft(self) -> Draft:
+        return Draft(self._table, self._part_name, self._part_sha256, self._file_sha256)
+
+    def _adopt(self) -> None:
+        """Take the draft of another picker for the same part and table, which is newer than ours."""
+        path = draft_of(self.out)
+        raw = bytes_of(path)
+        if raw is None or raw == self._on_disk:
+            return
+        try:
+            found = read_draft(path)
+        except FormatError:
+            set_aside(path)
+            self._on_disk = None
+            self._store()
+            return
+        if found.part_name == self._part_name:
+            self._file_sha256, self._on_disk = found.file_sha256, raw
+            self._change(found.table, "")
+
+    def _store(self) -> str:
+        """Write the draft, or remove it if the file holds everything. Return why that failed, or nothing."""
+        path, rows = draft_of(self.out), self._table.rows
+        try:
+            raw = bytes_of(path)
+            if raw is not None and raw != self._on_disk:
+                return f"{path}: belongs to another part, so changes are not kept; use Save as"
+            is_complete = len(rows.complete()) == len(rows.cells)
+            if is_complete and sha256_of(rows.to_csv().encode("utf-8")) == self._file_sha256:
+                path.unlink(missing_ok=True)
+                self._on_disk = None
+                return ""
+            data = self._draft().to_json().encode("utf-8")
+            write_file(path, data, overwrite=True)
+            self._on_disk = data
+        except InputError as error:
+            return str(error)
+        except OSError as error:
+            return f"{path}: cannot be removed: {(error.strerror or str(error)).lower()}"
+        return ""
+
+    def _write(self, out: Path, data: bytes, *, replaces: str) -> str:
+        """Write the file and return where the version before is kept, if it was another one."""
+        part = self._part_step
+        if part is not None and part.exists() and out.exists() and out.samefile(part):
+            raise InputError(f"{out}: is the part itself; save under another name")
+        found = bytes_of(out)
+        if found == data:
+            return ""
+        if found is not None:
+            sha256 = sha256_of(found)
+            if sha256 not in (self._file_sha256, replaces):
+                what = (
+                    "was changed by another program" if self._file_sha256 else "exists, and its rows are not shown here"
+                )
+                raise FileChangedError(f"{out}: {what}", sha256=sha256)
+            if not out.stat().st_mode & 0o222 or not os.access(out, os.W_OK):
+                raise InputError(f"{out}: is read-only", code=FILE_READ_ONLY)
+            write_file(backup_of(out), found, overwrite=True)
+        write_file(out.resolve(), data, overwrite=True)
+        return "" if found is None else str(backup_of(out))
+
+    def _new_name(self, name: str) -> Path:
+        """Return the path of a new table beside the present one."""
+        if name != Path(name).name or name in (".", "..") or name.endswith(KEPT_ENDINGS) or "\0" in name:
+            raise InputError(f"{name}: expected the name of a table in the folder of {self.out.name}")
+        out = self.out.with_name(name)
+        for path in (out, draft_of(out)):
+            if os.path.lexists(path):
+                raise InputError(f"{path}: exists; give another name", code=ErrorCode.EXISTS)
+        return out
+
+    def _move_to(self, out: Path) -> str:
+        """Let the table belong to another file, and its draft with it."""
+        old, old_bytes = draft_of(self.out), self._on_disk
+        self.out, self._on_disk = out, None
+        self._change(self._table, "")
+        warning = self._store()
+        if not warning and old_bytes is not None and bytes_of(old) == old_bytes:
+            old.unlink(missing_ok=True)
+        return warning
+
+
+def _counts(rows: Rows) -> dict[str, Any]:
+    complete = set(rows.complete())
+    names = [row[rows.columns.index("name")] for row in rows.cells]
+    return {"rows": len(complete), "left_out": [name for i, name in enumerate(names) if i not in complete]}

@@ -1,0 +1,230 @@
+"""No program leads the torch into the part: at the seams, between them, and above them.
+
+The distance here is found in another way than in wpcal: the part's triangles become a cloud of points, and each point
+is compared with the torch's axis at short steps of every move.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation, Slerp
+
+from tests.unit.conftest import box_mesh, plate
+from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
+from wpcal.cli.main import run
+from wpcal.controllers.checked_program import check_program
+from wpcal.controllers.part_triangles import PartTriangles, segment_triangle_distances, tube_hits
+from wpcal.controllers.program import build_program
+from wpcal.controllers.torch_shape import TorchShape
+from wpcal.core.errors import GeometryError, InputError
+from wpcal.formats.registry import exporter_named
+from wpcal.results.folder import read_finished
+
+FIXTURES = Path(__file__).parents[3] / "fixtures"
+PARTS = ("tee", "frame")
+NOZZLE_MM, LENGTH_MM = 11.0, 300.0
+LEAST_MM = 1.0
+STEP_MM = 6.0
+"""Of places along a move, and of points along the torch: at 14 mm from the part that misses at most 1 mm."""
+CLOUD_MM = 1.5
+"""Distance of neighbours in the cloud; no point of a triangle is farther than 0.6 of it from the cloud."""
+
+
+def cloud(program):
+    """A tree of points on all triangles of the part, in base."""
+    points = []
+    for solid in read_part_glb(program.part_glb).solids:
+        for a, b, c in program.T_base_part.apply(solid.points)[solid.triangles]:
+            longest = max(np.linalg.norm(b - a), np.linalg.norm(c - a), np.linalg.norm(c - b))
+            n = max(1, int(np.ceil(longest / CLOUD_MM)))
+            i, j = (side[:, None] / n for side in np.triu_indices(n + 1))
+            j = (j * n - i * n) / n
+            points.append(a + i * (b - a) + j * (c - a))
+    return KDTree(np.concatenate(points))
+
+
+def least_distance(points, p0, p1, R0, R1):
+    """Least distance of a cloud from a nozzle of 11 mm that is moved along a line, from the wire's tip on."""
+    turn = (Rotation.from_matrix(R0).inv() * Rotation.from_matrix(R1)).magnitude()
+    n = max(2, int(np.ceil((np.linalg.norm(p1 - p0) + turn * LENGTH_MM) / STEP_MM)))
+    t = np.linspace(0, 1, n + 1)
+    wires = Slerp([0, 1], Rotation.from_matrix([R0, R1]))(t).as_matrix()[:, :, 2]
+    tips = p0 + t[:, None] * (p1 - p0)
+    back = np.arange(0.0, LENGTH_MM + STEP_MM, STEP_MM)
+    axis = tips[:, None] - back[:, None] * wires[:, None]
+    return points.query(axis.reshape(-1, 3), distance_upper_bound=40.0)[0].min() - NOZZLE_MM - 0.6 * CLOUD_MM
+
+
+def moves_in_the_air(program):
+    """The linear moves of a checked program that are neither welded nor along the wire at a seam."""
+    p, R = [program.safe_point.p_base], [program.safe_point.R_base]
+    for path in program.paths:
+        rows = path.weld_rows
+        yield_p = np.concatenate([*p, path.p_base[: rows.start]])
+        yield_R = np.concatenate([*R, path.R_base[: rows.start]])
+        yield path.seam.name, yield_p, yield_R
+        p, R = [path.p_base[rows.stop :]], [path.R_base[rows.stop :]]
+    yield (
+        "the safe point",
+        np.concatenate([*p, program.safe_point.p_base]),
+        np.concatenate([*R, program.safe_point.R_base]),
+    )
+
+
+def program_of(part):
+    return build_program(read_finished(FIXTURES / part / "golden").select())
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_no_move_between_seams_comes_near_the_part(part):
+    program = check_program(program_of(part))
+    points = cloud(program)
+    for name, p, R in moves_in_the_air(program):
+        for i in range(len(p) - 1):
+            assert least_distance(points, p[i], p[i + 1], R[i], R[i + 1]) >= LEAST_MM, f"{part}, to {name}, move {i}"
+
+
+@pytest.mark.parametrize(("part", "hits"), [("tee", {"W2-W3"}), ("frame", None)])
+def test_the_check_of_this_test_finds_what_direct_moves_hit(part, hits):
+    program = program_of(part)
+    points = cloud(program)
+    found = {
+        f"{a.seam.name}-{b.seam.name}"
+        for a, b in zip(program.paths[:-1], program.paths[1:], strict=True)
+        if least_distance(points, a.p_base[-1], b.p_base[0], a.R_base[-1], b.R_base[0]) < 0
+    }
+    assert found == hits if hits else len(found) >= 4
+
+
+def in_part(finished, *solids):
+    """The finished folder's program with more solids in its part."""
+    sha256 = read_part_glb(finished.part_glb).sha256
+    program = build_program(finished)
+    return type(program)(
+        program.paths,
+        program.T_base_part,
+        calibration=program.calibration,
+        part_glb=write_part_glb(plate(*solids, sha256=sha256)),
+    )
+
+
+@pytest.mark.parametrize(
+    ("solid", "message"),
+    [
+        (((40.5, -30, 30), (56, 30, 60)), r"seam W1: point 3, base .*: the nozzle of .* is inside 'block'"),
+        (((44, -5, 0), (46, 5, 9)), r"seam W1: between points 4 and 5, base .*: the wire of .* is inside 'block'"),
+        (((-900, -900, 0), (900, 900, 900)), r"seam W1: point 0, base .*: the tip of .* is inside 'block'"),
+    ],
+)
+def test_a_seam_that_runs_through_another_solid_is_refused(finished_folder, solid, message):
+    program = in_part(read_finished(finished_folder()).select(["W1"]), box_mesh("block", *solid))
+    with pytest.raises(GeometryError, match=message):
+        check_program(program)
+
+
+def test_a_seam_that_the_torch_cannot_leave_is_named(finished_folder):
+    walls = [
+        box_mesh(f"wall {i}", low, high)
+        for i, (low, high) in enumerate(
+            [
+                ((-500, -500, 420), (600, 500, 430)),
+                ((-500, -500, -60), (-490, 500, 430)),
+                ((590, -500, -60), (600, 500, 430)),
+                ((-500, -500, -60), (600, -490, 430)),
+                ((-500, 490, -60), (600, 500, 430)),
+                ((-500, -500, -70), (600, 500, -60)),
+            ]
+        )
+    ]
+    program = in_part(read_finished(finished_folder()).select(["W1"]), *walls)
+    with pytest.raises(GeometryError, match="seam W1: no checked way leads to it"):
+        check_program(program)
+
+
+def test_a_folder_without_the_parts_triangles_is_refused(finished_folder, capsys, tmp_path):
+    folder = finished_folder()
+    (folder / "part.glb").unlink()
+    with pytest.raises(InputError, match=r"has no part\.glb.*run wpcal calibrate again"):
+        check_program(build_program(read_finished(folder).select()))
+    with pytest.raises(SystemExit) as ended:
+        run(["export", str(folder), "-f", "rapid", "-o", str(tmp_path / "out")])
+    assert ended.value.code == 2
+    assert not (tmp_path / "out").exists()
+
+
+JOINT_MOVES = {
+    "rapid": ("MoveJ ", 1),
+    "krl": ("PTP ", 3),  # home, the safe point, home
+    "fanuc": ("J P[", 1),
+    "inform": ("MOVJ ", 1),
+    "urscript": ("movej(", 1),
+    "val3": ("movej(", 1),
+}
+
+
+@pytest.mark.parametrize("name", [*JOINT_MOVES, "json", "csv", "ros", "compas", "tesseract"])
+def test_a_program_has_one_joint_move_and_says_what_was_not_checked(name):
+    files = exporter_named(name).write(check_program(program_of("tee")))
+    text = "\n".join(files.values())
+    if name != "csv":
+        assert "RUN IT DRY FIRST" in re.sub(r"[^A-Z]+", " ", text)
+    if name in JOINT_MOVES:
+        word, count = JOINT_MOVES[name]
+        code = [
+            line for line in text.splitlines() if not line.lstrip(" 0123456789:").startswith(("!", ";", "'", "#", "//"))
+        ]
+        assert sum(line.count(word) for line in code) == count
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_distances_are_those_of_a_cloud_of_points(seed):
+    rng = np.random.default_rng(seed)
+    n = 200
+    starts, ends, corners = rng.normal(size=(n, 3)), rng.normal(size=(n, 3)), rng.normal(size=(n, 3, 3))
+    i, j = np.array([(i, j) for i in range(41) for j in range(41 - i)]).T / 40
+    on = (
+        corners[:, :1]
+        + i[:, None] * (corners[:, 1:2] - corners[:, :1])
+        + j[:, None] * (corners[:, 2:] - corners[:, :1])
+    )
+    span = ends - starts
+    t = np.clip(((on - starts[:, None]) * span[:, None]).sum(-1) / (span**2).sum(-1)[:, None], 0, 1)
+    expected = np.linalg.norm(on - starts[:, None] - t[..., None] * span[:, None], axis=2).min(axis=1)
+    found = segment_triangle_distances(starts, ends, corners)
+    step = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1) / 40
+    assert (found <= expected + 1e-9).all()
+    assert (found >= expected - step).all()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_tube_meets_what_a_cloud_of_points_meets(seed, random_place):
+    rng = np.random.default_rng(seed)
+    mesh, T = plate(), random_place(seed)
+    part = PartTriangles.of(mesh, T)
+    tips, back = T.apply(rng.uniform((-60, -90, -40), (160, 90, 40), (60, 3))), rng.normal(size=(60, 3))
+    back /= np.linalg.norm(back, axis=1)[:, None]
+    low, high, radius = np.full(60, 5.0), np.full(60, 60.0), 8.0
+    corners = part.corners
+    i, j = np.array([(i, j) for i in range(121) for j in range(121 - i)]).T / 120
+    on = (
+        corners[:, :1]
+        + i[:, None] * (corners[:, 1:2] - corners[:, :1])
+        + j[:, None] * (corners[:, 2:] - corners[:, :1])
+    )
+    on = on.reshape(-1, 3)
+    hits = tube_hits(part, tips, back, low, high, radius) >= 0
+    for row in range(60):
+        z = (on - tips[row]) @ back[row]
+        r = np.linalg.norm(on - tips[row] - z[:, None] * back[row], axis=1)
+        surely = ((z > 5) & (z < 60) & (r < radius)).any()
+        maybe = ((z > 4) & (z < 61) & (r < radius + 1)).any()
+        assert surely <= hits[row] <= maybe
+
+
+def test_a_torch_that_is_no_torch_is_refused():
+    for wrong in ({"wire_mm": 0.0}, {"nozzle_radius_mm": float("nan")}, {"wire_mm": 400.0}):
+        with pytest.raises(InputError, match="torch"):
+            TorchShape(**wrong)

@@ -1,0 +1,162 @@
+"""What is odd in a cell is told, with numbers; a cell without oddities is not accused."""
+
+import json
+
+import jsonschema
+import numpy as np
+import pytest
+
+from wpcal.core.records import to_json
+from wpcal.planning.cell.cell_check import check_cell, check_record, mounting_faces
+from wpcal.planning.cell.cell_file import cell_from_record
+from wpcal.planning.cell.hulls import capsule_around
+from wpcal.results.schemas import schema_text
+
+BOX = [[x, y, z] for x in (-80, 80) for y in (-80, 80) for z in (50, 650)]
+
+
+@pytest.fixture
+def record(cells):
+    return json.loads((cells / "two-mh6.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def told(cells):
+    def check(record):
+        return {issue.code: issue for issue in check_cell(cell_from_record(record, path=cells / "cell.json"))}
+
+    return check
+
+
+def link(record, name, robot="torch_robot"):
+    return next(body for body in record[robot]["links"] if body["name"] == name)
+
+
+def test_the_shipped_cell_has_no_oddity(record, told):
+    assert told(record) == {}
+
+
+@pytest.mark.parametrize(("arm", "below"), [("ar2010", 505), ("ma2010", 505), ("m10ia", 450)])
+@pytest.mark.parametrize("robot", ["torch_robot", "holder_robot"])
+def test_a_base_frame_at_axis_2_puts_the_mounting_face_below_the_floor(record, told, robot, arm, below):
+    record[robot]["arm"] = arm
+    message = told(record)["mounting-face"].message
+    assert f"z = -{below} mm, {below} mm below the floor (z = 0 mm)" in message
+    place = record[robot]["T_world_base"]["xyz_mm"]
+    assert f"write xyz_mm [{place[0]}, 0, {below}] in T_world_base of {robot}" in message
+    assert f'"mounting_face_z_mm": -{below} in {robot}' in message
+    place[2] = below
+    assert told(record) == {}
+
+
+def test_a_height_that_is_stated_is_not_odd(record, told):
+    record["torch_robot"]["arm"] = "ar2010"
+    record["torch_robot"]["mounting_face_z_mm"] = -505
+    assert told(record) == {}
+    record["torch_robot"]["mounting_face_z_mm"] = 300
+    assert "805 mm below its stated height (z = 300 mm)" in told(record)["mounting-face"].message
+
+
+def test_a_floor_that_is_stated_is_the_floor(record, told):
+    record["torch_robot"]["arm"] = record["holder_robot"]["arm"] = "ar2010"
+    record["floor_z_mm"] = -505
+    assert told(record) == {}
+
+
+def test_a_riser_that_is_not_stated_is_told(record, told):
+    record["holder_robot"]["T_world_base"]["xyz_mm"][2] = 400
+    assert "400 mm above the floor" in told(record)["mounting-face"].message
+
+
+def test_the_mounting_face_of_a_tilted_arm_turns_with_it(record, cells):
+    record["torch_robot"] |= {"arm": "ar2010", "T_world_base": {"xyz_mm": [0, 0, 1000], "rpy_deg": [90, 0, 0]}}
+    faces = mounting_faces(cell_from_record(record, path=cells / "cell.json"))
+    np.testing.assert_allclose(faces[0], [0.0, 505.0, 1000.0], rtol=0, atol=1e-9)
+
+
+def test_a_pedestal_below_the_floor_is_told(record, told):
+    box = [[x, y, z] for x in (-100, 100) for y in (-100, 100) for z in (-500, 100)]
+    p, q, radius = capsule_around(box)
+    capsule = {"p_mm": p.tolist(), "q_mm": q.tolist(), "radius_mm": radius}
+    link(record, "pedestal").update(hull_mm=box, capsules=[capsule])
+    assert "robot 1 pedestal reaches down to z = -500 mm, 500 mm below the floor" in told(record)["below-floor"].message
+
+
+@pytest.mark.parametrize(
+    ("robot", "field", "says"),
+    [
+        ("torch_robot", "torch", "the torch has no bodies"),
+        ("torch_robot", "links", "robot 1 has no bodies"),
+        ("holder_robot", "links", "robot 2 has no bodies"),
+        ("holder_robot", "part", "the part has no bodies"),
+    ],
+)
+def test_missing_bodies_are_told(record, told, robot, field, says):
+    record[robot][field] = []
+    assert says in told(record)["no-bodies"].message
+    assert f"{robot}.{field}" in told(record)["no-bodies"].message
+
+
+def test_a_cell_without_floor_or_table_is_told(record, told):
+    record["bench"] = []
+    assert "no floor, table or other fixed body" in told(record)["no-bodies"].message
+
+
+def test_a_capsule_that_does_not_hold_its_hull_is_told_with_the_distance(record, told):
+    body = link(record, "forearm")
+    body["hull_mm"] = BOX
+    axis = body["capsules"][0]
+    out = max(  # of the corners from the axis z = 100 … 640
+        np.hypot(np.hypot(x, y), max(100 - z, z - 640, 0)) - axis["radius_mm"] for x, y, z in BOX
+    )
+    assert f"up to {out:.1f} mm outside its capsules" in told(record)["capsule-and-hull"].message
+    p, q, radius = capsule_around(BOX)
+    body["capsules"] = [{"p_mm": p.tolist(), "q_mm": q.tolist(), "radius_mm": radius}]
+    assert told(record) == {}
+
+
+@pytest.mark.parametrize("field", ["capsules", "hull_mm"])
+def test_a_body_in_metres_is_told(record, told, field):
+    body = link(record, "forearm", "holder_robot")
+    if field == "hull_mm":
+        body["hull_mm"] = (np.array(BOX) / 1000).tolist()
+    else:
+        capsule = body["capsules"][0]
+        for key in ("p_mm", "q_mm"):
+            capsule[key] = [value / 1000 for value in capsule[key]]
+        capsule["radius_mm"] /= 1000
+    message = told(record)["metres"].message
+    assert message.startswith("robot 2 forearm is 0.")
+    assert "look like metres" in message
+
+
+def test_a_body_far_from_its_link_is_told(record, told):
+    capsule = link(record, "upper arm")["capsules"][0]
+    for key in ("p_mm", "q_mm"):
+        capsule[key][1] += 600.0
+    issue = told(record)["far-from-link"]
+    assert issue.ids == ("robot 1 upper arm",)
+    assert "505 mm away from link 2 of robot 1" in issue.message  # 600 less its radius
+
+
+def test_a_torch_in_another_frame_is_told(record, told):
+    for capsule in record["torch_robot"]["torch"][2]["capsules"]:
+        for key in ("p_mm", "q_mm"):
+            capsule[key][2] += 700.0
+    assert "of the torch" not in told(record)["far-from-link"].message
+    assert told(record)["far-from-link"].ids == ("robot 1 torch body",)
+
+
+@pytest.mark.parametrize(("x", "says"), [(250, "the robots stand too close (bases 250 mm apart)"), (1.5, "metres?")])
+def test_bases_that_are_too_near_are_told(record, told, x, says):
+    record["holder_robot"]["T_world_base"]["xyz_mm"] = [x, 0, 0]
+    record["bench"] = []
+    assert says in told(record)["bases-too-near"].message
+
+
+def test_the_record_of_a_check_is_of_its_schema(record, cells):
+    record["bench"] = []
+    cell = cell_from_record(record, path=cells / "cell.json")
+    found = json.loads(to_json(check_record(cell, check_cell(cell))))
+    jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/cell-check/1"))).validate(found)
+    jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/cell/1"))).validate(record)

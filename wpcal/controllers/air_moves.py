@@ -1,0 +1,337 @@
+"""Ways between seams: up to a plane above the part, across, and down, as linear moves that are compared with the part.
+
+The torch leaves a seam with its orientation unchanged: straight up, or first farther back along the wire, or first
+sideways out of the part's box. It turns only at the height of the plane. A move is compared with the part at places
+that are chosen so that nothing can be hit between two of them: halfway through a stretch of the move no point of the
+torch is farther from its place anywhere on the stretch than m. If the torch is farther from the part than m and the
+margin, the whole stretch is free; otherwise it is halved.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from wpcal.controllers.part_triangles import PartTriangles, tube_hits
+from wpcal.controllers.torch import ToolAxis, wire_directions
+from wpcal.controllers.torch_shape import TorchShape
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import ErrorCode, GeometryError, InputError
+from wpcal.core.tangent import exp_rotation, log_rotation
+
+MARGIN_MM = 3.0
+"""Least distance of the nozzle from the part on the way: above the errors of a calibration and of a path in the air."""
+ABOVE_MM = 50.0
+"""By default the lowest point of the torch is this far above the part on the way across."""
+LEAST_STRETCH_MM = 0.02
+"""A stretch of a move is not halved further: it counts as too near."""
+BACK_MM = (0.0, 25.0, 50.0, 100.0, 200.0, 400.0)
+"""How far back along the wire the torch goes before it goes up, the shortest free one."""
+SIDES = 8
+"""Directions in which the torch leaves the part's box if it cannot go up."""
+LARGEST_TURN_RAD = math.radians(90.0)
+"""A linear move with a larger turn gets poses in between: near 180 degrees controllers turn one way or the other."""
+NO_LENGTH_MM = 1e-6
+"""Shorter moves are left out: they are round-off."""
+
+
+@dataclass(frozen=True, slots=True)
+class AirSettings:
+    """How the torch goes from one seam to the next.
+
+    Parameters
+    ----------
+    clearance_mm : float or None
+        Height of the tool centre point above the part on the way across. None: the lowest point of the torch is
+        `ABOVE_MM` above the part, in every orientation that it has there.
+    up_base : tuple of float
+        The direction away from the part's support, in `base`: against gravity if the base stands on the floor.
+
+    Raises
+    ------
+    InputError
+        When the clearance is not positive, or the direction is not three numbers that differ from zero.
+    """
+
+    clearance_mm: float | None = None
+    up_base: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if self.clearance_mm is not None and not 0.0 < self.clearance_mm < math.inf:
+            raise InputError(f"clearance: expected a positive number of mm, got {self.clearance_mm:g}")
+        length = math.dist(self.up_base, (0.0, 0.0, 0.0))
+        if not 0.0 < length < math.inf:
+            raise InputError(f"up: expected a direction of three numbers, got {self.up_base}")
+
+    @property
+    def up(self) -> FloatArray:
+        """The unit vector up, in `base`."""
+        up = np.array(self.up_base, dtype=np.float64)
+        return np.asarray(up / np.linalg.norm(up), dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ends:
+    """The first and the last pose of the torch at a seam: its approach and its retract.
+
+    Parameters
+    ----------
+    name : str
+        Of the seam.
+    p : ndarray, shape (2, 3)
+        Tool centre points in `base`, mm.
+    R : ndarray, shape (2, 3, 3)
+        Axes of the tool in `base`.
+    """
+
+    name: str
+    p: FloatArray
+    R: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """Poses that are joined by linear moves: p of shape (k, 3), mm, and R of shape (k, 3, 3), in `base`."""
+
+    p: FloatArray
+    R: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.p)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AirPlan:
+    """The checked ways of a program.
+
+    Parameters
+    ----------
+    safe : Way
+        One pose above the part, at which the program starts and ends.
+    to_seam, from_seam : tuple of Way
+        Per seam: from the end of the way before to the approach (without it), and from the retract (without it) up.
+    clearance_mm : float
+        Height of the tool centre point above the part on the way across.
+    """
+
+    safe: Way
+    to_seam: tuple[Way, ...]
+    from_seam: tuple[Way, ...]
+    clearance_mm: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TorchAtTool:
+    """Where the torch is when the tool is at a pose.
+
+    Parameters
+    ----------
+    shape : TorchShape
+    axis : ToolAxis
+    stick_out_mm : float
+        From the tool centre point to the tip of the wire.
+    """
+
+    shape: TorchShape
+    axis: ToolAxis
+    stick_out_mm: float
+
+    def segment(self, p: FloatArray, R: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the wire's tips and the torch's ends, shapes (n, 3), for poses of shapes (n, 3) and (n, 3, 3)."""
+        wire = wire_directions(R, self.axis)
+        tip = p + self.stick_out_mm * wire
+        return tip, tip - self.shape.length_mm * wire
+
+    @property
+    def reach_mm(self) -> float:
+        """Largest distance of a point of the torch's axis from the tool centre point."""
+        return max(self.stick_out_mm, self.shape.length_mm - self.stick_out_mm)
+
+    def lowest(self, R: FloatArray, up: FloatArray) -> FloatArray:
+        """Return how far the torch reaches below the tool centre point, shape (n,), mm."""
+        rise = wire_directions(R, self.axis) @ up
+        ends = np.stack([self.stick_out_mm * rise, (self.stick_out_mm - self.shape.length_mm) * rise])
+        return np.asarray(self.shape.nozzle_radius_mm - ends.min(axis=0), dtype=np.float64)
+
+
+def plan_air_moves(part: PartTriangles, ends: Sequence[Ends], torch: TorchAtTool, air: AirSettings) -> AirPlan:
+    """Find the ways from a safe point to the first seam, between the seams, and back.
+
+    Parameters
+    ----------
+    part : PartTriangles
+    ends : sequence of Ends
+        Per seam, in the order of welding.
+    torch : TorchAtTool
+    air : AirSettings
+
+    Returns
+    -------
+    AirPlan
+
+    Raises
+    ------
+    GeometryError
+        When no checked way leads from a seam to the next; the message names both.
+    """
+    up = air.up
+    turns = [_turn_between(a.R[1], b.R[0], torch.axis) for a, b in pairwise(ends)]
+    home_R = ends[0].R[0]
+    last_turn = _turn_between(ends[-1].R[1], home_R, torch.axis)
+    clearance = _clearance(air, torch, [home_R[None], *turns, last_turn])
+    top = float((part.corners @ up).max())
+    height = max(top, *(float((end.p @ up).max()) for end in ends)) + clearance
+    search = _Search(part, torch, up, height)
+    rises = [[search.rise(end, which) for which in (0, 1)] for end in ends]
+    middle = (part.corners.reshape(-1, 3).min(axis=0) + part.corners.reshape(-1, 3).max(axis=0)) / 2
+    home = middle + (height - float(middle @ up)) * up
+    at, to_seam, from_seam = home, [], []
+    start_R = home_R
+    for number, (end, (down, away)) in enumerate(zip(ends, rises, strict=True)):
+        first = down.p[-1] if len(down) else end.p[0]
+        turn = turns[number - 1] if number else start_R[None]
+        names = f"{ends[number - 1].name} to {end.name}" if number else f"the safe point to {end.name}"
+        across = search.across(at, first, turn, names)
+        to_seam.append(Way(np.concatenate([across.p, down.p[::-1][1:]]), np.concatenate([across.R, down.R[::-1][1:]])))
+        from_seam.append(away)
+        at = away.p[-1] if len(away) else end.p[1]
+    back = search.across(at, home, last_turn, f"{ends[-1].name} to the safe point")
+    tail = from_seam[-1]
+    from_seam[-1] = Way(np.concatenate([tail.p, back.p[:-1]]), np.concatenate([tail.R, back.R[:-1]]))
+    return AirPlan(Way(home[None], home_R[None]), tuple(to_seam), tuple(from_seam), clearance)
+
+
+def _clearance(air: AirSettings, torch: TorchAtTool, turns: Sequence[FloatArray]) -> float:
+    if air.clearance_mm is not None:
+        return air.clearance_mm
+    every = [R for turn in turns for a, b in _moves(turn) for R in _interpolate(a, b, np.linspace(0, 1, 19))]
+    return float(np.ceil(ABOVE_MM + torch.lowest(np.array(every), air.up).max()))
+
+
+def _moves(turn: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+    return pairwise(turn) if len(turn) > 1 else iter([(turn[0], turn[0])])
+
+
+def _interpolate(a: FloatArray, b: FloatArray, t: FloatArray) -> FloatArray:
+    """Return orientations between two, about one axis, shape (len(t), 3, 3)."""
+    return np.asarray(a @ exp_rotation(t[:, None] * log_rotation(a.T @ b)), dtype=np.float64)
+
+
+def _turn_between(a: FloatArray, b: FloatArray, axis: ToolAxis) -> FloatArray:
+    """Return orientations from a to b, both included, between which each turn is small.
+
+    The wire swings the short way from one direction to the other, and the rest is a turn about the wire.
+    """
+    if np.linalg.norm(log_rotation(a.T @ b)) <= LARGEST_TURN_RAD:
+        return np.stack([a, b])
+    first, last = (wire_directions(R, axis) for R in (a, b))
+    normal = np.cross(first, last)
+    sine, cosine = float(np.linalg.norm(normal)), float(first @ last)
+    normal = normal / sine if sine > 1e-9 else a[:, 1]  # opposite wires: about an axis across, the tool's y
+    swing = normal * math.atan2(sine, cosine)
+    twist = log_rotation((exp_rotation(swing) @ a).T @ b)
+    angle = max(float(np.linalg.norm(swing)), float(np.linalg.norm(twist)), 0.0)
+    steps = max(2, math.ceil((angle + 1e-9) / (LARGEST_TURN_RAD / 2)))
+    t = np.linspace(0.0, 1.0, steps + 1)[:, None]
+    turn = exp_rotation(t * swing) @ a @ exp_rotation(t * twist)
+    turn[0], turn[-1] = a, b
+    return np.asarray(turn, dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Search:
+    part: PartTriangles
+    torch: TorchAtTool
+    up: FloatArray
+    height: float
+
+    def rise(self, end: Ends, which: int) -> Way:
+        """Return the shortest free way from an end of a seam up to the plane, without the end itself."""
+        p, R = end.p[which], end.R[which]
+        for corners in sorted(self._candidates(p, R), key=lambda corners: _length([p, *corners])):
+            points = np.array([p, *corners])
+            if self._is_free_back(points, R):
+                keep = np.linalg.norm(np.diff(points, axis=0), axis=1) > NO_LENGTH_MM
+                points = points[1:][keep]
+                return Way(points, np.repeat(R[None], len(points), axis=0))
+        where = ("to", "from")[which]
+        raise GeometryError(
+            f"seam {end.name}: no checked way leads {where} it: up, back along the wire and sideways, the torch comes "
+            f"nearer to the part than {MARGIN_MM:g} mm ({self.torch.shape}); no program is written. Turn the part "
+            "(--up), use a longer --approach-mm or --retract-mm, tilt the torch, or leave the seam out with --seams",
+            code=ErrorCode.NO_FREE_WAY,
+        )
+
+    def _candidates(self, p: FloatArray, R: FloatArray) -> Iterator[list[FloatArray]]:
+        """Yield corners of ways up to the plane: the point farther back first, then one outside, then above."""
+        wire = wire_directions(R, self.torch.axis)
+        box = self.part.corners.reshape(-1, 3)
+        middle, radius = (box.min(axis=0) + box.max(axis=0)) / 2, float(np.linalg.norm(np.ptp(box, axis=0))) / 2
+        far = radius + self.torch.reach_mm + self.torch.shape.nozzle_radius_mm + MARGIN_MM
+        side = np.cross(self.up, [1.0, 0.0, 0.0] if abs(self.up[0]) < 0.6 else [0.0, 1.0, 0.0])
+        side /= np.linalg.norm(side)
+        other = np.cross(self.up, side)
+        for back in BACK_MM:
+            q = p - back * wire
+            yield [q, self._above(q)]
+            for angle in np.arange(SIDES) * (2.0 * math.pi / SIDES):
+                way = math.cos(angle) * side + math.sin(angle) * other
+                reach = far - float((q - middle) @ way)
+                if reach > 0.0:
+                    out = q + reach * way
+                    yield [q, out, self._above(out)]
+
+    def _above(self, p: FloatArray) -> FloatArray:
+        return np.asarray(p + max(self.height - float(p @ self.up), 0.0) * self.up, dtype=np.float64)
+
+    def _is_free_back(self, points: FloatArray, R: FloatArray) -> bool:
+        """Tell whether a way is free: its move along the wire for the flat nozzle, the rest for a capsule."""
+        wire = wire_directions(R, self.torch.axis)
+        back = float(np.linalg.norm(points[1] - points[0]))
+        if back > NO_LENGTH_MM:
+            tip = (points[0] + self.torch.stick_out_mm * wire)[None]
+            low, high = np.array([self.torch.shape.wire_mm]), np.array([self.torch.shape.length_mm + back])
+            if tube_hits(self.part, tip, -wire[None], low, high, self.torch.shape.nozzle_radius_mm)[0] >= 0:
+                return False
+        return all(self.is_free(a, b, R, R) for a, b in pairwise(points[1:]))
+
+    def across(self, a: FloatArray, b: FloatArray, turn: FloatArray, names: str) -> Way:
+        """Return poses from a to b (both included) with the orientations of a turn, spread along the move."""
+        if len(turn) == 1:
+            turn = np.repeat(turn, 2, axis=0)
+        p = a + np.linspace(0.0, 1.0, len(turn))[:, None] * (b - a)
+        for i in range(len(p) - 1):
+            if not self.is_free(p[i], p[i + 1], turn[i], turn[i + 1]):
+                raise GeometryError(
+                    f"{names}: the torch comes nearer to the part than {MARGIN_MM:g} mm on the way across at this "
+                    f"clearance ({self.torch.shape}); no program is written. Give a larger --clearance-mm",
+                    code=ErrorCode.NO_FREE_WAY,
+                )
+        return Way(p[1:], turn[1:])
+
+    def is_free(self, p0: FloatArray, p1: FloatArray, R0: FloatArray, R1: FloatArray) -> bool:
+        """Tell whether a linear move keeps its distance from the part all along, and not only at samples."""
+        torch = self.torch
+        omega = log_rotation(R0.T @ R1)
+        travel = float(np.linalg.norm(p1 - p0)) + float(np.linalg.norm(omega)) * torch.reach_mm
+        need = torch.shape.nozzle_radius_mm + MARGIN_MM + self.part.deflection_mm
+        middle, half = np.array([0.5]), 0.5
+        while len(middle):
+            moved = travel * half  # no point of the axis is farther from its place at the middle
+            p = p0 + middle[:, None] * (p1 - p0)
+            R = R0 @ exp_rotation(middle[:, None] * omega)
+            distance, _ = self.part.distances(*torch.segment(p, R), np.full(len(p), need + moved))
+            if (distance < need).any() or (moved < LEAST_STRETCH_MM and np.isfinite(distance).any()):
+                return False
+            middle = middle[np.isfinite(distance)]
+            middle = np.concatenate([middle - half / 2, middle + half / 2])
+            half /= 2
+        return True
+
+
+def _length(corners: Sequence[FloatArray]) -> float:
+    return sum(math.dist(a, b) for a, b in pairwise(corners))

@@ -1,0 +1,84 @@
+"""A weld program compared with the part: weld poses that are free, and linear ways between the seams."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.controllers.air_moves import MARGIN_MM, AirPlan, AirSettings, Ends, TorchAtTool, Way, plan_air_moves
+from wpcal.controllers.part_triangles import PartTriangles
+from wpcal.controllers.pose_check import check_weld_poses
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
+from wpcal.controllers.torch import wire_directions
+from wpcal.controllers.torch_shape import TorchShape
+from wpcal.core.arrays import frozen
+from wpcal.core.errors import ErrorCode, InputError
+
+
+def check_program(
+    program: WeldProgram, *, torch: TorchShape | None = None, air: AirSettings | None = None
+) -> WeldProgram:
+    """Compare every pose with the part, and add checked ways between the seams.
+
+    Parameters
+    ----------
+    program : WeldProgram
+        As `build_program` made it, with the part's triangles.
+    torch : TorchShape, optional
+    air : AirSettings, optional
+
+    Returns
+    -------
+    WeldProgram
+        With a safe point, at which it starts and ends, and with linear moves only.
+
+    Raises
+    ------
+    InputError
+        When the program has no triangles of the part.
+    GeometryError
+        When the torch would be inside material, or no checked way leads from a seam to the next.
+    """
+    torch, air = torch or TorchShape(), air or AirSettings()
+    if program.part_glb is None:
+        raise InputError(
+            "the result folder has no part.glb, with which poses and moves are checked; run wpcal calibrate again",
+            code=ErrorCode.PART_MISSING,
+        )
+    part = PartTriangles.of(read_part_glb(program.part_glb), program.T_base_part)
+    motion, axis, stick_out = program.motion, program.torch.tool_axis, program.torch.stick_out_mm
+    back_mm = (motion.approach_mm, motion.retract_mm)
+    ends = []
+    for path in program.paths:
+        rows = path.weld_rows
+        wire = wire_directions(path.R_base[rows], axis)
+        check_weld_poses(part, path.seam, path.p_base[rows] + stick_out * wire, -wire, torch, back_mm=back_mm)
+        at = [rows.start - 1, rows.stop]
+        ends.append(Ends(path.seam.name, path.p_base[at], path.R_base[at]))
+    plan = plan_air_moves(part, ends, TorchAtTool(torch, axis, stick_out), air)
+    paths = [
+        _with_ways(path, to_seam, from_seam)
+        for path, to_seam, from_seam in zip(program.paths, plan.to_seam, plan.from_seam, strict=True)
+    ]
+    safe = SafePoint(frozen(plan.safe.p), frozen(plan.safe.R))
+    return replace(program, paths=tuple(paths), safe_point=safe, checked=tuple(_describe(torch, plan)))
+
+
+def _with_ways(path: WeldPath, to_seam: Way, from_seam: Way) -> WeldPath:
+    return replace(
+        path,
+        p_base=frozen(np.concatenate([to_seam.p, path.p_base, from_seam.p])),
+        R_base=frozen(np.concatenate([to_seam.R, path.R_base, from_seam.R])),
+        before=path.before + len(to_seam),
+        after=path.after + len(from_seam),
+    )
+
+
+def _describe(torch: TorchShape, plan: AirPlan) -> Sequence[str]:
+    return (
+        f"checked against the part: {torch}",
+        f"between seams the tool goes {plan.clearance_mm:g} mm above the part, {MARGIN_MM:g} mm from it at least",
+    )

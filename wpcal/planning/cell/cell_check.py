@@ -1,0 +1,248 @@
+"""What is odd in a cell: bodies that are missing, in the wrong unit or frame, and arms that are not on the floor.
+
+Nothing here stops a plan. But a plan is called free by the bodies of its cell, so every oddity is told: by
+`wpcal plan --check`, and by every `wpcal plan` on the console and in its records.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import GeometryError
+from wpcal.core.issue import Issue
+from wpcal.planning.cell.bodies import TOOL, Body, Owner, bodies_of, body_frames
+from wpcal.planning.cell.clearance import require_bases_apart
+from wpcal.planning.cell.hulls import capsule_around
+from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell, Shape
+from wpcal.robot.kinematics.arm import Arm
+
+CELL_CHECK_SCHEMA = "wpcal/cell-check/1"
+FLOOR_MM = 25.0
+"""A mounting face this near to its height is at this height: floors are levelled, and bases are measured, to less."""
+SMALLEST_MM = 5.0
+"""No body of a cell is smaller, and no link of an arm is longer than 5 m: a smaller body is in metres."""
+FAR_MM = 150.0
+"""Bodies enclose the axes of their link, or are fastened beside them at less than this distance."""
+STICKS_OUT_MM = 0.1
+"""A capsule that misses corners of its hull by less changes no clearance that anyone reads."""
+SAMPLES = 16
+"""Points per link whose distance from a body is measured: one per 100 mm on a large arm."""
+
+
+def check_cell(cell: RobotCell) -> tuple[Issue, ...]:
+    """Return everything that is odd in a cell.
+
+    Parameters
+    ----------
+    cell : RobotCell
+
+    Returns
+    -------
+    tuple of Issue
+        Codes ``mounting-face``, ``below-floor``, ``no-bodies``, ``metres``, ``far-from-link``, ``capsule-and-hull``
+        and ``bases-too-near``; empty for a cell without oddities.
+    """
+    zeros = CellState(np.zeros((1, JOINTS)), np.zeros((1, JOINTS)))
+    frames = [frame.matrices()[0] for frame in body_frames(cell, zeros)]
+    bodies = bodies_of(cell)
+    small = [body for body in bodies if _extent_mm(body.shape) < SMALLEST_MM]
+    sized = [body for body in bodies if body not in small]
+    return (
+        *_mounting_faces(cell),
+        *_below_floor(cell, sized, frames),
+        *_missing(cell),
+        *(_metres(body) for body in small),
+        *_far_from_link(cell, sized, frames),
+        *_capsules_and_hulls(sized),
+        *_bases_too_near(cell),
+    )
+
+
+def check_record(cell: RobotCell, issues: Sequence[Issue]) -> dict[str, Any]:
+    """Return the record of a check: the name of the cell and what is odd in it."""
+    return {"schema": CELL_CHECK_SCHEMA, "cell": cell.name, "issues": [issue.to_record() for issue in issues]}
+
+
+def mounting_faces(cell: RobotCell) -> FloatArray:
+    """Return the origins of both mounting faces in `world`, shape (2, 3), mm."""
+    places = ((cell.T_world_base1, cell.arm1), (cell.T_world_base2, cell.arm2))
+    return np.array([T.R @ arm.mount_mm + T.t_mm for T, arm in places])
+
+
+def _mounting_faces(cell: RobotCell) -> Iterator[Issue]:
+    arms, keys = (cell.arm1, cell.arm2), ("torch_robot", "holder_robot")
+    bases = (cell.T_world_base1, cell.T_world_base2)
+    for robot, (arm, key, T, face) in enumerate(zip(arms, keys, bases, mounting_faces(cell), strict=True), 1):
+        z, stated = float(face[2]), cell.mount_z_mm[robot - 1]
+        expected = cell.floor_z_mm if stated is None else stated
+        off = z - expected
+        if abs(off) <= FLOOR_MM:
+            continue
+        side = "above" if off > 0 else "below"
+        if stated is None:
+            where, right = f"the floor (z = {expected:g} mm)", "on the floor"
+            or_floor = f', or "floor_z_mm": {z:g} in the cell if the floor is there'
+        else:
+            where, right, or_floor = f"its stated height (z = {expected:g} mm)", "at that height", ""
+        xyz = ", ".join(f"{value:g}" for value in np.round(T.t_mm - [0.0, 0.0, off], 3) + 0.0)
+        yield Issue(
+            "mounting-face",
+            f"robot {robot} ({arm.name}): its mounting face is at z = {z:g} mm, {abs(off):g} mm {side} {where}."
+            f"{_base_frame_text(arm)} If the arm is {right}, write xyz_mm [{xyz}] in T_world_base of {key}. "
+            f'If z = {z:g} mm is right, write "mounting_face_z_mm": {z:g} in {key}{or_floor}',
+            (f"robot {robot}",),
+        )
+
+
+def _base_frame_text(arm: Arm) -> str:
+    height = float(np.linalg.norm(arm.mount_mm))
+    if height < FLOOR_MM:
+        return ""
+    numbers = ", ".join(f"{value:g}" for value in arm.mount_mm)
+    return f" The base frame of this arm is {height:g} mm from its mounting face (mount_mm {numbers})."
+
+
+def _below_floor(cell: RobotCell, bodies: Sequence[Body], frames: Sequence[FloatArray]) -> Iterator[Issue]:
+    for body in bodies:
+        if body.link != 0 or body.owner is Owner.BENCH:
+            continue
+        T = frames[body.carrier]
+        # the round end of a capsule may reach below the floor where the body that it stands for does not
+        points = body.shape.hull if len(body.shape.hull) else np.concatenate([body.shape.p, body.shape.q])
+        lowest = float((points @ T[2, :3] + T[2, 3]).min())
+        stated = cell.mount_z_mm[0 if body.owner is Owner.ROBOT1 else 1]
+        floor = cell.floor_z_mm if stated is None else min(stated, cell.floor_z_mm)
+        if lowest < floor - FLOOR_MM:
+            yield Issue(
+                "below-floor",
+                f"{body.name} reaches down to z = {lowest:.0f} mm, {floor - lowest:.0f} mm below the floor "
+                f"(z = {floor:g} mm): correct T_world_base of {body.owner.value}, or the body, which is given in the "
+                f'base frame of the arm; if the floor is lower, write "floor_z_mm" in the cell',
+                (body.name,),
+            )
+
+
+def _missing(cell: RobotCell) -> Iterator[Issue]:
+    groups = (
+        (cell.torch, "torch", "the torch has no bodies: no collision of the torch can be found", "torch_robot.torch"),
+        (cell.part, "part", "the part has no bodies: no collision of the part can be found", "holder_robot.part"),
+        (cell.links1, "robot 1", "robot 1 has no bodies: no collision of its arm can be found", "torch_robot.links"),
+        (cell.links2, "robot 2", "robot 2 has no bodies: no collision of its arm can be found", "holder_robot.links"),
+        (
+            cell.bench,
+            "bench",
+            "the cell has no floor, table or other fixed body: no collision with them can be found",
+            "bench",
+        ),
+    )
+    for shapes, name, says, field in groups:
+        if not shapes:
+            yield Issue("no-bodies", f"{says}; list bodies in {field}", (name,))
+
+
+def _metres(body: Body) -> Issue:
+    return Issue(
+        "metres",
+        f"{body.name} is {_extent_mm(body.shape):.3g} mm long: its numbers look like metres; multiply p_mm, q_mm, "
+        "radius_mm and hull_mm by 1000",
+        (body.name,),
+    )
+
+
+def _extent_mm(shape: Shape) -> float:
+    """Return the largest side of the box around a body, mm; its hull counts alone if it has one."""
+    if len(shape.hull):
+        return float(np.ptp(shape.hull, axis=0).max())
+    r = shape.radius_mm[:, None]
+    low, high = (np.minimum(shape.p, shape.q) - r).min(axis=0), (np.maximum(shape.p, shape.q) + r).max(axis=0)
+    return float((high - low).max())
+
+
+def _far_from_link(cell: RobotCell, bodies: Sequence[Body], frames: Sequence[FloatArray]) -> Iterator[Issue]:
+    for body in bodies:
+        if body.owner is Owner.BENCH or body.carrier not in (*range(2 * (JOINTS + 1)), TOOL):
+            continue
+        T = np.linalg.inv(frames[body.carrier])
+        skeleton = _skeleton(cell, body, frames) @ T[:3, :3].T + T[:3, 3]
+        apart = _distance(skeleton, body.shape)
+        if apart > FAR_MM:
+            what = (
+                "the torch, which reaches from flange 1 to the tip of the wire"
+                if body.carrier == TOOL
+                else (f"link {body.link} of {body.owner.value}")
+            )
+            frame = "the frame tool" if body.carrier == TOOL else f"the frame after link {body.link} of the arm's file"
+            yield Issue(
+                "far-from-link",
+                f"{body.name} is {apart:.0f} mm away from {what}: bodies are given in {frame}, in mm; a mesh of a URDF "
+                "or a drawing has another frame and must be moved into this one",
+                (body.name,),
+            )
+
+
+def _skeleton(cell: RobotCell, body: Body, frames: Sequence[FloatArray]) -> FloatArray:
+    """Return points along a link in `world`: from the frame before it, through its own, to the next one."""
+    if body.carrier == TOOL:
+        knots = [frames[JOINTS], frames[TOOL]]
+        return _along([T[:3, 3] for T in knots])
+    first = 0 if body.owner is Owner.ROBOT1 else JOINTS + 1
+    places = [frames[first + link][:3, 3] for link in range(JOINTS + 1)]
+    mount = mounting_faces(cell)[0 if body.owner is Owner.ROBOT1 else 1]
+    return _along([mount, *places][body.link : body.link + 3])
+
+
+def _along(knots: Sequence[FloatArray]) -> FloatArray:
+    parts = np.linspace(0.0, 1.0, SAMPLES)[:, None]
+    pieces = [a + parts * (b - a) for a, b in itertools.pairwise(knots)]
+    return np.concatenate(pieces)
+
+
+def _distance(points: FloatArray, shape: Shape) -> float:
+    """Return the least distance of points from a body, mm: from the capsule around its hull if it has one."""
+    p, q, radius = shape.p, shape.q, shape.radius_mm
+    if len(shape.hull):
+        one = capsule_around(shape.hull)
+        p, q, radius = one[0][None], one[1][None], np.array([one[2]])
+    return float(_outside(points, p, q, radius).min())
+
+
+def _outside(points: FloatArray, p: FloatArray, q: FloatArray, radius: FloatArray) -> FloatArray:
+    """Return how far each of n points is outside the nearest capsule, shape (n,), mm; not positive inside."""
+    u = q - p
+    along = np.einsum("nkj,kj->nk", points[:, None] - p, u) / np.maximum((u**2).sum(axis=1), 1e-18)
+    nearest = p + np.clip(along, 0.0, 1.0)[..., None] * u
+    return np.asarray((np.linalg.norm(points[:, None] - nearest, axis=2) - radius).min(axis=1), dtype=np.float64)
+
+
+def _capsules_and_hulls(bodies: Sequence[Body]) -> Iterator[Issue]:
+    for body in bodies:
+        shape = body.shape
+        if not len(shape.hull):
+            continue
+        out = float(_outside(shape.hull, shape.p, shape.q, shape.radius_mm).max())
+        if out > STICKS_OUT_MM:
+            yield Issue(
+                "capsule-and-hull",
+                f"{body.name}: corners of its hull are up to {out:.1f} mm outside its capsules, so the search sees "
+                "more room than there is; make the capsule with wpcal.planning.cell.hulls.capsule_around(hull_mm)",
+                (body.name,),
+            )
+
+
+def _bases_too_near(cell: RobotCell) -> Iterator[Issue]:
+    try:
+        require_bases_apart(cell)
+    except GeometryError as error:
+        yield Issue("bases-too-near", str(error), ("robot 1", "robot 2"))
+    apart = float(np.linalg.norm(cell.T_base1_base2.t_mm))
+    if apart < SMALLEST_MM:
+        yield Issue(
+            "bases-too-near",
+            f"the bases are {apart:.3g} mm apart: T_world_base of both robots is in mm; are these numbers metres?",
+            ("robot 1", "robot 2"),
+        )
