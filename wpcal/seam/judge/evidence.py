@@ -52,8 +52,8 @@ REACH_STATIONS = 5
 """Places along a seam at which the reach is tested."""
 
 ASSUMED = (
-    f" (assumed: {USUAL_TORCH}; if yours is bent or smaller, or gets there at another weld angle, accept the seam by an "
-    "edit)"
+    f" (assumed: {USUAL_TORCH}; if yours is bent or smaller, or gets there at another weld angle, accept the seam by "
+    "an edit)"
 )
 """Which torch a verdict about reach is for, and what would change it."""
 
