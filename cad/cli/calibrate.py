@@ -28,6 +28,7 @@ class OutputFlags:
         "--bake", is_flag=True, help="Move the geometry itself in the STEP file: no new assembly level."
     )
     force: bool = option("--force", is_flag=True, help="Write into a folder that is not empty.")
+    accept_unsure: bool = option("--accept-unsure", is_flag=True, help="End with code 0 if the verdict is UNSURE.")
     as_json: bool = option("--json", is_flag=True, help="Print calibration.json on stdout.")
 
 
@@ -64,9 +65,12 @@ def calibrate(
     A point of a program is the feature with the same name. If the part has no such feature, wpcal identifies it.
     Coordinates in a user frame need the values of the frame: from the file, or from --uframe.
 
-    Ends with code 1 if a residual is larger than the tolerance.
+    The verdict is PASS if all accepted seams are shown to be within the tolerance with 95 % confidence, FAIL if the
+    points contradict each other or their stated error or a seam is shown to be outside, and UNSURE otherwise. UNSURE
+    names the seam and the point to touch next. Ends with code 1 unless the verdict is PASS.
     """
     from cad.cli.kernel_work import run_on_part
+    from wpcal.cli.calibration_tables import exit_code
     from wpcal.core.records import check_writable
 
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
@@ -91,7 +95,7 @@ def calibrate(
         click.echo(to_json(written.record), nl=False)
     else:
         show_written(written, out)
-    return 0 if written.result.verdict == "PASS" else 1
+    return exit_code(written.result, accept_unsure=output.accept_unsure)
 
 
 def show_written(written: WrittenCalibration, out: Path) -> None:

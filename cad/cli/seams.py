@@ -47,7 +47,7 @@ def seams(
         "mesh": html is not None,
     }
     _check_drawings(png, html, overwrite=force)
-    found, picture, part_glb = run_on_part(
+    found, issues, picture, part_glb = run_on_part(
         "cad.workpiece.seams:list_seams", part_step, arguments, what=f"finding the seams of {part_step}"
     )
     if png is not None:
@@ -60,7 +60,7 @@ def seams(
     if as_json:
         from wpcal.core.records import to_json
 
-        click.echo(to_json(seams_record(found)), nl=False)
+        click.echo(to_json({**seams_record(found), "issues": [issue.to_record() for issue in issues]}), nl=False)
     else:
         from cad.cli.tables import refused_table, seams_table
         from wpcal.cli.console import plain_console
@@ -69,6 +69,8 @@ def seams(
         console.print(seams_table(found, f"Seams of {part_step.name} (part frame)"))
         if not all(seam.accepted for seam in found):
             console.print(refused_table(found))
+        for issue in issues:
+            console.print(f"note: {issue.message}", highlight=False, markup=False)
     return 0
 
 

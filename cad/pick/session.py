@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, read_rows
-from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
+from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
 from wpcal.advise import advise_set
 from wpcal.calibrate import CalibrationResult, Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
@@ -62,8 +63,8 @@ class PickSession:
         Returns
         -------
         dict
-            ``T_base_part``, ``verdict``, ``points`` as in ``calibration.json``, each with its ``row`` and with
-            ``residual_part_mm``; ``u95_mm`` of every seam's frames; ``features`` by row; ``notes``.
+            ``T_base_part``, ``verdict``, ``judgement``, ``points`` as in ``calibration.json``, each with its ``row``
+            and with ``residual_part_mm``; ``u95_mm`` of every seam's frames; ``features`` by row; ``notes``.
 
         Raises
         ------
@@ -75,7 +76,14 @@ class PickSession:
             workpiece, options = self.part.workpiece, self.options
             named = name_taught(taught, workpiece.features, options=options, T_nominal_part=self.T_nominal_part)
             observed = prepare_fit(named.taught, workpiece, T_nominal_part=self.T_nominal_part)
-            result, u95 = run_fit(observed, self.part.seams, options=options, T_nominal_part=self.T_nominal_part)
+            seams, sigma_mm = self.part.seams, options.teaching.per_axis_mm
+            result, u95 = run_fit(
+                observed,
+                seams,
+                options=options,
+                T_nominal_part=self.T_nominal_part,
+                suggest=partial(next_point, named.taught, workpiece, seams, sigma_mm=sigma_mm),
+            )
         return _fit_record(rows, named.taught, result, u95)
 
     def read(self, raw: bytes, *, name: str, uframe: str = "") -> tuple[Rows, tuple[str, ...]]:
@@ -213,7 +221,16 @@ def _fit_record(
     for point in record["points"]:
         point["row"] = row_of[point["name"]]
         point["residual_part_mm"] = (R_base_part.T @ np.array(point["residual_mm"])).tolist()
-    kept = ("verdict", "tolerance_mm", "criterion", "objective_mm", "lower_bound_mm", "certified", "T_base_part")
+    kept = (
+        "verdict",
+        "judgement",
+        "tolerance_mm",
+        "criterion",
+        "objective_mm",
+        "lower_bound_mm",
+        "certified",
+        "T_base_part",
+    )
     return {
         **{key: record[key] for key in kept},
         "points": record["points"],

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -209,13 +210,17 @@ class SharedTable:
     def _adopt(self) -> None:
         """Take the draft of another picker for the same part and table, which is newer than ours."""
         path = draft_of(self.out)
-        raw = bytes_of(path)
+        try:
+            raw = bytes_of(path)
+        except InputError:
+            return  # `_store` says why, and the rows stay in memory
         if raw is None or raw == self._on_disk:
             return
         try:
             found = read_draft(path)
         except FormatError:
-            set_aside(path)
+            with suppress(InputError):
+                set_aside(path)
             self._on_disk = None
             self._store()
             return

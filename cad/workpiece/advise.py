@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -92,7 +92,7 @@ def advise_points(
         for item in judge_features(workpiece.graph, workpiece.features)
         if item.feature.name not in excluded and item.feature.kind in options.kinds and _is_near(item, options.near)
     ]
-    return advise(
+    advised = advise(
         allowed,
         seams,
         points=options.points,
@@ -101,6 +101,7 @@ def advise_points(
         have=have,
         progress=progress,
     )
+    return replace(advised, notes=(*advised.notes, *(issue.message for issue in workpiece.issues)))
 
 
 def _seams_named(seams: Sequence[Seam], names: Sequence[str]) -> list[Seam]:

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
+from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
@@ -159,7 +160,13 @@ def calibrate_workpiece(
     seams, workpiece = find_seams(workpiece, options.seams, options.choice)
     progress("fitting")
     with blamed_on(named.taught.path):
-        result, u95 = run_fit(observed, seams, options=options, T_nominal_part=T_nominal_part)
+        result, u95 = run_fit(
+            observed,
+            seams,
+            options=options,
+            T_nominal_part=T_nominal_part,
+            suggest=partial(next_point, named.taught, workpiece, seams, sigma_mm=options.teaching.per_axis_mm),
+        )
     return WorkpieceCalibration(workpiece, result, seams, u95, named.taught, found_names=named.found_names)
 
 

@@ -6,7 +6,7 @@ error of every seam. The main job and the picker both take these steps, so that 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -14,13 +14,15 @@ import numpy as np
 
 from cad.workpiece.seams import SeamChoice
 from cad.workpiece.workpiece import Workpiece
+from wpcal.advise import advise_set
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, Touches, calibrate
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import blamed_on
+from wpcal.core.errors import WpcalError, blamed_on
 from wpcal.core.pairs import PointPairs
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
-from wpcal.features import ReferenceFeature
+from wpcal.features import ReferenceFeature, feature_named, judge_features
 from wpcal.match import name_points
 from wpcal.seam import Seam, SeamOptions
 from wpcal.taught.programs import names_as_features
@@ -151,12 +153,56 @@ def prepare_fit(
     return Observed(replace(find(use="yes"), axes=named_axes(features)), checked, taught.tcp_bias_mm)
 
 
+def next_point(
+    taught: TaughtPoints, workpiece: Workpiece, seams: Sequence[Seam], *, sigma_mm: float | None = None
+) -> str | None:
+    """Choose the feature whose touch, after those already made, lowers the predicted error of the seams most.
+
+    Parameters
+    ----------
+    taught : TaughtPoints
+        With their features (`name_taught`).
+    workpiece : Workpiece
+    seams : sequence of Seam
+    sigma_mm : float, optional
+        Teaching error per axis.
+
+    Returns
+    -------
+    str or None
+        None if rows were touched on faces or have no feature, or no further feature helps.
+    """
+    used = [name for name, use in zip(taught.features, taught.use, strict=True) if use == "yes"]
+    if taught.has_touches or not all(taught.features):
+        return None
+    taken = {feature_named(workpiece.features, name).name for name in taught.features}
+    have = [feature_named(workpiece.features, name) for name in dict.fromkeys(used)]
+    free = [
+        item
+        for item in judge_features(workpiece.graph, workpiece.features)
+        if item.feature.kind.is_point and item.feature.name not in taken
+    ]
+    try:
+        chosen = advise_set(
+            free,
+            [seam for seam in seams if seam.accepted],
+            points=len(have) + 1,
+            sigma_mm=sigma_mm or USUAL_SIGMA_MM,
+            criterion=Criterion.LEAST_SQUARES,
+            have=have,
+        )
+    except WpcalError:  # no seam to advise for, or no feature that is left
+        return None
+    return next((name for name in chosen.names if name not in taken), None)
+
+
 def run_fit(
     observed: Observed,
     seams: Sequence[Seam],
     *,
     options: CalibrateOptions,
     T_nominal_part: RigidTransform | None = None,
+    suggest: Callable[[], str | None] | None = None,
 ) -> tuple[CalibrationResult, tuple[FloatArray, ...]]:
     """Fit what was observed, and predict the error that each seam will see.
 
@@ -165,9 +211,11 @@ def run_fit(
     observed : Observed
         From `prepare_fit`.
     seams : sequence of Seam
-        With frames in `part`; the criteria are compared at the accepted ones.
+        With frames in `part`; the verdict judges the accepted ones, and the criteria are compared there.
     options : CalibrateOptions
     T_nominal_part : RigidTransform, optional
+    suggest : callable, optional
+        Returns the feature to touch next (`next_point`). It is called if the verdict is ``UNSURE``.
 
     Returns
     -------
@@ -180,7 +228,7 @@ def run_fit(
     GeometryError, UnitError
         When the observations cannot be fitted.
     """
-    frames = [seam.frames.p for seam in seams if seam.accepted]
+    accepted = [seam for seam in seams if seam.accepted]
     bias_mm = max(options.teaching.tcp_bias_mm, observed.tcp_bias_mm)
     result = calibrate(
         observed.fitted,
@@ -192,7 +240,9 @@ def run_fit(
         T_nominal_part=T_nominal_part,
         teaching=replace(options.teaching, tcp_bias_mm=bias_mm),
         certify=options.certify,
-        seam_points=np.concatenate(frames) if frames else None,
+        seam_points=np.concatenate([seam.frames.p for seam in accepted]) if accepted else None,
+        seam_names=[seam.name for seam in accepted for _ in range(len(seam.frames))],
+        suggest=suggest,
         features=observed.features,
     )
     if not seams:

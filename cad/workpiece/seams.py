@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from cad.workpiece.workpiece import Workpiece, open_workpiece
+from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.edit import PlacedEdit, apply_edits
@@ -81,8 +82,11 @@ def list_seams(
     picture: bool = False,
     mesh: bool = False,
     progress: Progress = no_progress,
-) -> tuple[tuple[Seam, ...], bytes | None, bytes | None]:
-    """Return the seams of a STEP file, frames in `part`; if asked for, also their picture (PNG) and ``part.glb``."""
+) -> tuple[tuple[Seam, ...], tuple[Issue, ...], bytes | None, bytes | None]:
+    """Return the seams of a STEP file, frames in `part`, and what is odd in the file.
+
+    If asked for, also their picture (PNG) and ``part.glb``.
+    """
     workpiece = open_workpiece(step, progress=progress)
     progress("finding seams")
     seams, workpiece = find_seams(workpiece, options, choice)
@@ -97,4 +101,4 @@ def list_seams(
 
         progress("drawing the part")
         part_glb, _ = mesh_part(workpiece.source.solids, sha256=workpiece.source.sha256)
-    return seams, png, part_glb
+    return seams, workpiece.issues, png, part_glb

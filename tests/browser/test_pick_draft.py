@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
 import shutil
 import subprocess
 import sys
@@ -222,10 +221,10 @@ def test_the_advised_template_is_a_list_of_what_to_touch_until_all_is_touched(
 
 
 def test_when_the_disk_cannot_be_written_the_page_says_so(start: Any, open_page: Any, taught: Path) -> None:
-    """A folder where the draft's temporary file goes: writing fails, for any user."""
+    """A folder where the draft goes: writing fails, for any user."""
     opened = open_page(start(TEE / "tee.step").url)
     opened.wait("window.wpcal.idle")
-    os.mkdir(taught.with_name(".taught.csv.draft.part"))
+    taught.with_name("taught.csv.draft").mkdir()
     type_into(opened, "V4", "x_mm", "744.99")
     opened.wait("document.querySelector('#save-state').textContent.startsWith('This change is not kept on disk')")
     opened.page.reload()

@@ -213,6 +213,17 @@ def test_a_full_disk_leaves_file_and_draft_as_they_were(out: Path, monkeypatch: 
     assert shared.rows.cells[0][1] == "5"
 
 
+def test_a_draft_that_cannot_be_written_leaves_the_rows_in_memory(out: Path) -> None:
+    shared = opened(out)
+    draft_of(out).mkdir()
+    assert "is a directory" in kept(shared, FOUR)["warning"]
+    assert shared.changes_since(-1)["table"]["keys"] == list(FOUR.keys)
+    answer = saved(shared)
+    assert (answer["rows"], "is a directory" in answer["warning"]) == (4, True)
+    draft_of(out).rmdir()
+    assert names(opened(out).rows) == names(FOUR.rows)
+
+
 DAMAGE: dict[str, Any] = {
     "half": lambda text: text[: len(text) // 2],
     "empty": lambda text: "",

@@ -14,7 +14,8 @@ from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.suspect import Exchange, Suspect
 from wpcal.calibrate.touches import Touches
 from wpcal.calibrate.touches.evidence import HeldMotion, StartsEvidence, TouchEvidence
-from wpcal.calibrate.uncertainty import TeachingError
+from wpcal.calibrate.uncertainty import Sigma, SigmaSource, TeachingError
+from wpcal.calibrate.verdict import Verdict, VerdictKind, VerdictReason
 
 __all__ = [
     "CalibrationResult",
@@ -28,6 +29,8 @@ __all__ = [
     "MinimaxSolution",
     "PointProblem",
     "RobustSolution",
+    "Sigma",
+    "SigmaSource",
     "Solver",
     "SolverReport",
     "StartsEvidence",
@@ -35,6 +38,9 @@ __all__ = [
     "TeachingError",
     "TouchEvidence",
     "Touches",
+    "Verdict",
+    "VerdictKind",
+    "VerdictReason",
     "anneal_pairs",
     "calibrate",
     "compare_without",

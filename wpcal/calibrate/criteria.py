@@ -8,14 +8,20 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
+from wpcal.calibrate.residual_evidence import ResidualEvidence
 from wpcal.calibrate.suspect import Diagnosis
-from wpcal.calibrate.uncertainty import POSTURE_FACTOR, TeachingError, error_95
+from wpcal.calibrate.uncertainty import POSTURE_FACTOR, Sigma, TeachingError, error_95
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
 
 BLUNDER = "blunder"
 """Code of the issue that names observations which the others contradict."""
+NEIGHBOUR = "neighbour-feature"
+"""Code of the issue that a row was touched on another feature; its ids are the row's name and that feature."""
+
+NOT_NAMED = "blunder-not-named"
+"""Code of the issue that points are wrong and the data cannot tell which."""
 
 
 class Criterion(Enum):
@@ -49,8 +55,8 @@ class CriterionFit:
         No rigid transform has a smaller objective.
     covariance : ndarray, shape (6, 6)
         Of ξ about the base's origin, in the order of `wpcal.core.tangent`.
-    degrees_of_freedom : float
-        Behind the scale of the covariance. Infinite if the teaching error is stated.
+    sigma : Sigma
+        The teaching error behind the covariance.
     rows : ndarray of int, shape (m,)
         Indices of the observations that were fitted.
     """
@@ -60,8 +66,13 @@ class CriterionFit:
     objective_mm: float
     lower_bound_mm: float
     covariance: FloatArray
-    degrees_of_freedom: float
+    sigma: Sigma
     rows: IntArray
+
+    @property
+    def degrees_of_freedom(self) -> float:
+        """Behind the scale of the covariance. Infinite if the teaching error is not estimated."""
+        return self.sigma.degrees_of_freedom
 
     def error_95_mm(self, points_part: FloatArray) -> FloatArray:
         """Predict the 95 % error of points of the part, without the bias of the tool.
@@ -111,6 +122,9 @@ class FitProblem(Protocol):
 
     def select(self, rows: IntArray) -> Self:
         """Return the problem of some of the observations, indices of shape (m,)."""
+
+    def judge_residuals(self, fit: CriterionFit, check: Any = None) -> ResidualEvidence:
+        """Say how the fitted observations agree, and which of them neither others nor the check ones test."""
 
     def diagnose(self, fit: CriterionFit) -> Diagnosis:
         """Say what is wrong with the observations. Wrong ones are the ids of an issue with the code `BLUNDER`."""

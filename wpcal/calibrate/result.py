@@ -14,7 +14,8 @@ from wpcal.calibrate.points.minimax import CERTIFIED_MM
 from wpcal.calibrate.solver_report import SolverReport
 from wpcal.calibrate.suspect import Suspect
 from wpcal.calibrate.touches.evidence import TouchEvidence
-from wpcal.calibrate.uncertainty import POSTURE_FACTOR, TeachingError, error_95
+from wpcal.calibrate.uncertainty import POSTURE_FACTOR, Sigma, TeachingError, error_95
+from wpcal.calibrate.verdict import Verdict, VerdictKind
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
@@ -41,9 +42,12 @@ class CalibrationResult:
     covariance : ndarray, shape (6, 6)
         Of the small motion ξ = (ω, v) of the part **about the origin of the base**, as in `wpcal.core.tangent`:
         ``T_true = exp(ξ) T_base_part``; rad², rad·mm, mm².
-    degrees_of_freedom : float
-        Behind the scale of the covariance; infinite if the teaching error is stated.
+    sigma : Sigma
+        The teaching error behind the covariance, and how it is known.
     teaching : TeachingError
+        What was stated.
+    judgement : Verdict
+        Whether the seams are shown to be within the tolerance, as a sentence.
     solver : SolverReport
     criteria : CriteriaComparison or None
         None for very large clouds.
@@ -69,8 +73,9 @@ class CalibrationResult:
     objective_mm: float
     lower_bound_mm: float
     covariance: FloatArray
-    degrees_of_freedom: float
+    sigma: Sigma
     teaching: TeachingError
+    judgement: Verdict
     solver: SolverReport
     criteria: CriteriaComparison | None
     issues: tuple[Issue, ...]
@@ -120,9 +125,14 @@ class CalibrationResult:
         return self.residuals.worst
 
     @property
-    def verdict(self) -> str:
-        """``PASS`` when no point is further off than the tolerance, else ``FAIL``."""
-        return "PASS" if self.largest_mm <= self.tolerance_mm else "FAIL"
+    def degrees_of_freedom(self) -> float:
+        """Behind the scale of the covariance; infinite if the teaching error is not estimated."""
+        return self.sigma.degrees_of_freedom
+
+    @property
+    def verdict(self) -> VerdictKind:
+        """``PASS``, ``UNSURE`` or ``FAIL``; `judgement` says why."""
+        return self.judgement.kind
 
     def predict_error_mm(self, points_part: ArrayLike) -> FloatArray:
         """Length that the error of points of the part stays below with 95 % probability.
@@ -154,7 +164,8 @@ class CalibrationResult:
         return {
             "schema": SCHEMA,
             "robot_space": self.pairs.space.value,
-            "verdict": self.verdict,
+            "verdict": self.verdict.value,
+            "judgement": self.judgement.to_record(),
             "tolerance_mm": self.tolerance_mm,
             "criterion": self.criterion.value,
             "objective_mm": self.objective_mm,
@@ -180,6 +191,7 @@ class CalibrationResult:
                 "sigma_mm": self.teaching.sigma_mm,
                 "bound_mm": self.teaching.bound_mm,
                 "tcp_bias_mm": self.teaching.tcp_bias_mm,
+                **self.sigma.to_record(),
             },
             "criteria": None if self.criteria is None else self.criteria.to_record(),
             "distrusted": None if self.distrusted is None else self.distrusted.to_record(),

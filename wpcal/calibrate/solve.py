@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import scipy
@@ -22,6 +22,7 @@ from wpcal.calibrate.points.diagnose import require_plausible_units
 from wpcal.calibrate.points.least_squares import require_spread
 from wpcal.calibrate.points.neighbours import FeaturePlaces
 from wpcal.calibrate.points.problem import PointProblem, search_points
+from wpcal.calibrate.residual_evidence import ResidualEvidence
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.suspect import Diagnosis
@@ -29,7 +30,7 @@ from wpcal.calibrate.touches.evidence import TouchEvidence
 from wpcal.calibrate.touches.problem import search_touches
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import TeachingError
-from wpcal.calibrate.verdict import bias_advice, verdict_issues
+from wpcal.calibrate.verdict import VerdictEvidence, bias_advice, judge_fit, verdict_issues
 from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.errors import FrameError, InputError
 from wpcal.core.issue import Issue
@@ -55,6 +56,8 @@ def calibrate(
     check: PointPairs | Touches | None = None,
     certify: bool = False,
     seam_points: ArrayLike | None = None,
+    seam_names: Sequence[str] = (),
+    suggest: Callable[[], str | None] | None = None,
     features: Mapping[str, FloatArray] | None = None,
 ) -> CalibrationResult:
     """Find the pose of the real part.
@@ -76,7 +79,7 @@ def calibrate(
     seed : int
         Of every random number.
     tolerance_mm : float
-        A residual above this makes the verdict ``FAIL``.
+        The verdict says whether the seams are shown to be within this.
     T_nominal_part : RigidTransform, optional
         Where the cell's model has the part. By default the identity; touches then must hold the part in one place.
     teaching : TeachingError, optional
@@ -87,7 +90,12 @@ def calibrate(
         Close a gap between answer and bound by branch and bound over all rotations, which may take minutes. No such
         proof exists for touches, and this option does not change their fit.
     seam_points : array_like, shape (k, 3), optional
-        Part frame, mm: where the criteria are compared. By default the fitted points of the model.
+        Part frame, mm: where the verdict judges the predicted error and the criteria are compared. By default the
+        fitted points of the model.
+    seam_names : sequence of str, length k, optional
+        The seam of each point.
+    suggest : callable, optional
+        Returns the name of the feature to touch next, or None. It is called if the verdict is ``UNSURE``.
     features : mapping of str to ndarray of shape (3,), optional
         Places of the part that can be touched as points, by name, in `part`, mm. A suspicious point is tried on them:
         it may have been touched on the neighbour of its feature.
@@ -140,6 +148,7 @@ def calibrate(
     pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
     points = pairs.p_source if seam_points is None else as_points(seam_points, name="seam points")
     criteria, found, distrusted = _assess(problem, fit, points)
+    residuals = _residual_evidence(problem, fit, check)
     return CalibrationResult(
         pairs=pairs,
         check=check_pairs,
@@ -150,8 +159,25 @@ def calibrate(
         objective_mm=fit.objective_mm,
         lower_bound_mm=fit.lower_bound_mm,
         covariance=fit.covariance,
-        degrees_of_freedom=fit.degrees_of_freedom,
+        sigma=fit.sigma,
         teaching=model,
+        judgement=judge_fit(
+            VerdictEvidence(
+                fit=fit,
+                names=observed.names,
+                word=problem.word,
+                residuals=residuals,
+                check=check_pairs,
+                issues=found.issues,
+                distrusted=distrusted,
+                teaching=model,
+                tolerance_mm=tolerance_mm,
+                points_part=points,
+                seam_names=tuple(seam_names),
+                largest_mm=float(problem.distances_mm(fit.T)[fit.rows].max()),
+            ),
+            suggest=suggest,
+        ),
         solver=report,
         criteria=criteria,
         issues=(*found.issues, *verdict_issues(pairs, check_pairs, fit.T, tolerance_mm), *bias_advice(model)),
@@ -178,6 +204,10 @@ def _require_usable(observed: PointPairs | Touches, nominal: RigidTransform, tol
 
 def _paired(observed: PointPairs | Touches, T_base_part: RigidTransform) -> PointPairs:
     return observed.paired(T_base_part) if isinstance(observed, Touches) else observed
+
+
+def _residual_evidence(problem: FitProblem, fit: CriterionFit, check: PointPairs | Touches | None) -> ResidualEvidence:
+    return problem.judge_residuals(fit, check)
 
 
 def _assess(

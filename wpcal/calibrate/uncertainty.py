@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,12 +19,22 @@ from scipy.special import chdtri, fdtri
 
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.errors import InputError
-from wpcal.core.tangent import point_jacobian
+from wpcal.core.tangent import point_jacobian, translation_adjoint
 
 USUAL_SIGMA_MM = 0.3
 """Teaching error per axis if none is stated: a careful touch with a worn wire tip."""
 COVERAGE = 0.95
 """Share of the errors that stay below the predicted error."""
+
+LEAST_FREEDOM = 4
+"""With fewer degrees of freedom residuals may be small by luck: they do not lower the error below that of the usual
+teaching error. Three points have three."""
+
+JOINT_SAMPLES = 8192
+"""Simulated errors behind the error of all seams together: its 95 % quantile is then good to 1 %."""
+
+DIRECTIONS = 128
+"""A seam moves most at an end of its extent. The furthest points in this many directions stand for all its points."""
 
 EXCESS_SAMPLES = 256
 """Simulated fits behind the part of the minimax covariance that has no closed form: its scale is then good to 5 %."""
@@ -74,6 +86,68 @@ class TeachingError:
         return self.bound_mm is not None
 
 
+class SigmaSource(Enum):
+    """Where the teaching error behind a predicted error comes from."""
+
+    STATED = "stated"
+    ESTIMATED = "estimated"
+    """From the residuals."""
+    ASSUMED = "assumed"
+    """The usual teaching error, because the residuals show too little."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sigma:
+    """The teaching error behind a predicted error, and how it is known.
+
+    Parameters
+    ----------
+    mm : float
+        Standard deviation per axis; the root mean square if every observation states its own.
+    source : SigmaSource
+    degrees_of_freedom : float
+        Behind an estimate; infinite otherwise.
+    """
+
+    mm: float
+    source: SigmaSource
+    degrees_of_freedom: float = math.inf
+
+    @classmethod
+    def estimated(cls, mm: float, degrees_of_freedom: float) -> Sigma:
+        """Take the estimate from residuals, or `USUAL_SIGMA_MM` where few degrees of freedom predict a smaller error.
+
+        Parameters
+        ----------
+        mm : float
+            Root of the sum of squared residuals per degree of freedom.
+        degrees_of_freedom : float
+        """
+        if degrees_of_freedom < LEAST_FREEDOM:
+            seen = mm * math.sqrt(float(fdtri(3.0, degrees_of_freedom, COVERAGE)))
+            if seen < USUAL_SIGMA_MM * math.sqrt(float(chdtri(3.0, 1.0 - COVERAGE)) / 3.0):
+                return cls(USUAL_SIGMA_MM, SigmaSource.ASSUMED)
+        return cls(mm, SigmaSource.ESTIMATED, degrees_of_freedom)
+
+    @classmethod
+    def of_each(cls, covariances: FloatArray) -> Sigma:
+        """Summarise observations that each state their error, shape (n, 3, 3), mm²."""
+        return cls(float(np.sqrt(np.mean(np.trace(covariances, axis1=1, axis2=2)) / 3.0)), SigmaSource.STATED)
+
+    def describe(self) -> str:
+        """Return a phrase for a person: the value and where it comes from."""
+        how = self.source.value
+        if self.source is SigmaSource.ESTIMATED:
+            count = f"{self.degrees_of_freedom:g} degree{'' if self.degrees_of_freedom == 1 else 's'} of freedom"
+            how = f"estimated from the residuals with {count}"
+        return f"teaching error {self.mm:.2g} mm per axis, {how}"
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        freedom = None if math.isinf(self.degrees_of_freedom) else self.degrees_of_freedom
+        return {"used_sigma_mm": self.mm, "provenance": self.source.value, "degrees_of_freedom": freedom}
+
+
 def residual_sigma(residuals_mm: FloatArray) -> tuple[float, int]:
     """Estimate the error per axis from least-squares residuals.
 
@@ -113,12 +187,63 @@ def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freed
         mm.
     """
     J = point_jacobian(as_points(points_base, name="points"))
-    C = J @ covariance @ J.transpose(0, 2, 1)
-    trace = np.trace(C, axis1=1, axis2=2)
-    square = np.einsum("kij,kij->k", C, C)
+    return length_quantile(J @ covariance @ J.transpose(0, 2, 1), COVERAGE, degrees_of_freedom=degrees_of_freedom)
+
+
+def length_quantile(covariances: FloatArray, level: float, *, degrees_of_freedom: float = math.inf) -> FloatArray:
+    """Length that Gaussian vectors stay below with a given probability, by Satterthwaite's approximation.
+
+    Parameters
+    ----------
+    covariances : ndarray, shape (k, 3, 3)
+        mm².
+    level : float
+        Probability.
+    degrees_of_freedom : float
+        Behind the scale of the covariances.
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        mm.
+    """
+    trace = np.trace(covariances, axis1=1, axis2=2)
+    square = np.einsum("kij,kij->k", covariances, covariances)
     m = np.divide(trace**2, square, out=np.ones_like(trace), where=square > 0)
-    if math.isinf(degrees_of_freedom):
-        quantile = chdtri(m, 1.0 - COVERAGE) / m
-    else:
-        quantile = fdtri(m, degrees_of_freedom, COVERAGE)
+    quantile = chdtri(m, 1.0 - level) / m if math.isinf(degrees_of_freedom) else fdtri(m, degrees_of_freedom, level)
     return frozen(np.sqrt(np.maximum(trace, 0.0) * quantile))
+
+
+def joint_errors(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf) -> FloatArray:
+    """Simulate the largest error among points that move together.
+
+    Every point stays below its own 95 % error with 95 % probability. That all of them do is less probable. The
+    quantiles of this sample hold for all points at once.
+
+    Parameters
+    ----------
+    points_base : array_like, shape (k, 3)
+        Base frame, mm.
+    covariance : ndarray, shape (6, 6)
+        Of ξ, about the base's origin.
+    degrees_of_freedom : float
+        Infinite if the teaching error is stated.
+
+    Returns
+    -------
+    ndarray, shape (JOINT_SAMPLES,)
+        mm, in ascending order. The seed is fixed.
+    """
+    points = as_points(points_base, name="points")
+    centre = points.mean(axis=0)
+    rng = np.random.default_rng(0)
+    directions = rng.standard_normal((3, DIRECTIONS))
+    far = points[np.unique(np.argmax((points - centre) @ directions, axis=0))] - centre
+    shift = translation_adjoint(-centre)
+    values, vectors = np.linalg.eigh(shift @ covariance @ shift.T)
+    xi = rng.standard_normal((JOINT_SAMPLES, 6)) * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+    moved = np.cross(xi[:, None, :3], far) + xi[:, None, 3:]
+    largest = np.linalg.norm(moved, axis=2).max(axis=1)
+    if not math.isinf(degrees_of_freedom):
+        largest = largest / np.sqrt(rng.chisquare(degrees_of_freedom, JOINT_SAMPLES) / degrees_of_freedom)
+    return frozen(np.sort(largest))

@@ -20,6 +20,14 @@ MOST_NAMED = 6
 """Most distrusted points in the title; the table of points has the rest."""
 
 
+COLOURS = {"PASS": "green", "UNSURE": "yellow", "FAIL": "red"}
+
+
+def exit_code(result: CalibrationResult, *, accept_unsure: bool = False) -> int:
+    """Return the code of a command that ends with this verdict: 0 if it passes or, by consent, is unsure."""
+    return 0 if result.verdict == "PASS" or (accept_unsure and result.verdict == "UNSURE") else 1
+
+
 def show_calibration(result: CalibrationResult, console: Console) -> None:
     """Print a calibration: one row per point, the proof, the correction, the criteria and the warnings."""
     console.print(_points(result))
@@ -33,9 +41,10 @@ def show_calibration(result: CalibrationResult, console: Console) -> None:
         console.print(_distrusted(result.distrusted))
     for issue in result.issues:
         console.print(f"warning: {issue.message}", highlight=False, markup=False)
-    colour = "green" if result.verdict == "PASS" else "red"
-    what = f"largest residual {result.largest_mm:.4f} mm at {result.worst}, tolerance {result.tolerance_mm:g} mm"
-    console.print(Text.assemble((result.verdict, f"bold {colour}"), f" {what}"), highlight=False)
+    what = f"{result.judgement.sentence}; the largest residual is {result.largest_mm:.4f} mm at {result.worst}"
+    console.print(
+        Text.assemble((result.verdict.value, f"bold {COLOURS[result.verdict]}"), f": {what}"), highlight=False
+    )
 
 
 def _points(result: CalibrationResult) -> Table:
@@ -72,6 +81,7 @@ def _verdict(result: CalibrationResult) -> Table:
         table.add_row("gap", f"{result.gap_mm:.2e} mm ({'certified' if result.certified else 'not certified'})")
     else:
         table.add_row("starts that agree", _evidence(result.touches.starts))
+    table.add_row("95 % errors rest on", result.sigma.describe())
     table.add_row("RMS", f"{result.rms_mm:.6f} mm")
     table.add_row("correction x, y, z", f"{six.x_mm:.6f}, {six.y_mm:.6f}, {six.z_mm:.6f} mm")
     table.add_row("correction α, β, γ", f"{six.alpha_rad:.8f}, {six.beta_rad:.8f}, {six.gamma_rad:.8f} rad")

@@ -28,7 +28,7 @@ def export(
 ) -> int:
     """Write the calibrated seams in DIR (calibration.json, seams.json) as programs for a controller.
 
-    Ends with code 1 if the calibration missed its tolerance; the files are written and say so.
+    Ends with code 1 unless the verdict of the calibration is PASS; the files are written and say so.
     """
     from wpcal.core.records import check_writable, new_directory
     from wpcal.formats.registry import exporter_named
@@ -48,7 +48,9 @@ def export(
     _show(program, contents, targets, as_json=as_json)
     if program.calibration.get("verdict") == "PASS":
         return 0
-    click.echo("wpcal: the calibration missed its tolerance; the files say so", err=True)
+    click.echo(
+        f"wpcal: the verdict of the calibration is {program.calibration.get('verdict')}; the files say so", err=True
+    )
     return 1
 
 
@@ -80,7 +82,14 @@ def _show(
 
         written = {name: [str(targets[name] / file) for file in sorted(files)] for name, files in contents.items()}
         seams = [path.seam.name for path in program.paths]
-        record = {"schema": "wpcal/export/1", "seams": seams, "files": written, "not_checked": NOT_CHECKED}
+        record = {
+            "schema": "wpcal/export/1",
+            "verdict": program.calibration.get("verdict"),
+            "seams": seams,
+            "files": written,
+            "checked": list(program.checked),
+            "not_checked": NOT_CHECKED,
+        }
         click.echo(to_json(record), nl=False)
         return
     poses = sum(len(path) for path in program.paths)

@@ -63,13 +63,21 @@ class TorchFlags:
         show_default=True,
         help="Axis of the tool along the wire.",
     )
+    spin_range_deg: float = option(
+        "--spin-range-deg",
+        type=float,
+        default=180.0,
+        show_default=True,
+        help="How far the tool may turn about the wire to turn less along a seam; 0: it follows the travel.",
+    )
 
     def to_settings(self) -> TorchSettings:
         """Return the torch as the programs take it, angles in radians."""
         from wpcal.controllers.torch import ToolAxis, TorchSettings
 
         work_rad, travel_rad = math.radians(self.work_angle_deg), math.radians(self.travel_angle_deg)
-        return TorchSettings(work_rad, travel_rad, self.stick_out_mm, ToolAxis(self.tool_axis))
+        spin_rad = math.radians(self.spin_range_deg)
+        return TorchSettings(work_rad, travel_rad, self.stick_out_mm, ToolAxis(self.tool_axis), spin_rad)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,16 +159,29 @@ class ControllerFlags:
         "--tool-number", type=int, default=1, show_default=True, help="If the tools have numbers."
     )
     frame_number: int = option("--frame-number", type=int, default=1, show_default=True, help="User frame of the part.")
-    configuration: str | None = option(
-        "--config", help="Configuration of the arm as the pendant shows it (FANUC, INFORM)."
+    configurations: tuple[str, ...] = option(
+        "--config",
+        multiple=True,
+        metavar="[FORMAT=]CONFIG",
+        help='Configuration of the arm as the pendant shows it, for FANUC and INFORM: --config fanuc="N U T, 0, 0, 0". '
+        "Without FORMAT it is used for every format. Repeatable.",
     )
 
     def to_settings(self) -> ControllerSettings:
         """Return the names and numbers as the programs take them."""
         from wpcal.controllers.program import ControllerSettings
+        from wpcal.core.errors import InputError
 
+        configurations: dict[str, str] = {}
+        for given in self.configurations:
+            name, _, value = given.rpartition("=")
+            if name in configurations:
+                raise InputError(
+                    f"--config {given}: {f'{name} is' if name else 'a value for all formats is'} given twice"
+                )
+            configurations[name] = value.strip()
         return ControllerSettings(
-            self.program_name, self.tool_name, self.tool_number, self.frame_number, self.configuration
+            self.program_name, self.tool_name, self.tool_number, self.frame_number, configurations
         )
 
 

@@ -23,9 +23,16 @@ from wpcal.cli.teaching_options import TeachingFlags
 @click.option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True)
 @click.option("--schedule", type=click.Choice(["default", "yin2003"]), default="default", show_default=True)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
-@click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1.")
+@click.option(
+    "--tolerance-mm",
+    type=float,
+    default=0.5,
+    show_default=True,
+    help="What the verdict compares the predicted error with.",
+)
 @takes("teaching", TeachingFlags)
 @click.option("--certify", is_flag=True, help="Close the gap to the lower bound by branch and bound (slow).")
+@click.option("--accept-unsure", is_flag=True, help="End with code 0 if the verdict is UNSURE.")
 @click.option("--json", "as_json", is_flag=True, help="Print the record of calibration.json on stdout.")
 def fit(
     *,
@@ -37,15 +44,20 @@ def fit(
     tolerance_mm: float,
     teaching: TeachingFlags,
     certify: bool,
+    accept_unsure: bool,
     as_json: bool,
 ) -> int:
     """Fit the rigid transform of the point pairs in PAIRS.csv.
 
     Columns: name, model_x_mm, model_y_mm, model_z_mm, real_x_mm, real_y_mm, real_z_mm. Optional columns: use (yes,
-    check, no), and sigma_mm or instead cov_xx_mm2, cov_xy_mm2, cov_xz_mm2, cov_yy_mm2, cov_yz_mm2, cov_zz_mm2. Ends
-    with code 1 if a residual is larger than the tolerance.
+    check, no), and sigma_mm or instead cov_xx_mm2, cov_xy_mm2, cov_xz_mm2, cov_yy_mm2, cov_yz_mm2, cov_zz_mm2.
+
+    The verdict is PASS if the fitted points of the model are shown to be within the tolerance with 95 % confidence,
+    FAIL if the pairs contradict each other or their stated error or a point is shown to be outside, and UNSURE
+    otherwise. Ends with code 1 unless the verdict is PASS.
     """
     from wpcal.calibrate import Criterion, Solver, calibrate
+    from wpcal.cli.calibration_tables import exit_code, show_calibration
     from wpcal.core.errors import blamed_on
     from wpcal.core.records import to_json
     from wpcal.optim import AnnealingSchedule
@@ -72,8 +84,7 @@ def fit(
     if as_json:
         click.echo(to_json(result.to_record()), nl=False)
     else:
-        from wpcal.cli.calibration_tables import show_calibration
         from wpcal.cli.console import plain_console
 
         show_calibration(result, plain_console())
-    return 0 if result.verdict == "PASS" else 1
+    return exit_code(result, accept_unsure=accept_unsure)

@@ -163,7 +163,7 @@ def plan(
         with _shown_progress() as progress:
             result = plan_seam(problem, genetic=genetic.to_options(), progress=progress)
     except NoFeasiblePlanError as error:
-        return _write_failure(problem, error, output, force=force)
+        return _write_failure(problem, error, output, force=force, as_json=as_json)
     return _write(result, Preference(prefer), output, mesh, force=force, as_json=as_json)
 
 
@@ -287,13 +287,17 @@ def _write(
     return 0 if run.verdict is CollisionVerdict.FREE else 1
 
 
-def _write_failure(problem: PlanningProblem, error: NoFeasiblePlanError, output: Path, *, force: bool) -> int:
+def _write_failure(
+    problem: PlanningProblem, error: NoFeasiblePlanError, output: Path, *, force: bool, as_json: bool
+) -> int:
     """Write the reason why there is no plan, and print it in one line."""
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.planning.search.pareto_record import failed_record
 
-    record = failed_record(problem, str(error), error.obstacle)
+    record = to_json(failed_record(problem, str(error), error.obstacle))
     with new_directory(output, overwrite=force) as folder:
-        write_file(folder / "pareto.json", to_json(record), overwrite=True)
+        write_file(folder / "pareto.json", record, overwrite=True)
+    if as_json:
+        click.echo(record, nl=False)
     click.echo(f"wpcal: {error}", err=True)
     return 1

@@ -15,7 +15,7 @@ def report(*, folder: Path, out: Path | None, force: bool) -> int:
     """Write the page of the calibration in DIR: one HTML file that opens from disk.
 
     It is made from calibration.json, seams.json and, if it exists, part.glb. `wpcal calibrate` writes the
-    same page. Ends with code 1 if the calibration missed its tolerance; the page is written and says so.
+    same page. Ends with code 1 unless the verdict of the calibration is PASS; the page is written and says so.
     """
     from wpcal.core.records import write_file
     from wpcal.pages.report import build_report

@@ -85,10 +85,11 @@ def test_the_genetic_algorithm_is_run_when_it_is_asked_for(tmp_path, few_points,
 def test_no_feasible_plan_is_an_answer(tmp_path, few_points, swept, capsys):
     swept(1)
     out = tmp_path / "out"
-    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--speed-mm-s", "5000") == 1
-    error = capsys.readouterr().err
-    assert error.startswith("wpcal: no feasible plan: joint speeds fails most, on 15 of 15 paths: joint ")
-    assert error.endswith(" mm, 5000 mm/s asked; use a lower --speed-mm-s\n")
+    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--speed-mm-s", "5000", "--json") == 1
+    said = capsys.readouterr()
+    assert said.err.startswith("wpcal: no feasible plan: joint speeds fails most, on 15 of 15 paths: joint ")
+    assert said.err.endswith(" mm, 5000 mm/s asked; use a lower --speed-mm-s\n")
+    assert said.out == (out / "pareto.json").read_text(encoding="utf-8")
     record = json.loads((out / "pareto.json").read_text(encoding="utf-8"))
     assert (record["plans"], record["failed"].split(",")[0]) == ([], "no feasible plan: joint speeds fails most")
     assert record["obstacle"]["constraint"] == "joint speeds"

@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 from scipy.special import chdtri, fdtri
 
-from wpcal.calibrate.criteria import BLUNDER
+from wpcal.calibrate.criteria import BLUNDER, NEIGHBOUR, NOT_NAMED
 from wpcal.calibrate.outlier_limits import CLEAR_FACTOR, FALSE_ALARM, FLOOR_MM
 from wpcal.calibrate.points.error_rows import ErrorRows
 from wpcal.calibrate.points.least_squares import centred, distances, fit_least_squares, kabsch
@@ -24,12 +24,6 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import UnitError
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
-
-NEIGHBOUR = "neighbour-feature"
-"""Code of the issue that a row was touched on another feature; its ids are the row's name and that feature."""
-
-NOT_NAMED = "blunder-not-named"
-"""Code of the issue that points are wrong and the data cannot tell which."""
 
 UNIT_FACTORS = {1000.0: "metres", 25.4: "inches"}
 """Units that occur in practice besides the millimetre, in mm."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -23,12 +22,19 @@ from wpcal.calibrate.points.least_squares import distances, fit_least_squares, k
 from wpcal.calibrate.points.minimax import MinimaxSolution, solve_minimax
 from wpcal.calibrate.points.neighbours import FeaturePlaces
 from wpcal.calibrate.points.robust import contradicted_points
-from wpcal.calibrate.points.weighted import fit_weighted, weighted_lower_bound, weighted_root_mean_square
+from wpcal.calibrate.points.weighted import (
+    fit_weighted,
+    refine_once,
+    weighted_lower_bound,
+    weighted_root_mean_square,
+)
+from wpcal.calibrate.residual_evidence import ResidualEvidence, unchecked_names
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.suspect import Diagnosis
-from wpcal.calibrate.uncertainty import TeachingError, residual_sigma
+from wpcal.calibrate.uncertainty import Sigma, SigmaSource, TeachingError, residual_sigma
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.pairs import PointPairs, Residuals
+from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
 from wpcal.optim.annealing import AnnealingSchedule
 
@@ -103,8 +109,8 @@ class PointProblem:
             T = fit_least_squares(pairs.select(rows)) if len(rows) < len(pairs) else fit_least_squares(pairs)
             r = pairs.p_target[rows] - T.apply(pairs.p_source[rows])
             objective = bound = float(np.sqrt(np.mean(np.sum(r**2, axis=1))))
-        covariance, freedom = self._covariance(criterion, T, rows)
-        return CriterionFit(criterion, T, objective, bound, frozen(covariance), freedom, rows)
+        covariance, sigma = self._covariance(criterion, T, rows)
+        return CriterionFit(criterion, T, objective, bound, frozen(covariance), sigma, rows)
 
     def distances_mm(self, T: RigidTransform) -> FloatArray:
         """Distances of the taught points from the moved model points, mm, shape (n,)."""
@@ -113,6 +119,23 @@ class PointProblem:
     def select(self, rows: IntArray) -> Self:
         """Return the problem of some of the points, indices of shape (m,)."""
         return replace(self, pairs=self.pairs.select(rows), minimax=None, check=None)
+
+    def judge_residuals(self, fit: CriterionFit, check: PointPairs | None = None) -> ResidualEvidence:
+        """Say how the fitted points agree, and which of them neither the others nor the check points test."""
+        fitted = self.pairs if len(fit.rows) == len(self.pairs) else self.pairs.select(fit.rows)
+        p, q = fitted.p_source, fitted.p_target
+        R, t = kabsch(p, q, np.full(len(p), 1.0 / len(p)))
+        squares = float(np.sum((q - p @ R.T - t) ** 2))
+        chi_squared, stated = None, self.teaching.per_axis_mm
+        if fitted.covariances is not None:
+            chi_squared = float(refine_once(p, q, np.asarray(np.linalg.inv(fitted.covariances)), R, t)[2])
+        elif stated:
+            chi_squared = squares / stated**2
+        size = float(np.abs(p - p.mean(axis=0)).max())
+        more = None if check is None else point_jacobian((check.p_source - p.mean(axis=0)) / size)
+        seen = np.broadcast_to(np.eye(3), (len(p), 3, 3))
+        unchecked = unchecked_names(fitted.names, point_jacobian((p - p.mean(axis=0)) / size), seen, more)
+        return ResidualEvidence(squares, chi_squared, 3 * len(p) - 6, len(p), unchecked)
 
     def diagnose(self, fit: CriterionFit) -> Diagnosis:
         """Name swapped, mirrored and mis-taught points and wrong features, and what the points cannot tell."""
@@ -129,21 +152,23 @@ class PointProblem:
         enough = len(rows) >= 3 and ErrorRows.of(self.pairs.select(rows), None).fixes_rotation()
         return rows if enough else np.arange(len(self.pairs))
 
-    def _covariance(self, criterion: Criterion, T: RigidTransform, rows: IntArray) -> tuple[FloatArray, float]:
+    def _covariance(self, criterion: Criterion, T: RigidTransform, rows: IntArray) -> tuple[FloatArray, Sigma]:
         pairs, moved = self.pairs, T.apply(self.pairs.p_source[rows])
         if pairs.covariances is not None:
-            return self._stated_covariance(moved, pairs.covariances[rows], criterion), math.inf
-        sigma, freedom = self.teaching.per_axis_mm, math.inf
-        if sigma is None:
-            p, q = pairs.p_source[rows], pairs.p_target[rows]
-            if criterion is Criterion.MINIMAX:  # its residuals are not the ones whose sum of squares is χ²
-                R, t = kabsch(p, q, np.full(len(rows), 1.0 / len(rows)))
-                sigma, freedom = residual_sigma(q - p @ R.T - t)
-            else:
-                sigma, freedom = residual_sigma(q - moved)
+            covariances = pairs.covariances[rows]
+            return self._stated_covariance(moved, covariances, criterion), Sigma.of_each(covariances)
+        stated = self.teaching.per_axis_mm
+        sigma = self._estimated(criterion, T, rows) if stated is None else Sigma(stated, SigmaSource.STATED)
         if criterion is Criterion.MINIMAX:
-            return minimax_covariance(moved, sigma, bounded=self.teaching.is_bounded, seed=self.seed), freedom
-        return isotropic_covariance(moved, sigma), freedom
+            return minimax_covariance(moved, sigma.mm, bounded=self.teaching.is_bounded, seed=self.seed), sigma
+        return isotropic_covariance(moved, sigma.mm), sigma
+
+    def _estimated(self, criterion: Criterion, T: RigidTransform, rows: IntArray) -> Sigma:
+        p, q = self.pairs.p_source[rows], self.pairs.p_target[rows]
+        if criterion is Criterion.MINIMAX:  # its residuals are not the ones whose sum of squares is χ²
+            R, t = kabsch(p, q, np.full(len(rows), 1.0 / len(rows)))
+            return Sigma.estimated(*residual_sigma(q - p @ R.T - t))
+        return Sigma.estimated(*residual_sigma(q - T.apply(p)))
 
     def _stated_covariance(self, moved: FloatArray, covariances: FloatArray, criterion: Criterion) -> FloatArray:
         """Covariance of ξ if every point states its error."""

@@ -20,7 +20,7 @@ import numpy as np
 from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.touches.fit import Pose, fit_squares, scaled_jacobian
 from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.uncertainty import EXCESS_SAMPLES, TeachingError
+from wpcal.calibrate.uncertainty import EXCESS_SAMPLES, Sigma, SigmaSource, TeachingError
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, InputError
 from wpcal.core.tangent import translation_adjoint
@@ -33,7 +33,7 @@ LEAST_WEIGHT = 1e-12
 
 def propagate_covariance(
     touches: Touches, pose: Pose, criterion: Criterion, teaching: TeachingError, *, seed: int = 0
-) -> tuple[FloatArray, float]:
+) -> tuple[FloatArray, Sigma]:
     """Propagate the errors of the touches to the covariance of a fit.
 
     Parameters
@@ -51,8 +51,8 @@ def propagate_covariance(
     -------
     covariance : ndarray, shape (6, 6)
         Of ξ about the base's origin, as in `CalibrationResult`.
-    degrees_of_freedom : float
-        Behind its scale. Infinite if the teaching error is stated.
+    sigma : Sigma
+        The teaching error behind it.
 
     Raises
     ------
@@ -63,12 +63,12 @@ def propagate_covariance(
     to_origin = translation_adjoint(pivot) / np.repeat([length, 1.0], 3)  # of (L ω, v)
     if touches.covariances is not None:
         scaled = _of_stated_errors(J, pose, touches.covariances, criterion, seed)
-        return to_origin @ scaled @ to_origin.T, math.inf
-    sigma, freedom = _sigma(touches, pose, teaching)
+        return to_origin @ scaled @ to_origin.T, Sigma.of_each(touches.covariances)
+    sigma = _sigma(touches, pose, teaching)
     scaled = np.linalg.inv(np.einsum("nik,nil->kl", J, J))
-    if criterion is Criterion.MINIMAX and sigma > 0:
+    if criterion is Criterion.MINIMAX and sigma.mm > 0:
         scaled = scaled + _excess(J, pose, bounded=teaching.is_bounded, seed=seed)
-    return sigma**2 * to_origin @ scaled @ to_origin.T, freedom
+    return sigma.mm**2 * to_origin @ scaled @ to_origin.T, sigma
 
 
 def _of_stated_errors(
@@ -86,10 +86,10 @@ def _of_stated_errors(
     return np.asarray(change @ np.einsum("nik,nij,njl->kl", J, covariances, J) @ change)  # J = A J
 
 
-def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> tuple[float, float]:
-    """Teaching error per axis, mm, stated or from the residuals of least squares, and its degrees of freedom."""
+def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> Sigma:
+    """Teaching error per axis, stated or from the residuals of least squares."""
     if teaching.per_axis_mm is not None:
-        return teaching.per_axis_mm, math.inf
+        return Sigma(teaching.per_axis_mm, SigmaSource.STATED)
     freedom = int(pose.at.rank.sum()) - 6
     if freedom <= 0:
         raise InputError(
@@ -98,7 +98,7 @@ def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> tuple[float
             code=ErrorCode.TEACHING_ERROR_MISSING,
         )
     squares = fit_squares(touches, pose).at.d
-    return float(np.sqrt(np.sum(squares**2) / freedom)), freedom
+    return Sigma.estimated(float(np.sqrt(np.sum(squares**2) / freedom)), freedom)
 
 
 def _excess(J: FloatArray, pose: Pose, *, bounded: bool, seed: int) -> FloatArray:

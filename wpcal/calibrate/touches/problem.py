@@ -9,12 +9,13 @@ from typing import Self
 import numpy as np
 
 from wpcal.calibrate.criteria import Criterion, CriterionFit
+from wpcal.calibrate.residual_evidence import ResidualEvidence, unchecked_names
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.suspect import Diagnosis, Suspect
 from wpcal.calibrate.touches.contradiction import ContradictedTouch, contradiction_issues, find_contradicted
 from wpcal.calibrate.touches.covariance import propagate_covariance
 from wpcal.calibrate.touches.evidence import TouchEvidence
-from wpcal.calibrate.touches.fit import Pose, fit_minimax, fit_squares
+from wpcal.calibrate.touches.fit import Pose, fit_minimax, fit_squares, scaled_jacobian
 from wpcal.calibrate.touches.held_motions import held_motions
 from wpcal.calibrate.touches.starts import PoseSearch, search_pose, two_places
 from wpcal.calibrate.touches.touches import Touches
@@ -91,9 +92,9 @@ class TouchProblem:
             kept = np.delete(kept, self.contradicted.row)
         fitted = self.touches.select(kept)
         pose, objective = self._pose(fitted, criterion)
-        covariance, freedom = propagate_covariance(fitted, pose, criterion, self.teaching, seed=self.seed)
+        covariance, sigma = propagate_covariance(fitted, pose, criterion, self.teaching, seed=self.seed)
         T = RigidTransform(pose.R, pose.t, "base", "part")
-        return CriterionFit(criterion, T, objective, 0.0, frozen(covariance), freedom, kept)
+        return CriterionFit(criterion, T, objective, 0.0, frozen(covariance), sigma, kept)
 
     def distances_mm(self, T: RigidTransform) -> FloatArray:
         """Distances of the touches from what they lie on, mm, shape (n,)."""
@@ -102,6 +103,25 @@ class TouchProblem:
     def select(self, rows: IntArray) -> Self:
         """Return the problem of some of the touches, indices of shape (m,)."""
         return replace(self, touches=self.touches.select(rows), contradicted=None)
+
+    def judge_residuals(self, fit: CriterionFit, check: Touches | None = None) -> ResidualEvidence:
+        """Say how the fitted touches agree, and which of them neither the others nor the check touches test."""
+        fitted = self.touches.select(fit.rows)
+        start = Pose.of(fitted, fit.T.R, fit.T.t_mm)
+        at = fit_squares(fitted, start).at
+        squares, chi_squared = float(np.sum(at.d**2)), None
+        if fitted.covariances is not None:
+            weighted = fit_squares(fitted, start, weighted=True).at
+            information = weighted.information(fitted.covariances)
+            chi_squared = float(np.einsum("ni,nij,nj->", weighted.d, information, weighted.d))
+        elif self.teaching.per_axis_mm:
+            chi_squared = squares / self.teaching.per_axis_mm**2
+        J, pivot, length = scaled_jacobian(fitted, start)
+        more = None
+        if check is not None:
+            more = check.linearised(fit.T.R, fit.T.t_mm).jacobian(pivot) / np.repeat([length, 1.0], 3)
+        unchecked = unchecked_names(fitted.names, J, start.at.A, more)
+        return ResidualEvidence(squares, chi_squared, int(at.rank.sum()) - 6, len(fitted), unchecked)
 
     def diagnose(self, fit: CriterionFit) -> Diagnosis:
         """Name the touch that the others contradict, and the fitted touches beyond the border of their face."""

@@ -117,7 +117,7 @@ class Picker {
     const { answer, fault } = this.answered;
     const { data, layout } = this;
     this.root.classList.remove("stale");
-    const state = stateOf(this.rows, this.answered, data.seams);
+    const state = stateOf(this.rows, this.answered);
     Object.assign(layout.state, { textContent: state.text, className: state.kind });
     layout.gauges.replaceChildren(...gauges(answer, data.seams));
     this.table.show({ ...(answer ?? NOTHING), tolerance: data.tolerance_mm, fault });

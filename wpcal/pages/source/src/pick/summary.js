@@ -14,17 +14,16 @@ const FIRST_STEP =
  *
  * @param {Rows} rows
  * @param {{answer: object|null, fault: object|null}} answered  by the server
- * @param {object[]} seams
- * @returns {{kind: "wrong"|"hint"|"pass"|"fail", text: string}}
+ * @returns {{kind: "wrong"|"hint"|"pass"|"unsure"|"fail", text: string}}
  */
-export function stateOf(rows, { answer, fault }, seams) {
+export function stateOf(rows, { answer, fault }) {
   if (fault && (fault.row !== null || fault.code === FAULTS.noServer)) return { kind: "wrong", text: fault.message };
   if (!rows.rows.length) return { kind: "hint", text: FIRST_STEP };
   const missing = missingText(rows);
   if (missing) return { kind: "hint", text: missing };
   if (fault) return { kind: "wrong", text: fault.message };
   if (!answer) return { kind: "hint", text: "" };
-  return { kind: answer.verdict.toLowerCase(), text: answerText(rows, answer, seams) };
+  return { kind: answer.verdict.toLowerCase(), text: answerText(rows, answer) };
 }
 
 /** What a fit still needs, or null. Touches on faces are counted by wpcal, not here. */
@@ -36,12 +35,10 @@ function missingText(rows) {
   return `A fit needs ${isTyping ? "the coordinates of " : ""}${points} that do not lie on one line.`;
 }
 
-function answerText(rows, answer, seams) {
-  const count = worstOfSeams(answer, seams).filter(({ mm }) => mm > answer.tolerance_mm).length;
-  const beyond = count ? ` The predicted error of ${plural(count, "seam")} is larger.` : "";
+function answerText(rows, answer) {
   const waiting = waitingIn(rows);
   const wait = waiting ? ` ${plural(waiting, "row")} ${waiting === 1 ? "has" : "have"} no coordinates yet.` : "";
-  return `${verdictText(answer)}${beyond}${wait}`;
+  return `${answer.verdict}: ${verdictText(answer)}${wait}`;
 }
 
 function waitingIn(rows) {

@@ -1,6 +1,7 @@
 // The sections of the report below the view: tables, charts and the sources.
-import { el, facts, fixed, signed, table } from "../dom.js";
+import { el, facts, fixed, short, signed, table } from "../dom.js";
 import { bar } from "../shares.js";
+import { plural } from "../words.js";
 import { annealingPlot, errorPlot } from "./plots.js";
 
 const CRITERIA = { minimax: "minimax", least_squares: "least squares", weighted: "weighted", robust: "robust" };
@@ -114,9 +115,12 @@ export function notesSection({ issues }) {
   );
 }
 
-function teachingError({ sigma_mm, bound_mm }) {
-  if (sigma_mm !== null) return `σ ${sigma_mm} mm per axis`;
-  return bound_mm === null ? "from the residuals" : `within ±${bound_mm} mm per axis`;
+function teachingError({ bound_mm, used_sigma_mm, provenance, degrees_of_freedom }) {
+  if (bound_mm !== null) return `within ±${bound_mm} mm per axis, stated`;
+  if (provenance === undefined) return "–";
+  const freedom = degrees_of_freedom === null ? "" : ` with ${plural(degrees_of_freedom, "degree")} of freedom`;
+  const how = provenance === "estimated" ? `estimated from the residuals${freedom}` : provenance;
+  return `σ ${short(used_sigma_mm)} mm per axis, ${how}`;
 }
 
 export function sourcesSection(record, mesh) {

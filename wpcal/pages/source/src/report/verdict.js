@@ -1,4 +1,4 @@
-// The head of the report: does the fit hold the tolerance, and how large are the predicted errors of the seams.
+// The head of the report: are the seams shown to be within the tolerance, and how large are the errors.
 import { el, fixed } from "../dom.js";
 import { gauge } from "../shares.js";
 import { plural, verdictText } from "../words.js";
@@ -16,7 +16,6 @@ function worstSeam(seams, frames) {
 
 export function verdict(calibration, seams, frames) {
   const { tolerance_mm: tolerance, points, inputs = {} } = calibration;
-  const passed = calibration.verdict === "PASS";
   const point = worstPoint(points);
   const seam = worstSeam(seams, frames);
   const accepted = seams.filter((one) => one.accepted);
@@ -28,7 +27,7 @@ export function verdict(calibration, seams, frames) {
   ];
   return el(
     "header",
-    { class: passed ? "pass" : "fail" },
+    { class: calibration.verdict.toLowerCase() },
     el(
       "div",
       { class: "title" },

@@ -1,0 +1,107 @@
+"""The verdict: what is shown of the seams, in cases that residuals alone get wrong."""
+
+import numpy as np
+import pytest
+
+from wpcal.calibrate import Criterion, SigmaSource, TeachingError, VerdictKind, VerdictReason, calibrate
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, error_95, joint_errors
+from wpcal.core.pairs import PointPairs
+
+BOX = np.array([[x, y, z] for x in (0.0, 300.0) for y in (0.0, 200.0) for z in (0.0, 100.0)])
+SEAM = np.array([[50.0, 100.0, 20.0], [250.0, 100.0, 20.0]])
+SMALL = TeachingError(sigma_mm=0.05)
+
+
+def pairs_of(p: np.ndarray, error: np.ndarray) -> PointPairs:
+    return PointPairs(tuple(f"P{i}" for i in range(len(p))), p, p + error)
+
+
+def judged(p, error, **options):
+    return calibrate(pairs_of(p, error), seam_points=SEAM, seam_names=["W1", "W1"], **options)
+
+
+def noise(n: int, sigma: float = 0.05, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).normal(0.0, sigma, (n, 3))
+
+
+def test_many_good_points_pass_though_a_residual_is_above_the_tolerance():
+    p = np.vstack([BOX, BOX + 10.0, BOX - 10.0, BOX + np.array([10.0, -10.0, 0.0])])
+    result = judged(p, noise(len(p), 0.3), criterion=Criterion.LEAST_SQUARES, teaching=TeachingError(sigma_mm=0.3))
+    assert result.largest_mm > result.tolerance_mm
+    assert result.verdict is VerdictKind.PASS
+    assert result.judgement.error_95_mm < result.tolerance_mm
+
+
+def test_three_points_with_one_off_their_plane_are_unsure():
+    triangle = BOX[[0, 2, 4]]
+    wrong = np.zeros((3, 3))
+    wrong[1, 2] = 5.0
+    result = judged(triangle, wrong)
+    assert result.verdict is VerdictKind.UNSURE
+    assert result.sigma.source is SigmaSource.ASSUMED
+
+
+def test_three_points_are_unsure_even_with_a_stated_error():
+    result = judged(BOX[[0, 2, 4]], noise(3), teaching=SMALL)
+    assert (result.verdict, result.judgement.reason) == (VerdictKind.UNSURE, VerdictReason.UNCHECKED)
+    assert "P0, P1, P2" in result.judgement.sentence
+
+
+def test_a_check_point_tests_three_points():
+    pairs = pairs_of(BOX[[0, 2, 4, 7]], noise(4))
+    options = {"teaching": SMALL, "seam_points": SEAM}
+    assert calibrate(pairs.select([0, 1, 2]), check=pairs.select([3]), **options).verdict is VerdictKind.PASS
+    wrong = PointPairs(("K",), pairs.p_source[3:], pairs.p_target[3:] + np.array([0.0, 0.0, 3.0]))
+    found = calibrate(pairs.select([0, 1, 2]), check=wrong, **options).judgement
+    assert (found.kind, found.reason) == (VerdictKind.FAIL, VerdictReason.CHECK_CONTRADICTS)
+    assert "K" in found.sentence
+
+
+def test_a_point_that_alone_holds_a_motion_is_unchecked():
+    on_a_line = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [200.0, 0.0, 0.0], [300.0, 0.0, 0.0], [150.0, 90.0, 0.0]])
+    found = judged(on_a_line, noise(5, 0.01), teaching=TeachingError(sigma_mm=0.01)).judgement
+    assert found.reason is VerdictReason.UNCHECKED
+    assert "nothing tests P4" in found.sentence
+
+
+def test_three_exact_points_never_predict_zero():
+    result = judged(BOX[[0, 2, 4]], np.zeros((3, 3)))
+    assert (result.sigma.mm, result.sigma.source) == (USUAL_SIGMA_MM, SigmaSource.ASSUMED)
+    assert result.predict_error_mm(SEAM).min() > 0.1
+    assert "assumed" in result.judgement.sentence
+
+
+def test_residuals_that_contradict_the_stated_error_fail():
+    found = judged(BOX, noise(8, 0.2), teaching=SMALL).judgement
+    assert (found.kind, found.reason) == (VerdictKind.FAIL, VerdictReason.STATED_ERROR)
+
+
+def test_a_seam_shown_to_be_outside_fails():
+    found = judged(BOX, noise(8, 30.0), tolerance_mm=0.05).judgement
+    assert found.kind is VerdictKind.FAIL
+
+
+def test_rough_touches_without_a_stated_error_do_not_pass():
+    p = np.vstack([BOX * scale for scale in np.linspace(0.4, 1.6, 60)])
+    found = judged(p, noise(len(p), 1.0), criterion=Criterion.LEAST_SQUARES).judgement
+    assert (found.kind, found.reason) == (VerdictKind.UNSURE, VerdictReason.LARGE_RESIDUALS)
+
+
+def test_the_next_point_is_asked_for_when_it_helps_and_stands_in_the_sentence():
+    few = judged(BOX[[0, 3, 5, 6]], noise(4, 0.3), teaching=TeachingError(sigma_mm=0.3), suggest=lambda: "H4")
+    assert (few.verdict, few.judgement.next_point, few.judgement.seam) == (VerdictKind.UNSURE, "H4", "W1")
+    assert "touch H4 as well" in few.judgement.sentence
+
+    def unasked() -> str:
+        raise AssertionError
+
+    assert judged(BOX, noise(8), teaching=SMALL, suggest=unasked).verdict is VerdictKind.PASS
+
+
+@pytest.mark.parametrize("freedom", [6.0, np.inf])
+def test_the_error_of_all_points_together_is_at_least_that_of_each(freedom):
+    covariance = np.diag([1e-6, 2e-6, 3e-6, 0.01, 0.02, 0.03])
+    points = BOX + np.array([900.0, -300.0, 50.0])
+    together = float(np.quantile(joint_errors(points, covariance, degrees_of_freedom=freedom), 0.95))
+    each = error_95(points, covariance, degrees_of_freedom=freedom).max()
+    assert each * 0.97 < together < each * 1.5

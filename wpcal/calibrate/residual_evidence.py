@@ -1,0 +1,87 @@
+"""What the residuals of a fit can show: whether they agree with a teaching error, and what no residual would show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtri
+
+from wpcal.calibrate.outlier_limits import FALSE_ALARM, FLOOR_MM
+from wpcal.core.arrays import FloatArray
+
+LEAST_REDUNDANCY = 0.01
+"""Share of the variance of an observation that its residual must keep. Below it, less than a tenth of a wrong touch
+shows in its own residual."""
+
+
+@dataclass(frozen=True, slots=True)
+class ResidualEvidence:
+    """The least-squares residuals of the fitted observations, and what they cannot show.
+
+    Parameters
+    ----------
+    squares_mm2 : float
+        Sum of the squared residuals.
+    chi_squared : float or None
+        Sum of the squares in units of the stated teaching errors. None if none is stated.
+    degrees_of_freedom : int
+        Numbers observed minus the six of the pose.
+    count : int
+        Observations.
+    unchecked : tuple of str
+        Observations with a direction in which a wrong touch leaves no residual.
+    """
+
+    squares_mm2: float
+    chi_squared: float | None
+    degrees_of_freedom: int
+    count: int
+    unchecked: tuple[str, ...]
+
+    @property
+    def rms_mm(self) -> float:
+        """Root mean square residual, mm."""
+        return float(np.sqrt(self.squares_mm2 / self.count))
+
+    @property
+    def contradicts_stated(self) -> bool:
+        """Whether the residuals are larger than the stated errors explain; a false alarm in one fit of a hundred."""
+        if self.chi_squared is None or self.degrees_of_freedom < 1 or self.rms_mm <= FLOOR_MM:
+            return False
+        return self.chi_squared > float(chdtri(self.degrees_of_freedom, FALSE_ALARM))
+
+    def contradicts(self, sigma_mm: float) -> bool:
+        """Whether the residuals are larger than a teaching error per axis explains, with the same false alarms."""
+        limit = float(chdtri(max(self.degrees_of_freedom, 1), FALSE_ALARM))
+        return self.degrees_of_freedom >= 1 and self.squares_mm2 > sigma_mm**2 * limit
+
+
+def unchecked_names(
+    names: Sequence[str], jacobians: FloatArray, seen: FloatArray, more: FloatArray | None = None
+) -> tuple[str, ...]:
+    """Name the observations with a direction in which a wrong touch leaves (almost) no residual.
+
+    With J the derivative of the residuals and M = Σ Jᵀ J, an error of observation i keeps the share
+    A − Jᵢ M⁻¹ Jᵢᵀ of itself in its own residual, where A projects on the directions that the observation sees.
+
+    Parameters
+    ----------
+    names : sequence of str, length n
+    jacobians : ndarray, shape (n, 3, 6)
+        In mm by comparable coordinates of the motion.
+    seen : ndarray, shape (n, 3, 3)
+        A.
+    more : ndarray, shape (m, 3, 6), optional
+        Of observations that test the fit without being fitted.
+
+    References
+    ----------
+    Baarda (1968), A testing procedure for use in geodetic networks: redundancy numbers.
+    """
+    everything = jacobians if more is None else np.concatenate([jacobians, more])
+    information = np.einsum("nik,nil->kl", everything, everything)
+    kept = seen - jacobians @ np.linalg.pinv(information, hermitian=True) @ jacobians.transpose(0, 2, 1)
+    least = np.linalg.eigvalsh(kept + np.eye(3) - seen)[:, 0]
+    return tuple(names[i] for i in np.flatnonzero(least < LEAST_REDUNDANCY).tolist())
