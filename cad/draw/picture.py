@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib import style
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
@@ -25,6 +26,7 @@ PIXELS_PER_INCH = 110
 WIDTH_IN, HEIGHT_IN = 16.0, 8.5
 
 
+@style.context("default")  # not that of a matplotlibrc in the current folder, which could even start TeX
 def seams_png(graph: BrepGraph, seams: Sequence[Seam], title: str) -> bytes:
     """Draw a part's edges with its seams in two views.
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from cad.kernel.geometry import to_location
 from cad.kernel.modelling import disc, fused, rounded
-from cad.kernel.primitives import box, cut, cylinder
+from cad.kernel.primitives import box, cut, cylinder, prism
 from cad.kernel.to_brep import to_brep
 from cad.samples.parts import SAMPLES
 from cad.step.new_file import Member
@@ -206,6 +206,51 @@ def _drilled(b: Any) -> Any:
     return _at_low(b, 60, 60, 40) - _pin(b, 30, 30, 15, 6, 25) - _cone(b, 30, 30, 11, 0, 6, 4)
 
 
+def crossed_tee() -> Solids:
+    """Return a web on a base; a block on the base stands against the web, on 40 mm of the joint on its front."""
+    return [
+        ("base", box(200, 100, 10, (0, 0, 0))),
+        ("web", box(180, 8, 60, (10, 46, 10))),
+        ("block", box(40, 40, 40, (80, 6, 10))),
+    ]
+
+
+def _gusseted_bracket() -> Solids:
+    """Return an upright plate on the rear of a base, with two gussets of 8 mm, one of them leaning by 45 degrees."""
+    gusset = prism([(30, 92, 8), (30, 42, 8), (30, 92, 58)], (8, 0, 0))
+    leaning = prism([(90, 92, 8), (98, 92, 8), (148, 42, 8), (140, 42, 8)], (0, 0, 40))
+    return [
+        ("base", box(160, 100, 8, (0, 0, 0))),
+        ("upright", box(160, 8, 100, (0, 92, 8))),
+        ("gusset", gusset),
+        ("leaning", leaning),
+    ]
+
+
+def _boss_with_ribs() -> Solids:
+    """Return a boss of 60 mm on a plate with two ribs of 6 mm; the seam of the boss would start inside the first."""
+    boss = cylinder(30, 40, (0, 0, 10), UP)
+    ribs = box(50, 6, 25, (-75, -3, 10)), box(6, 50, 25, (-3, 25, 10))
+    return [
+        ("plate", box(200, 200, 10, (-100, -100, 0))),
+        ("boss", boss),
+        *((name, cut(rib, boss)) for name, rib in zip(("west", "north"), ribs, strict=True)),
+    ]
+
+
+def _pipe_through_plates() -> Solids:
+    """Return a pipe of 60 mm through two plates, and a rib of 5 mm from plate to plate along the pipe."""
+    pipe = cut(cylinder(30, 200, (0, 0, -50), UP), cylinder(26, 200, (0, 0, -50), UP))
+    plates = [cut(box(160, 160, 8, (-80, -80, z)), cylinder(30, 8, (0, 0, z), UP)) for z in (0, 92)]
+    rib = cut(box(50, 5, 84, (25, -2.5, 8)), cylinder(30, 84, (0, 0, 8), UP))
+    return [("pipe", pipe), ("lower", plates[0]), ("upper", plates[1]), ("rib", rib)]
+
+
+def _tee_beside_bolt() -> Solids:
+    """Return a T-joint with a bolt of 8 mm that stands on the plate, 9 mm from the middle of the joint."""
+    return [("plate", _plate()), ("web", _web(8)), ("bolt", cylinder(4, 60, (100, 33, 8), UP))]
+
+
 GRAPHS: dict[str, Callable[[], Solids]] = {
     **{name: partial(_of_sample, name) for name in SAMPLES},
     "frame-backwards": partial(_of_sample, "frame", backwards=True),
@@ -240,6 +285,11 @@ GRAPHS: dict[str, Callable[[], Solids]] = {
     ],
     "crack": lambda: [("left", box(50, 80, 8, (-50, 0, 0))), ("right", box(50, 80, 8, (0, 0, 0)))],
     "disc-of-arcs": _disc_of_short_arcs,
+    "crossed-tee": crossed_tee,
+    "gusseted-bracket": _gusseted_bracket,
+    "boss-with-ribs": _boss_with_ribs,
+    "pipe-through-plates": _pipe_through_plates,
+    "tee-beside-bolt": _tee_beside_bolt,
     "plain-block": lambda: [("block", box(50, 50, 10, (0, 0, 0)))],
     "bead-tee": lambda: [("part", bead_tee())],
     "bead-pipe": lambda: [("part", bead_pipe(0.0))],

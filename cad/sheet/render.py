@@ -73,14 +73,16 @@ def _svg(document: Any, paper: Paper) -> bytes:
 
 def _figure(document: Any, paper: Paper, kind: str) -> bytes:
     from ezdxf.addons.drawing.matplotlib import MatplotlibBackend
+    from matplotlib import style
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(paper.width / MM_PER_INCH, paper.height / MM_PER_INCH), dpi=DPI)
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    _drawn(document, MatplotlibBackend(axes, adjust_figure=False), pen_scale=POINTS_PER_INCH / MM_PER_INCH)
-    axes.set_xlim(0.0, paper.width)
-    axes.set_ylim(0.0, paper.height)
-    data = io.BytesIO()
-    metadata = {"CreationDate": None} if kind == "pdf" else {"Software": None}
-    figure.savefig(data, format=kind, dpi=DPI, metadata=metadata)
+    with style.context("default"):  # not that of a matplotlibrc in the current folder, which could even start TeX
+        figure = Figure(figsize=(paper.width / MM_PER_INCH, paper.height / MM_PER_INCH), dpi=DPI)
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        _drawn(document, MatplotlibBackend(axes, adjust_figure=False), pen_scale=POINTS_PER_INCH / MM_PER_INCH)
+        axes.set_xlim(0.0, paper.width)
+        axes.set_ylim(0.0, paper.height)
+        data = io.BytesIO()
+        metadata = {"CreationDate": None} if kind == "pdf" else {"Software": None}
+        figure.savefig(data, format=kind, dpi=DPI, metadata=metadata)
     return data.getvalue()

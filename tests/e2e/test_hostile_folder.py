@@ -103,6 +103,8 @@ def hostile(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "touched.csv").write_text(touched_rows())
     target = "[[812.29,-240.62,165.80],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
     (folder / "points.mod").write_text(f"MODULE M\n  CONST robtarget V2:={target};\nENDMODULE\n")
+    (folder / "matplotlibrc").write_text("text.usetex: True\nbackend: module://evil\n")
+    (folder / "evil.py").write_text(TRAP)
     subprocess.run([WPCAL, "calibrate", "tee.step", "taught.csv", "-o", "out"], cwd=folder, check=True)
     set_traps(folder)
     return folder

@@ -9,13 +9,14 @@ from scipy.spatial.transform import Rotation
 
 from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.brep.mesh_glb import write_part_glb
-from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram
 from wpcal.core.records import to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.record import seams_record
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
 TEE_GOLDEN = Path(__file__).parents[2] / "fixtures" / "tee" / "golden"
+CONFIGURATIONS = {"fanuc": "N U T, 0, 0, 0", "inform": "1,0,0,0,0,0,0,0"}
 QUARTER = np.pi / 2
 """Rotations about y by a quarter turn are where Rz Ry Rx angles lose one degree of freedom."""
 
@@ -74,6 +75,7 @@ def make_program(random_poses, random_place):
             seam = _seam(name, p_base[1:-1], R_base[1:-1], frame="base")
             paths.append(WeldPath(seam, p_base, R_base, np.full(n - 2, 0.25)))
         record = {"verdict": "PASS", "tolerance_mm": 0.5}
+        settings.setdefault("controller", ControllerSettings(configurations=CONFIGURATIONS))
         return WeldProgram(tuple(paths), T, calibration=record, **settings)
 
     return make

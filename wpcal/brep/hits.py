@@ -10,7 +10,7 @@ from wpcal.brep.crossing import find_crossings, heights
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 CHUNK = 5000
 """Rays handled in one array: some 50 MB at ten faces per ray."""
@@ -79,27 +79,94 @@ def find_hits(
     return RayHits(ray[order], face[order], at[order], way[order])
 
 
+def find_bundle_hits(
+    graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, *, length_mm: FloatArray | float
+) -> IntArray:
+    """Return the bundles of parallel rays that hit a face, by number, shape (h,).
+
+    One walk through the tree of boxes, along the first ray with room for the others, serves the whole bundle.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    trimmed : TrimmedFaces
+        Of the same graph.
+    origins : ndarray, shape (m, k, 3)
+        Starts in `part`, mm.
+    rays : ndarray, shape (m, 3)
+        Unit directions in `part`.
+    length_mm : float or ndarray, shape (m,)
+        Length of every ray.
+    """
+    length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
+    found = [np.zeros(0, dtype=np.int64)]
+    for first in range(0, len(origins), CHUNK):
+        own = slice(first, first + CHUNK)
+        found.append(first + _bundle_hits(graph, trimmed, origins[own], rays[own], length[own]))
+    return np.concatenate(found)
+
+
+def _bundle_hits(
+    graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
+) -> IntArray:
+    arm = origins - origins[:, :1]
+    ahead = np.einsum("mki,mi->mk", arm, rays)
+    room = np.linalg.norm(arm - ahead[..., None] * rays[:, None], axis=2).max(initial=0.0)
+    behind = np.minimum(ahead.min(axis=1), 0.0)
+    central = origins[:, 0] + behind[:, None] * rays
+    bundle, face, _, _ = _through_boxes(
+        trimmed, central, rays, length + ahead.max(axis=1) - behind, grow_mm=float(room)
+    )
+    k = origins.shape[1]
+    pair_bundle, pair_face = np.repeat(bundle, k), np.repeat(face, k)
+    o, d = origins[bundle].reshape(-1, 3), rays[pair_bundle]
+    low, high = trimmed.face_box
+    with np.errstate(divide="ignore", invalid="ignore"):
+        enter, leave = passage(o.T, d.T, length[pair_bundle], low[pair_face].T, high[pair_face].T)
+    met = np.flatnonzero(leave > enter)
+    through = _through_faces(
+        graph, trimmed, pair_face[met], o[met], d[met], length[pair_bundle[met]], enter[met], leave[met]
+    )
+    return np.unique(pair_bundle[met[through[0]]])
+
+
 def _hits(
     graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
 ) -> RayHits:
     ray, face, low, high = _through_boxes(trimmed, origins, rays, length)
+    pair, at, way = _through_faces(graph, trimmed, face, origins[ray], rays[ray], length[ray], low, high)
+    return RayHits(ray[pair], face[pair], at, way)
+
+
+def _through_faces(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    face: IntArray,
+    origins: FloatArray,
+    rays: FloatArray,
+    length: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+) -> tuple[IntArray, FloatArray, IntArray]:
+    """Return which pairs of a ray and a face meet, at which distance, and whether the ray leaves there.
+
+    `low` and `high` are the distances between which the ray is in the box of the face.
+    """
     sampled = np.isin(graph.face_kind[face], SAMPLED)
     closed, open_ = np.flatnonzero(~sampled), np.flatnonzero(sampled)
-    roots = _roots(graph, face[closed], origins[ray[closed]], rays[ray[closed]])
-    row, _ = np.nonzero((roots > 0) & (roots <= length[ray[closed], None]))
-    at = roots[(roots > 0) & (roots <= length[ray[closed], None])]
-    pair = closed[row]
+    roots = _roots(graph, face[closed], origins[closed], rays[closed])
+    hit = (roots > 0) & (roots <= length[closed, None])
+    pair, at = closed[np.nonzero(hit)[0]], roots[hit]
     if len(open_):
-        more, at_more = _sampled(graph, face[open_], origins[ray[open_]], rays[ray[open_]], low[open_], high[open_])
+        more, at_more = _sampled(graph, face[open_], origins[open_], rays[open_], low[open_], high[open_])
         pair, at = np.concatenate([pair, open_[more]]), np.concatenate([at, at_more])
-    ray, face = ray[pair], face[pair]
-    points = origins[ray] + at[:, None] * rays[ray]
-    foot = project_to_faces(graph, face, points)
+    points = origins[pair] + at[:, None] * rays[pair]
+    foot = project_to_faces(graph, face[pair], points)
     near = np.linalg.norm(foot.p - points, axis=1) <= ON_SURFACE * np.maximum(1.0, at)
-    kept = np.flatnonzero(near | np.isin(graph.face_kind[face], SAMPLED))
-    kept = kept[trimmed.contains(face[kept], foot.uv[kept])]
-    way = np.where(np.einsum("ki,ki->k", rays[ray[kept]], foot.normal[kept]) > 0, 1, -1)
-    return RayHits(ray[kept], face[kept], at[kept], way)
+    kept = np.flatnonzero(near | sampled[pair])
+    kept = kept[trimmed.contains(face[pair[kept]], foot.uv[kept])]
+    way = np.where(np.einsum("ki,ki->k", rays[pair[kept]], foot.normal[kept]) > 0, 1, -1)
+    return pair[kept], at[kept], way
 
 
 def _roots(graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray) -> FloatArray:
@@ -142,17 +209,17 @@ def _sampled(
 
 
 def _through_boxes(
-    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
+    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray, grow_mm: float = 0.0
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
     """Return pairs of a ray and a face whose box the ray meets, and where the ray enters and leaves this box."""
     o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
     low, high = trimmed.face_box
     with np.errstate(divide="ignore", invalid="ignore"):
 
-        def meets(
-            ray: IntArray, box_low: FloatArray, box_high: FloatArray
-        ) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-            enter, leave = passage(np.take(o, ray, axis=1), np.take(d, ray, axis=1), length[ray], box_low, box_high)
+        def meets(ray: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
+            enter, leave = passage(
+                np.take(o, ray, axis=1), np.take(d, ray, axis=1), length[ray], box_low - grow_mm, box_high + grow_mm
+            )
             return np.asarray(leave > enter, dtype=bool)
 
         ray, face = trimmed.box_tree.search(len(origins), meets)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
+from wpcal.core.errors import GeometryError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.compensation import NO_TOOL, compensate_targets
 from wpcal.robot.kinematics.arm import Arm
@@ -53,5 +54,11 @@ Poses = TypeVar("Poses", WeldPath, SafePoint)
 def _compensated(path: Poses, arm: Arm, near: ArrayLike, T_flange_tool: RigidTransform) -> Poses:
     T_base_tool = np.tile(np.eye(4), (len(path.p_base), 1, 1))
     T_base_tool[:, :3, :3], T_base_tool[:, :3, 3] = path.R_base, path.p_base
-    targets, _ = compensate_targets(arm, T_base_tool, near=near, T_flange_tool=T_flange_tool)
+    try:
+        targets, _ = compensate_targets(arm, T_base_tool, near=near, T_flange_tool=T_flange_tool)
+    except GeometryError as error:
+        name = f"seam {path.seam.name}" if isinstance(path, WeldPath) else "the safe point"
+        raise GeometryError(
+            f"{name}: {error}; the ways to and from a seam count as poses, too (--clearance-mm)"
+        ) from None
     return replace(path, p_base=targets[:, :3, 3], R_base=targets[:, :3, :3])

@@ -11,7 +11,7 @@ from wpcal.controllers.part_triangles import PartTriangles, tube_hits
 from wpcal.controllers.torch_shape import TorchShape
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError
-from wpcal.seam.judge.evidence import BEAD_MM
+from wpcal.seam.judge.stations import BEAD_MM
 from wpcal.seam.seam import Seam, SeamSource
 
 WIRE_RADIUS_MM = 0.3

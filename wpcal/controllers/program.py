@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from wpcal import __version__
+from wpcal.controllers.spin import spun, unwinding_spin
 from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import GeometryError, InputError
@@ -63,8 +65,9 @@ class ControllerSettings:
         For languages that name tools.
     tool_number, frame_number : int
         For languages that number tools and frames.
-    configuration : str or None
-        The arm's configuration as the pendant shows it, for languages that cannot leave it open. Never guessed.
+    configurations : mapping of str to str
+        The arm's configuration as the pendant shows it, for languages that cannot leave it open, by name of the format;
+        the name "" is used for every other format. Never guessed.
 
     Raises
     ------
@@ -76,7 +79,7 @@ class ControllerSettings:
     tool_name: str = "tTorch"
     tool_number: int = 1
     frame_number: int = 1
-    configuration: str | None = None
+    configurations: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not (self.program_name.strip() and self.tool_name.strip()):
@@ -258,6 +261,7 @@ def _path(seam: Seam, u95_mm: FloatArray | None, torch: TorchSettings, motion: M
     if len(seam.frames) < 2:
         raise GeometryError(f"seam {seam.name}: expected at least 2 frames to weld along, got {len(seam.frames)}")
     R = tool_rotations(seam.frames.R, torch)
+    R = spun(R, unwinding_spin(R, torch.tool_axis, torch.spin_range_rad), torch.tool_axis)
     wire = wire_directions(R, torch.tool_axis)
     p = seam.frames.p - torch.stick_out_mm * wire
     appr, retr = p[:1] - motion.approach_mm * wire[:1], p[-1:] - motion.retract_mm * wire[-1:]
@@ -276,6 +280,7 @@ def describe(program: WeldProgram) -> list[str]:
     lines += [
         f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
         f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
+        f"turn about the wire: least, within {math.degrees(torch.spin_range_rad):g} deg of the travel direction",
         f"stick-out {torch.stick_out_mm:g} mm, approach {program.motion.approach_mm:g} mm, "
         f"retract {program.motion.retract_mm:g} mm",
     ]

@@ -43,6 +43,10 @@ class TorchSettings:
     stick_out_mm : float
         Distance of the tool centre point from the seam, back along the wire; 0 if it is the tip of the wire.
     tool_axis : ToolAxis
+    spin_range_rad : float
+        How far the tool may turn about the wire, either way, from the direction of travel. Within it the tool turns as
+        little as possible along a seam; 0 keeps its x (or -z) along the travel. Half a turn allows every orientation of
+        a round torch and no winding of its cables beyond that.
 
     Raises
     ------
@@ -54,6 +58,7 @@ class TorchSettings:
     travel_rad: float = 0.0
     stick_out_mm: float = 0.0
     tool_axis: ToolAxis = ToolAxis.Z
+    spin_range_rad: float = math.pi
 
     def __post_init__(self) -> None:
         limits = (("work", self.work_rad, LARGEST_WORK_RAD), ("travel", self.travel_rad, LARGEST_TRAVEL_RAD))
@@ -61,6 +66,9 @@ class TorchSettings:
             if not abs(angle) <= largest:
                 most = math.degrees(largest)
                 raise InputError(f"{name} angle: expected -{most:g} to {most:g} deg, got {math.degrees(angle):g}")
+        if not 0.0 <= self.spin_range_rad <= math.pi:
+            got = math.degrees(self.spin_range_rad)
+            raise InputError(f"turn about the wire: expected 0 to 180 deg, got {got:g}")
         if not 0.0 <= self.stick_out_mm < math.inf:
             raise InputError(f"stick-out: expected 0 or more mm, got {self.stick_out_mm:g}")
 

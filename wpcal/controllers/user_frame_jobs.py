@@ -2,7 +2,7 @@
 
 A job cannot contain the values of its user frame. Comments of the main job list the six numbers for a person to type,
 rounded as the pendant takes them, and the points are relative to exactly these rounded numbers. A job cannot leave the
-arm's configuration open either: it is what the user gave, or question marks that the controller refuses.
+arm's configuration open either: without it no job is written.
 """
 
 from __future__ import annotations
@@ -24,23 +24,22 @@ class ConfigurationRule:
 
     Parameters
     ----------
+    format_name : str
+        The format in `wpcal export`, and the key in `ControllerSettings.configurations`.
     word : str
         What the language calls it.
     pattern : re.Pattern
         What a user may give.
     expected : str
         The same for messages.
-    unknown : str
-        What is written when the user gave nothing; the controller refuses it.
-    to_fill_in : str
-        The part of `unknown` that a person replaces.
+    example : str
     """
 
+    format_name: str
     word: str
     pattern: re.Pattern[str]
     expected: str
-    unknown: str
-    to_fill_in: str
+    example: str
 
     def text(self, controller: ControllerSettings) -> str:
         """Return the configuration as written.
@@ -48,18 +47,21 @@ class ConfigurationRule:
         Raises
         ------
         InputError
-            When the user gave something else than a configuration.
+            When the user gave none, or something else than a configuration of this language. wpcal never guesses it.
         """
-        given = controller.configuration
-        if given is not None and not self.pattern.fullmatch(given):
-            raise InputError(f"configuration {given!r}: expected {self.expected}")
-        return given or self.unknown
-
-    def note(self, controller: ControllerSettings) -> str:
-        """Say in a comment where the configuration comes from."""
-        if controller.configuration:
-            return f"{self.word} as given by the user"
-        return f"{self.word} is not known: put the arm's in place of {self.to_fill_in}"
+        given = controller.configurations.get(self.format_name, controller.configurations.get(""))
+        option = f'--config {self.format_name}="{self.example}"'
+        if given is None:
+            raise InputError(
+                f"{self.format_name}: every position needs the arm's configuration ({self.word}); "
+                f"give {self.expected}: {option}"
+            )
+        if not self.pattern.fullmatch(given):
+            raise InputError(
+                f"{self.format_name}: configuration {given!r}: expected {self.expected}; "
+                f"with more than one format: {option}"
+            )
+        return given
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +156,7 @@ def _comments(
         "points are relative to it, mm",
         f"{language.rotation}, deg",
         f"rounded within {10.0**-mm:.{mm}f} mm, {10.0**-deg:.{deg}f} deg",
-        language.configuration.note(program.controller),
+        f"{language.configuration.word} as given by the user",
         f"seam -> {language.job_word} here",
         *(f" {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
     ]

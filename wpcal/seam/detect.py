@@ -15,6 +15,7 @@ from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.judge.evidence import judge_seams
+from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.chain import rounded
@@ -49,8 +50,9 @@ def detect_seams(
     Returns
     -------
     tuple of Seam
-        Named ``W1``, ``W2``, … by the place of their start (x, then y, then z), with frames in `part`; the same in
-        every run. Rejected candidates are included, with the reasons (`Seam.against`).
+        Cut where they go through another solid. Named ``W1``, ``W2``, … by the place of their start (x, then y, then
+        z), with frames in `part`; the same in every run. Rejected candidates are included, with the reasons
+        (`Seam.against`).
     """
     options = options or SeamOptions()
     trimmed = trimmed or TrimmedFaces.of(graph)
@@ -76,8 +78,9 @@ def detect_seams(
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
     if beads is not None:
         found += build_seams(graph, beads, options, SeamSource.BEAD)
+    found = cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
     found.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
-    named = [replace(face_free_space(graph, trimmed, seam), name=f"W{number}") for number, seam in enumerate(found, 1)]
+    named = [replace(seam, name=f"W{number}") for number, seam in enumerate(found, 1)]
     return judge_seams(graph, trimmed, with_candidates(graph, named), options)
 
 

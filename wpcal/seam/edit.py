@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.brep.curves import arc_length, evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
@@ -22,8 +21,8 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.build import with_frames
+from wpcal.seam.path.cut import cut_run, middles
 from wpcal.seam.path.direction import Runs
-from wpcal.seam.path.discretise import is_even, run_lengths, speeds
 from wpcal.seam.path.turning import face_free_space
 from wpcal.seam.record import SEAMS_SCHEMA
 from wpcal.seam.seam import Candidate, Seam, SeamEdit, SeamPieces
@@ -32,8 +31,6 @@ SAME_PLACE_MM = 0.1
 """A candidate is the one in the file if start, middle and length agree within this. Files hold all digits. Few seams of
 one part are nearer to each other (both rims of the hole of a pin are); the number decides between those."""
 EDIT_KEYS = ("accept", "reject", "reverse", "name", "range_mm")
-HALVINGS = 60
-"""Bisections of a parameter interval to find the place at a given length: to the last bit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +191,8 @@ def _row_of(seams: Sequence[Seam], edit: PlacedEdit) -> int:
     place = ", ".join(f"{v:.1f}" for v in wanted.start_mm)
     raise InputError(
         f"{edit.path}: seam {wanted.name}, {wanted.length_mm:.1f} mm long from ({place}) in part coordinates, is not "
-        "found on this part: the part has changed there, or the options differ; run wpcal seams again"
+        "found on this part: the part has changed there, the options differ, or the seam is now cut where it goes "
+        "through another solid; run wpcal seams again"
     )
 
 
@@ -219,8 +217,8 @@ def _edited(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, placed: PlacedE
         name=edit.name or seam.name,
         pieces=pieces,
         closed=closed,
-        accepted=seam.accepted if edit.accept is None else edit.accept,
-        reasons=(*seam.reasons, *_in_words(edit)),
+        accepted=not seam.inside and (seam.accepted if edit.accept is None else edit.accept),
+        reasons=(*seam.reasons, *_in_words(edit, seam)),
         edit=edit,
     )
     if pieces is seam.pieces:
@@ -228,40 +226,10 @@ def _edited(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, placed: PlacedE
     return face_free_space(graph, trimmed, with_frames(graph, changed, options))
 
 
-def _in_words(edit: SeamEdit) -> tuple[str, ...]:
+def _in_words(edit: SeamEdit, seam: Seam) -> tuple[str, ...]:
+    if edit.accept and seam.inside:
+        return ("accepted by hand, but it stays refused: no torch welds inside material",)
     return () if edit.accept is None else (f"{'accepted' if edit.accept else 'rejected'} by hand",)
-
-
-def cut_run(graph: BrepGraph, run: SeamPieces, low_mm: float, high_mm: float) -> SeamPieces:
-    """Return the part of a run between two lengths, mm, measured from the start of the run."""
-    lengths = _lengths(graph, run)
-    ends = np.cumsum(lengths)
-    starts = ends - lengths
-    rows = np.flatnonzero((ends > low_mm) & (starts < high_mm))
-    part = run.select(rows)
-    t0, t1 = part.t0.copy(), part.t1.copy()
-    for i, row in enumerate(rows.tolist()):
-        if starts[row] < low_mm:
-            t0[i] = _parameter_at(graph, run, row, low_mm - starts[row])
-        if ends[row] > high_mm:
-            t1[i] = _parameter_at(graph, run, row, high_mm - starts[row])
-    return SeamPieces(part.edge, t0, t1, part.wall, part.base, part.gap_mm)
-
-
-def _parameter_at(graph: BrepGraph, run: SeamPieces, row: int, s_mm: float) -> float:
-    """Return the parameter of the edge of a piece at a length from the start of the piece."""
-    edge, t0, t1 = int(run.edge[row]), float(run.t0[row]), float(run.t1[row])
-    if is_even(graph, run.edge[row]):
-        return t0 + float(np.sign(t1 - t0) * s_mm / speeds(graph, run.edge[row]))
-    low, high = t0, t1
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        low, high = (middle, high) if abs(arc_length(graph, edge, t0, middle)) < s_mm else (low, middle)
-    return (low + high) / 2
-
-
-def _lengths(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
-    return run_lengths(graph, Runs(pieces, np.arange(len(pieces) + 1)))
 
 
 def with_candidates(graph: BrepGraph, seams: Sequence[Seam]) -> tuple[Seam, ...]:
@@ -269,25 +237,11 @@ def with_candidates(graph: BrepGraph, seams: Sequence[Seam]) -> tuple[Seam, ...]
     if not seams:
         return ()
     runs = Runs(SeamPieces.joined([s.pieces for s in seams]), np.cumsum([0, *(len(s.pieces) for s in seams)]))
-    start, middle = runs.ends(graph)[0], _middles(graph, runs)
+    start, middle = runs.ends(graph)[0], middles(graph, runs)
     return tuple(
         replace(seam, candidate=Candidate(seam.name, _xyz(start[row]), _xyz(middle[row]), seam.length_mm))
         for row, seam in enumerate(seams)
     )
-
-
-def _middles(graph: BrepGraph, runs: Runs) -> FloatArray:
-    """Return the point at half the length of every run, shape (n, 3), mm."""
-    lengths = _lengths(graph, runs.pieces)
-    ends = np.cumsum(lengths)
-    first = (ends - lengths)[runs.start[:-1]]
-    half = (first + ends[runs.start[1:] - 1]) / 2
-    row = np.clip(np.searchsorted(ends, half), runs.start[:-1], runs.start[1:] - 1)
-    t = [
-        _parameter_at(graph, runs.pieces, int(at), float(s - ends[at] + lengths[at]))
-        for at, s in zip(row, half, strict=True)
-    ]
-    return evaluate_edges(graph, runs.pieces.edge[row], np.array(t))[0]
 
 
 def _xyz(p: FloatArray) -> tuple[float, float, float]:

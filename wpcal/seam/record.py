@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.seam.path.position import WeldPositions, weld_positions
 from wpcal.seam.record_check import check_seams
 from wpcal.seam.seam import Candidate, JointType, Seam, SeamEdit, SeamFrames, SeamPieces, SeamSource, WeldType
+from wpcal.seam.torch import USUAL_TORCH
 
 SEAMS_SCHEMA = "wpcal/seams/1"
 
@@ -46,6 +48,7 @@ def seams_record(
     dict
         The columns of ``R`` are the axes x, y, z of the seam in `frame`; quaternions are x, y, z, w with w >= 0. Frames
         in `base` have the weld position, with gravity along -z of `base`; the rotation is null for vertical travel.
+        ``torch`` is the one with which reach was felt.
     """
     return {
         "schema": SEAMS_SCHEMA,
@@ -53,6 +56,7 @@ def seams_record(
         "units": {"length": "mm", "angle": "deg"},
         "z_sense": "outward",
         "robot_space": space.value,
+        "torch": asdict(USUAL_TORCH),
         "T_base_part": None if T_base_part is None else T_base_part.matrix.tolist(),
         "seams": [
             _seam_record(seam, T_base_part, None if u95_mm is None else u95_mm[row]) for row, seam in enumerate(seams)
@@ -77,6 +81,7 @@ def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatAr
         "source": seam.source.value,
         "reasons": list(seam.reasons),
         "against": list(seam.against),
+        "inside": list(seam.inside),
         "gap_mm": {"min": least, "mean": mean, "max": largest},
         **({} if seam.candidate is None else {"candidate": _candidate_record(seam.candidate)}),
         **({} if seam.edit is None else {"edit": _edit_record(seam.edit)}),
@@ -215,4 +220,5 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         SeamSource(seam.get("source", SeamSource.CONTACT.value)),
         float(seam.get("confidence", 1.0)),
         tuple(seam.get("against", ())),
+        inside=tuple(seam.get("inside", ())),
     )

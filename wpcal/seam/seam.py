@@ -213,6 +213,8 @@ class Seam:
         The candidate as it was found; None for a seam that does not come from a part.
     edit : SeamEdit or None
         What a person decided about it.
+    inside : tuple of str
+        Names of the solids in whose material the tip or the wire would be. Such a stretch is never welded.
     """
 
     name: str
@@ -233,6 +235,7 @@ class Seam:
     against: tuple[str, ...] = ()
     candidate: Candidate | None = None
     edit: SeamEdit | None = None
+    inside: tuple[str, ...] = ()
 
     @property
     def gap_mm(self) -> tuple[float, float, float]:

@@ -12,12 +12,12 @@ import pytest
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation, Slerp
 
-from tests.unit.conftest import box_mesh, plate
+from tests.unit.conftest import CONFIGURATIONS, box_mesh, plate
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.cli.main import run
 from wpcal.controllers.checked_program import check_program
 from wpcal.controllers.part_triangles import PartTriangles, segment_triangle_distances, tube_hits
-from wpcal.controllers.program import build_program
+from wpcal.controllers.program import ControllerSettings, build_program
 from wpcal.controllers.torch_shape import TorchShape
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.formats.registry import exporter_named
@@ -167,7 +167,11 @@ JOINT_MOVES = {
 
 @pytest.mark.parametrize("name", [*JOINT_MOVES, "json", "csv", "ros", "compas", "tesseract"])
 def test_a_program_has_one_joint_move_and_says_what_was_not_checked(name):
-    files = exporter_named(name).write(check_program(program_of("tee")))
+    program = build_program(
+        read_finished(FIXTURES / "tee" / "golden").select(),
+        controller=ControllerSettings(configurations=CONFIGURATIONS),
+    )
+    files = exporter_named(name).write(check_program(program))
     text = "\n".join(files.values())
     if name != "csv":
         assert "RUN IT DRY FIRST" in re.sub(r"[^A-Z]+", " ", text)

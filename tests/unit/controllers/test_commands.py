@@ -105,10 +105,23 @@ def test_wrong_frames_end_with_two(tmp_path, capsys, options, message):
 
 def test_a_limit_of_one_format_keeps_all_from_being_written(finished_folder, capsys):
     folder = finished_folder()
-    code, out, err = call(capsys, "export", folder, "-f", "krl", "-f", "fanuc", "--speed-mm-s", "8.05")
+    code, out, err = call(
+        capsys, "export", folder, "-f", "krl", "-f", "fanuc", "--config", "N U T, 0, 0, 0", "--speed-mm-s", "8.05"
+    )
     assert (code, out) == (2, "")
     assert "FANUC: 8.05 mm/s is neither" in err
     assert files_below(folder) == ["calibration.json", "part.glb", "seams.json"]
+
+
+def test_each_format_has_its_own_configuration(finished_folder, capsys):
+    folder = finished_folder()
+    both = ["export", folder, "-f", "fanuc", "-f", "inform"]
+    assert call(capsys, *both)[0] == 2
+    code, _, err = call(capsys, *both, "--config", "N U T, 0, 0, 0")
+    assert code == 2
+    assert 'with more than one format: --config inform="1,0,0,0,0,0,0,0"' in err
+    assert call(capsys, *both, "--config", "fanuc=N U T, 0, 0, 0", "--config", "inform=1,0,0,0,0,0,0,0")[0] == 0
+    assert "given twice" in call(capsys, *both, "--config", "fanuc=a", "--config", "fanuc=b")[2]
 
 
 @pytest.mark.parametrize(("format_name", "longest"), [("rapid", 32), ("val3", 15)])

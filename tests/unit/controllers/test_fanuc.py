@@ -69,14 +69,13 @@ def test_moves_come_in_order_with_the_arc_along_the_seam(make_program):
     assert [number or mark for _, number, mark in moves] == ["1", "2", "ARC ON", "3", "4", "ARC OFF", "5"]
 
 
-def test_the_configuration_is_the_users_or_a_field_to_fill(make_program):
-    open_one = write_fanuc(make_program())
-    assert "CONFIG : '? ? ?, ?, ?, ?'" in open_one["W1.ls"]
-    assert "CONFIG is not known" in re.sub(r" ;\r\n +\d+:  !", "", open_one["WPCAL.ls"])
-    given_one = write_fanuc(make_program(controller=ControllerSettings(configuration="N U T, 0, 0, -1")))
+def test_the_configuration_is_the_users(make_program):
+    with pytest.raises(InputError, match=r'fanuc: every position needs .*--config fanuc="N U T, 0, 0, 0"'):
+        write_fanuc(make_program(controller=ControllerSettings()))
+    given_one = write_fanuc(make_program(controller=ControllerSettings(configurations={"": "N U T, 0, 0, -1"})))
     assert given_one["W1.ls"].count("CONFIG : 'N U T, 0, 0, -1'") == 16
     with pytest.raises(InputError, match="expected it as the pendant shows it"):
-        write_fanuc(make_program(controller=ControllerSettings(configuration="0,0,0")))
+        write_fanuc(make_program(controller=ControllerSettings(configurations={"fanuc": "0,0,0"})))
 
 
 def test_remarks_fit_the_pendant_and_cannot_end_an_instruction(make_program):

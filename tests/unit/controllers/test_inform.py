@@ -71,12 +71,20 @@ def test_moves_come_in_order_with_the_arc_along_the_seam(make_program):
     assert [number or mark for number, mark in moves] == expected
 
 
-def test_the_configuration_is_the_users_or_a_field_to_fill(make_program):
-    assert "///RCONF ?\r\n" in write_inform(make_program())["W1.jbi"]
-    given_one = write_inform(make_program(controller=ControllerSettings(configuration="1,0,0,0,0,0,0,0")))
-    assert "///RCONF 1,0,0,0,0,0,0,0\r\n" in given_one["W1.jbi"]
+def test_the_configuration_is_the_users(make_program):
+    with pytest.raises(InputError, match=r'inform: every position needs .*--config inform="1,0,0,0,0,0,0,0"'):
+        write_inform(make_program(controller=ControllerSettings()))
+    given_one = write_inform(make_program(controller=ControllerSettings(configurations={"": "0,1,0,0,0,0,0,0"})))
+    assert "///RCONF 0,1,0,0,0,0,0,0\r\n" in given_one["W1.jbi"]
+
+
+def test_cartesian_positions_make_a_relative_job(make_program):
+    lines = write_inform(make_program(controller=ControllerSettings(frame_number=5, configurations={"": "1,0"})))[
+        "W1.jbi"
+    ].splitlines()
+    assert lines[lines.index("///ATTR SC,RW,RJ") + 1] == "////FRAME USER 5"
     with pytest.raises(InputError, match="as RCONF of a job has them"):
-        write_inform(make_program(controller=ControllerSettings(configuration="N U T")))
+        write_inform(make_program(controller=ControllerSettings(configurations={"inform": "N U T"})))
 
 
 def test_a_job_holds_at_most_9999_lines(make_program):

@@ -30,11 +30,11 @@ LONGEST_REMARK = 32
 MOST_LINES = 9999
 """Line numbers have four digits."""
 CONFIGURATION = ConfigurationRule(
+    format_name="fanuc",
     word="CONFIG",
     pattern=re.compile(r"[NF] ?[LR]? ?[UD] ?[TB], ?-?\d+, ?-?\d+, ?-?\d+"),
     expected="it as the pendant shows it, as N U T, 0, 0, 0",
-    unknown="? ? ?, ?, ?, ?",
-    to_fill_in="? ? ?",
+    example="N U T, 0, 0, 0",
 )
 """For example N U T, 0, 0, 0: flip, (left, right,) up, front, and the turns of three joints."""
 JOINT_PERCENT = 10
@@ -67,7 +67,7 @@ def write_fanuc(program: WeldProgram) -> dict[str, str]:
     Raises
     ------
     InputError
-        When a seam has too many points, TP cannot write a speed, or the configuration is not a CONFIG.
+        When a seam has too many points, TP cannot write a speed, or the configuration is missing or not a CONFIG.
     """
     return write_jobs(
         program, LANGUAGE, main_job=partial(_main_program, program), seam_job=partial(_seam_program, program)

@@ -31,11 +31,11 @@ LONGEST_COMMENT = 32
 MOST_LINES = 9999
 """Of a job. It can have as many positions."""
 CONFIGURATION = ConfigurationRule(
+    format_name="inform",
     word="RCONF",
     pattern=re.compile(r"\d+(?:,\d+)+"),
     expected="numbers with commas, as RCONF of a job has them",
-    unknown="?",
-    to_fill_in="?",
+    example="1,0,0,0,0,0,0,0",
 )
 JOINT_PERCENT = 5.0
 """Of the first move to a seam. Slow, because the arm can come from anywhere."""
@@ -71,7 +71,7 @@ def write_inform(program: WeldProgram) -> dict[str, str]:
     Raises
     ------
     InputError
-        When a seam has too many points, INFORM cannot write a speed, or the configuration is not an RCONF.
+        When a seam has too many points, INFORM cannot write a speed, or the configuration is missing or not an RCONF.
     """
     return write_jobs(program, LANGUAGE, main_job=partial(_main_job, program), seam_job=partial(_seam_job, program))
 

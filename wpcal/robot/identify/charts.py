@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from matplotlib import style
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -17,6 +18,7 @@ BEFORE, AFTER = "#b35900", "#00527a"
 """Told apart in print and by readers who see no red or green."""
 
 
+@style.context("default")  # not that of a matplotlibrc in the current folder, which could even start TeX
 def write_charts(result: Identification, folder: Path) -> list[str]:
     """Write the charts as PNG files into a folder and return their names.
 

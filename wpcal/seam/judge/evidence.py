@@ -13,15 +13,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
-from wpcal.brep.rays import START_MM
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.judge.fasteners import Fastener, find_fasteners, is_named_fastener
 from wpcal.seam.judge.reach import LEAST_FREE, free_share
+from wpcal.seam.judge.stations import start_mm
+from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.limits import LEAST_CONFIDENCE
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.seam import Seam, SeamSource
+from wpcal.seam.torch import USUAL_TORCH
 
 PRIOR = {
     SeamSource.CONTACT: 0.95,
@@ -32,7 +34,7 @@ PRIOR = {
 }
 """Confidence before any finding. Members in contact are meant to be joined; overlapping ones may be a mistake; a
 concave edge or a round may be just a shape. What a person marked is a weld, whatever the findings."""
-NOT_REACHED, FASTENER, TOO_SHORT, CUT_OUT, MASSIVE, NOT_MARKED = 0.1, 0.05, 0.3, 0.2, 0.3, 0.4
+IN_MATERIAL, NOT_REACHED, FASTENER, TOO_SHORT, CUT_OUT, MASSIVE, NOT_MARKED = 0.01, 0.1, 0.05, 0.3, 0.2, 0.3, 0.4
 """Each of these rejects a candidate by itself."""
 NAMED, BOLTED, PIN_IN_HOLE = 0.7, 0.75, 0.8
 """Each of these lowers the confidence of a contact, but does not reject it by itself."""
@@ -44,12 +46,16 @@ THICKEST_MM = 60.0
 thicker than 40 mm."""
 FELT_GAP = 0.1
 """Gaps below this fraction of the allowed gap do not lower the confidence."""
-BEAD_MM = 15.0
-"""Rays out of a modelled bead start this far from its root, which is below its face: 14 mm for 20 mm legs."""
 AROUND = 0.1
 """A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees)."""
 REACH_STATIONS = 5
 """Places along a seam at which the reach is tested."""
+
+ASSUMED = (
+    f" (assumed: {USUAL_TORCH}; if yours is bent or smaller, or gets there at another weld angle, accept the seam by "
+    "an edit)"
+)
+"""Which torch a verdict about reach is for, and what would change it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +107,7 @@ def judge_seams(
             replace(
                 seam,
                 reachable=share >= LEAST_FREE,
-                accepted=confidence >= LEAST_CONFIDENCE or seam.source is SeamSource.MARKED,
+                accepted=not seam.inside and (confidence >= LEAST_CONFIDENCE or seam.source is SeamSource.MARKED),
                 confidence=confidence,
                 reasons=(seam.source.value, *seam.reasons, f"{share:.0%} of the torch's directions are free"),
                 against=tuple(item.text for item in against),
@@ -115,7 +121,7 @@ def _free_shares(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam])
     p = np.concatenate([seam.frames.p[rows] for seam, rows in zip(seams, at, strict=True)])
     R = np.concatenate([seam.frames.R[rows] for seam, rows in zip(seams, at, strict=True)])
     counts = [len(rows) for rows in at]
-    start = np.repeat([BEAD_MM if seam.source is SeamSource.BEAD else START_MM for seam in seams], counts)
+    start = np.repeat([start_mm(seam) for seam in seams], counts)
     shares = np.split(free_share(graph, trimmed, p, R, start_mm=start), np.cumsum(counts)[:-1])
     return [float(np.median(share)) for share in shares]
 
@@ -141,8 +147,10 @@ class _Judge:
         """Yield the findings against a candidate."""
         solids = [self.number[name] for name in seam.solids]
         held = [self.fasteners[solid] for solid in solids if solid in self.fasteners]
-        if share < LEAST_FREE:
-            yield Evidence(NOT_REACHED, f"no torch gets there: {share:.0%} of its directions are free")
+        if seam.inside:
+            yield Evidence(IN_MATERIAL, in_material_words(seam))
+        elif share < LEAST_FREE:
+            yield Evidence(NOT_REACHED, f"no torch gets there: {share:.0%} of its directions are free{ASSUMED}")
         for solid in solids:
             name = self.graph.solid_names[solid]
             if solid in self.fasteners:

@@ -69,7 +69,7 @@ def find_poses_in_material(
     torch : StraightTorch
     start_mm : float or ndarray, shape (n,)
         The tip is in contact with the joint, so the wire is felt from this far away from its tip. On a modelled bead
-        the tip is below the face of the bead; use `evidence.BEAD_MM` there.
+        the tip is below the face of the bead; use `stations.BEAD_MM` there.
 
     Returns
     -------

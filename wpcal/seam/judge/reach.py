@@ -5,17 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.rays import START_MM, is_blocked
+from wpcal.brep.rays import START_MM, is_bundle_blocked
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import rotation_from_zyx
+from wpcal.seam.torch import USUAL_TORCH
 
 WORK_RAD, TRAVEL_RAD = np.radians(15.0), np.radians(25.0)
 """Tilts of the torch across and along the seam: as far as welders go before they call a joint unreachable."""
-NOZZLE_MM = 10.0
-"""Radius of a gas nozzle of usual size, with a small clearance."""
-STICKOUT_MM = 20.0
-"""Distance of the mouth of the nozzle from the joint; only the wire is nearer."""
+TOUCH_MM = 1e-3
+"""A nozzle that touches a face along a line is free, so rays around it are this much nearer to its axis."""
 LEAST_FREE = 0.6
 """Share of the directions of the torch that must be free: one direction out through the end of a pipe is not enough."""
 
@@ -59,13 +58,13 @@ def free_share(
     ways = rays.reshape(-1, 3)
     origins = np.repeat(p, k, axis=0)
     start = np.repeat(np.broadcast_to(np.asarray(start_mm, dtype=np.float64), n), k)
-    free = ~is_blocked(graph, trimmed, origins + start[:, None] * ways, ways)
     side = np.repeat(R[:, :, 1], k, axis=0)
     across = np.cross(ways, side)
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     side = np.cross(across, ways)
-    for offset in (across, -across, side, -side):
-        rows = np.flatnonzero(free)
-        mouth = origins[rows] + STICKOUT_MM * ways[rows] + NOZZLE_MM * offset[rows]
-        free[rows[is_blocked(graph, trimmed, mouth, ways[rows])]] = False
+    radius = USUAL_TORCH.nozzle_mm / 2.0 - TOUCH_MM
+    mouth = origins + USUAL_TORCH.stickout_mm * ways
+    around = [mouth + radius * offset for offset in (across, -across, side, -side)]
+    bundle = np.stack([origins + start[:, None] * ways, *around], axis=1)
+    free = ~is_bundle_blocked(graph, trimmed, bundle, ways, length_mm=USUAL_TORCH.length_mm)
     return np.asarray(free.reshape(n, k).mean(axis=1), dtype=np.float64)

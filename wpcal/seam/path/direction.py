@@ -92,7 +92,7 @@ def _directed(graph: BrepGraph, pieces: SeamPieces, chains: list[Chain]) -> Runs
     runs = Runs(pieces.select(rows).reversed_where(flip), start)
     closed = np.array([chain.closed for chain in chains], dtype=bool)
     p0, p1 = runs.ends(graph)
-    runs = _backwards(runs, np.where(closed, _runs_clockwise(graph, runs), _precedes(p1, p0)))
+    runs = _backwards(runs, np.where(closed, _runs_clockwise(graph, runs), precedes(p1, p0)))
     return _from_smallest_points(graph, runs, closed)
 
 
@@ -100,8 +100,18 @@ def _rounded(p: FloatArray) -> FloatArray:
     return np.asarray(np.round(p / ROUND_MM) * ROUND_MM + 0.0, dtype=np.float64)
 
 
-def _precedes(p: FloatArray, q: FloatArray) -> BoolArray:
-    """Tell which rows of p come before those of q, compared by x, then y, then z after rounding."""
+def precedes(p: FloatArray, q: FloatArray) -> BoolArray:
+    """Tell which rows of p come before those of q, compared by x, then y, then z after rounding.
+
+    Parameters
+    ----------
+    p, q : ndarray, shape (n, 3)
+        Points in one frame, mm.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
     a, b = _rounded(p), _rounded(q)
     before = a[:, 2] < b[:, 2]
     for k in (1, 0):

@@ -1,0 +1,178 @@
+"""Seams that go through a third solid are cut there, on parts whose free stretches follow from their dimensions."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.saved_graphs import saved_graph
+from wpcal.brep import BrepGraph
+from wpcal.brep.material import ExactMaterial
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.records import to_json
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
+from wpcal.seam.edit import apply_edits, read_edits
+from wpcal.seam.find.marked import MarkedEdges
+from wpcal.seam.judge.material import TorchPart, find_poses_in_material
+from wpcal.seam.record import seams_record
+from wpcal.seam.seam import SeamSource
+from wpcal.seam.torch import USUAL_TORCH
+
+EXACT_MM = 1e-6
+"""Planes and cylinders allow this; the cut itself is found to round-off."""
+WIRE_MM = 1e-3
+"""Where the wire touches a solid beside the seam is found by bisection."""
+PARTS = ("crossed-tee", "gusseted-bracket", "boss-with-ribs", "pipe-through-plates", "tee-beside-bolt")
+
+
+def seams_between(seams: tuple[Seam, ...], *solids: str) -> list[Seam]:
+    return [seam for seam in seams if set(seam.solids) == set(solids)]
+
+
+def along(seams: list[Seam], y: float) -> list[tuple[float, float, bool]]:
+    """Return the seams along x at a y: x of both ends and whether accepted."""
+    ends = [(seam.frames.p[0], seam.frames.p[-1], seam.accepted) for seam in seams]
+    on = [(p, q, accepted) for p, q, accepted in ends if p[1] == q[1] == y]
+    return [(float(p[0]), float(q[0]), accepted) for p, q, accepted in on]
+
+
+def test_a_block_on_a_joint_leaves_the_two_stretches_beside_it() -> None:
+    seams = seams_between(detect_seams(saved_graph("crossed-tee")), "base", "web")
+    found = along(seams, 46.0)
+    np.testing.assert_allclose([row[:2] for row in found], [(10, 80), (80, 120), (120, 190)], rtol=0, atol=EXACT_MM)
+    assert [row[2] for row in found] == [True, False, True]
+    (blocked,) = [seam for seam in seams if seam.inside]
+    assert blocked.inside == ("block",)
+    assert "inside block, from (80.0, 46.0, 10.0) to (120.0, 46.0, 10.0)" in blocked.against[0]
+    assert along(seams, 54.0) == [(10.0, 190.0, True)]
+
+
+def test_gussets_cut_the_joint_behind_them_also_where_they_lean() -> None:
+    seams = seams_between(detect_seams(saved_graph("gusseted-bracket")), "base", "upright")
+    found = along(seams, 92.0)
+    # the wire, 20 mm long and at 45°, meets the gusset that leans over the joint farther along it
+    over = 98 + USUAL_TORCH.stickout_mm * math.sqrt(0.5)
+    ends = [(0, 30), (30, 38), (38, 90), (90, over), (over, 160)]
+    np.testing.assert_allclose([row[:2] for row in found], ends, rtol=0, atol=WIRE_MM)
+    assert [seam.inside for seam in seams if seam.inside] == [("gusset",), ("leaning",)]
+    assert not any(seam.accepted for seam in seams if seam.inside)
+
+
+def test_ribs_cut_a_loop_whose_start_is_inside_one_of_them() -> None:
+    seams = seams_between(detect_seams(saved_graph("boss-with-ribs")), "boss", "plate")
+    assert not any(seam.closed for seam in seams)
+    half = math.asin(3 / 30)
+    lengths = sorted(seam.length_mm for seam in seams if not seam.inside)
+    expected = [30 * (math.pi / 2 - 2 * half), 30 * (3 * math.pi / 2 - 2 * half)]
+    np.testing.assert_allclose(lengths, expected, rtol=0, atol=EXACT_MM)
+    blocked = [seam for seam in seams if seam.inside]
+    assert [seam.inside for seam in blocked] == [("west",), ("north",)]
+    np.testing.assert_allclose([seam.length_mm for seam in blocked], 60 * half, rtol=0, atol=EXACT_MM)
+    for seam in seams:  # an open seam starts at its end with the smaller (x, y, z)
+        assert seam.frames.p[0].round(6).tolist() <= seam.frames.p[-1].round(6).tolist()
+
+
+def test_a_bolt_in_the_way_of_the_wire_cuts_the_joint_beside_it() -> None:
+    seams = seams_between(detect_seams(saved_graph("tee-beside-bolt")), "plate", "web")
+    found = along(seams, 46.0)  # the wire passes the axis of the bolt 18.4 mm out of the joint
+    np.testing.assert_allclose([row[:2] for row in found], [(20, 96), (96, 104), (104, 180)], rtol=0, atol=WIRE_MM)
+    assert [row[2] for row in found] == [True, False, True]
+    assert along(seams, 54.0) == [(20.0, 180.0, True)]
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_stretches_add_up_to_the_contacts_that_they_were_cut_from(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    graph = saved_graph(name)
+    cut = detect_seams(graph)
+    monkeypatch.setattr("wpcal.seam.detect.cut_at_material", lambda graph, trimmed, seams, options: seams)
+    whole = detect_seams(graph)
+    total: dict[tuple[str, ...], list[float]] = {}
+    for sign, seams in ((1.0, cut), (-1.0, whole)):
+        for seam in seams:
+            total.setdefault(seam.solids, []).append(sign * seam.length_mm)
+    assert {solids: abs(sum(lengths)) < EXACT_MM for solids, lengths in total.items()} == dict.fromkeys(total, True)
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_no_accepted_frame_is_in_material_with_tip_or_wire(name: str) -> None:
+    graph = saved_graph(name)
+    material = ExactMaterial(graph, TrimmedFaces.of(graph))
+    for seam in detect_seams(graph):
+        inner = seam.frames.rows(1, -1)  # the ends may lie on the faces of the solid that ends them
+        found = find_poses_in_material(material, inner.p, inner.R[:, :, 2])
+        parts = {part for row, part in zip(found.row.tolist(), found.part, strict=True)}
+        if seam.accepted:
+            assert not parts & {TorchPart.TIP, TorchPart.WIRE}
+        if seam.inside:
+            assert len(found) == len(inner)
+            assert parts <= {TorchPart.TIP, TorchPart.WIRE}
+
+
+def turned(graph: BrepGraph, R: np.ndarray, shift: np.ndarray) -> BrepGraph:
+    frames = {name: getattr(graph, name) @ R.T for name in ("face_frame", "edge_frame", "vertex_p")}
+    frames["vertex_p"] = frames["vertex_p"] + shift
+    for name in ("face_frame", "edge_frame"):
+        frames[name][:, 0] += shift
+    return replace(graph, **frames)
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_turning_the_part_changes_no_stretch(name: str) -> None:
+    graph = saved_graph(name)
+    moved = turned(graph, rotation_from_zyx(0.3, -0.5, 1.2), np.array([400.0, -30.0, 77.0]))
+
+    def rows(graph: BrepGraph) -> list[tuple[object, ...]]:
+        seams = detect_seams(graph)
+        return sorted((s.solids, s.inside, round(s.length_mm, 2), s.accepted) for s in seams)
+
+    assert rows(moved) == rows(graph)
+
+
+def test_coarse_points_change_no_cut() -> None:
+    coarse = SeamOptions(steps=StepOptions(chord_mm=3.0, max_step_mm=500.0))
+    found = [
+        [(s.solids, s.inside, round(s.length_mm, 6)) for s in detect_seams(saved_graph(part), options)]
+        for part in ("boss-with-ribs", "saddle")
+        for options in (SeamOptions(), coarse)
+    ]
+    assert (found[0], found[2]) == (found[1], found[3])
+
+
+def test_a_marked_edge_through_a_block_is_refused_there_with_solid_and_place() -> None:
+    graph = saved_graph("crossed-tee")
+    (whole,) = [s for s in detect_seams(graph) if s.inside == ("block",) and set(s.solids) == {"base", "web"}]
+    marked = MarkedEdges(whole.pieces.edge[:1], ("picked",))
+    found = seams_between(detect_seams(graph, marked=marked), "base", "web")
+    seams = [seam for seam in found if seam.source is SeamSource.MARKED]
+    assert [(round(s.length_mm, 6), s.accepted) for s in seams] == [(70.0, True), (40.0, False), (70.0, True)]
+    assert "inside block, from (80.0, 46.0, 10.0)" in seams[1].against[0]
+
+
+def test_a_stretch_in_material_stays_refused_when_it_is_accepted_by_hand(tmp_path: Path) -> None:
+    graph = saved_graph("crossed-tee")
+    seams = detect_seams(graph)
+    record = json.loads(to_json(seams_record(seams)))
+    for seam in record["seams"]:
+        if seam["inside"]:
+            seam["edit"] = {"accept": True, "range_mm": [5, 20]}
+    path = tmp_path / "seams.json"
+    path.write_text(json.dumps(record), encoding="utf-8")
+    after = apply_edits(graph, TrimmedFaces.of(graph), seams, read_edits(path), SeamOptions())
+    blocked = [seam for seam in after if seam.inside]
+    assert len(blocked) == 3
+    assert not any(seam.accepted for seam in blocked)
+    assert all("stays refused" in seam.reasons[-1] for seam in blocked)
+
+
+def test_a_refusal_for_lack_of_reach_names_the_torch_and_what_would_change_it() -> None:
+    record = seams_record(detect_seams(saved_graph("boss-with-ribs")))
+    assert record["torch"] == {"stickout_mm": 20.0, "nozzle_mm": 20.0, "length_mm": 300.0}
+    refused = [why for seam in record["seams"] for why in seam["against"] if why.startswith("no torch gets there")]
+    assert refused
+    for why in refused:
+        assert "a straight torch of 300 mm, nozzle 20 mm in diameter, stick-out 20 mm" in why
+        assert "at another weld angle, accept the seam by an edit" in why

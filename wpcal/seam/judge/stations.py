@@ -1,0 +1,313 @@
+"""Where along seams the tip or the wire is inside material: intervals of arc length, with exact ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from wpcal.brep.crossing import heights
+from wpcal.brep.curves import arc_length, evaluate_edges
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.hits import find_hits
+from wpcal.brep.material import ExactMaterial, find_solids_around
+from wpcal.brep.rays import START_MM, is_blocked
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.path.cut import parameter_at, piece_lengths, points_at
+from wpcal.seam.seam import Seam, SeamFrames, SeamSource
+from wpcal.seam.torch import USUAL_TORCH, StraightTorch
+
+BEAD_MM = 15.0
+"""Rays out of a modelled bead start this far from its root, which is below its face: 14 mm for 20 mm legs."""
+SAME_PLACE_MM = 1e-3
+"""Places along a seam nearer than this are one. No stretch is shorter."""
+SLANT = 2.0
+"""The seam goes into a solid within this many distances of the place where a point outside the joint does: the face of
+the solid may lean by 63 degrees."""
+RAILS = 4
+"""Points of the wire whose paths are felt, from its start to the nozzle: a rod along a seam is met from 6.3 mm on."""
+SEARCH_MM, SEARCH_PLACES = 16.0, 32
+"""How far beside a place where a point of the wire meets a solid a free place is looked for, and at how many places at
+a time."""
+STRAIGHT_MM = 1e-9
+"""A seam is straight, and its frame does not turn, within this: round-off."""
+HALVINGS = 50
+"""Bisections of a parameter interval: to the last bit."""
+
+
+def start_mm(seam: Seam) -> float:
+    """Return how far out of the joint the wire is felt first, mm: outside the joint, its gap and a modelled bead."""
+    return BEAD_MM if seam.source is SeamSource.BEAD else START_MM
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """A part of a seam that is free of material, or inside material, from one end to the other.
+
+    Parameters
+    ----------
+    low_mm, high_mm : float
+        Arc length from the start of the seam.
+    solids : frozenset of int
+        The solids in which the tip or the wire is; empty if the stretch is free.
+    """
+
+    low_mm: float
+    high_mm: float
+    solids: frozenset[int]
+
+
+def rails_mm(seam: Seam, torch: StraightTorch = USUAL_TORCH) -> FloatArray:
+    """Return how far out of the joint the felt points of the wire are, mm; shape (RAILS,)."""
+    return np.linspace(start_mm(seam), max(start_mm(seam), torch.stickout_mm), RAILS)
+
+
+def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[list[Stretch]]:
+    """Divide seams into stretches that are free and stretches inside material.
+
+    The paths of points of the wire are sent through the part as rays from station to station, so no solid is too thin
+    to be met. Between two crossings a point is inside the same solids throughout.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    trimmed : TrimmedFaces
+        Of the same graph.
+    seams : sequence of Seam
+        n seams with frames in `part`.
+
+    Returns
+    -------
+    list of list of Stretch, length n
+        From start to end; one stretch for a seam that is free or inside everywhere.
+    """
+    if not seams:
+        return []
+    hits = _crossings(graph, trimmed, seams)
+    first = np.searchsorted(hits.seam, np.arange(len(seams) + 1))
+    own = [slice(a, b) for a, b in pairwise(first.tolist())]
+    bounds = [_bounds(seam, hits.s_mm[rows]) for seam, rows in zip(seams, own, strict=True)]
+    q = np.concatenate([_between(graph, seam, b) for seam, b in zip(seams, bounds, strict=True)])
+    around: list[set[int]] = [set() for _ in range(len(q))]
+    for point, solid in zip(*find_solids_around(ExactMaterial(graph, trimmed), q.reshape(-1, 3)), strict=True):
+        around[point // RAILS].add(int(solid))
+    start = np.cumsum([0, *(len(b) - 1 for b in bounds)]).tolist()
+    inside = [[frozenset(solids) for solids in around[a:b]] for a, b in pairwise(start)]
+    changes = [
+        _Change(row, seam, s, bool(after), hits.select(own[row]).near(s))
+        for row, (seam, b, states) in enumerate(zip(seams, bounds, inside, strict=True))
+        for s, before, after in zip(b[1:-1].tolist(), states[:-1], states[1:], strict=True)
+        if bool(before) != bool(after)
+    ]
+    cuts = {(change.row, change.s_mm): s for change, s in zip(changes, _cuts(graph, trimmed, changes), strict=True)}
+    return [_merged(row, b, states, cuts) for row, (b, states) in enumerate(zip(bounds, inside, strict=True))]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Crossings:
+    """Places where points of the wire go through faces: seam, face, arc length, and how far out of the joint."""
+
+    seam: IntArray
+    face: IntArray
+    s_mm: FloatArray
+    out_mm: FloatArray
+
+    def select(self, rows: slice | BoolArray) -> _Crossings:
+        return _Crossings(self.seam[rows], self.face[rows], self.s_mm[rows], self.out_mm[rows])
+
+    def near(self, s_mm: float) -> _Crossings:
+        return self.select(np.abs(self.s_mm - s_mm) <= SAME_PLACE_MM)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Change:
+    """A place where a seam goes into material (or out of it), to be found exactly; with the crossings there."""
+
+    row: int
+    seam: Seam
+    s_mm: float
+    enters: bool
+    hits: _Crossings
+
+    @property
+    def is_tip(self) -> bool:
+        return bool((self.hits.out_mm == start_mm(self.seam)).any())
+
+
+def _crossings(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> _Crossings:
+    """Return the crossings, sorted by seam."""
+    rails, frames = [rails_mm(seam) for seam in seams], [_path(seam.frames) for seam in seams]
+    q = [own.p + out[:, None, None] * own.R[:, :, 2] for own, out in zip(frames, rails, strict=True)]
+    q0 = np.concatenate([rows[:, :-1].reshape(-1, 3) for rows in q])
+    step = np.concatenate([np.diff(rows, axis=1).reshape(-1, 3) for rows in q])
+    s0 = np.concatenate([np.tile(own.s_mm[:-1], RAILS) for own in frames])
+    ds = np.concatenate([np.tile(np.diff(own.s_mm), RAILS) for own in frames])
+    counts = [len(own) - 1 for own in frames]
+    owner = np.repeat(np.arange(len(seams)), [RAILS * count for count in counts])
+    out = np.concatenate([np.repeat(outs, count) for outs, count in zip(rails, counts, strict=True)])
+    length = np.linalg.norm(step, axis=1)
+    length = np.where(length > 0, length, 1.0)
+    hits = find_hits(graph, trimmed, q0, step / length[:, None], length_mm=np.linalg.norm(step, axis=1))
+    s = s0[hits.ray] + hits.at_mm / length[hits.ray] * ds[hits.ray]
+    return _Crossings(owner[hits.ray], hits.face, s, out[hits.ray])
+
+
+def _path(frames: SeamFrames) -> SeamFrames:
+    """Return the frames between which the wire moves evenly: of a straight seam that does not turn, the two ends."""
+    x = frames.R[0, :, 0]
+    off = frames.p - frames.p[0] - frames.s_mm[:, None] * x
+    if np.abs(off).max() > STRAIGHT_MM or np.abs(frames.R - frames.R[0]).max() > STRAIGHT_MM:
+        return frames
+    ends = [0, -1]
+    return SeamFrames(frames.s_mm[ends], frames.p[ends], frames.R[ends], frames.angle_rad[ends], frames.frame)
+
+
+def _bounds(seam: Seam, s_mm: FloatArray) -> FloatArray:
+    """Return the ends of a seam and the places between them, ascending, not nearer than `SAME_PLACE_MM`."""
+    length = float(seam.frames.s_mm[-1])
+    kept = [0.0]
+    for s in np.sort(s_mm).tolist():
+        if s - kept[-1] > SAME_PLACE_MM and length - s > SAME_PLACE_MM:
+            kept.append(s)
+    return np.array([*kept, length])
+
+
+def _between(graph: BrepGraph, seam: Seam, bounds: FloatArray) -> FloatArray:
+    """Return the points of the wire between neighbouring bounds: at a station, or else half-way; (k, RAILS, 3)."""
+    frames, out = seam.frames, rails_mm(seam)[:, None]
+    points = []
+    for low, high in pairwise(bounds.tolist()):
+        row = int(np.argmin(np.abs(frames.s_mm - (low + high) / 2)))
+        p, z = frames.p[row], frames.R[row, :, 2]
+        if not low < frames.s_mm[row] < high:
+            (p,), (z,) = _wire(graph, seam, np.array([(low + high) / 2]))
+        points.append(p + out * z)
+    return np.array(points)
+
+
+def _parameters(graph: BrepGraph, seam: Seam, s_mm: FloatArray) -> tuple[int, FloatArray]:
+    """Return the piece that holds the middle of arc lengths, and their parameters on it, which do not leave it."""
+    lengths = piece_lengths(graph, seam.pieces)
+    ends = np.cumsum(lengths)
+    row = int(np.clip(np.searchsorted(ends, s_mm.mean()), 0, len(ends) - 1))
+    own = np.clip(s_mm - ends[row] + lengths[row], 0.0, lengths[row])
+    return row, np.array([parameter_at(graph, seam.pieces, row, float(s)) for s in own])
+
+
+def _merged(
+    row: int, bounds: FloatArray, inside: list[frozenset[int]], cuts: dict[tuple[int, float], float]
+) -> list[Stretch]:
+    """Join intervals that are all free or all inside, with exact ends between the others."""
+    stretches = [Stretch(float(bounds[0]), float(bounds[1]), inside[0])]
+    for low, high, solids in zip(bounds[1:-1].tolist(), bounds[2:].tolist(), inside[1:], strict=True):
+        last = stretches[-1]
+        if bool(solids) == bool(last.solids):
+            stretches[-1] = Stretch(last.low_mm, high, last.solids | solids)
+            continue
+        cut = min(max(cuts[row, low], last.low_mm), high)
+        stretches[-1] = Stretch(last.low_mm, cut, last.solids)
+        stretches.append(Stretch(cut, high, solids))
+    return _without_slivers(stretches)
+
+
+def _without_slivers(stretches: list[Stretch]) -> list[Stretch]:
+    """Give what is shorter than `SAME_PLACE_MM` to its neighbours."""
+    kept: list[Stretch] = []
+    for stretch in stretches:
+        low = stretch.low_mm if kept else stretches[0].low_mm
+        if kept and (stretch.high_mm - low <= SAME_PLACE_MM or bool(stretch.solids) == bool(kept[-1].solids)):
+            last = kept.pop()
+            kept.append(Stretch(last.low_mm, stretch.high_mm, last.solids))
+        elif stretch.high_mm - low > SAME_PLACE_MM or len(stretches) == 1:
+            kept.append(Stretch(low, stretch.high_mm, stretch.solids))
+    return kept
+
+
+def _cuts(graph: BrepGraph, trimmed: TrimmedFaces, changes: Sequence[_Change]) -> list[float]:
+    """Return the arc lengths at which to cut: where the seam goes through a face, or else where the wire is free."""
+    cuts = [_exact(graph, c.seam, c.s_mm, c.hits, enters=c.enters) if c.is_tip else np.nan for c in changes]
+    wire = [row for row, change in enumerate(changes) if not change.is_tip]
+    for row, s in zip(wire, _where_wire_is_free(graph, trimmed, [changes[row] for row in wire]).tolist(), strict=True):
+        cuts[row] = s
+    return cuts
+
+
+def _exact(graph: BrepGraph, seam: Seam, s_mm: float, hits: _Crossings, *, enters: bool) -> float:
+    """Return where a seam or the start of the wire goes through faces, whichever leaves the shorter free stretch.
+
+    On a modelled bead, where the wire starts far from the seam, the seam decides.
+    """
+    reach = SLANT * start_mm(seam)
+    row, t = _parameters(graph, seam, np.array([s_mm - reach, s_mm + reach]))
+    edge, first = int(seam.pieces.edge[row]), float(piece_lengths(graph, seam.pieces)[:row].sum())
+    t0 = float(seam.pieces.t0[row])
+    ends = np.array([first + abs(arc_length(graph, edge, t0, float(value))) for value in t])
+    faces = hits.face[hits.out_mm == start_mm(seam)]
+    found: list[float] = []
+    for out in (0.0, start_mm(seam)):
+        at = _bisected(graph, seam, edge, faces, t, ends, out)
+        found += [first + abs(arc_length(graph, edge, t0, float(value))) for value in at]
+        if found and seam.source is SeamSource.BEAD:
+            break
+    return (min(found) if enters else max(found)) if found else s_mm
+
+
+def _where_wire_is_free(graph: BrepGraph, trimmed: TrimmedFaces, changes: Sequence[_Change]) -> FloatArray:
+    """Return the places next to those where a point of the wire meets a solid at which the whole wire is free."""
+    if not changes:
+        return np.zeros(0)
+    start = np.array([start_mm(change.seam) for change in changes])
+    length = np.repeat(np.maximum(USUAL_TORCH.stickout_mm - start, 0.0), SEARCH_PLACES)
+
+    def meets(places: FloatArray) -> BoolArray:
+        frames = [_wire(graph, change.seam, s) for change, s in zip(changes, places, strict=True)]
+        p, z = (np.concatenate(column) for column in zip(*frames, strict=True))
+        q = p + np.repeat(start, SEARCH_PLACES)[:, None] * z
+        blocked: BoolArray = is_blocked(graph, trimmed, q, z, length_mm=length).reshape(places.shape)
+        return blocked
+
+    bad = np.array([change.s_mm for change in changes])
+    end = np.array([0.0 if change.enters else change.seam.frames.s_mm[-1] for change in changes])
+    good = bad + np.clip(end - bad, -SEARCH_MM, SEARCH_MM)
+    rows, share = np.arange(len(changes)), np.arange(1, SEARCH_PLACES + 1) / SEARCH_PLACES
+    while np.abs(good - bad).max() > SAME_PLACE_MM / 2:
+        places = bad[:, None] + (good - bad)[:, None] * share
+        free = ~meets(places)
+        first = np.where(free.any(axis=1), free.argmax(axis=1), SEARCH_PLACES - 1)
+        bad = np.where(first > 0, places[rows, np.maximum(first - 1, 0)], bad)
+        good = places[rows, first]
+    return np.asarray(good, dtype=np.float64)
+
+
+def _wire(graph: BrepGraph, seam: Seam, s_mm: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the points of a seam at arc lengths and the directions of the wire there, two arrays (k, 3)."""
+    frames = _path(seam.frames)
+    z = np.stack([np.interp(s_mm, frames.s_mm, column) for column in frames.R[:, :, 2].T], axis=1)
+    z /= np.linalg.norm(z, axis=1, keepdims=True)
+    if len(frames) == 2:
+        return np.stack([np.interp(s_mm, frames.s_mm, column) for column in frames.p.T], axis=1), z
+    return points_at(graph, seam.pieces, s_mm), z
+
+
+def _bisected(
+    graph: BrepGraph, seam: Seam, edge: int, faces: IntArray, t: FloatArray, s_mm: FloatArray, out_mm: float
+) -> FloatArray:
+    """Bisect between two parameters for those at which a point `out_mm` out of the joint goes through faces."""
+
+    def height(at: FloatArray) -> FloatArray:
+        p = evaluate_edges(graph, np.full(len(at), edge), at)[0]
+        s = s_mm[0] + (at - t[0]) / (t[1] - t[0]) * (s_mm[1] - s_mm[0])
+        z = np.stack([np.interp(s, seam.frames.s_mm, seam.frames.R[:, k, 2]) for k in range(3)], axis=1)
+        return heights(graph, faces, p + out_mm * z)
+
+    low, high = np.full(len(faces), t[0]), np.full(len(faces), t[1])
+    side = height(low) > 0
+    has = side != (height(high) > 0)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        same = (height(middle) > 0) == side
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return np.asarray((low + high)[has] / 2, dtype=np.float64)

@@ -1,0 +1,94 @@
+"""Seams cut where they go through another solid: the free stretches and the stretches inside material as own seams."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import FloatArray
+from wpcal.seam.judge.stations import Stretch, find_stretches
+from wpcal.seam.options import SeamOptions
+from wpcal.seam.path.build import with_frames
+from wpcal.seam.path.cut import cut_run
+from wpcal.seam.path.direction import Runs, precedes
+from wpcal.seam.path.turning import face_free_space
+from wpcal.seam.seam import Seam, SeamPieces
+
+FELT_CHORD_MM = 0.1
+"""Chord error of the path along which material is felt, 1 mm out of the joint, whatever the frames have."""
+
+
+def cut_at_material(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], options: SeamOptions) -> list[Seam]:
+    """Cut seams at the solids that they go through.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    seams : sequence of Seam
+        With frames in `part`.
+    options : SeamOptions
+
+    Returns
+    -------
+    list of Seam
+        A seam that is free all along is the same object. The stretches of the others are seams of their own, in the
+        order of the seam, with new frames; their lengths add up to its length. Those inside material name the solids
+        (`Seam.inside`).
+    """
+    felt = seams
+    if options.steps.chord_mm > FELT_CHORD_MM:
+        finer = replace(options, steps=replace(options.steps, chord_mm=FELT_CHORD_MM))
+        felt = [face_free_space(graph, trimmed, with_frames(graph, seam, finer)) for seam in seams]
+    found = []
+    for seam, stretches in zip(seams, find_stretches(graph, trimmed, felt), strict=True):
+        if len(stretches) == 1:
+            found.append(_inside(graph, seam, stretches[0]))
+        else:
+            found += _cut(graph, trimmed, seam, stretches, options)
+    return found
+
+
+def _inside(graph: BrepGraph, seam: Seam, stretch: Stretch) -> Seam:
+    names = tuple(graph.solid_names[solid] for solid in sorted(stretch.solids))
+    return replace(seam, inside=names) if names else seam
+
+
+def _cut(
+    graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, stretches: list[Stretch], options: SeamOptions
+) -> list[Seam]:
+    runs = [cut_run(graph, seam.pieces, stretch.low_mm, stretch.high_mm) for stretch in stretches]
+    if seam.closed and bool(stretches[0].solids) == bool(stretches[-1].solids):
+        runs[0] = SeamPieces.joined([runs.pop(), runs[0]])
+        last = stretches.pop()
+        stretches[0] = replace(stretches[0], solids=stretches[0].solids | last.solids)
+    solids = frozenset().union(*(stretch.solids for stretch in stretches))
+    names = ", ".join(graph.solid_names[solid] for solid in sorted(solids))
+    reason = f"cut from a seam of {seam.length_mm:.1f} mm, which goes through {names}"
+    found = []
+    for pieces, stretch in zip(_directed(graph, runs), stretches, strict=True):
+        own = replace(seam, pieces=pieces, closed=False, reasons=(*seam.reasons, reason))
+        own = face_free_space(graph, trimmed, with_frames(graph, own, options))
+        found.append(_inside(graph, own, stretch))
+    return found
+
+
+def _directed(graph: BrepGraph, runs: list[SeamPieces]) -> list[SeamPieces]:
+    """Return open runs that start at the end with the smaller (x, y, z)."""
+    together = Runs(SeamPieces.joined(runs), np.cumsum([0, *(len(run) for run in runs)]))
+    p0, p1 = together.ends(graph)
+    return [run.backwards() if flip else run for run, flip in zip(runs, precedes(p1, p0).tolist(), strict=True)]
+
+
+def in_material_words(seam: Seam) -> str:
+    """Say in which solids a stretch is, and where, for people."""
+    first, last = (_place(p) for p in seam.frames.p[[0, -1]])
+    return f"the wire would be inside {', '.join(seam.inside)}, from {first} to {last} mm in part coordinates"
+
+
+def _place(p: FloatArray) -> str:
+    return "(" + ", ".join(f"{value + 0.0:.1f}" for value in np.round(p, 1)) + ")"
