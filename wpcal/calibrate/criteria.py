@@ -20,6 +20,9 @@ BLUNDER = "blunder"
 NEIGHBOUR = "neighbour-feature"
 """Code of the issue that a row was touched on another feature; its ids are the row's name and that feature."""
 
+RIVAL = "rival-placement"
+"""Code of the issue that the touches do not exclude another place of the part."""
+
 NOT_NAMED = "blunder-not-named"
 """Code of the issue that points are wrong and the data cannot tell which."""
 

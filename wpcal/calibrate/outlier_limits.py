@@ -3,7 +3,7 @@
 FALSE_ALARM = 0.01
 """Probability, over all points of one fit, that a good point is called wrong."""
 
-NAMED_PROBABILITY = 0.6
+NAMED_PROBABILITY = 0.55
 """A point or pair is named as wrong if its probability is at least this. Its probability is always said with it."""
 
 FLOOR_MM = 0.01

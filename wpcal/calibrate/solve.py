@@ -133,7 +133,13 @@ def calibrate(
     evidence: TouchEvidence | None = None
     if isinstance(observed, Touches):
         problem, report, evidence = search_touches(
-            observed, nominal=T_nominal_part, solver=solver, schedule=schedule, seed=seed, teaching=model
+            observed,
+            nominal=T_nominal_part,
+            solver=solver,
+            schedule=schedule,
+            seed=seed,
+            teaching=model,
+            seam_points=None if seam_points is None else as_points(seam_points, name="seam points"),
         )
     else:
         minimax, report = None, SolverReport(Solver.EXACT, "closed form and local refinement", seed)

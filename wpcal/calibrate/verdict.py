@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.calibrate.criteria import BLUNDER, NEIGHBOUR, NOT_NAMED, CriterionFit
+from wpcal.calibrate.criteria import BLUNDER, NEIGHBOUR, NOT_NAMED, RIVAL, CriterionFit
 from wpcal.calibrate.distrust import Distrusted
 from wpcal.calibrate.outlier_limits import FALSE_ALARM
 from wpcal.calibrate.residual_evidence import ResidualEvidence
@@ -69,6 +69,8 @@ class VerdictReason(Enum):
     """The residuals contradict the stated teaching error."""
     CHECK_CONTRADICTS = "check-contradicts"
     """A check point is off by more than all errors explain."""
+    RIVAL = "rival"
+    """The touches do not exclude another place of the part."""
     BEYOND = "beyond"
     """A seam is off by more than the tolerance, with 95 % confidence."""
 
@@ -182,7 +184,7 @@ def judge_fit(evidence: VerdictEvidence, *, suggest: Callable[[], str | None] | 
     failed = _failure(evidence, seam, least_mm)
     if failed is not None:
         return Verdict(VerdictKind.FAIL, failed[1], seam, failed[0], error_mm)
-    unsure = _doubt(evidence, seam, error_mm)
+    unsure = _rival_place(evidence) or _doubt(evidence, seam, error_mm)
     if unsure is None:
         what = f"the {len(set(evidence.seam_names))} accepted seams are" if seam else f"the fitted {evidence.word}s are"
         if len(set(evidence.seam_names)) == 1:
@@ -257,6 +259,15 @@ def _contradicting_check(evidence: VerdictEvidence) -> tuple[VerdictReason, str]
         f"touch explain at most {limits[worst]:.3g} mm ({fit.sigma.describe()})"
     )
     return VerdictReason.CHECK_CONTRADICTS, sentence
+
+
+def _rival_place(evidence: VerdictEvidence) -> tuple[VerdictReason, str, str] | None:
+    """Return that the touches do not exclude another place of the part, and what to do; or None."""
+    for issue in evidence.issues:
+        if issue.code == RIVAL:
+            what, _, remedy = issue.message.partition(": ")
+            return VerdictReason.RIVAL, what, remedy
+    return None
 
 
 def _doubt(evidence: VerdictEvidence, seam: str, error_mm: float) -> tuple[VerdictReason, str, str] | None:

@@ -39,12 +39,15 @@ def show_calibration(result: CalibrationResult, console: Console) -> None:
         console.print(f"least predicted error: {result.criteria.best.value} ({result.criteria.why})")
     if result.distrusted is not None:
         console.print(_distrusted(result.distrusted))
-    for issue in result.issues:
-        console.print(f"warning: {issue.message}", highlight=False, markup=False)
-    what = f"{result.judgement.sentence}; the largest residual is {result.largest_mm:.4f} mm at {result.worst}"
+    what = f"{result.judgement.sentence}; the largest residual is {result.largest_mm:.4f} mm"
+    if result.suspect is None:  # a wrong point spreads its error: the largest residual is often at a right one
+        what += f" at {result.worst}"
     console.print(
         Text.assemble((result.verdict.value, f"bold {COLOURS[result.verdict]}"), f": {what}"), highlight=False
     )
+    for issue in result.issues:
+        if issue.message not in result.judgement.sentence:
+            console.print(f"warning: {issue.message}", highlight=False, markup=False)
 
 
 def _points(result: CalibrationResult) -> Table:

@@ -36,8 +36,9 @@ less are extended."""
 EXTENDED = 40
 """Best sets of k - 1 points that are extended to k points if there are more than `MOST_SETS`."""
 
-SEVERAL_SHARE = 0.15
-"""Share of the false alarms that pairs get where no single point stands out; triples get half of it, and so on."""
+SEVERAL_SHARE = 0.1
+"""Share of the false alarms that pairs get where no single point stands out; triples get half of it. Pairs overlap, so
+the true share is less than half of it, and single points get the rest."""
 
 MOST_HIDDEN = 3
 """Sets of up to this many points are tried where no smaller set stands out: wrong points can hide each other."""
@@ -140,7 +141,7 @@ def _search(rows: ErrorRows) -> Contradiction:
     sets, stands_out = None, False
     for k in range(1, most + 1):
         sets = _sets_of(rows, k, sets)
-        single = 1.0 if most == 1 else 1.0 - SEVERAL_SHARE
+        single = 1.0 if most == 1 else 1.0 - 0.5 * SEVERAL_SHARE
         share = single if k == 1 or stands_out else SEVERAL_SHARE / 2.0 ** (k - 2)
         here = sets.chance(rows, total) < share * FALSE_ALARM and _is_off(rows, sets.left_out[0])
         stands_out = stands_out or here

@@ -6,6 +6,31 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from wpcal.core.transform import RigidTransform
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RivalPlace:
+    """Another place of the part that the touches cannot tell from the answer, with 95 % confidence.
+
+    Parameters
+    ----------
+    T : RigidTransform
+        ``T_base_part`` there.
+    rms_mm : float
+        Root mean square residual there.
+    apart_mm : float
+        The furthest that a point of the seams lies from its place in the answer.
+    """
+
+    T: RigidTransform
+    rms_mm: float
+    apart_mm: float
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        return {"T_base_part": self.T.matrix.tolist(), "rms_mm": self.rms_mm, "apart_mm": self.apart_mm}
+
 
 @dataclass(frozen=True, slots=True)
 class StartsEvidence:
@@ -18,15 +43,19 @@ class StartsEvidence:
         Starts that ended at the answer.
     next_best_rms_mm : float or None
         Root mean square residual of the best other place where a start ended. None if there is no other place.
+    rivals : tuple of RivalPlace
+        Other places that the touches do not exclude, best first.
     """
 
     starts: int
     agreeing: int
     next_best_rms_mm: float | None
+    rivals: tuple[RivalPlace, ...] = ()
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
-        return {"starts": self.starts, "agreeing": self.agreeing, "next_best_rms_mm": self.next_best_rms_mm}
+        found = {"starts": self.starts, "agreeing": self.agreeing, "next_best_rms_mm": self.next_best_rms_mm}
+        return {**found, "rivals": [rival.to_record() for rival in self.rivals]} if self.rivals else found
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,13 +8,13 @@ from typing import Self
 
 import numpy as np
 
-from wpcal.calibrate.criteria import Criterion, CriterionFit
+from wpcal.calibrate.criteria import RIVAL, Criterion, CriterionFit
 from wpcal.calibrate.residual_evidence import ResidualEvidence, unchecked_names
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.suspect import Diagnosis, Suspect
 from wpcal.calibrate.touches.contradiction import ContradictedTouch, contradiction_issues, find_contradicted
 from wpcal.calibrate.touches.covariance import propagate_covariance
-from wpcal.calibrate.touches.evidence import TouchEvidence
+from wpcal.calibrate.touches.evidence import RivalPlace, TouchEvidence
 from wpcal.calibrate.touches.fit import Pose, fit_minimax, fit_squares, scaled_jacobian
 from wpcal.calibrate.touches.held_motions import held_motions
 from wpcal.calibrate.touches.starts import PoseSearch, search_pose, two_places
@@ -47,6 +47,10 @@ class TouchProblem:
         The annealer's best pose: a second start of the minimax fit.
     contradicted : ContradictedTouch or None
         The touch that `Criterion.ROBUST` leaves out.
+    rivals : tuple of RivalPlace
+        Other places that the touches do not exclude.
+    seam_points : ndarray, shape (k, 3), or None
+        Part frame, mm: where the distance to these places is compared with the predicted error.
     """
 
     touches: Touches
@@ -55,6 +59,8 @@ class TouchProblem:
     start: Pose
     annealed: Pose | None
     contradicted: ContradictedTouch | None
+    rivals: tuple[RivalPlace, ...] = ()
+    seam_points: FloatArray | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -126,11 +132,31 @@ class TouchProblem:
     def diagnose(self, fit: CriterionFit) -> Diagnosis:
         """Name the touch that the others contradict, and the fitted touches beyond the border of their face."""
         fitted = self.touches.select(fit.rows)
-        issues = (*contradiction_issues(self.touches, self.contradicted), *_border_issues(fitted, fit.T))
+        issues = (
+            *contradiction_issues(self.touches, self.contradicted),
+            *self._rival_issues(fit),
+            *_border_issues(fitted, fit.T),
+        )
         if self.contradicted is None:
             return Diagnosis(issues)
         name = self.touches.names[self.contradicted.row]
         return Diagnosis(issues, Suspect((name,), (self.contradicted.off_mm,), None, 1, word=self.word))
+
+    def _rival_issues(self, fit: CriterionFit) -> tuple[Issue, ...]:
+        """Say that the part may lie in another place, further off than the predicted error."""
+        points = self.touches.linearised(fit.T.R, fit.T.t_mm).contact_part
+        error_mm = float(fit.error_95_mm(points if self.seam_points is None else self.seam_points).max())
+        far = [rival for rival in self.rivals if rival.apart_mm > error_mm]
+        if not far:
+            return ()
+        first = max(far, key=lambda rival: rival.apart_mm)
+        places = "another place" if len(far) == 1 else f"{len(far)} other places"
+        message = (
+            f"the touches fit the part in {places} as well, up to {first.apart_mm:.3g} mm away (RMS "
+            f"{first.rms_mm:.3g} mm there, which the teaching error explains): touch one more face, or give the rough "
+            "nominal place of the part"
+        )
+        return (Issue(RIVAL, message),)
 
     def _pose(self, touches: Touches, criterion: Criterion) -> tuple[Pose, float]:
         """Fit by one criterion; the value is the largest residual or a root mean square, mm."""
@@ -157,6 +183,7 @@ def search_touches(
     schedule: AnnealingSchedule | None,
     seed: int,
     teaching: TeachingError,
+    seam_points: FloatArray | None = None,
 ) -> tuple[TouchProblem, SolverReport, TouchEvidence]:
     """Search the pose of the touches, and check that they hold the part in one place.
 
@@ -171,6 +198,8 @@ def search_touches(
     schedule : AnnealingSchedule or None
     seed : int
     teaching : TeachingError
+    seam_points : ndarray, shape (k, 3), optional
+        Part frame, mm: where two places are compared. By default the touched points.
 
     Raises
     ------
@@ -181,12 +210,15 @@ def search_touches(
         raise GeometryError(f"{len(touches)} touches cannot hold a part; six on three faces do (3-2-1)")
     place = None if nominal is None else RigidTransform(nominal.R, nominal.t_mm, "base", "part")
     chosen = (schedule or AnnealingSchedule.default()) if solver is Solver.ANNEALING else None
-    found = search_pose(touches, nominal=place, schedule=chosen, seed=seed)
+    found = search_pose(
+        touches, nominal=place, schedule=chosen, seed=seed, sigma_mm=teaching.per_axis_mm, seam_points=seam_points
+    )
     motions = held_motions(touches, found.pose)
     if found.rival is not None:
         raise two_places(touches, found.pose, found.rival)
     contradicted = find_contradicted(touches, found.pose, teaching.per_axis_mm)
-    problem = TouchProblem(touches, teaching, seed, found.pose, found.annealed, contradicted)
+    rivals = found.evidence.rivals
+    problem = TouchProblem(touches, teaching, seed, found.pose, found.annealed, contradicted, rivals, seam_points)
     return problem, _report(found, chosen, seed), TouchEvidence(touches.words, found.evidence, motions)
 
 

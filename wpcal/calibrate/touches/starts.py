@@ -7,14 +7,16 @@ the 24 rotations of a cube. The result says how many of these starts agree, and 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.calibrate.touches.evidence import StartsEvidence
+from wpcal.calibrate.outlier_limits import FLOOR_MM, LEAST_SIGMA_MM
+from wpcal.calibrate.touches.evidence import RivalPlace, StartsEvidence
 from wpcal.calibrate.touches.fit import Pose, fit_squares
 from wpcal.calibrate.touches.touches import Touches
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.rotations import cube_rotations, rotation_from_zyx
 from wpcal.core.tangent import log_rotation
@@ -28,6 +30,10 @@ OFF_FACE_MM = 5.0
 borders of faces are known to a tenth of this."""
 SAME_RMS_MM = 1e-6
 """Root mean squares that differ by less are the same optimum."""
+EXCLUDED = 2.0 * math.log(0.95 / 0.05)
+"""A place is excluded if it is less than 1/19 as likely as the best one: twice the logarithm of that ratio."""
+FURTHER = 3.0
+"""A place this many times as far from the nominal place as the answer is not a rival of it."""
 SAME_TURN_RAD = 1e-4
 SAME_SHIFT_MM = 0.05
 """Poses of the same value that differ by more are two answers."""
@@ -61,6 +67,8 @@ def search_pose(
     nominal: RigidTransform | None,
     schedule: AnnealingSchedule | None,
     seed: int,
+    sigma_mm: float | None = None,
+    seam_points: FloatArray | None = None,
 ) -> PoseSearch:
     """Search the pose in which the touches lie on their targets.
 
@@ -72,6 +80,10 @@ def search_pose(
     schedule : AnnealingSchedule or None
         None: no annealing, only the starts.
     seed : int
+    sigma_mm : float, optional
+        Teaching error per axis of touches without covariances. By default estimated from the residuals.
+    seam_points : ndarray, shape (k, 3), optional
+        Part frame, mm: where the distance between two places is measured. By default the touched points.
 
     Returns
     -------
@@ -91,13 +103,24 @@ def search_pose(
     judged = np.where(off <= OFF_FACE_MM, values, values + off)
     best = int(np.argmin(judged))
     same = judged <= judged[best] + SAME_RMS_MM
+    unlikely = _unlikeliness(touches, ends, best, sigma_mm)
+    alike = (off <= OFF_FACE_MM) & (unlikely <= EXCLUDED) if off[best] <= OFF_FACE_MM else same
+    away = None
     if nominal is not None:
-        best = _nearest(ends, np.flatnonzero(same), nominal, touches)
+        away = _moved_from(ends, nominal, touches)
+        usable = np.flatnonzero(alike)
+        best = int(usable[np.argmin(away[usable])])
+        same = np.abs(judged - judged[best]) <= SAME_RMS_MM
     agreeing = np.array([bool(s) and _is_same(end, ends[best], touches) for s, end in zip(same, ends, strict=True)])
     rivals = np.flatnonzero(same & ~agreeing)
     rival = ends[int(rivals[0])] if nominal is None and len(rivals) else None
     others = judged[~same]
-    evidence = StartsEvidence(len(starts), int(agreeing.sum()), float(others.min()) if len(others) else None)
+    next_best = float(others.min()) if len(others) else None
+    if away is not None:
+        alike &= away <= FURTHER * away[best]
+    order = np.flatnonzero(alike)[np.argsort(judged[alike], kind="stable")]
+    places = _other_places([ends[k] for k in order], ends[best], touches, seam_points)
+    evidence = StartsEvidence(len(starts), int(agreeing.sum()), next_best, places)
     return PoseSearch(ends[best], annealed, run, evidence, rival)
 
 
@@ -129,11 +152,46 @@ def _anneal(touches: Touches, schedule: AnnealingSchedule, seed: int) -> Anneali
     )
 
 
-def _nearest(ends: list[Pose], rows: IntArray, nominal: RigidTransform, touches: Touches) -> int:
-    """Of equal answers, take the one that moves the touched points least from the nominal place."""
+def _moved_from(ends: list[Pose], nominal: RigidTransform, touches: Touches) -> FloatArray:
+    """How far each answer moves the touched points from the nominal place: root mean square, mm, shape (m,)."""
     modelled = nominal.inverse().apply(touches.p_base)
-    away = [float(np.sum((modelled @ ends[k].R.T + ends[k].t - touches.p_base) ** 2)) for k in rows]
-    return int(rows[int(np.argmin(away))])
+    moved = [np.mean(np.sum((modelled @ end.R.T + end.t - touches.p_base) ** 2, axis=1)) for end in ends]
+    return np.asarray(np.sqrt(moved))
+
+
+def _unlikeliness(touches: Touches, ends: list[Pose], best: int, sigma_mm: float | None) -> FloatArray:
+    """Twice the logarithm of how many times the best place is as likely as each place, shape (m,).
+
+    With a known error it is the difference of the sums of squares in its units. Residuals that are larger than a stated
+    error explains enlarge it. Otherwise the sums are compared by their ratio.
+    """
+    sums = np.empty(len(ends))
+    for k, end in enumerate(ends):
+        information = end.at.information(touches.covariances)
+        sums[k] = np.einsum("ni,nij,nj->", end.at.d, information, end.at.d)
+    freedom = max(int(ends[best].at.rank.sum()) - 6, 0)
+    if touches.covariances is None and sigma_mm is None:
+        floor = max(freedom, 1) * FLOOR_MM**2
+        return np.asarray(max(freedom, 1) * np.log((sums + floor) / (sums[best] + floor)))
+    unit = 1.0 if touches.covariances is not None or sigma_mm is None else max(sigma_mm, LEAST_SIGMA_MM) ** 2
+    scale = max(unit, float(sums[best]) / freedom if freedom else 0.0)
+    return np.asarray((sums - sums[best]) / scale)
+
+
+def _other_places(
+    ends: list[Pose], answer: Pose, touches: Touches, seam_points: FloatArray | None
+) -> tuple[RivalPlace, ...]:
+    """Return the places among `ends` that are not the answer, each once."""
+    points = answer.at.contact_part if seam_points is None else seam_points
+    seen, places = [answer], []
+    for end in ends:
+        if any(_is_same(end, other, touches) for other in seen):
+            continue
+        seen.append(end)
+        apart = np.linalg.norm(points @ (end.R - answer.R).T + end.t - answer.t, axis=1)
+        T = RigidTransform(end.R, end.t, "base", "part")
+        places.append(RivalPlace(T, float(np.sqrt(np.mean(end.at.distances**2))), float(apart.max())))
+    return tuple(places)
 
 
 def _is_same(one: Pose, other: Pose, touches: Touches) -> bool:
