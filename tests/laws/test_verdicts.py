@@ -13,7 +13,7 @@ MOST_WRONG = 0.05
 @pytest.mark.parametrize("n", [4, 8])
 def test_a_verdict_is_seldom_wrong(n, stated):
     study = pooled_study(
-        n, noise="gaussian", criterion=Criterion.LEAST_SQUARES, stated=stated, trials=30, parts=("tee", "lap")
+        n, noise="gaussian", criterion=Criterion.LEAST_SQUARES, stated=stated, trials=150, parts=("tee", "lap")
     )
     assert study.passed_outside <= MOST_WRONG * study.trials
     assert study.failed_inside <= MOST_WRONG * study.trials
