@@ -62,6 +62,8 @@ class CalibrationResult:
         The observations that are wrong, as far as the data tell, with their probability.
     touches : TouchEvidence or None
         What only touches on faces and edges have; their lower bound is zero. None for points.
+    criterion_advice : str or None
+        Which other criterion to take, and what it would give. None if minimax is as good, or was not asked for.
     """
 
     pairs: PointPairs
@@ -84,6 +86,7 @@ class CalibrationResult:
     distrusted: Distrusted | None = None
     suspect: Suspect | None = None
     touches: TouchEvidence | None = None
+    criterion_advice: str | None = None
 
     @property
     def residuals(self) -> Residuals:
@@ -166,6 +169,7 @@ class CalibrationResult:
             "robot_space": self.pairs.space.value,
             "verdict": self.verdict.value,
             "judgement": self.judgement.to_record(),
+            "criterion_advice": self.criterion_advice,
             "tolerance_mm": self.tolerance_mm,
             "criterion": self.criterion.value,
             "objective_mm": self.objective_mm,

@@ -15,6 +15,7 @@ from wpcal.calibrate.criteria import (
     Criterion,
     CriterionFit,
     FitProblem,
+    advise_criterion,
     compare_criteria,
 )
 from wpcal.calibrate.distrust import Distrusted, compare_without
@@ -192,6 +193,7 @@ def calibrate(
         distrusted=distrusted,
         suspect=found.suspect,
         touches=evidence,
+        criterion_advice=advise_criterion(fit, criteria, problem.word),
     )
 
 

@@ -45,6 +45,8 @@ def show_calibration(result: CalibrationResult, console: Console) -> None:
     console.print(
         Text.assemble((result.verdict.value, f"bold {COLOURS[result.verdict]}"), f": {what}"), highlight=False
     )
+    if result.criterion_advice is not None:
+        console.print(f"advice: {result.criterion_advice}", highlight=False, markup=False)
     for issue in result.issues:
         if issue.message not in result.judgement.sentence:
             console.print(f"warning: {issue.message}", highlight=False, markup=False)

@@ -40,6 +40,7 @@ export function verdict(calibration, seams, frames) {
       { class: "verdict" },
       el("span", { class: "stamp" }, calibration.verdict),
       el("p", {}, verdictText(calibration)),
+      calibration.criterion_advice && el("p", {}, calibration.criterion_advice),
     ),
     el(
       "div",
