@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 from scipy.spatial.transform import Rotation
 
-from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram
 from wpcal.core.transform import RigidTransform
 from wpcal.formats.registry import exporter_named, exporter_names
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
@@ -48,7 +48,8 @@ def large_program() -> WeldProgram:
         frames = SeamFrames(np.arange(POSES - 2.0), p[1:-1], R[1:-1], np.ones(POSES - 2), "base")
         seam = Seam(f"W{number}", JointType.TEE, WeldType.FILLET, (), pieces, False, 1.0, True, True, (), frames)
         paths.append(WeldPath(seam, p, R, np.ones(POSES - 2)))
-    return WeldProgram(tuple(paths), T, calibration={"verdict": "PASS", "tolerance_mm": 0.5})
+    controller = ControllerSettings(configurations={"fanuc": "N U T, 0, 0, 0", "inform": "1,0,0,0,0,0,0,0"})
+    return WeldProgram(tuple(paths), T, controller=controller, calibration={"verdict": "PASS", "tolerance_mm": 0.5})
 
 
 def main() -> Table:

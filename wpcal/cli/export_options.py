@@ -14,7 +14,10 @@ from wpcal.cli.option_groups import option
 if TYPE_CHECKING:
     from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldProgram
     from wpcal.controllers.torch import TorchSettings
+    from wpcal.core.arrays import FloatArray
+    from wpcal.core.transform import RigidTransform
     from wpcal.results.folder import FinishedCalibration
+    from wpcal.robot.kinematics.arm import Arm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -203,18 +206,32 @@ class IdentifiedArmFlags:
         "--tool", metavar="X,Y,Z[,RX,RY,RZ]", help="With --robot: tool as set in the controller, mm and deg."
     )
 
+    def choose_spin(self, program: WeldProgram) -> WeldProgram:
+        """Turn the torch about its wire so that the arm stays within its limits; without an arm nothing changes."""
+        from wpcal.controllers.reachable_spin import choose_reachable_spin
+
+        if self.robot is None:
+            return program
+        arm, near, tool = self._read()
+        return choose_reachable_spin(program, arm, near=near, T_flange_tool=tool)
+
     def compensate(self, program: WeldProgram) -> WeldProgram:
         """Replace the poses by the targets for the identified robot; without one nothing changes."""
+        from wpcal.controllers.compensation import compensate_program
+
+        if self.robot is None:
+            return program
+        arm, near, tool = self._read()
+        return compensate_program(program, arm, near=near, T_flange_tool=tool)
+
+    def _read(self) -> tuple[Arm, FloatArray, RigidTransform]:
         import numpy as np
 
-        from wpcal.controllers.compensation import compensate_program
         from wpcal.core.errors import InputError
         from wpcal.robot.identify.poses_file import parse_tool
         from wpcal.robot.kinematics.arm_file import find_arm
 
-        if self.robot is None:
-            return program
-        arm = find_arm(self.robot)
+        arm = find_arm(self.robot or "")
         try:
             near = np.radians([float(cell) for cell in (self.near or "").split(",")])
         except ValueError:
@@ -225,7 +242,7 @@ class IdentifiedArmFlags:
             raise InputError(
                 "--robot needs --tool: the tool as set in the controller; 0,0,0 if it is the flange itself"
             )
-        return compensate_program(program, arm, near=near, T_flange_tool=parse_tool(self.tool)[0])
+        return arm, near, parse_tool(self.tool)[0]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -250,4 +267,4 @@ class WeldProgramFlags:
         space = RobotSpace.NOMINAL if self.arm.robot is None else RobotSpace.IDENTIFIED
         finished = self.selection.select(read_finished(folder, space=space))
         program = build_program(finished, torch=torch, motion=motion, controller=controller)
-        return self.arm.compensate(self.air.check(program))
+        return self.arm.compensate(self.air.check(self.arm.choose_spin(program)))

@@ -58,5 +58,7 @@ def _compensated(path: Poses, arm: Arm, near: ArrayLike, T_flange_tool: RigidTra
         targets, _ = compensate_targets(arm, T_base_tool, near=near, T_flange_tool=T_flange_tool)
     except GeometryError as error:
         name = f"seam {path.seam.name}" if isinstance(path, WeldPath) else "the safe point"
-        raise GeometryError(f"{name}: {error}; the ways to and from a seam count as poses, too") from None
+        raise GeometryError(
+            f"{name}: {error}; the ways to and from a seam count as poses, too (--clearance-mm)"
+        ) from None
     return replace(path, p_base=targets[:, :3, 3], R_base=targets[:, :3, :3])

@@ -163,6 +163,20 @@ def cross_matrix(v: ArrayLike) -> FloatArray:
     return K
 
 
+def spread_rotations(count: int) -> FloatArray:
+    """Return rotations spread evenly over all rotations, shape (count, 3, 3): a super-Fibonacci spiral.
+
+    References
+    ----------
+    Alexa (2022), Super-Fibonacci spirals, CVPR, algorithm 1; the two constants are its φ and ψ.
+    """
+    s = np.arange(count) + 0.5
+    inner, outer = np.sqrt(s / count), np.sqrt(1.0 - s / count)
+    a, b = 2.0 * np.pi * s / np.sqrt(2.0), 2.0 * np.pi * s / 1.533751168755204288118041
+    x, y, z, w = inner * np.sin(a), inner * np.cos(a), outer * np.sin(b), outer * np.cos(b)
+    return rotation_from_quaternion(np.stack([x, y, z, w], axis=-1))
+
+
 def cube_rotations() -> FloatArray:
     """Return the 24 rotations of a cube, shape (24, 3, 3): every rotation is within 62.8° of one of them."""
     half = np.sqrt(0.5)

@@ -1,16 +1,22 @@
 """The tool turns as little as its wire must, within the range of its spin."""
 
+import contextlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from wpcal.controllers.program import build_program
+from wpcal.controllers.reachable_spin import choose_reachable_spin
 from wpcal.controllers.spin import least_turn, spun, swing_and_twist, unwinding_spin
 from wpcal.controllers.torch import ToolAxis, TorchSettings, wire_directions
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.results.folder import read_finished
+from wpcal.robot.identify.poses_file import parse_tool
+from wpcal.robot.kinematics.arm_file import find_arm
+from wpcal.robot.kinematics.inverse import nearest_joints
 
 SADDLE = Path(__file__).parents[3] / "fixtures" / "saddle" / "golden"
 ROUND_OFF = 1e-9
@@ -75,3 +81,42 @@ def test_a_point_without_a_choice_is_named():
 def test_a_range_beyond_half_a_turn_is_refused():
     with pytest.raises(InputError, match="turn about the wire: expected 0 to 180 deg"):
         TorchSettings(spin_range_rad=4.0)
+
+
+def joint_6_limits(program, arm, tool):
+    T = np.tile(np.eye(4), (len(program.paths[0]), 1, 1))
+    T[:, :3, :3], T[:, :3, 3] = program.paths[0].R_base, program.paths[0].p_base
+    return nearest_joints(arm, T @ tool.inverse().matrix, np.zeros(6))
+
+
+def test_the_arm_keeps_its_limits_where_another_turn_about_the_wire_does():
+    arm, tool = find_arm("irb1600_8_145"), parse_tool("20,0,350,0,30,0")[0]
+    program = build_program(read_finished(SADDLE).select())
+    last = arm.joints[5]
+    found = 0
+    for centre_deg in range(-150, 180, 30):
+        low, high = np.radians([centre_deg - 100, centre_deg + 100])
+        tight = replace(arm, joints=(*arm.joints[:5], replace(last, min_rad=low, max_rad=high)))
+        try:
+            kept = choose_reachable_spin(program, tight, near=np.zeros(6), T_flange_tool=tool)
+        except GeometryError:
+            continue
+        wires = [wire_directions(each.paths[0].R_base, ToolAxis.Z) for each in (program, kept)]
+        np.testing.assert_allclose(*wires, rtol=0, atol=ROUND_OFF)
+        q = joint_6_limits(kept, tight, tool)  # raises if a pose breaks a limit
+        assert (q[:, 5] >= low).all()
+        assert (q[:, 5] <= high).all()
+        with contextlib.suppress(GeometryError):
+            joint_6_limits(program, tight, tool)
+            continue
+        found += 1  # without the choice a limit was broken
+    assert found >= 1
+
+
+def test_a_seam_that_no_turn_brings_within_the_limits_is_named():
+    arm, tool = find_arm("irb1600_8_145"), parse_tool("20,0,350,0,30,0")[0]
+    tight = replace(arm, joints=(replace(arm.joints[0], min_rad=1.5, max_rad=1.6), *arm.joints[1:]))
+    with pytest.raises(GeometryError, match="seam W1: point 0: no turn about the wire"):
+        choose_reachable_spin(
+            build_program(read_finished(SADDLE).select()), tight, near=np.zeros(6), T_flange_tool=tool
+        )

@@ -115,6 +115,22 @@ def test_a_capsule_that_does_not_hold_its_hull_is_told_with_the_distance(record,
     assert told(record) == {}
 
 
+def test_capsules_that_hold_all_corners_but_not_the_middle_are_told(record, told):
+    body = link(record, "forearm")
+    body["hull_mm"] = BOX
+    body["capsules"] = [{"p_mm": [0, 0, z], "q_mm": [0, 0, z], "radius_mm": 130} for z in (80, 620)]
+    out = np.hypot(np.hypot(80, 80), 270) - 130  # the middle of a long edge
+    found = float(told(record)["capsule-and-hull"].message.split("up to ")[1].split(" mm")[0])
+    assert found == pytest.approx(out, rel=0.1)
+
+
+def test_a_plate_that_carries_the_part_is_not_far_from_the_flange(record, told):
+    record["holder_robot"]["T_flange_part"]["xyz_mm"] = [0, 0, 400]
+    plate = {"name": "plate", "link": 6, "capsules": [{"p_mm": [-50, 0, 300], "q_mm": [50, 0, 300], "radius_mm": 20}]}
+    record["holder_robot"]["links"].append(plate)
+    assert told(record) == {}
+
+
 @pytest.mark.parametrize("field", ["capsules", "hull_mm"])
 def test_a_body_in_metres_is_told(record, told, field):
     body = link(record, "forearm", "holder_robot")

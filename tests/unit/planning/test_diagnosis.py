@@ -9,7 +9,7 @@ import pytest
 
 from tests.saddle import COARSE, saddle_problem, scan_coarsely
 from wpcal.core.records import to_json
-from wpcal.planning.cell.closed_chain import PLACE
+from wpcal.planning.cell.closed_chain import PLACE, TRAVEL, WORK
 from wpcal.planning.cell.robot_cell import Shape
 from wpcal.planning.cell.singularity import LEAST_REGULARITY
 from wpcal.planning.search.diagnosis import farthest_from_a_plan, nearest_to_a_plan, obstacle_at
@@ -118,6 +118,18 @@ def test_a_ladder_names_its_worst_rung(coarse, way):
     found = ladder_obstacle(blocked, ladder, FIRST)
     assert found.between == ("robot 1 nozzle", "robot 2 lug")
     assert abs(found.s_mm - coarse.path.s_mm[BLOCKED]) <= np.diff(coarse.path.s_mm).max()
+
+
+def test_a_torch_that_must_lean_at_one_place_leans_there_only(coarse, way):
+    blocked = with_lug(coarse, BLOCKED, 5.0)
+    assert shortest_path(blocked, build_ladder(blocked, ReachablePlace(*way, 0)), FIRST) is None
+    ladder = build_ladder(blocked, ReachablePlace(*way, 0), leaning=True)
+    assert shortest_path(blocked, ladder, FIRST) is not None
+    for rung, attitude, joints in zip(ladder.rungs, ladder.attitude, ladder.joints, strict=True):
+        assert blocked.margins(joints).min() > 0
+        lean = np.abs(ladder.coordinates[attitude][:, [WORK, TRAVEL]]).max()
+        assert lean <= blocked.targets.torch_range_rad + 1e-12
+        assert (lean > 0) == (rung == BLOCKED)
 
 
 def test_a_search_without_a_way_says_why_and_not_only_that(coarse, way, monkeypatch):

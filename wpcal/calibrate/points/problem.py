@@ -19,7 +19,7 @@ from wpcal.calibrate.points.covariance import (
 from wpcal.calibrate.points.diagnose import diagnose_pairs, join_pairs
 from wpcal.calibrate.points.error_rows import ErrorRows
 from wpcal.calibrate.points.least_squares import distances, fit_least_squares, kabsch, require_spread
-from wpcal.calibrate.points.minimax import MinimaxSolution, solve_minimax
+from wpcal.calibrate.points.minimax import CERTIFIED_MM, MinimaxSolution, solve_minimax
 from wpcal.calibrate.points.neighbours import FeaturePlaces
 from wpcal.calibrate.points.robust import contradicted_points
 from wpcal.calibrate.points.weighted import (
@@ -33,6 +33,7 @@ from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.suspect import Diagnosis
 from wpcal.calibrate.uncertainty import Sigma, SigmaSource, TeachingError, residual_sigma
 from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
@@ -139,9 +140,12 @@ class PointProblem:
 
     def diagnose(self, fit: CriterionFit) -> Diagnosis:
         """Name swapped, mirrored and mis-taught points and wrong features, and what the points cannot tell."""
-        return diagnose_pairs(
+        found = diagnose_pairs(
             self.pairs, check=self.check, places=self.places, sigma_mm=self.teaching.per_axis_mm, seed=self.seed
         )
+        if fit.criterion is Criterion.MINIMAX and fit.objective_mm - fit.lower_bound_mm > CERTIFIED_MM:
+            return replace(found, issues=(*found.issues, _not_proved(fit)))
+        return found
 
     def _agreeing(self) -> IntArray:
         """Rows that neither the other fitted points nor the check points contradict."""
@@ -177,6 +181,14 @@ class PointProblem:
         if criterion is Criterion.MINIMAX:
             return unequal_minimax_covariance(moved, covariances, seed=self.seed)
         return propagated_covariance(moved, covariances)
+
+
+def _not_proved(fit: CriterionFit) -> Issue:
+    message = (
+        f"this fit may not be the best one: its largest residual is {fit.objective_mm:.4g} mm, and it is proved only "
+        f"that no fit is below {fit.lower_bound_mm:.4g} mm. Check the names of the points; --certify searches on"
+    )
+    return Issue("not-proved", message)
 
 
 def search_points(

@@ -11,11 +11,12 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.issue import Issue
-from wpcal.planning.cell.bodies import TOOL, Body, Owner, bodies_of, body_frames
+from wpcal.planning.cell.bodies import PART, TOOL, Body, Owner, bodies_of, body_frames
 from wpcal.planning.cell.clearance import require_bases_apart
 from wpcal.planning.cell.hulls import capsule_around
 from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell, Shape
@@ -30,8 +31,8 @@ FAR_MM = 150.0
 """Bodies enclose the axes of their link, or are fastened beside them at less than this distance."""
 STICKS_OUT_MM = 0.1
 """A capsule that misses corners of its hull by less changes no clearance that anyone reads."""
-SAMPLES = 16
-"""Points per link whose distance from a body is measured: one per 100 mm on a large arm."""
+SAMPLES = 17
+"""Points per link and per edge of a hull that are measured: one per 100 mm on a large arm."""
 
 
 def check_cell(cell: RobotCell) -> tuple[Issue, ...]:
@@ -193,7 +194,18 @@ def _skeleton(cell: RobotCell, body: Body, frames: Sequence[FloatArray]) -> Floa
     first = 0 if body.owner is Owner.ROBOT1 else JOINTS + 1
     places = [frames[first + link][:3, 3] for link in range(JOINTS + 1)]
     mount = mounting_faces(cell)[0 if body.owner is Owner.ROBOT1 else 1]
-    return _along([mount, *places][body.link : body.link + 3])
+    # what is on the flange reaches to what it carries
+    carried = [frames[TOOL][:3, 3]] if body.owner is Owner.ROBOT1 else _part_centre(cell, frames)
+    return _along([mount, *places, *carried][body.link : body.link + 3])
+
+
+def _part_centre(cell: RobotCell, frames: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the middle of the bodies of the part in `world`; nothing if it has none."""
+    points = [np.concatenate([shape.p, shape.q, shape.hull]) for shape in cell.part]
+    if not points:
+        return []
+    T, every = frames[PART], np.concatenate(points)
+    return [T[:3, :3] @ ((every.min(axis=0) + every.max(axis=0)) / 2) + T[:3, 3]]
 
 
 def _along(knots: Sequence[FloatArray]) -> FloatArray:
@@ -224,14 +236,26 @@ def _capsules_and_hulls(bodies: Sequence[Body]) -> Iterator[Issue]:
         shape = body.shape
         if not len(shape.hull):
             continue
-        out = float(_outside(shape.hull, shape.p, shape.q, shape.radius_mm).max())
+        out = float(_outside(_on_edges(shape.hull), shape.p, shape.q, shape.radius_mm).max())
         if out > STICKS_OUT_MM:
             yield Issue(
                 "capsule-and-hull",
-                f"{body.name}: corners of its hull are up to {out:.1f} mm outside its capsules, so the search sees "
+                f"{body.name}: its hull reaches up to {out:.1f} mm outside its capsules, so the search sees "
                 "more room than there is; make the capsule with wpcal.planning.cell.hulls.capsule_around(hull_mm)",
                 (body.name,),
             )
+
+
+def _on_edges(hull: FloatArray) -> FloatArray:
+    """Return the corners of a hull and points on its edges: several capsules may hold all corners, but not these."""
+    try:
+        faces = ConvexHull(hull).simplices
+    except QhullError:  # flat: the check for collisions refuses it
+        return hull
+    edges = np.unique(np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [0, 2]]]), axis=1), axis=0)
+    parts = np.linspace(0.0, 1.0, SAMPLES)[:, None, None]
+    on_edges = hull[edges[:, 0]] + parts * (hull[edges[:, 1]] - hull[edges[:, 0]])
+    return np.concatenate([hull, on_edges.reshape(-1, 3)])
 
 
 def _bases_too_near(cell: RobotCell) -> Iterator[Issue]:

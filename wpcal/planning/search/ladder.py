@@ -8,14 +8,15 @@ and a state the weighted squared deviation from its targets: the sum that `wpcal
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, YAW, joints_along
+from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, TRAVEL, WORK, YAW, joints_along
 from wpcal.planning.cell.robot_cell import JOINTS
-from wpcal.planning.search.diagnosis import farthest_from_a_plan, obstacle_at
+from wpcal.planning.search.diagnosis import LEANS, farthest_from_a_plan, obstacle_at
 from wpcal.planning.search.objectives import Weights, deviation_weights, joint_step_weight
 from wpcal.planning.search.obstacle import Constraint, Obstacle
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem
@@ -32,6 +33,8 @@ RUNG_MM = 7.0
 """Target distance of rungs; a path between them is a straight line in the coordinates."""
 FEWEST_RUNGS, MOST_RUNGS = 8, 40
 """A short seam still has a shape. A long seam need not cost more than a second."""
+WORST_POINTS = 3
+"""Points of a closed ladder that are tried with a leaning torch: each takes some tenths of a second."""
 YAWS, SPINS = 12, 8
 """Directions of travel and spins of the torch. The steps are coarse; the least squares afterwards remove them."""
 
@@ -47,7 +50,7 @@ class Ladder:
     rungs : ndarray of int, shape (r,)
         Points of the seam.
     coordinates : ndarray, shape (a, 9)
-        Attitudes, the same at every rung.
+        Attitudes; the states of any rung may have any of them.
     attitude : tuple of ndarray of int, r times (m_i,)
         Attitude of each state.
     joints : tuple of ndarray, r times (m_i, 12)
@@ -61,17 +64,38 @@ class Ladder:
     joints: tuple[FloatArray, ...]
 
 
-def build_ladder(problem: PlanningProblem, reachable: ReachablePlace) -> Ladder:
+def build_ladder(problem: PlanningProblem, reachable: ReachablePlace, *, leaning: bool = False) -> Ladder:
     """Compute the states of a ladder; a rung may be left without any.
 
     Parameters
     ----------
     problem : PlanningProblem
     reachable : ReachablePlace
+    leaning : bool
+        Whether the torch leans at rungs that have no state at the target torch angles: by the least of some angles that
+        gives a state.
     """
     count = int(np.clip(round(problem.path.s_mm[-1] / RUNG_MM) + 1, FEWEST_RUNGS, MOST_RUNGS))
     rungs = np.unique(_nearest(problem.path.s_mm, np.linspace(0.0, problem.path.s_mm[-1], count)))
-    attitudes = _attitudes(problem, reachable)
+    upright = _attitudes(problem, reachable)
+    tables, attitude, joints = [upright], *_states_at(problem, reachable, rungs, upright)
+    for work, travel in _leans(problem) if leaning else ():
+        empty = [row for row, states in enumerate(joints) if not len(states)]
+        if not empty:
+            break
+        leant = upright.copy()
+        leant[:, WORK], leant[:, TRAVEL] = work, travel
+        first = len(upright) * len(tables)
+        tables.append(leant)
+        for row, found, states in zip(empty, *_states_at(problem, reachable, rungs[empty], leant), strict=True):
+            attitude[row], joints[row] = found + first, states
+    return Ladder(reachable, rungs, np.concatenate(tables), tuple(attitude), tuple(joints))
+
+
+def _states_at(
+    problem: PlanningProblem, reachable: ReachablePlace, rungs: IntArray, attitudes: FloatArray
+) -> tuple[list[IntArray], list[FloatArray]]:
+    """Return the allowed states of some rungs: which attitude each has, and its joints."""
     coordinates, rows = np.tile(attitudes, (len(rungs), 1)), np.repeat(rungs, len(attitudes))
     joints, usable = usable_branches(problem, coordinates, problem.path.select(rows))
     one, two = reachable.branches
@@ -82,9 +106,15 @@ def build_ladder(problem: PlanningProblem, reachable: ReachablePlace) -> Ladder:
     state, turned = _with_turns(problem, both)
     rung, attitude = np.divmod(keep[state], len(attitudes))
     split = [rung == i for i in range(len(rungs))]
-    return Ladder(
-        reachable, rungs, attitudes, tuple(attitude[rows] for rows in split), tuple(turned[rows] for rows in split)
-    )
+    return [attitude[rows] for rows in split], [turned[rows] for rows in split]
+
+
+def _leans(problem: PlanningProblem) -> list[tuple[float, float]]:
+    """Return work and travel angles off their targets, rad; the smallest deviation first."""
+    targets = problem.targets
+    pairs = sorted(itertools.product(LEANS, LEANS), key=lambda pair: np.hypot(*pair))
+    step = targets.torch_range_rad
+    return [(targets.work_rad + step * a, targets.travel_rad + step * b) for a, b in pairs if (a, b) != (0.0, 0.0)]
 
 
 def _nearest(s_mm: FloatArray, target_mm: FloatArray) -> IntArray:
@@ -145,11 +175,26 @@ def ladder_obstacle(problem: PlanningProblem, ladder: Ladder, weights: Weights) 
     empty = [int(rung) for rung, joints in zip(ladder.rungs, ladder.joints, strict=True) if not len(joints)]
     if not empty:
         return _gap_obstacle(problem, _cheapest_way(problem, ladder, weights))
-    upright = [obstacle_at(problem, place, branches, rung, leans=(0.0,)) for rung in empty]
-    worst = farthest_from_a_plan(upright)
-    if worst is None:
-        return None
-    return obstacle_at(problem, place, branches, empty[upright.index(worst)])
+    # the worst point may be between two rungs
+    near = [point for rung in empty for point in range(*_around(ladder.rungs, rung))]
+    upright = {point: obstacle_at(problem, place, branches, point, leans=(0.0,)) for point in near}
+    worst = []
+    for _ in range(min(WORST_POINTS, len(upright))):
+        found = farthest_from_a_plan(list(upright.values()))
+        if found is None:
+            break
+        point = next(point for point, obstacle in upright.items() if obstacle is found)
+        del upright[point]
+        worst.append(obstacle_at(problem, place, branches, point))
+    return farthest_from_a_plan(worst)
+
+
+def _around(rungs: IntArray, rung: int) -> tuple[int, int]:
+    """Return the points between the rungs before and after a rung, as first and end."""
+    row = int(np.searchsorted(rungs, rung))
+    first = int(rungs[row - 1]) + 1 if row > 0 else int(rungs[0])
+    end = int(rungs[row + 1]) if row + 1 < len(rungs) else int(rungs[-1]) + 1
+    return first, end
 
 
 def _gap_obstacle(problem: PlanningProblem, path: CandidatePath) -> Obstacle | None:

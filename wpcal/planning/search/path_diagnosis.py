@@ -19,6 +19,7 @@ from wpcal.planning.plan.recheck import PathCheck
 from wpcal.planning.search.diagnosis import (
     clearance_advice,
     joint_limit_obstacle,
+    obstacle_at,
     singular_obstacle,
 )
 from wpcal.planning.search.obstacle import Constraint, NoFeasiblePlanError, Obstacle, too_near
@@ -101,7 +102,7 @@ def _between(problem: PlanningProblem, refused: Sequence[PathCheck]) -> Obstacle
             unit="mm",
         )
     loose = {name for issue in check_cell(problem.cell) if issue.code == "capsule-and-hull" for name in issue.ids}
-    advice = clearance_advice(problem, between, distance)
+    advice = f"{clearance_advice(problem, between, distance)}; or sample the seam with smaller steps (--max-step-mm)"
     for name in between:
         if name in loose:
             advice = (
@@ -148,6 +149,9 @@ def _speed(problem: PlanningProblem, path: CandidatePath) -> Obstacle:
 def _clearance(problem: PlanningProblem, path: CandidatePath) -> Obstacle:
     clear = capsule_clearance(problem.cell, path.state)
     row = int(np.argmin(clear.margin_mm))
+    attained = obstacle_at(problem, path.coordinates[row, PLACE], path.branches, row)
+    if attained is not None and attained.constraint is Constraint.CLEARANCE:
+        return attained
     between, best = clear.nearest(row), float(clear.distance_mm[row])
     asked = best - float(clear.margin_mm[row])
     return too_near(between, float(problem.path.s_mm[row]), best, asked, clearance_advice(problem, between, best))

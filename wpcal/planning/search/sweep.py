@@ -8,9 +8,9 @@ from wpcal.planning.search.diagnosis import nearest_to_a_plan
 from wpcal.planning.search.ladder import build_ladder, ladder_obstacle, shortest_path
 from wpcal.planning.search.linear_model import linearise
 from wpcal.planning.search.objectives import MOTION, POSITION, TORCH, Weights
-from wpcal.planning.search.obstacle import NoFeasiblePlanError
+from wpcal.planning.search.obstacle import Constraint, NoFeasiblePlanError, Obstacle
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem, SearchProgress
-from wpcal.planning.search.reachable_states import find_reachable_places
+from wpcal.planning.search.reachable_states import ReachablePlace, find_reachable_places
 from wpcal.planning.search.refine import refine_path, refine_within_limits
 
 LADDERS = 3
@@ -67,18 +67,29 @@ def sweep_paths(
 
 
 def _first_path(problem: PlanningProblem, progress: SearchProgress) -> CandidatePath:
-    """Return the best refined way through the ladders."""
+    """Return the best refined way through the ladders; if there is none, through ladders with a leaning torch."""
     progress("looking for places where the robots can meet", 0, LADDERS + 1)
-    places, found, obstacles = find_reachable_places(problem, LADDERS), [], []
+    places = find_reachable_places(problem, LADDERS)
+    paths, obstacles = _climb(problem, places, progress, leaning=False)
+    if not paths and any(one is not None and one.constraint is Constraint.TORCH_ANGLES for one in obstacles):
+        paths, obstacles = _climb(problem, places, progress, leaning=True)
+    if not paths:
+        raise NoFeasiblePlanError("no way leads from the start of the seam to its end", nearest_to_a_plan(obstacles))
+    return min(paths, key=lambda path: linearise(problem, path, FIRST).cost)
+
+
+def _climb(
+    problem: PlanningProblem, places: Sequence[ReachablePlace], progress: SearchProgress, *, leaning: bool
+) -> tuple[list[CandidatePath], list[Obstacle | None]]:
+    """Return the refined ways through the ladders of some places, and what closes the ladders that have no way."""
+    paths: list[CandidatePath] = []
+    obstacles: list[Obstacle | None] = []
     for row, place in enumerate(places):
         progress("searching ladders", row + 1, LADDERS + 1)
-        ladder = build_ladder(problem, place)
+        ladder = build_ladder(problem, place, leaning=leaning)
         path = shortest_path(problem, ladder, FIRST)
         if path is None:
             obstacles.append(ladder_obstacle(problem, ladder, FIRST))
         else:
-            refined = refine_path(problem, path, FIRST)
-            found.append((linearise(problem, refined, FIRST).cost, refined))
-    if not found:
-        raise NoFeasiblePlanError("no way leads from the start of the seam to its end", nearest_to_a_plan(obstacles))
-    return min(found, key=lambda pair: pair[0])[1]
+            paths.append(refine_path(problem, path, FIRST))
+    return paths, obstacles

@@ -6,6 +6,7 @@ torch gets there; a bolt) brings any candidate below `LEAST_CONFIDENCE`; a weak 
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -49,7 +50,7 @@ FELT_GAP = 0.1
 AROUND = 0.1
 """A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees)."""
 REACH_STATIONS = 5
-"""Places along a seam at which the reach is tested."""
+"""Least number of places along a seam at which the reach is tested; on a long seam they are one nozzle apart."""
 
 ASSUMED = (
     f" (assumed: {USUAL_TORCH}; if yours is bent or smaller, or gets there at another weld angle, accept the seam by "
@@ -99,7 +100,8 @@ def judge_seams(
     judge = _Judge.of(graph, trimmed, options, has_marks=has_marks)
     concave = _concave_evidence(graph, trimmed, seams) if options.concave is ConcaveEdges.AUTO else {}
     judged = []
-    for row, (seam, share) in enumerate(zip(seams, shares, strict=True)):
+    for row, (seam, felt) in enumerate(zip(seams, shares, strict=True)):
+        share = float(np.median(felt))
         evidence = [*judge.evidence(seam, share), *concave.get(row, ())]
         against = sorted(evidence, key=lambda item: item.factor)
         confidence = PRIOR[seam.source] * float(np.prod([item.factor for item in evidence]))
@@ -109,21 +111,34 @@ def judge_seams(
                 reachable=share >= LEAST_FREE,
                 accepted=not seam.inside and (confidence >= LEAST_CONFIDENCE or seam.source is SeamSource.MARKED),
                 confidence=confidence,
-                reasons=(seam.source.value, *seam.reasons, f"{share:.0%} of the torch's directions are free"),
+                reasons=(seam.source.value, *seam.reasons, *_reach_words(felt)),
                 against=tuple(item.text for item in against),
             )
         )
     return tuple(judged)
 
 
-def _free_shares(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[float]:
-    at = [np.unique(np.linspace(0, len(seam.frames) - 1, REACH_STATIONS + 2).astype(int)[1:-1]) for seam in seams]
+def _free_shares(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[FloatArray]:
+    """Return the share of free directions at the felt places of every seam."""
+    at = [_felt_rows(seam) for seam in seams]
     p = np.concatenate([seam.frames.p[rows] for seam, rows in zip(seams, at, strict=True)])
     R = np.concatenate([seam.frames.R[rows] for seam, rows in zip(seams, at, strict=True)])
     counts = [len(rows) for rows in at]
     start = np.repeat([start_mm(seam) for seam in seams], counts)
-    shares = np.split(free_share(graph, trimmed, p, R, start_mm=start), np.cumsum(counts)[:-1])
-    return [float(np.median(share)) for share in shares]
+    return np.split(free_share(graph, trimmed, p, R, start_mm=start), np.cumsum(counts)[:-1])
+
+
+def _felt_rows(seam: Seam) -> IntArray:
+    """Return the stations at which the reach of a seam is felt: all along it, without its ends."""
+    places = max(REACH_STATIONS, math.ceil(seam.length_mm / USUAL_TORCH.nozzle_mm))
+    return np.unique(np.linspace(0, len(seam.frames) - 1, places + 2).astype(int)[1:-1])
+
+
+def _reach_words(shares: FloatArray) -> tuple[str, ...]:
+    """Say how well a torch gets to a seam, and at how many places it does not."""
+    missed = int((shares < LEAST_FREE).sum())
+    words = f"{np.median(shares):.0%} of the torch's directions are free"
+    return (words, f"no torch gets there at {missed} of {len(shares)} places") if missed else (words,)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
