@@ -64,7 +64,8 @@ class PickSession:
         -------
         dict
             ``T_base_part``, ``verdict``, ``judgement``, ``points`` as in ``calibration.json``, each with its ``row``
-            and with ``residual_part_mm``; ``u95_mm`` of every seam's frames; ``features`` by row; ``notes``.
+            and with ``residual_part_mm``; ``u95_mm`` of every seam's frames; ``features`` by row; ``notes``;
+            ``exchanges``: rows that fit if they were touched on another feature.
 
         Raises
         ------
@@ -237,4 +238,8 @@ def _fit_record(
         "u95_mm": [np.round(values, ERROR_DIGITS).tolist() for values in u95_mm],
         "features": {row_of[name]: feature for name, feature in zip(taught.names, taught.features, strict=True)},
         "notes": [issue["message"] for issue in record["issues"]],
+        "exchanges": [
+            {"row": row_of[exchange["name"]], "feature": exchange["feature"], "largest_mm": exchange["largest_mm"]}
+            for exchange in record.get("suspect", {}).get("exchanges", ())
+        ],
     }

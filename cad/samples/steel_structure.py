@@ -47,13 +47,14 @@ def seam_counts(bays: int) -> tuple[int, float]:
     """Return how many seams of the structure a torch reaches, and their length, mm, in closed form.
 
     Every end of a post, rail or pipe has one closed fillet around it. Each of the two legs of a gusset has three
-    straight fillets; no torch reaches the fourth, in the hole at the cut corner.
+    straight fillets; no torch reaches the fourth, in the hole at the cut corner. There the gusset is in the way of the
+    wire along the fillet of its rail, which is cut at both of its sides.
     """
     frames = bays + math.ceil(bays / BAYS_PER_ROW)
     square = {side: 4 * (side - 2 * CORNER_MM) + 2 * math.pi * CORNER_MM for side in (POST_MM, RAIL_MM)}
     leg = 2 * (LEG_MM - SNIPE_MM) + GUSSET_THICK_MM
     loops = frames * (2 * square[POST_MM] + 4 * square[RAIL_MM] + 2 * math.pi * PIPE_MM) + bays * 8 * square[RAIL_MM]
-    return frames * (2 + 4 + 2) + bays * (8 + 12), loops + bays * 4 * leg
+    return frames * (2 + 4 + 2) + bays * (8 + 12), loops + bays * (4 * leg - 2 * GUSSET_THICK_MM)
 
 
 def _row(row: int, bays: int) -> Iterator[Member]:

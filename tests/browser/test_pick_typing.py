@@ -290,3 +290,17 @@ def test_what_was_saved_stays_said_when_the_caret_leaves_the_cell(table: Any) ->
     y.press("Tab")
     table.wait("window.wpcal.idle")
     assert table.page.inner_text("#save-state").startswith("saved 6 rows")
+
+
+def test_a_row_touched_on_the_neighbouring_corner_takes_its_name_with_one_click(table: Any) -> None:
+    cell(table, "V2", "y_mm").focus()
+    paste(table, "812.50 -240.25 155.75")  # V1, the corner 10 mm below V2
+    assert state(table).startswith("FAIL: V1 instead of V2 leaves")
+    top, points = (table.page.locator(name).bounding_box()["y"] for name in ("#notes", "#points"))
+    assert top < points  # the notes are directly under the verdict
+    table.page.locator("#notes button.exchange").click()
+    table.wait("window.wpcal.idle")
+    assert "V1 instead of V2" not in state(table)
+    assert table.page.locator("#notes button.exchange").count() == 0
+    undo(table)
+    assert "V1 instead of V2" in state(table)

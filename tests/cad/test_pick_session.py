@@ -154,3 +154,26 @@ def test_nothing_is_suggested_for_touches_or_unknown_features(part: PickPart) ->
         session.suggest(touches)
     with pytest.raises(InputError, match="no feature 'V99'"):
         session.suggest(named("V99"))
+
+
+def test_a_row_touched_on_the_neighbour_of_its_feature_comes_with_that_feature(part: PickPart) -> None:
+    session = PickSession(part)
+    table = (TEE / "taught_exact.csv").read_text().splitlines()
+    exact = session.read("\n".join(table).encode(), name="exact.csv")[0]
+    places = {f.name: f.p_mm for f in part.workpiece.features if f.kind.is_point}
+    T = session.fit(exact)["T_base_part"]
+    names = [line.split(",")[0] for line in table[1:]]
+    wrong, near = (
+        names[0],
+        min(
+            (name for name in places if name[0] == "V" and name not in names),
+            key=lambda name: float(np.linalg.norm(places[name] - places[names[0]])),
+        ),
+    )
+    x, y, z = np.array(T)[:3, :3] @ places[near] + np.array(T)[:3, 3]
+    cells = table[1].split(",")
+    cells[1:4] = [f"{x:.3f}", f"{y:.3f}", f"{z:.3f}"]
+    slipped = session.read("\n".join([table[0], ",".join(cells), *table[2:]]).encode(), name="slip.csv")[0]
+    found = session.fit(slipped)["exchanges"]
+    assert [(one["row"], one["feature"]) for one in found] == [(0, near)]
+    assert wrong != near

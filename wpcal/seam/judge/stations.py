@@ -24,6 +24,8 @@ BEAD_MM = 15.0
 """Rays out of a modelled bead start this far from its root, which is below its face: 14 mm for 20 mm legs."""
 SAME_PLACE_MM = 1e-3
 """Places along a seam nearer than this are one. No stretch is shorter."""
+CUT_MM = 1e-8
+"""The end of a stretch at which the wire touches a solid is found within this, on straight seams: round-off."""
 SLANT = 2.0
 """The seam goes into a solid within this many distances of the place where a point outside the joint does: the face of
 the solid may lean by 63 degrees."""
@@ -273,7 +275,7 @@ def _where_wire_is_free(graph: BrepGraph, trimmed: TrimmedFaces, changes: Sequen
     end = np.array([0.0 if change.enters else change.seam.frames.s_mm[-1] for change in changes])
     good = bad + np.clip(end - bad, -SEARCH_MM, SEARCH_MM)
     rows, share = np.arange(len(changes)), np.arange(1, SEARCH_PLACES + 1) / SEARCH_PLACES
-    while np.abs(good - bad).max() > SAME_PLACE_MM / 2:
+    while np.abs(good - bad).max() > CUT_MM:
         places = bad[:, None] + (good - bad)[:, None] * share
         free = ~meets(places)
         first = np.where(free.any(axis=1), free.argmax(axis=1), SEARCH_PLACES - 1)

@@ -60,6 +60,7 @@ class Picker {
       onSave: () => this.saving.save(),
       onAdd: () => this.table.addNameless(),
       onSuggest: () => this.suggest(),
+      onExchange: (row, feature) => this.table.exchange(row, feature),
       onFiles: (files) => this.files.read(files),
       onCopy: () => this.copy(),
     });
@@ -123,7 +124,7 @@ class Picker {
     this.table.show({ ...(answer ?? NOTHING), tolerance: data.tolerance_mm, fault });
     this.scene.show(this.rows, answer ?? NOTHING);
     this.seams.show(answer);
-    layout.showNotes([...(answer?.notes ?? []), ...data.notes]);
+    layout.showNotes([...(answer?.notes ?? []), ...data.notes], answer?.exchanges ?? []);
   }
 
   /** Asks which features to touch next, and adds rows for them. */

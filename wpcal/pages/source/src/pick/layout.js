@@ -32,19 +32,23 @@ export function buildLayout(root, data, savesTo, parts, on) {
     file,
   );
   const list = el("ul", {});
-  const notes = el("section", { id: "notes" }, list);
+  const exchangeButtons = el("div", { class: "buttons" });
+  const notes = el("section", { id: "notes" }, list, exchangeButtons);
   root.append(
     view,
     el(
       "div",
       { id: "side" },
       el("header", {}, el("h1", {}, data.file), state, gauges),
+      notes,
       el("section", { id: "points" }, parts.table, buttons, parts.frameForm, parts.status, parts.saveForm),
       el("section", { id: "seams" }, parts.seams),
-      notes,
     ),
   );
-  const showNotes = (texts) => {
+  const exchangeButton = ({ row, feature }) =>
+    el("button", { type: "button", class: "exchange", onclick: () => on.onExchange(row, feature) }, `Take ${feature}`);
+  const showNotes = (texts, exchanges) => {
+    exchangeButtons.replaceChildren(...exchanges.map(exchangeButton));
     list.replaceChildren(...texts.map((text) => el("li", {}, text)));
     notes.hidden = !texts.length;
   };

@@ -156,6 +156,18 @@ export class Table {
     this.lines.focus(row);
   }
 
+  /** The row at an index was touched on another feature; can be undone. */
+  exchange(index, name) {
+    const row = this.rows.rows[index];
+    const feature = this.byName.get(name.toLowerCase());
+    if (!row || !feature) return;
+    const before = this.rows.toRecord();
+    this.rows.take(row, feature);
+    this.draw();
+    this.callbacks.onChange();
+    this.callbacks.onUndoable(`${row.name} was touched at ${feature.name}`, before);
+  }
+
   /** A new row for a point whose feature wpcal finds, or that is clicked afterwards. */
   addNameless() {
     const row = this.rows.addFeature();
