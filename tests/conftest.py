@@ -6,6 +6,7 @@ writes as JSON must follow the schema it names. There is one browser.
 
 import os
 import shutil
+import signal
 from collections.abc import Iterator
 from typing import Any
 
@@ -15,6 +16,9 @@ from hypothesis import settings
 from tests.lint.skips import unexpected_skips
 from tests.record_checks import checked_to_json
 from wpcal.core import records
+
+# A shell's background job ignores Ctrl-C, and so would the commands that the tests start and interrupt.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile("ci", derandomize=True, deadline=None)
 settings.register_profile("dev", deadline=None)

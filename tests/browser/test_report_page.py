@@ -234,6 +234,7 @@ def test_hostile_names_show_as_text(folder: Path, tmp_path: Path, open_page: Any
         HOSTILE,
     ]
     assert found.page.locator(".label", has_text=HOSTILE).count() > 0
+    found.page.locator("canvas").first.scroll_into_view_if_needed()  # long notes stand above the view
     found.page.mouse.move(*found.project(records["seams"][SEAM]["frames"][FRAME]["p_mm"]))
     found.page.locator(".tooltip").wait_for(state="visible")
     assert found.page.locator(".tooltip strong").inner_text() == HOSTILE
