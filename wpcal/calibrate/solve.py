@@ -150,7 +150,7 @@ def calibrate(
             )
         points_checked = check if isinstance(check, PointPairs) else None
         places = FeaturePlaces.of(features) if features else None
-        problem = PointProblem(observed, model, seed, minimax, points_checked, places)
+        problem = PointProblem(observed, model, seed, minimax, points_checked, places, nominal)
     fit = problem.fit(criterion)
     pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
     points = pairs.p_source if seam_points is None else as_points(seam_points, name="seam points")
