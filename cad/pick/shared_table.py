@@ -208,8 +208,7 @@ class SharedTable:
             self._conflicts.pop(window, None)
             warning = self._move_to(out, before) if name else self._store()
             said = {"file": str(out), "command": self._command(out), "backup": backup, "warning": warning}
-            said["has_news"] = has_news
-            return {**said, "revision": self._revision, **_counts(rows)}
+            return {**said, "has_news": has_news, "revision": self._revision, **_counts(rows)}
 
     def open_file(self) -> dict[str, Any]:
         """Take the rows of the file as it is now. The rows before are kept beside the draft, and in the page's Undo."""
