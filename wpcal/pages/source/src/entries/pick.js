@@ -43,7 +43,10 @@ class Picker {
     this.backend = new PickerSeams(data.seams_revision, (state) => this.editor.take(state));
     this.editor = new SeamEditor({ seams: data.seams, frames }, this.backend, {
       onState: (state) => this.takeSeams(state),
-      onSelect: (row) => this.scene.chooseSeam(row),
+      onSelect: (row) => {
+        this.scene.chooseSeam(row);
+        this.editor.element.scrollIntoView({ block: "nearest" });
+      },
     });
     this.seamsBox = el("div", { class: "seam-tables" });
     this.tabulate(data.seams);

@@ -42,7 +42,7 @@ export function buildLayout(root, data, savesTo, parts, on) {
       el("header", {}, el("h1", {}, data.file), state, gauges),
       notes,
       el("section", { id: "points" }, parts.table, buttons, parts.frameForm, parts.status, parts.saveForm),
-      el("section", { id: "seams" }, parts.editor, parts.seams),
+      el("section", { id: "seams" }, parts.seams, parts.editor),
     ),
   );
   const exchangeButton = ({ row, feature }) =>
