@@ -139,8 +139,8 @@ class AirFlags:
         """Compare the program with the part and add the ways between the seams."""
         from wpcal.controllers.air_moves import AirSettings
         from wpcal.controllers.checked_program import check_program
-        from wpcal.controllers.torch_shape import TorchShape
         from wpcal.core.errors import InputError
+        from wpcal.seam.torch import TorchShape
 
         try:
             x, y, z = (float(cell) for cell in self.up.split(","))

@@ -40,7 +40,7 @@ def free_share(
 ) -> FloatArray:
     """Return the share of directions, for each frame, in which a torch reaches the seam; shape (n,).
 
-    A direction is free if the ray of the wire leaves the part, and four rays around it at the radius of the nozzle do.
+    A direction is free if the ray of the wire leaves the part, and eight rays around it at the radius of the nozzle do.
 
     Parameters
     ----------
@@ -62,9 +62,15 @@ def free_share(
     across = np.cross(ways, side)
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     side = np.cross(across, ways)
-    radius = USUAL_TORCH.nozzle_mm / 2.0 - TOUCH_MM
-    mouth = origins + USUAL_TORCH.stickout_mm * ways
-    around = [mouth + radius * offset for offset in (across, -across, side, -side)]
-    bundle = np.stack([origins + start[:, None] * ways, *around], axis=1)
-    free = ~is_bundle_blocked(graph, trimmed, bundle, ways, length_mm=USUAL_TORCH.length_mm)
+    radius = USUAL_TORCH.nozzle_radius_mm - TOUCH_MM
+    mouth = origins + USUAL_TORCH.wire_mm * ways
+    radius = USUAL_TORCH.nozzle_radius_mm - TOUCH_MM
+    crossed = np.stack([across, -across, side, -side], axis=1)
+    diagonal = np.sqrt(0.5) * np.stack([across + side, across - side, side - across, -across - side], axis=1)
+    wire = (origins + start[:, None] * ways)[:, None]
+    first = np.concatenate([wire, mouth[:, None] + radius * crossed], axis=1)
+    free = ~is_bundle_blocked(graph, trimmed, first, ways, length_mm=USUAL_TORCH.length_mm)
+    rows = np.flatnonzero(free)  # most of those that are blocked are so by the first rays
+    more = mouth[rows, None] + radius * diagonal[rows]
+    free[rows] = ~is_bundle_blocked(graph, trimmed, more, ways[rows], length_mm=USUAL_TORCH.length_mm)
     return np.asarray(free.reshape(n, k).mean(axis=1), dtype=np.float64)
