@@ -38,10 +38,11 @@ def run_on_part(target: str, part_step: Path, arguments: Mapping[str, Any], *, w
     WpcalError
         As the function raised it.
     """
-    from cad.kernel.child import run_in_child
     from cad.step.open_text import require_step_file
 
     require_step_file(part_step)
+    from cad.kernel.child import run_in_child
+
     with shown_progress() as progress:
         return run_in_child(target, {"step": part_step, **arguments}, what=what, progress=progress)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -71,3 +72,23 @@ def test_a_calibration_that_nobody_reads_keeps_its_verdict(tmp_path: Path) -> No
     assert (tmp_path / "out" / "report.html").exists()
     code, _ = ended(f"calibrate {part} {taught} -o {tmp_path / 'out'} --force --tolerance-mm 0.01", ">&-")
     assert code == 1
+
+
+@pytest.mark.parametrize(("number", "says"), [(signal.SIGTERM, "ended by SIGTERM"), (signal.SIGHUP, "ended by SIGHUP")])
+def test_a_signal_ends_a_command_like_ctrl_c(number: signal.Signals, says: str, tmp_path: Path) -> None:
+    command = [WPCAL, "study", str(TABLE), "--trials", "100000000", "-o", "study.json"]
+    running = subprocess.Popen(
+        command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, preexec_fn=_heard
+    )
+    assert running.stderr is not None
+    assert "trials" in running.stderr.readline()
+    running.send_signal(number)
+    printed, errors = running.communicate(timeout=TIMEOUT_S)
+    assert (running.returncode, printed) == (128 + number, "")
+    assert errors.split("\n")[-2] == f"wpcal: {says}"
+    assert list(tmp_path.iterdir()) == []
+
+
+def _heard() -> None:
+    """The test may itself run without a terminal, where a signal of this kind is ignored."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
