@@ -81,7 +81,9 @@ def test_taught_points_become_a_table(tmp_path, capsys):
     assert "does not say its user frame; give it as X,Y,Z,A,B,C or as base (--uframe)" in err
     assert not table.exists()
     assert call(capsys, "taught", program, "--uframe", "100,0,0,90,0,0", "-o", table)[0] == 0
-    assert table.read_text() == "name,x_mm,y_mm,z_mm,feature\nXP1,80.000000,10.000000,30.000000,XP1\n"
+    header, row = table.read_text().splitlines()
+    assert header == "name,x_mm,y_mm,z_mm,feature,rx_deg,ry_deg,rz_deg"
+    assert row == "XP1,80.000000,10.000000,30.000000,XP1,0.0000,0.0000,90.0000"
 
 
 @pytest.mark.parametrize(
