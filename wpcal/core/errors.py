@@ -202,7 +202,10 @@ class ConvergenceError(WpcalError, RuntimeError):
 
 
 class KernelError(WpcalError, RuntimeError):
-    """The CAD kernel failed; raised in `cad` only."""
+    """The CAD kernel failed on a file, or reached a limit of time or memory; raised in `cad` only."""
 
-    exit_code = 70
     code = ErrorCode.KERNEL
+
+
+class OutOfMemoryError(KernelError):
+    """The CAD kernel ran out of memory."""
