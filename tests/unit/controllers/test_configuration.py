@@ -53,7 +53,7 @@ def test_the_joints_of_the_fanuc_arm_are_counted_as_the_controller_does():
 
 @pytest.mark.parametrize("joints_deg", [[170, -120, 90, 0, 30, 0], [0, -30, 0, 181, 30, 0], [0, 0, 0, 0, 30, -200]])
 def test_fanuc_is_refused_where_no_source_says(joints_deg):
-    with pytest.raises(InputError, match="pose 1 of 1: .*(behind axis 1|beyond 180 deg)"):
+    with pytest.raises(InputError, match=r"pose 1 of 1: .*(behind axis 1|beyond 180 deg)"):
         config(posture(ARC_MATE, np.deg2rad([joints_deg])))
 
 

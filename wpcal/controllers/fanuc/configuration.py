@@ -34,7 +34,11 @@ def config(posture: Posture) -> list[str]:
     """
     refuse_first(posture.is_behind, "the wrist is behind axis 1 (B), for which no public source defines U and D")
     beyond = np.abs(posture.degrees[:, [0, 3, 4, 5]]).max(axis=1) > ONE_TURN_DEG
-    refuse_first(beyond, "joint 1, 4, 5 or 6 is beyond 180 deg, and public sources do not agree on the turn numbers")
+    refuse_first(
+        beyond,
+        "joint 1, 4, 5 or 6 is beyond 180 deg, and public sources do not agree on the turn numbers (another "
+        "--near may keep the joints within it)",
+    )
     flips = np.sin(posture.joints[:, 4]) > 0.0
     return [
         f"{'F' if flip else 'N'} {'D' if down else 'U'} T, 0, 0, 0"

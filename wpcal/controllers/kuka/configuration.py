@@ -3,9 +3,9 @@
 Bits of S: 1 if the wrist centre is behind axis 1 (overhead area); 2 if it is in front of the line through axes 2 and 3;
 4 if A5 is negative. Bits of T: bit n is set if axis n + 1 is negative.
 
-Sources disagree on bit 2: a table on the web states the opposite. Taught points in public programs settle it: S 2 and S 6
-go with positive A3 (bit 2 of T not set), and S 6 with negative A5 (bit 4 of T set), as in ``S 6, T 27`` and ``S 2, T 35``.
-For the overhead area no source could be checked.
+Sources disagree on the second bit: a table on the web states the opposite. Taught points in public programs settle it:
+S 2 and S 6 go with positive A3 (its bit of T is not set), and S 6 with negative A5 (its bit of T is set), as in
+``S 6, T 27`` and ``S 2, T 35``. For the overhead area no source could be checked.
 
 References
 ----------

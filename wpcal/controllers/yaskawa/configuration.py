@@ -1,14 +1,14 @@
-"""Yaskawa RCONF: the ranges of the axes R, T and S from joint angles; flip, elbow and front as the user gives them.
+"""Yaskawa RCONF: the ranges of the axes R, T and S from joint angles; the rest as the user gives it.
 
-``///RCONF l,m,n,o,p,q``: 0 flip or 1 no-flip, 0 upper or 1 lower arm, 0 front or 1 rear; then 1 for R, T and S of 180° or
-more. The manuals agree on the order. They do not agree on flip: the NX100's says that the R axis decides (from -90° to 90°
-is flip), while the RCONF that nearly all public jobs with the R axis near 0° state begins with 1. It also says that the
-types vary with the model. wpcal therefore takes the first three numbers from a taught job.
+``///RCONF l,m,n,o,p,q``: 0 flip or 1 no-flip, 0 upper or 1 lower arm, 0 front or 1 rear; then 1 for R, T and S of 180°
+or more. The manuals agree on the order. On flip they do not agree with jobs: the NX100's manual says that the R axis
+decides (from -90° to 90° is flip), while nearly all public jobs with the R axis near 0° have an RCONF that begins with
+1. It also says that the types vary with the model. wpcal therefore takes the first three numbers from a taught job.
 
 References
 ----------
-Yaskawa, NX100 Instructions for Data Transmission Function, 4.1 Job Data Format (HW0481924); DX100, the same (HW0482494);
-NX100 Operator's Manual, 3.9 Manipulator Types (RE-CSO-A031).
+Yaskawa, NX100 Instructions for Data Transmission Function, 4.1 Job Data Format (HW0481924); DX100, the same
+(HW0482494); NX100 Operator's Manual, 3.9 Manipulator Types (RE-CSO-A031).
 """
 
 from __future__ import annotations

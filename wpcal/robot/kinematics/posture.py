@@ -1,8 +1,8 @@
 """Which of its eight postures an arm is in, from its joint angles: what controllers call its configuration.
 
-Two of the three choices are places of the wrist centre, as drawings of the makers show them: in front of axis 1 or behind
-it, and in front of the line through axes 2 and 3 or behind it. *In front* is the side of the base's x axis when joint 1
-is at 0. The third choice is the sign of joint 5.
+Two of the three choices are places of the wrist centre, as drawings of the makers show them: in front of axis 1 or
+behind it, and in front of the line through axes 2 and 3 or behind it. *In front* is the side of the base's x axis when
+joint 1 is at 0. The third choice is the sign of joint 5.
 """
 
 from __future__ import annotations
