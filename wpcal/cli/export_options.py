@@ -164,18 +164,22 @@ class ControllerFlags:
         "--config",
         multiple=True,
         metavar="[FORMAT=]CONFIG",
-        help='Configuration of the arm as the pendant shows it, for FANUC and INFORM: --config fanuc="N U T, 0, 0, 0". '
+        help='Configuration of the arm as the pendant shows it, for FANUC, Yaskawa: --config fanuc="N U T, 0, 0, 0". '
         "Without FORMAT it is used for every format. Repeatable.",
     )
 
     def to_settings(self) -> ControllerSettings:
         """Return the names and numbers as the programs take them."""
+        from wpcal.cli.hints import named_option
         from wpcal.controllers.program import ControllerSettings
         from wpcal.core.errors import InputError
+        from wpcal.formats.registry import exporter_named
 
         configurations: dict[str, str] = {}
         for given in self.configurations:
             name, _, value = given.rpartition("=")
+            with named_option(f"--config {given}"):
+                name = name and exporter_named(name).name
             if name in configurations:
                 raise InputError(
                     f"--config {given}: {f'{name} is' if name else 'a value for all formats is'} given twice"
