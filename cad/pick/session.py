@@ -63,8 +63,9 @@ class PickSession:
         Returns
         -------
         dict
-            ``T_base_part``, ``verdict``, ``judgement``, ``points`` as in ``calibration.json``, each with its ``row``
-            and with ``residual_part_mm``; ``u95_mm`` of every seam's frames; ``features`` by row; ``notes``;
+            ``T_base_part``, ``verdict``, ``judgement``, ``criterion_advice`` and ``points`` as in
+            ``calibration.json``; every point also has its ``row`` and ``residual_part_mm``. ``u95_mm`` of every seam's
+            frames; ``features`` by row; ``notes``;
             ``exchanges``: rows that fit if they were touched on another feature.
 
         Raises
@@ -231,6 +232,7 @@ def _fit_record(
         "lower_bound_mm",
         "certified",
         "T_base_part",
+        "criterion_advice",
     )
     return {
         **{key: record[key] for key in kept},

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray, as_points
+from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.pairs import PointPairs
 from wpcal.core.records import read_bytes, sha256_of
@@ -286,10 +285,8 @@ def taught_csv(taught: TaughtPoints) -> str:
     ----------
     taught : TaughtPoints
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     space = [] if taught.space is RobotSpace.NOMINAL else [taught.space.value]
-    writer.writerow(("name", *TAUGHT_COLUMNS, "feature", *(["robot_space"] if space else [])))
+    rows = [["name", *TAUGHT_COLUMNS, "feature", *(["robot_space"] if space else [])]]
     for name, p, feature in zip(taught.names, taught.p_base, taught.features, strict=True):
-        writer.writerow([name, *(f"{v:.6f}" for v in p), feature, *space])
-    return text.getvalue()
+        rows.append([name, *(f"{v:.6f}" for v in p), feature, *space])
+    return csv_text(rows)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError, UnitError
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
@@ -200,15 +199,12 @@ def corrected_table(
         Error of the tool centre point that all points share (95 %), mm; the column is left out at zero.
     """
     rest = list(others[0]) if others else []
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     bias = {"tcp_bias_mm": f"{tcp_bias_mm:.6f}"} if tcp_bias_mm else {}
-    writer.writerow(["name", *POSITION_COLUMNS, "robot_space", *bias, *rest])
+    rows = [["name", *POSITION_COLUMNS, "robot_space", *bias, *rest]]
     for name, point, cells in zip(names, points, others, strict=True):
-        writer.writerow(
-            [name, *(f"{value:.6f}" for value in point), space.value, *bias.values(), *(cells[key] for key in rest)]
-        )
-    return text.getvalue()
+        place = (f"{value:.6f}" for value in point)
+        rows.append([name, *place, space.value, *bias.values(), *(cells[key] for key in rest)])
+    return csv_text(rows)
 
 
 def plan_table(arm: Arm, joints: FloatArray) -> str:
@@ -220,14 +216,10 @@ def plan_table(arm: Arm, joints: FloatArray) -> str:
     joints : ndarray, shape (N, n)
         Shown joint angles, rad.
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        [*(f"q{i + 1}_deg" for i in range(joints.shape[1])), "nominal_x_mm", "nominal_y_mm", "nominal_z_mm"]
-    )
+    rows = [[*(f"q{i + 1}_deg" for i in range(joints.shape[1])), "nominal_x_mm", "nominal_y_mm", "nominal_z_mm"]]
     for q, p in zip(np.rad2deg(joints), arm.forward(joints)[:, :3, 3], strict=True):
-        writer.writerow([*(f"{angle:.4f}" for angle in q), *(f"{value:.1f}" for value in p)])
-    return text.getvalue()
+        rows.append([*(f"{angle:.4f}" for angle in q), *(f"{value:.1f}" for value in p)])
+    return csv_text(rows)
 
 
 def parse_tool(text: str | None) -> tuple[RigidTransform, float | None]:
