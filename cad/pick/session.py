@@ -136,6 +136,7 @@ class PickSession:
             reading = replace(reading, points=usable or None)
             left_out = tuple(f"{point}: {fault}" for point, fault in faults.items())
         taught = names_as_features(points_in_base(found, reading), self.part.workpiece.features)
+        taught = replace(taught, R_base_tool=None)  # a person who touches a point again types no posture
         return read_rows(taught_csv(taught).encode("utf-8"), path=name), left_out
 
     def suggest(self, rows: Rows) -> dict[str, Any]:
