@@ -1,7 +1,7 @@
 """The page of `wpcal seams --html`: the seams of a part, the refused candidates, the reasons, and an editor of seams.
 
-The page gives away a ``seams.json`` with decisions and without frames. `wpcal seams --seams FILE` and the other commands
-carry the decisions out.
+The page gives away a ``seams.json`` with decisions and without frames. The commands carry the decisions out when they
+get it with ``--seams``.
 """
 
 from __future__ import annotations
