@@ -139,7 +139,9 @@ def test_what_a_controller_cannot_do_is_refused():
         controller_named("urscript").load_reader()
     with pytest.raises(InputError, match="krl has no programs of two robots"):
         controller_named("krl").write_sync(two_robots())
-    with pytest.raises(InputError, match="unknown controller 'karel'; known: fanuc, inform, krl"):
+    with pytest.raises(
+        InputError, match="unknown controller 'karel': did you mean krl\\? known: abb, fanuc, inform, krl"
+    ):
         controller_named("karel")
     assert controller_of_file(Path("points.csv")) is None
 
