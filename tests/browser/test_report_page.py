@@ -188,7 +188,7 @@ def test_the_view_and_the_rows_answer_to_the_keyboard(folder: Path, open_page: A
     first = drawn()
     page.keyboard.press("ArrowRight")
     turned = drawn()
-    assert np.linalg.norm(turned - first) > 5.0
+    assert np.linalg.norm(turned - first) > 2.0
     page.keyboard.press("ArrowLeft")
     np.testing.assert_allclose(drawn(), first, rtol=0, atol=0.5)
     page.keyboard.press("+")

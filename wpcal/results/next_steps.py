@@ -10,6 +10,8 @@ HELP_PAGE = "docs/how-to/fail-what-now.md"
 """The page that explains every verdict sentence."""
 
 AGAIN = "Then calibrate again."
+SMALL = 10.0
+"""A row that is off by less than this many stated teaching errors may be blamed because the stated error is too small."""
 MOST_NAMED = 6
 """Most rows that one step lists."""
 
@@ -72,6 +74,10 @@ def _named(calibration: Mapping[str, Any], suspect: Mapping[str, Any]) -> list[s
             f"If you cannot touch {listed} again, write no into {verb} column use: the seams are then predicted within "
             f"{without['seam_error_95_mm']:.2g} mm."
         )
+    stated = calibration.get("teaching_error", {})
+    near = max(suspect.get("off_mm", ()), default=0.0) <= SMALL * stated.get("used_sigma_mm", 0.0)
+    if near and stated.get("provenance") == "stated":  # a stated error that is too small blames good rows
+        steps += _state_sigma(calibration)
     return steps
 
 

@@ -55,10 +55,17 @@ def test_the_sigma_that_would_be_enough_is_stated():
 
 
 def test_the_sigma_to_state_is_that_of_the_residuals():
-    record = fitted(teaching=TeachingError(sigma_mm=0.1), noise_mm=0.2, seed=0)
+    record = fitted(teaching=TeachingError(sigma_mm=0.11), noise_mm=0.2, seed=5)
     assert record["judgement"]["reason"] == "stated-error"
     step = next(step for step in next_steps(record) if "--sigma-mm" in step)
     assert 0.1 <= float(step.split("--sigma-mm ")[1].split(")")[0]) <= 0.4
+
+
+def test_a_sigma_that_is_stated_too_small_may_blame_a_point_and_that_is_said():
+    record = fitted(teaching=TeachingError(sigma_mm=0.11), noise_mm=0.2)
+    assert record["judgement"]["reason"] == "contradiction"
+    assert any("--sigma-mm" in step for step in next_steps(record))
+    assert not any("--sigma-mm" in step for step in next_steps(fitted([(4, [0, 0, 9.0])])))
 
 
 def test_the_feature_to_touch_next_is_named():
