@@ -11,7 +11,7 @@ HELP_PAGE = "docs/how-to/fail-what-now.md"
 
 AGAIN = "Then calibrate again."
 SMALL = 10.0
-"""A row that is off by less than this many stated teaching errors may be blamed because the stated error is too small."""
+"""A row that is off by less than this many stated teaching errors may be blamed for a stated error too small."""
 MOST_NAMED = 6
 """Most rows that one step lists."""
 
