@@ -22,11 +22,11 @@ from cad.pick.draft import (
     draft_of,
     read_draft,
     set_aside,
-    sha256_of,
 )
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, read_rows
 from wpcal.core.errors import ErrorCode, FormatError, InputError
+from wpcal.core.input_file import sha256_of
 from wpcal.core.records import write_file
 
 FILE_CHANGED = "file-changed"

@@ -17,7 +17,7 @@ from typing import Any, cast
 import pytest
 
 import cad.pick.shared_table as module
-from cad.pick.draft import Draft, Keyed, draft_of, read_draft, sha256_of
+from cad.pick.draft import Draft, Keyed, draft_of, read_draft
 from cad.pick.opening import find_table, start_table
 from cad.pick.part import PickPart
 from cad.pick.rows import NEW_COLUMNS, Rows, read_rows
@@ -25,6 +25,7 @@ from cad.pick.shared_table import FileChangedError, SharedTable
 from wpcal.advise import advise
 from wpcal.advise.advice import template_csv
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import sha256_of
 
 PART = cast(PickPart, SimpleNamespace(file_name="tee.step", sha256="a" * 64))
 CONCURRENT_SAVES = 60

@@ -19,7 +19,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import FormatError
-from wpcal.core.records import read_bytes
+from wpcal.core.input_file import read_bytes
 
 FORMAT = "wpcal graph 1"
 """Name and version, stored as the array ``format``."""
