@@ -53,6 +53,10 @@ class Material(Protocol):
     def names(self) -> tuple[str, ...]:
         """Names of the solids."""
 
+    @property
+    def boxes(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest corners of a box around each solid, two arrays (s, 3), mm."""
+
     def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
         """Find where rays enter and leave solids.
 
@@ -84,6 +88,15 @@ class ExactMaterial:
         """Names of the solids."""
         return self.graph.solid_names
 
+    @property
+    def boxes(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest corners of a box around each solid, two arrays (s, 3), mm."""
+        count = len(self.graph.solid_names)
+        low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+        np.minimum.at(low, self.graph.face_solid, self.trimmed.face_box[0])
+        np.maximum.at(high, self.graph.face_solid, self.trimmed.face_box[1])
+        return low, high
+
     def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
         """Find where rays enter and leave solids.
 
@@ -114,6 +127,16 @@ class TriangleMaterial:
     def names(self) -> tuple[str, ...]:
         """Names of the solids."""
         return tuple(solid.name for solid in self.mesh.solids)
+
+    @property
+    def boxes(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest corners of a box around each solid, two arrays (s, 3), mm."""
+        empty = np.full(3, np.inf)
+        low = [solid.points.min(axis=0, initial=np.inf) if len(solid.points) else empty for solid in self.mesh.solids]
+        high = [
+            solid.points.max(axis=0, initial=-np.inf) if len(solid.points) else -empty for solid in self.mesh.solids
+        ]
+        return np.reshape(low, (-1, 3)), np.reshape(high, (-1, 3))
 
     @cached_property
     def _corners(self) -> FloatArray:
@@ -189,11 +212,18 @@ def find_solids_around(material: Material, points: FloatArray) -> tuple[IntArray
     point, solid : ndarray of int, shape (k,)
         Pairs of a point and a solid around it, sorted by point, then solid.
     """
+    low, high = material.boxes
+    asked, solid = BoxTree.of(low, high).meeting(points, points)
+    row, first = np.unique(asked, return_index=True)
+    if len(row) == 0:
+        return row, row
+    far = np.maximum.reduceat(np.linalg.norm(high - low, axis=1)[solid], first)  # no solid around a point is longer
     rays = VOTERS / np.linalg.norm(VOTERS, axis=1, keepdims=True)
     count = len(rays)
-    found = material.hits(np.repeat(points, count, axis=0), np.tile(rays, (len(points), 1)), FAR_MM)
-    pair, row = np.unique(np.stack([found.ray, found.solid]), axis=1, return_inverse=True)
-    turns = np.bincount(row.ravel(), found.way, minlength=pair.shape[1])
+    origins = np.repeat(points[row], count, axis=0)
+    found = material.hits(origins, np.tile(rays, (len(row), 1)), np.repeat(far, count))
+    pair, of = np.unique(np.stack([found.ray, found.solid]), axis=1, return_inverse=True)
+    turns = np.bincount(of.ravel(), found.way, minlength=pair.shape[1])
     inside = pair[:, turns > 0]
     both, votes = np.unique(np.stack([inside[0] // count, inside[1]]), axis=1, return_counts=True)
-    return both[0, votes > count / 2], both[1, votes > count / 2]
+    return row[both[0, votes > count / 2]], both[1, votes > count / 2]

@@ -263,11 +263,10 @@ def _write(
     from wpcal.planning.search.pareto_record import pareto_record
 
     problem, cell = result.problem, result.problem.cell
-    record = to_json(pareto_record(result, preference))
     plans, chosen = result.front.plans, result.front.chosen(preference)
     runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=problem.speed_mm_s)) for one in plans]
     run = runs[chosen]
-    files = {"pareto.json": record, "plan.json": to_json(run_record(run, cell)), "plan.csv": run_csv(run, cell)}
+    files = {"plan.json": to_json(run_record(run, cell)), "plan.csv": run_csv(run, cell)}
     groups = (("ladder", result.ladder), ("nsga2", result.genetic))
     fronts = [MethodFront(name, one.values, result.hypervolume_of(one)) for name, one in groups if one is not None]
     files["plan.html"] = build_plan_page(runs, cell, OBJECTIVES, chosen=chosen, fronts=fronts, part_glb=mesh)
@@ -275,6 +274,8 @@ def _write(
     if run.verdict is CollisionVerdict.FREE:
         programs, refusals = possible_programs(build_sync_program(run, cell))
         files |= programs
+    record = to_json(pareto_record(result, preference, runs, no_program=refusals))
+    files["pareto.json"] = record
     with new_directory(output, overwrite=force) as folder:
         for name, text in files.items():
             write_file(folder / name, text, overwrite=True)

@@ -109,10 +109,11 @@ class _Progress:
 
 
 def _show(result: ErrorStudy) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console()
+    from wpcal.cli.console import plain_console
+
+    console = plain_console()
     console.print(_histogram(result))
     table = Table(title="Largest displacement of a reference point", show_header=False)
     table.add_row("trials", f"{len(result.errors_mm)} (seed {result.seed}, {result.criterion.value})")

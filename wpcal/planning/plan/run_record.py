@@ -32,7 +32,7 @@ def run_record(run: CellRun, cell: RobotCell) -> dict[str, Any]:
     dict
         Angles in degrees. ``points`` has one entry per state. Values that exist only on the weld are null elsewhere.
     """
-    plan, schedule, limit = run.plan, run.schedule, run.schedule.limit
+    plan = run.plan
     return {
         "schema": PLAN_SCHEMA,
         "cell": cell.name,
@@ -41,17 +41,26 @@ def run_record(run: CellRun, cell: RobotCell) -> dict[str, Any]:
         "units": {"length": "mm", "angle": "deg", "time": "s"},
         "objectives": dict(plan.objectives),
         "as_printed": dict(plan.printed),
+        **run_verdict(run),
+        "issues": [issue.to_record() for issue in check_cell(cell)],
+        "robots": [{"arm": arm.name, "joints": [joint.name for joint in arm.joints]} for arm in (cell.arm1, cell.arm2)],
+        "points": _points(run),
+    }
+
+
+def run_verdict(run: CellRun) -> dict[str, Any]:
+    """Return what is known of a run as plain values: its speed and time, collisions, and the tip between the points."""
+    schedule, limit = run.schedule, run.schedule.limit
+    return {
         "speed_mm_s": schedule.speed_mm_s,
         "asked_mm_s": schedule.asked_mm_s,
+        "weld_s": float(schedule.t_s[-1]),
         "speed_limit": None
         if limit is None
         else {"robot": limit.robot, "joint": limit.joint, "s_mm": limit.s_mm, "fastest_mm_s": limit.fastest_mm_s},
         "freedom": run.verdict.value,
         "check": None if run.check is None else check_record(run.check),
         "between_points": tip_record(run.tip),
-        "issues": [issue.to_record() for issue in check_cell(cell)],
-        "robots": [{"arm": arm.name, "joints": [joint.name for joint in arm.joints]} for arm in (cell.arm1, cell.arm2)],
-        "points": _points(run),
     }
 
 

@@ -125,7 +125,8 @@ def _free_shares(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam])
     R = np.concatenate([seam.frames.R[rows] for seam, rows in zip(seams, at, strict=True)])
     counts = [len(rows) for rows in at]
     start = np.repeat([start_mm(seam) for seam in seams], counts)
-    return np.split(free_share(graph, trimmed, p, R, start_mm=start), np.cumsum(counts)[:-1])
+    number = np.repeat(np.arange(len(seams)), counts)
+    return np.split(free_share(graph, trimmed, number, p, R, start_mm=start), np.cumsum(counts)[:-1])
 
 
 def _felt_rows(seam: Seam) -> IntArray:
