@@ -52,7 +52,7 @@ def shown_progress() -> Iterator[Progress]:
     if not sys.stderr.isatty():
         yield no_progress
         return
-    from rich.console import Console
+    from wpcal.cli.console import plain_console
 
-    with Console(stderr=True).status("starting the CAD kernel") as status:
+    with plain_console(stderr=True).status("starting the CAD kernel") as status:
         yield status.update

@@ -229,10 +229,11 @@ def _shown_progress() -> Iterator[Callable[[str, int, int], None]]:
     if not sys.stderr.isatty():
         yield lambda what, done, of: None
         return
-    from rich.console import Console
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    from wpcal.cli.console import plain_console
+
+    with Progress(console=plain_console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting")
 
         def show(what: str, done: int, of: int) -> None:

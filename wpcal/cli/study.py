@@ -91,10 +91,11 @@ class _Progress:
 
     def __enter__(self) -> _Progress:
         if self.shown:
-            from rich.console import Console
             from rich.progress import Progress
 
-            self.bar = Progress(console=Console(stderr=True), transient=True)
+            from wpcal.cli.console import plain_console
+
+            self.bar = Progress(console=plain_console(stderr=True), transient=True)
             self.bar.start()
             self.task = self.bar.add_task("trials", total=self.trials)
         return self
