@@ -21,6 +21,7 @@ import numpy as np
 
 from wpcal.core.arrays import LARGEST_MM, FloatArray, frozen
 from wpcal.core.cells import UNIT_OF_COLUMN, column_name, decimal_sign, number_in_cell
+from wpcal.core.csv_text import without_mark
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.numbers import NUMBER
@@ -224,7 +225,8 @@ def parse_table(raw: bytes, *, path: str) -> Table:
                 _wrong_length(row, header, separator), path=path, line=line, column=min(len(row), len(header))
             )
     columns = {
-        name: [cell.strip() for cell in cells] for name, cells in zip(header, zip(*rows[1:], strict=True), strict=True)
+        name: [without_mark(cell.strip()) for cell in cells]
+        for name, cells in zip(header, zip(*rows[1:], strict=True), strict=True)
     }
     return Table(path, columns, tuple(lines[1:]), separator)
 
@@ -265,7 +267,7 @@ def _without_merged_cells(lines: list[int], rows: list[list[str]]) -> tuple[list
 def _header(cells: Sequence[str], path: str, line: int) -> list[str]:
     if len(cells) > MOST_COLUMNS:
         raise FormatError(f"has {len(cells)} columns, expected at most {MOST_COLUMNS}", path=path, line=line)
-    header = [column_name(cell) for cell in cells]
+    header = [column_name(without_mark(cell.strip())) for cell in cells]
     empty = [str(number) for number, name in enumerate(header, start=1) if not name]
     if empty:
         what = f"column {', '.join(empty)} has no name; write one row with a name for each column"
