@@ -91,7 +91,7 @@ def pick(
     from cad.pick.server import PickServer
     from cad.pick.session import PickSession
     from cad.pick.shared_seams import start_seams
-    from wpcal.core.records import read_bytes
+    from wpcal.core.input_file import read_bytes
 
     is_asked = out is not None
     out = out or table_of(taught)

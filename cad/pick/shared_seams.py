@@ -10,10 +10,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from cad.pick.draft import backup_of, bytes_of, sha256_of
+from cad.pick.draft import backup_of, bytes_of
 from cad.pick.part import PickPart
 from cad.pick.session import PickSession
 from wpcal.core.errors import InputError
+from wpcal.core.input_file import sha256_of
 from wpcal.core.records import to_json, write_file
 from wpcal.pages.report import seam_columns
 from wpcal.seam.edit import PlacedEdit, apply_edits, candidate_from_record, edit_from_record, read_edits

@@ -82,6 +82,8 @@ def test_the_page_is_not_believed(shared: SharedSeams, tmp_path: Path) -> None:
         [{"candidate": candidate, "edit": {"join": [{"candidate": candidate}]}}],
         [{"candidate": candidate, "edit": {"join": "W3"}}],
         [{"candidate": candidate, "edit": {"name": "W1"}}],
+        [{"candidate": candidate, "edit": {"range_mm": [0, 10**400]}}],
+        [{"candidate": {**candidate, "length_mm": 10**400}, "edit": {"accept": True}}],
         [{"candidate": candidate}],
         [{"candidate": 7, "edit": {}}],
         [3],

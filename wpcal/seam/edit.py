@@ -7,6 +7,7 @@ after a change elsewhere on the part.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,7 +17,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import LARGEST_MM, FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.seam.edited_run import framed, is_loop, joined_run, judged_anew, marks_in, part_of
@@ -95,7 +96,7 @@ def candidate_from_record(record: Any, label: str, *, path: str) -> Candidate:
         x, y, z = start
         u, v, w = middle
         return Candidate(str(record["name"]), (x, y, z), (u, v, w), float(record["length_mm"]))
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         message = f"seam {label}: its edit needs a whole candidate (name, start_part_mm, middle_part_mm, length_mm)"
         raise FormatError(message, path=path) from None
 
@@ -156,6 +157,8 @@ def _range(value: Any, refuse: Any) -> tuple[float, float] | None:
     is_pair = isinstance(value, list) and len(value) == 2
     if not is_pair or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in value):
         raise refuse(f"range_mm must be two lengths [from, to], got {value!r}")
+    if not all(abs(v) <= LARGEST_MM for v in value):
+        raise refuse(f"range_mm must be two lengths of at most {LARGEST_MM:g} mm")
     low, high = float(value[0]), float(value[1])
     if not 0 <= low < high:
         raise refuse(f"range_mm must rise from 0 or more, got [{low:g}, {high:g}]")
@@ -210,9 +213,8 @@ def apply_edits(
     for k, seam in zip(again, judged, strict=True):
         edited[k] = seam
     edited = [seam if seam.edit is None else _decided(seam, seam.edit) for seam in edited]
-    names = [seam.name for seam in edited]
-    for name in names:
-        if names.count(name) > 1:
+    for name, count in Counter(seam.name for seam in edited).items():
+        if count > 1:
             raise InputError(f"{edits[0].path}: two seams would be called {name!r}; give each edit a different name")
     return tuple(edited)
 
