@@ -5,12 +5,14 @@ from __future__ import annotations
 import io
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
+from cad.kernel.plain_data import pack, unpack
 from tests.record_checks import check_output
 from wpcal.cli.main import run
 
@@ -55,3 +57,15 @@ def _checked(done: AnyEnded, arguments: Sequence[Path | str], *, cwd: Path | Non
     if done.returncode in FINISHED:
         check_output(arguments, done.stdout, cwd=cwd or Path())
     return done
+
+
+def kernel_work_here(target: str, arguments: Mapping[str, Any], *, progress: Any = None, **_: Any) -> Any:
+    """Do the work of `cad.kernel.child.run_in_child` in this process, where the kernel is loaded once for all tests.
+
+    What goes to the kernel's process and comes back is copied as on the way there.
+    """
+    module, _, function = target.partition(":")
+    given = unpack(pack(dict(arguments)))
+    if progress is not None:
+        given["progress"] = progress
+    return unpack(pack(getattr(import_module(module), function)(**given)))

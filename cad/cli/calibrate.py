@@ -102,7 +102,7 @@ def show_written(written: WrittenCalibration, out: Path) -> None:
     """Print the points, the seams, the verdict and what was written."""
     from cad.cli.tables import seams_table
     from wpcal.cli.calibration_tables import show_calibration
-    from wpcal.cli.console import plain_console
+    from wpcal.cli.console import plain_console, show_notes
 
     console = plain_console()
     console.print(seams_table(written.seams, "Seams (base frame in the files)", written.u95_mm))
@@ -113,6 +113,5 @@ def show_written(written: WrittenCalibration, out: Path) -> None:
     if "left_out" in written.record:
         listed = ", ".join(written.record["left_out"])
         console.print(f"note: left out by hand (use no): {listed}", highlight=False, markup=False)
-    for issue in written.notes:
-        console.print(f"note: {issue.message}", highlight=False, markup=False)
+    show_notes(written.notes, console)
     console.print(f"wrote {', '.join(written.files)} to {out}", highlight=False, markup=False)

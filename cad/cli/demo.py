@@ -10,22 +10,27 @@ import click
 @click.command()
 @click.option("-o", "--out", default="wpcal-demo", show_default=True, type=click.Path(path_type=Path))
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
-def demo(*, out: Path, force: bool) -> int:
+@click.option("--json", "as_json", is_flag=True, help="Print calibration.json on stdout.")
+def demo(*, out: Path, force: bool, as_json: bool) -> int:
     """Make a sample part with taught points and calibrate it; writes both and the results into one folder."""
     from cad.cli.calibrate import show_written
-    from cad.cli.kernel_work import shown_progress
+    from cad.cli.kernel_work import STARTING
     from cad.kernel.child import run_in_child
-    from wpcal.core.records import check_writable
+    from wpcal.cli.progress import shown_progress
+    from wpcal.core.records import check_writable, to_json
 
     check_writable(out, overwrite=force)
-    with shown_progress() as progress:
+    with shown_progress(STARTING) as progress:
         written = run_in_child(
             "cad.samples.parts:calibrate_sample",
             {"out": out, "overwrite": force},
             what="calibrating the sample",
             progress=progress,
         )
-    show_written(written, out)
-    part, taught = out / "tee.step", out / "taught.csv"
-    click.echo(f"The same by hand:  wpcal calibrate {part} {taught} -o RESULT")
+    if as_json:
+        click.echo(to_json(written.record), nl=False)
+    else:
+        show_written(written, out)
+        part, taught = out / "tee.step", out / "taught.csv"
+        click.echo(f"The same by hand:  wpcal calibrate {part} {taught} -o RESULT")
     return 0 if written.result.verdict == "PASS" else 1

@@ -35,7 +35,7 @@ def features(
     from wpcal.features import FeatureKind, choose_features
 
     place = None if near is None else _place(near)
-    judged = run_on_part("cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}")
+    judged, issues = run_on_part("cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}")
     kinds = [FeatureKind(letter) for letter in kind]
     chosen = choose_features(
         [item.feature for item in judged], kinds=kinds, solid=solid, min_diameter_mm=min_diameter_mm, near=place
@@ -45,12 +45,14 @@ def features(
         from wpcal.core.records import to_json
         from wpcal.features import features_record
 
-        click.echo(to_json(features_record(chosen, ease)), nl=False)
+        click.echo(to_json(features_record(chosen, ease, issues)), nl=False)
     else:
         from cad.cli.tables import features_table
-        from wpcal.cli.console import plain_console
+        from wpcal.cli.console import plain_console, show_notes
 
-        plain_console().print(features_table(chosen, part_step.name, ease))
+        console = plain_console()
+        console.print(features_table(chosen, part_step.name, ease))
+        show_notes(issues, console)
     return 0
 
 

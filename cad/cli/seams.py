@@ -63,14 +63,13 @@ def seams(
         click.echo(to_json({**seams_record(found), "issues": [issue.to_record() for issue in issues]}), nl=False)
     else:
         from cad.cli.tables import refused_table, seams_table
-        from wpcal.cli.console import plain_console
+        from wpcal.cli.console import plain_console, show_notes
 
         console = plain_console()
         console.print(seams_table(found, f"Seams of {part_step.name} (part frame)"))
         if not all(seam.accepted for seam in found):
             console.print(refused_table(found))
-        for issue in issues:
-            console.print(f"note: {issue.message}", highlight=False, markup=False)
+        show_notes(issues, console)
     return 0
 
 

@@ -47,6 +47,8 @@ def sheet(*, part_step: Path, out: Path, points: str, paper: str, force: bool, a
     else:
         names = " ".join(point["name"] for point in made.record["points"])
         click.echo(f"wrote {out}: {made.record['paper']}, scale {made.record['scale']}, touch {names}")
+        for issue in made.record["issues"]:
+            click.echo(f"note: {issue['message']}")
     return 0
 
 

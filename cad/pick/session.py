@@ -22,6 +22,8 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.transform import RigidTransform
 from wpcal.features import ReferenceFeature, feature_named
+from wpcal.results.next_steps import next_steps
+from wpcal.seam import Seam
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, taught_csv
 from wpcal.taught.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
@@ -45,13 +47,22 @@ class PickSession:
     T_nominal_part : RigidTransform or None
     program : ProgramReading
         Which points of robot programs to read, and how they come into the base frame.
+    seams_revision : int
+        Counts the changes of the seams.
     """
 
     part: PickPart
     options: CalibrateOptions = field(default_factory=CalibrateOptions)
     T_nominal_part: RigidTransform | None = None
     program: ProgramReading = field(default_factory=ProgramReading)
+    seams_revision: int = 1
     _busy: threading.Lock = field(default_factory=threading.Lock)
+
+    def use_seams(self, seams: tuple[Seam, ...]) -> None:
+        """Predict errors at these seams from now on."""
+        with self._busy:
+            self.part = replace(self.part, seams=seams)
+            self.seams_revision += 1
 
     def fit(self, rows: Rows) -> dict[str, Any]:
         """Fit the complete rows exactly as `wpcal calibrate` fits the saved file.
@@ -63,8 +74,10 @@ class PickSession:
         Returns
         -------
         dict
-            ``T_base_part``, ``verdict``, ``judgement``, ``points`` as in ``calibration.json``, each with its ``row``
-            and with ``residual_part_mm``; ``u95_mm`` of every seam's frames; ``features`` by row; ``notes``;
+            ``T_base_part``, ``verdict``, ``judgement``, ``criterion_advice`` and ``points`` as in
+            ``calibration.json``; every point also has its ``row`` and ``residual_part_mm``. ``u95_mm`` of every seam's
+            frames; ``features`` by row; ``notes``;
+            ``seams_revision``: which seams these are;
             ``exchanges``: rows that fit if they were touched on another feature.
 
         Raises
@@ -85,7 +98,8 @@ class PickSession:
                 T_nominal_part=self.T_nominal_part,
                 suggest=partial(next_point, named.taught, workpiece, seams, sigma_mm=sigma_mm),
             )
-        return _fit_record(rows, named.taught, result, u95)
+            revision = self.seams_revision
+        return {**_fit_record(rows, named.taught, result, u95), "seams_revision": revision}
 
     def read(self, raw: bytes, *, name: str, uframe: str = "") -> tuple[Rows, tuple[str, ...]]:
         """Return the points of a table or a controller's program as rows.
@@ -123,6 +137,7 @@ class PickSession:
             reading = replace(reading, points=usable or None)
             left_out = tuple(f"{point}: {fault}" for point, fault in faults.items())
         taught = names_as_features(points_in_base(found, reading), self.part.workpiece.features)
+        taught = replace(taught, R_base_tool=None)  # a person who touches a point again types no posture
         return read_rows(taught_csv(taught).encode("utf-8"), path=name), left_out
 
     def suggest(self, rows: Rows) -> dict[str, Any]:
@@ -231,12 +246,14 @@ def _fit_record(
         "lower_bound_mm",
         "certified",
         "T_base_part",
+        "criterion_advice",
     )
     return {
         **{key: record[key] for key in kept},
         "points": record["points"],
         "u95_mm": [np.round(values, ERROR_DIGITS).tolist() for values in u95_mm],
         "features": {row_of[name]: feature for name, feature in zip(taught.names, taught.features, strict=True)},
+        "steps": next_steps(record),
         "notes": [issue["message"] for issue in record["issues"]],
         "exchanges": [
             {"row": row_of[exchange["name"]], "feature": exchange["feature"], "largest_mm": exchange["largest_mm"]}

@@ -51,7 +51,7 @@ class Sheet:
     data : bytes
         The file.
     record : dict
-        What is on the sheet: part, paper, scale and points.
+        What is on the sheet: part, paper, scale and points; and what is odd in the part's file.
     """
 
     data: bytes
@@ -104,6 +104,7 @@ def make_sheet(step: Any, *, options: SheetOptions, progress: Progress = no_prog
         "paper": paper.name,
         "scale": scale_words(layout.places[0].scale),
         "points": [{"number": k, **feature.to_record()} for k, feature in enumerate(features, 1)],
+        "issues": [issue.to_record() for issue in workpiece.issues],
     }
     return Sheet(data, record)
 

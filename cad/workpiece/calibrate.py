@@ -19,9 +19,10 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import blamed_on
+from wpcal.core.input_file import sha256_of
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
-from wpcal.core.records import new_directory, sha256_of, to_json
+from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.features import FeatureKind
 from wpcal.match import Match, match_points
@@ -252,12 +253,12 @@ def calibrate_files(
     source = found.workpiece.source
     marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams if s.accepted] if mark_seams else []
     seams = found.seams_record()
+    progress("drawing the part")
+    part_glb, mesh_issues = mesh_part(source.solids, sha256=source.sha256)
     with new_directory(out, overwrite=overwrite, head=CALIBRATION_FILE, leave_out=files_of_run(out)) as folder:
         progress("writing the moved part and reading it again")
         moved = f"{Path(source.file_name).stem}.calibrated.step"
         issues = write_moved_step(source, found.T_base_part, folder / moved, seams=marked, bake=bake)
-        progress("drawing the part")
-        part_glb, mesh_issues = mesh_part(source.solids, sha256=source.sha256)
         if part_glb is not None:
             (folder / PART_FILE).write_bytes(part_glb)
         record = found.to_record((*issues, *mesh_issues))

@@ -5,13 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from cad.workpiece.workpiece import Workpiece, open_workpiece
+from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features import Touchable, judge_features
 
 
-def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:
-    """Return the reference features of a STEP file, those that are easiest to touch first."""
-    return judge_workpiece(open_workpiece(step, progress=progress), progress=progress)
+def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[tuple[Touchable, ...], tuple[Issue, ...]]:
+    """Return the reference features of a STEP file, those that are easiest to touch first, and what is odd in it."""
+    workpiece = open_workpiece(step, progress=progress)
+    return judge_workpiece(workpiece, progress=progress), workpiece.issues
 
 
 def judge_workpiece(workpiece: Workpiece, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:

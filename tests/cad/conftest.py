@@ -1,15 +1,15 @@
 from __future__ import annotations
 
-import pickle
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
+
+from tests.running import kernel_work_here
 
 if TYPE_CHECKING:
     from cad.pick.part import PickPart
@@ -55,6 +55,12 @@ def tee_for_the_picker() -> PickPart:
     return read_pick_part(FIXTURES / "tee" / "tee.step", options=SeamOptions(), choice=SeamChoice())
 
 
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    """Where a picker saves."""
+    return tmp_path / "taught.csv"
+
+
 @dataclass(frozen=True, slots=True)
 class Done:
     """What a command left behind."""
@@ -69,18 +75,10 @@ def wpcal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -
     """Run `wpcal …` in this process, its kernel work too.
 
     Exit code, output and files are those of the command; only starting two processes and loading the kernel is saved.
-    What goes to the kernel's process and comes back is pickled here as well.
     """
     from wpcal.cli.main import run
 
-    def in_this_process(target: str, arguments: Mapping[str, Any], *, progress: Any = None, **_: Any) -> Any:
-        module, _, function = target.partition(":")
-        given = pickle.loads(pickle.dumps(dict(arguments)))
-        if progress is not None:
-            given["progress"] = progress
-        return pickle.loads(pickle.dumps(getattr(import_module(module), function)(**given)))
-
-    monkeypatch.setattr("cad.kernel.child.run_in_child", in_this_process)
+    monkeypatch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
 
     def call(*arguments: Path | str) -> Done:
         capsys.readouterr()

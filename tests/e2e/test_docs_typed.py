@@ -21,7 +21,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.e2e.test_hostile_folder import pose_rows
+from tests.e2e.every_command import pose_rows
 from tests.running import FINISHED, TIMEOUT_S
 from wpcal.cli.main import EXIT_INTERRUPTED
 

@@ -1,80 +1,145 @@
-"""``--json`` carries every note that the console shows."""
+"""``--json`` carries everything that the console shows: a law over all commands.
+
+Every number of the console is in the printed record, or in a JSON file of the folder that the command wrote, to the
+digits shown. Every note, warning, advice and verdict is there word for word.
+"""
 
 from __future__ import annotations
 
 import json
-import shutil
+import math
+import re
+from collections.abc import Iterator
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.running import FINISHED, run_here
+from tests.e2e.every_command import COMMANDS, FIXTURES, write_inputs
+from tests.running import FINISHED, kernel_work_here, run_here
 
-FIXTURES = Path(__file__).parents[2] / "fixtures"
-MARKS = ("note: ", "warning: ")
 WIDE = "10000"
 """No line is broken."""
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.\d{2,}(?:e[-+]?\d+)?(?![\w.])")
+"""Numbers with two decimals or more: fewer would be found in any record by chance."""
+MARKED = re.compile(r"^(?:note|warning|advice|PASS|UNSURE|FAIL|IMPROVED|NOT IMPROVED|taken): ?(.*)$")
+LARGEST_RESIDUAL = re.compile(r"; the largest residual is .*$")
+"""The console adds it to the sentence of the verdict; its number and point are looked for like all others."""
+OUTPUT_OPTIONS = ("-o",)
+NO_RECORD = {"pick": "it serves a page until Ctrl-C; the page has the records"}
+
+ODD = {
+    "advise": "cm.step --points 3",
+    "features": "cm.step",
+    "seams": "cm.step",
+    "sheet": "cm.step -o new.dxf --points V2,V4,V16",
+    "calibrate": "tee.step odd.csv -o new",
+    "fit": "table1.csv --tolerance-mm 0.01",
+    "identify": "mh6 --plan 20 -o new",
+    "correct": "joints.csv --robot unseen.json --tool 0,0,100",
+    "plan": "blocked.json seams.json --seam W1 -o new",
+    "diff": "out other",
+}
+"""The same commands with input about which there is something to say."""
+SAYS_NOTES = {"advise", "features", "seams", "sheet", "calibrate", "fit", "correct"}
+"""Those whose odd input must lead to a note, or the law would hold by silence."""
 
 
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A part with an oddity (its unit), a part without, and points of which one is wrong and one is left out."""
-    text = (FIXTURES / "tee" / "tee.step").read_text()
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The input of every command, and odd input; every command works in this process."""
+    folder = tmp_path_factory.mktemp("commands")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setenv("COLUMNS", WIDE)
+        patch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+        write_inputs(folder)
+        _write_odd_input(folder)
+        for out in ("out", "other"):
+            sigma = () if out == "out" else ("--sigma-mm", "0.2")
+            assert run_here("calibrate", "tee.step", "taught.csv", "-o", out, *sigma).returncode in FINISHED
+        yield folder
+
+
+def _write_odd_input(folder: Path) -> None:
+    text = (folder / "tee.step").read_text()
     assert "SI_UNIT(.MILLI.,.METRE.)" in text
-    (tmp_path / "cm.step").write_text(text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.CENTI.,.METRE.)"))
-    shutil.copy(FIXTURES / "tee" / "tee.step", tmp_path)
+    (folder / "cm.step").write_text(text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.CENTI.,.METRE.)"))
     rows = (FIXTURES / "tee" / "taught_blunder.csv").read_text().splitlines()
     rows[-1] = rows[-1].replace("check", "no")
-    (tmp_path / "taught.csv").write_text("\n".join(rows) + "\n")
-    shutil.copy(FIXTURES / "yin2003" / "table1.csv", tmp_path)
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", WIDE)
-    return tmp_path
+    (folder / "odd.csv").write_text("\n".join(rows) + "\n")
+    arms = Path(__file__).parents[2] / "wpcal" / "robot" / "arms"
+    arm = json.loads((arms / "mh6.json").read_text(encoding="utf-8"))
+    (folder / "unseen.json").write_text(json.dumps({**arm, "unseen_tool_mm": 1.5}))
+    cell = json.loads((FIXTURES / "cells" / "two-mh6.json").read_text(encoding="utf-8"))
+    cell["holder_robot"]["T_world_base"]["t_mm"] = [9000.0, 0.0, 0.0]
+    (folder / "blocked.json").write_text(json.dumps(cell))
 
 
-def both(*arguments: str, out: bool = False) -> tuple[list[str], dict[str, Any]]:
-    """Return the notes that the console shows, and the record that ``--json`` prints."""
-    shown = run_here(*arguments, *(("-o", "shown") if out else ()))
-    printed = run_here(*arguments, *(("-o", "printed") if out else ()), "--json")
+def _values(record: Any) -> Iterator[Any]:
+    """Yield every key and every value inside a record."""
+    if isinstance(record, dict):
+        for key, value in record.items():
+            yield key
+            yield from _values(value)
+    elif isinstance(record, list):
+        for value in record:
+            yield from _values(value)
+    else:
+        yield record
+
+
+def _missing(shown: str, record: Any) -> list[str]:
+    """Return the numbers and sentences of the console that the record does not have."""
+    values = list(_values(record))
+    texts = [value for value in values if isinstance(value, str)]
+    numbers = [abs(float(value)) for value in values if isinstance(value, int | float)]
+    numbers += [abs(float(number)) for text in texts for number in NUMBER.findall(text)]
+    scaled = [number * factor for number in numbers for factor in (1.0, 100.0, math.degrees(1.0))]  # percent, degrees
+    missing = []
+    for number in NUMBER.findall(shown):
+        digits, _, exponent = number.partition("e")
+        half = 0.51 * 10.0 ** (int(exponent or 0) - len(digits.split(".")[1]))
+        if not any(abs(value - abs(float(number))) <= half for value in scaled):
+            missing.append(number)
+    whole = "\n".join(texts)
+    for line in shown.splitlines():
+        marked = MARKED.match(line.strip())
+        if marked:
+            said = LARGEST_RESIDUAL.sub("", marked[1]).removeprefix("left out by hand (use no): ")
+            missing += [part for part in (said.split(", ") if "use no" in line else [said]) if part not in whole]
+    return missing
+
+
+def test_every_command_has_json() -> None:
+    assert set(COMMANDS) == {entry.name for entry in entry_points(group="wpcal.commands")}
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("command", "line"),
+    [*((name, line) for name, line in COMMANDS.items() if name not in NO_RECORD), *ODD.items()],
+    ids=[*(name for name in COMMANDS if name not in NO_RECORD), *(f"{name}, odd" for name in ODD)],
+)
+def test_json_has_every_number_and_sentence_of_the_console(command: str, line: str) -> None:
+    arguments = [command, *line.split()]
+    overwrites = {"-o", "--png"} & set(arguments) and "--force" not in arguments
+    arguments += ["--force"] if overwrites else []
+    shown, printed = run_here(*arguments), run_here(*arguments, "--json")
     assert shown.returncode == printed.returncode, (shown.stderr, printed.stderr)
     assert shown.returncode in FINISHED, shown.stderr
-    lines = (line.strip() for line in shown.stdout.splitlines())
-    notes = [line.removeprefix(mark) for line in lines for mark in MARKS if line.startswith(mark)]
-    return notes, json.loads(printed.stdout)
-
-
-def messages(record: dict[str, Any]) -> list[str]:
-    return [issue["message"] for issue in record["issues"]]
-
-
-@pytest.mark.usefixtures("folder")
-def test_seams_says_what_is_odd_in_the_file() -> None:
-    notes, record = both("seams", "cm.step")
-    assert notes == messages(record)
-    assert "unit-not-mm" in [issue["code"] for issue in record["issues"]]
+    record = [json.loads(printed.stdout)]
+    if "-o" in arguments and Path(arguments[arguments.index("-o") + 1]).is_dir():
+        record += [json.loads(path.read_text()) for path in Path(arguments[arguments.index("-o") + 1]).glob("*.json")]
+    heard = [line.removeprefix("wpcal: ") for line in shown.stderr.splitlines()]
+    assert _missing("\n".join([shown.stdout, *heard]), record) == []
+    if ODD.get(command) == line and command in SAYS_NOTES:
+        assert any(MARKED.match(said.strip()) for said in [*shown.stdout.splitlines(), *heard])
 
 
 @pytest.mark.usefixtures("folder")
-def test_advise_says_what_is_odd_in_the_file() -> None:
-    notes, record = both("advise", "cm.step", "--points", "3")
-    assert notes == record["notes"]
-    assert any("the file is in cm" in note for note in notes)
-
-
-@pytest.mark.usefixtures("folder")
-def test_calibrate_and_export_carry_notes_and_verdict() -> None:
-    notes, record = both("calibrate", "tee.step", "taught.csv", out=True)
-    assert notes
-    for note in notes:
-        is_list = note.startswith("left out by hand (use no): ")
-        assert note in messages(record) or (is_list and record["left_out"] == note.split(": ")[1].split(", "))
-    exported = run_here("export", "printed", "-f", "json", "--json")
-    assert json.loads(exported.stdout)["verdict"] == record["verdict"]
-
-
-@pytest.mark.usefixtures("folder")
-def test_fit_carries_its_warnings() -> None:
-    notes, record = both("fit", "table1.csv", "--tolerance-mm", "0.01")
-    assert notes
-    assert set(notes) <= set(messages(record))
+def test_export_repeats_the_verdict() -> None:
+    verdict = json.loads(Path("out/calibration.json").read_text())["verdict"]
+    exported = run_here("export", "out", "-f", "json", "-o", "exported", "--json")
+    assert json.loads(exported.stdout)["verdict"] == verdict

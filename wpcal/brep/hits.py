@@ -79,66 +79,15 @@ def find_hits(
     return RayHits(ray[order], face[order], at[order], way[order])
 
 
-def find_bundle_hits(
-    graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, *, length_mm: FloatArray | float
-) -> IntArray:
-    """Return the bundles of parallel rays that hit a face, by number, shape (h,).
-
-    One walk through the tree of boxes, along the first ray with room for the others, serves the whole bundle.
-
-    Parameters
-    ----------
-    graph : BrepGraph
-    trimmed : TrimmedFaces
-        Of the same graph.
-    origins : ndarray, shape (m, k, 3)
-        Starts in `part`, mm.
-    rays : ndarray, shape (m, 3)
-        Unit directions in `part`.
-    length_mm : float or ndarray, shape (m,)
-        Length of every ray.
-    """
-    length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
-    found = [np.zeros(0, dtype=np.int64)]
-    for first in range(0, len(origins), CHUNK):
-        own = slice(first, first + CHUNK)
-        found.append(first + _bundle_hits(graph, trimmed, origins[own], rays[own], length[own]))
-    return np.concatenate(found)
-
-
-def _bundle_hits(
-    graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
-) -> IntArray:
-    arm = origins - origins[:, :1]
-    ahead = np.einsum("mki,mi->mk", arm, rays)
-    room = np.linalg.norm(arm - ahead[..., None] * rays[:, None], axis=2).max(initial=0.0)
-    behind = np.minimum(ahead.min(axis=1), 0.0)
-    central = origins[:, 0] + behind[:, None] * rays
-    bundle, face, _, _ = _through_boxes(
-        trimmed, central, rays, length + ahead.max(axis=1) - behind, grow_mm=float(room)
-    )
-    k = origins.shape[1]
-    pair_bundle, pair_face = np.repeat(bundle, k), np.repeat(face, k)
-    o, d = origins[bundle].reshape(-1, 3), rays[pair_bundle]
-    low, high = trimmed.face_box
-    with np.errstate(divide="ignore", invalid="ignore"):
-        enter, leave = passage(o.T, d.T, length[pair_bundle], low[pair_face].T, high[pair_face].T)
-    met = np.flatnonzero(leave > enter)
-    through = _through_faces(
-        graph, trimmed, pair_face[met], o[met], d[met], length[pair_bundle[met]], enter[met], leave[met]
-    )
-    return np.unique(pair_bundle[met[through[0]]])
-
-
 def _hits(
     graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
 ) -> RayHits:
     ray, face, low, high = _through_boxes(trimmed, origins, rays, length)
-    pair, at, way = _through_faces(graph, trimmed, face, origins[ray], rays[ray], length[ray], low, high)
+    pair, at, way = through_faces(graph, trimmed, face, origins[ray], rays[ray], length[ray], low, high)
     return RayHits(ray[pair], face[pair], at, way)
 
 
-def _through_faces(
+def through_faces(
     graph: BrepGraph,
     trimmed: TrimmedFaces,
     face: IntArray,
@@ -148,9 +97,28 @@ def _through_faces(
     low: FloatArray,
     high: FloatArray,
 ) -> tuple[IntArray, FloatArray, IntArray]:
-    """Return which pairs of a ray and a face meet, at which distance, and whether the ray leaves there.
+    """Find which of k pairs of a ray and a face meet.
 
-    `low` and `high` are the distances between which the ray is in the box of the face.
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    face : ndarray of int, shape (k,)
+    origins, rays : ndarray, shape (k, 3)
+        Starts (mm) and unit directions in `part`.
+    length : ndarray, shape (k,)
+        Where the rays end, mm.
+    low, high : ndarray, shape (k,)
+        Distances between which the ray is in the box of the face, mm.
+
+    Returns
+    -------
+    pair : ndarray of int, shape (h,)
+        The pairs that meet.
+    at_mm : ndarray, shape (h,)
+        At which distance.
+    way : ndarray of int, shape (h,)
+        +1 where the ray leaves the material of the face's solid, -1 where it enters it.
     """
     sampled = np.isin(graph.face_kind[face], SAMPLED)
     closed, open_ = np.flatnonzero(~sampled), np.flatnonzero(sampled)
@@ -209,7 +177,7 @@ def _sampled(
 
 
 def _through_boxes(
-    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray, grow_mm: float = 0.0
+    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
     """Return pairs of a ray and a face whose box the ray meets, and where the ray enters and leaves this box."""
     o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
@@ -217,9 +185,7 @@ def _through_boxes(
     with np.errstate(divide="ignore", invalid="ignore"):
 
         def meets(ray: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
-            enter, leave = passage(
-                np.take(o, ray, axis=1), np.take(d, ray, axis=1), length[ray], box_low - grow_mm, box_high + grow_mm
-            )
+            enter, leave = passage(np.take(o, ray, axis=1), np.take(d, ray, axis=1), length[ray], box_low, box_high)
             return np.asarray(leave > enter, dtype=bool)
 
         ray, face = trimmed.box_tree.search(len(origins), meets)

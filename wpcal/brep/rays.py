@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.hits import find_bundle_hits, find_hits
+from wpcal.brep.hits import find_hits
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray
 
@@ -41,35 +41,4 @@ def is_blocked(
     """
     blocked = np.zeros(len(origins), dtype=bool)
     blocked[find_hits(graph, trimmed, origins, rays, length_mm=length_mm).ray] = True
-    return blocked
-
-
-def is_bundle_blocked(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    origins: FloatArray,
-    rays: FloatArray,
-    *,
-    length_mm: FloatArray | float = TOOL_MM,
-) -> BoolArray:
-    """Tell which bundles of parallel rays hit a face of the part with at least one ray.
-
-    Parameters
-    ----------
-    graph : BrepGraph
-    trimmed : TrimmedFaces
-        Of the same graph.
-    origins : ndarray, shape (m, k, 3)
-        Starts in `part`, mm.
-    rays : ndarray, shape (m, 3)
-        Unit directions in `part`, one per bundle.
-    length_mm : float or ndarray, shape (m,)
-        Length of the rays.
-
-    Returns
-    -------
-    ndarray of bool, shape (m,)
-    """
-    blocked = np.zeros(len(origins), dtype=bool)
-    blocked[find_bundle_hits(graph, trimmed, origins, rays, length_mm=length_mm)] = True
     return blocked

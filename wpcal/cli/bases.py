@@ -32,7 +32,7 @@ def bases(*, cell_json: Path, touched_csv: Path, output: Path, tolerance_mm: flo
         for name, record in found.files.items():
             write_file(folder / name, to_json(record), overwrite=True)
     if as_json:
-        click.echo(to_json(found.result.to_record()), nl=False)
+        click.echo(to_json({**found.result.to_record(), "robot2_moved_mm": found.moved_mm}), nl=False)
     else:
         from wpcal.cli.calibration_tables import show_calibration
         from wpcal.cli.console import plain_console

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+if TYPE_CHECKING:
+    from wpcal.core.arrays import FloatArray
+    from wpcal.core.issue import Issue
 
 
 @click.command()
@@ -17,7 +22,8 @@ import click
     help="Tool centre point in the flange frame: numbers in mm and degrees (R = Rz Ry Rx), or the file of `wpcal tcp`.",
 )
 @click.option("--force", is_flag=True, help="Overwrite the file.")
-def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | None, force: bool) -> int:
+@click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
+def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | None, force: bool, as_json: bool) -> int:
     """Turn taught joint angles into corrected points that `wpcal calibrate` reads.
 
     TAUGHT_JOINTS.csv has the columns name, q1_deg…q6_deg; all other columns (feature, use, …) are copied. The points
@@ -25,7 +31,7 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
     robot's error comes back.
     """
     from wpcal.cli.outputs import require_new
-    from wpcal.core.records import write_file
+    from wpcal.core.records import to_json, write_file
     from wpcal.robot.compensation import correct_points
     from wpcal.robot.identify.poses_file import corrected_table, parse_tool, read_taught_joints
     from wpcal.robot.kinematics.arm_file import find_arm
@@ -37,31 +43,51 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
     T_flange_tool, tool_error_mm = parse_tool(tool)
     points = correct_points(arm, joints, T_flange_tool=T_flange_tool)
     bias_mm = arm.unseen_tool_mm if tool_error_mm is None else tool_error_mm
-    if bias_mm and tool_error_mm is None:
-        click.echo(
-            f"note: {arm.name} was identified with an unknown tool, so this tool centre point may be off by "
-            f"{bias_mm:.1f} mm (95 %); find it in the identified arm with `wpcal tcp` and give its file as --tool",
-            err=True,
-        )
+    issues = _doubts(arm.name, bias_mm) if bias_mm and tool_error_mm is None else []
+    for issue in issues:
+        click.echo(f"note: {issue.message}", err=True)
     text = corrected_table(names, points, others, arm.space, tcp_bias_mm=bias_mm)
-    if output is None:
+    if output is not None:
+        write_file(output, text, overwrite=force)
+    shifts = points - correct_points(arm.as_nominal(), joints, T_flange_tool=T_flange_tool)
+    if as_json:
+        rows = zip(names, points.tolist(), shifts.tolist(), strict=True)
+        record = {
+            "schema": "wpcal/corrected/1",
+            "robot": arm.name,
+            "robot_space": arm.space.value,
+            "tcp_bias_mm": bias_mm,
+            "points": [{"name": name, "p_base_mm": point, "shift_mm": shift} for name, point, shift in rows],
+            "issues": [issue.to_record() for issue in issues],
+        }
+        click.echo(to_json(record), nl=False)
+    elif output is None:
         click.echo(text, nl=False)
-        return 0
-    write_file(output, text, overwrite=force)
-    _show(names, points, correct_points(arm.as_nominal(), joints, T_flange_tool=T_flange_tool))
+    else:
+        _show(names, shifts)
     return 0
 
 
-def _show(names: tuple[str, ...], points: object, nominal: object) -> None:
+def _doubts(arm: str, bias_mm: float) -> list[Issue]:
+    from wpcal.core.issue import Issue
+
+    message = (
+        f"{arm} was identified with an unknown tool, so this tool centre point may be off by {bias_mm:.1f} mm (95 %); "
+        "find it in the identified arm with `wpcal tcp` and give its file as --tool"
+    )
+    return [Issue("tool-unknown", message)]
+
+
+def _show(names: tuple[str, ...], shifts: FloatArray) -> None:
     import numpy as np
-    from rich.console import Console
     from rich.table import Table
+
+    from wpcal.cli.console import plain_console
 
     table = Table(title="Corrected points (true minus nominal)")
     table.add_column("point")
     for heading in ("dx mm", "dy mm", "dz mm", "distance mm"):
         table.add_column(heading, justify="right")
-    shifts = np.asarray(points) - np.asarray(nominal)
     for name, shift in zip(names, shifts, strict=True):
         table.add_row(name, *(f"{value:+.3f}" for value in shift), f"{np.linalg.norm(shift):.3f}")
-    Console().print(table)
+    plain_console().print(table)

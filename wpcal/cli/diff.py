@@ -19,7 +19,8 @@ def diff(*, out: Path, golden: Path, atol_mm: float, as_json: bool) -> int:
 
     differences = compare_folders(out, golden, atol_mm=atol_mm)
     if as_json:
-        click.echo(to_json({"schema": "wpcal/diff/1", "differences": [d.to_record() for d in differences]}), nl=False)
+        found = [d.to_record() for d in differences]
+        click.echo(to_json({"schema": "wpcal/diff/1", "atol_mm": atol_mm, "differences": found}), nl=False)
     else:
         from rich.table import Table
 

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
+
+from wpcal.cli.console import show_notes
 
 if TYPE_CHECKING:
     from wpcal.robot.identify.error_summary import ErrorFigures
@@ -34,12 +37,12 @@ def show_identification(result: Identification, console: Console) -> None:
     console.print(f"rank {fit.rank} of {asked}, condition {fit.condition:.3g}, {noise}", highlight=False)
     if any(not outlier.held_back for outlier in result.outliers):
         console.print("leave an outlier out with --leave-out and its row, once you know why it is one", highlight=False)
-    for issue in result.issues:
-        console.print(f"note: {issue.message}", highlight=False, markup=False)
+    show_notes(result.issues, console)
     if result.verdict.improved:
-        console.print("[bold green]IMPROVED[/] on poses that were not fitted")
+        console.print(Text.assemble(("IMPROVED", "bold green"), " on poses that were not fitted"))
     else:
-        console.print("[bold red]NOT IMPROVED[/] " + "; ".join(result.verdict.reasons), highlight=False)
+        reasons = "; ".join(result.verdict.reasons)
+        console.print(Text.assemble(("NOT IMPROVED", "bold red"), f" {reasons}"), highlight=False)
 
 
 def _errors(result: Identification) -> Table:
@@ -88,21 +91,17 @@ def show_plan(plan: PosePlan, console: Console) -> None:
     for number, joints in enumerate(np.rad2deg(plan.joints), start=1):
         table.add_row(str(number), *(f"{angle:.2f}" for angle in joints))
     console.print(table)
-    gain = plan.index / plan.random_index
-    console.print(f"observability O1 {plan.index:.3f}, {gain:.2f} times that of random poses", highlight=False)
+    gain = f"observability O1 {plan.index:.3f}; of as many random poses {plan.random_index:.3f}"
+    console.print(gain, highlight=False)
     worst = _largest(plan)
     console.print(f"with a laser tracker's noise the least certain parameters: {worst}", highlight=False)
 
 
 def _largest(plan: PosePlan) -> str:
     parts = []
-    for is_length, factor, unit in ((True, 1.0, "mm"), (False, float(np.rad2deg(1.0)), "deg")):
-        found = [
-            (sigma * factor, parameter.name)
-            for sigma, parameter in zip(plan.expected_sigma, plan.parameters, strict=True)
-            if parameter.is_length == is_length
-        ]
+    for unit in ("mm", "deg"):
+        found = [(row["half_width_95"], row["parameter"]) for row in plan.expected_95() if row["unit"] == unit]
         if found:
-            sigma, name = max(found)
-            parts.append(f"{name} ± {1.96 * sigma:.2g} {unit}")
+            half_width, name = max(found)
+            parts.append(f"{name} ± {half_width:.2g} {unit}")
     return ", ".join(parts)

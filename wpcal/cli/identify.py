@@ -142,7 +142,9 @@ class PosePlanFlags:
 @takes("plan", PosePlanFlags)
 @click.option("--charts/--no-charts", default=True, show_default=True)
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
-@click.option("--json", "as_json", is_flag=True, help="Print the record of identification.json on stdout.")
+@click.option(
+    "--json", "as_json", is_flag=True, help="Print the record of identification.json, or the poses of --plan."
+)
 def identify(
     *,
     robot: str,
@@ -173,7 +175,7 @@ def identify(
     if plan.count is not None:
         if poses_csv is not None:
             raise InputError("--plan chooses poses to measure; leave out POSES.csv")
-        return _plan(arm, plan.count, options, plan, output, force=force)
+        return _plan(arm, plan.count, options, plan, output, force=force, as_json=as_json)
     if poses_csv is None:
         raise InputError("POSES.csv is missing; give the measured poses, or --plan N to choose some")
     return _identify(arm, poses_csv, options, output, charts=charts, force=force, as_json=as_json)
@@ -184,8 +186,7 @@ def _identify(
 ) -> int:
     from importlib.util import find_spec
 
-    from rich.console import Console
-
+    from wpcal.cli.progress import shown_progress
     from wpcal.core.errors import InputError
     from wpcal.core.records import to_json
     from wpcal.robot.identify.identification import identify_arm
@@ -195,16 +196,17 @@ def _identify(
     if charts and find_spec("matplotlib") is None:
         raise InputError("the charts need matplotlib: install wpcal[plots], or give --no-charts")
     observations, test = read_poses(poses_csv, arm.as_nominal())
-    with Console(stderr=True).status("identifying"):
+    with shown_progress(f"identifying {arm.name}"):
         result = identify_arm(arm, observations, options=options, test=test)
     record = identification_record(result)
     _write(result, to_json(record), output, charts=charts, force=force)
     if as_json:
         click.echo(to_json(record), nl=False)
     else:
+        from wpcal.cli.console import plain_console
         from wpcal.cli.identification_tables import show_identification
 
-        show_identification(result, Console())
+        show_identification(result, plain_console())
     return 0 if result.verdict.improved else 1
 
 
@@ -222,12 +224,14 @@ def _write(result: Identification, record: str, output: Path, *, charts: bool, f
             write_charts(result, folder)
 
 
-def _plan(arm: Arm, count: int, options: IdentifyOptions, flags: PosePlanFlags, output: Path, *, force: bool) -> int:
+def _plan(
+    arm: Arm, count: int, options: IdentifyOptions, flags: PosePlanFlags, output: Path, *, force: bool, as_json: bool
+) -> int:
     import numpy as np
-    from rich.console import Console
 
+    from wpcal.cli.console import plain_console
     from wpcal.cli.identification_tables import show_plan
-    from wpcal.core.records import new_directory, write_file
+    from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.robot.identify.observability import plan_poses
     from wpcal.robot.identify.parameters import last_link_first, surrounding_parameters
     from wpcal.robot.identify.poses_file import plan_table
@@ -246,5 +250,8 @@ def _plan(arm: Arm, count: int, options: IdentifyOptions, flags: PosePlanFlags, 
     )
     with new_directory(output, overwrite=force) as folder:
         write_file(folder / "plan.csv", plan_table(nominal, plan.joints), overwrite=True)
-    show_plan(plan, Console())
+    if as_json:
+        click.echo(to_json(plan.to_record(nominal)), nl=False)
+    else:
+        show_plan(plan, plain_console())
     return 0

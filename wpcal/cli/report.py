@@ -11,18 +11,23 @@ import click
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="File to write.  [default: DIR/report.html]")
 @click.option("--force", is_flag=True, help="Overwrite a file that exists.")
-def report(*, folder: Path, out: Path | None, force: bool) -> int:
+@click.option("--json", "as_json", is_flag=True, help="Print the verdict and the file as JSON on stdout.")
+def report(*, folder: Path, out: Path | None, force: bool, as_json: bool) -> int:
     """Write the page of the calibration in DIR: one HTML file that opens from disk.
 
     It is made from calibration.json, seams.json and, if it exists, part.glb. `wpcal calibrate` writes the
     same page. Ends with code 1 unless the verdict of the calibration is PASS; the page is written and says so.
     """
-    from wpcal.core.records import write_file
+    from wpcal.core.records import to_json, write_file
     from wpcal.pages.report import build_report
     from wpcal.results.folder import read_result_folder
 
     found = read_result_folder(folder)
     target = out or folder / "report.html"
     write_file(target, build_report(found.calibration, found.seams, found.part_glb), overwrite=force)
-    click.echo(f"wrote {target}")
-    return 0 if found.calibration["verdict"] == "PASS" else 1
+    verdict = found.calibration["verdict"]
+    if as_json:
+        click.echo(to_json({"schema": "wpcal/report/1", "verdict": verdict, "file": str(target)}), nl=False)
+    else:
+        click.echo(f"wrote {target}")
+    return 0 if verdict == "PASS" else 1

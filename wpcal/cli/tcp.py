@@ -35,7 +35,7 @@ def tcp(*, touches_csv: Path, robot: str, output: Path | None, force: bool, as_j
     arm = find_arm(robot)
     names, joints, _ = read_taught_joints(touches_csv, arm)
     found = find_tool_point(arm, joints)
-    record = to_json(found.to_record(arm))
+    record = to_json(found.to_record(arm, names))
     if output is not None:
         write_file(output, record, overwrite=force)
     if as_json:
@@ -47,15 +47,16 @@ def tcp(*, touches_csv: Path, robot: str, output: Path | None, force: bool, as_j
 
 def _show(names: tuple[str, ...], found: ToolPoint) -> None:
     import numpy as np
-    from rich.console import Console
     from rich.table import Table
+
+    from wpcal.cli.console import plain_console
 
     table = Table(title="Touches of the point")
     table.add_column("touch")
     table.add_column("off mm", justify="right")
     for name, off in zip(names, np.linalg.norm(found.residuals, axis=1), strict=True):
         table.add_row(name, f"{off:.3f}")
-    console = Console()
+    console = plain_console()
     console.print(table)
     x, y, z = found.t_flange
     console.print(f"tool centre point {x:.3f},{y:.3f},{z:.3f} mm in the flange frame", highlight=False)

@@ -56,6 +56,8 @@ class ErrorCode(StrEnum):
     """A result folder has no triangles of the part, with which poses and moves are checked."""
     POSE_IN_MATERIAL = "pose-in-material"
     """The torch would be inside the part at a pose."""
+    JOINT_PATH = "joint-path"
+    """An arm cannot follow a seam or a way within its joint limits and without changing its branch."""
     NO_FREE_WAY = "no-free-way"
     """No checked way of the torch leads from one seam to the next."""
     FEATURES_NOT_CHOSEN = "features-not-chosen"
@@ -66,6 +68,10 @@ class ErrorCode(StrEnum):
     """No edge is at the place that the caller gave."""
     PORT_UNUSABLE = "port-unusable"
     """The port cannot be opened; the caller can choose another."""
+
+
+LONGEST_MESSAGE = 2000
+"""Characters of a message. The longest of wpcal's own have 500."""
 
 
 class WpcalError(Exception):
@@ -90,9 +96,16 @@ class WpcalError(Exception):
     code: str = ErrorCode.INPUT
 
     def __init__(self, message: str = "", *, code: str | None = None) -> None:
-        super().__init__(message)
+        super().__init__(_whole_text(message))
         if code is not None:
             self.code = code
+
+
+def _whole_text(message: str) -> str:
+    """Return a message that can be written: names in a file may be longer than any page, or no Unicode text."""
+    if len(message) > LONGEST_MESSAGE:
+        message = f"{message[:LONGEST_MESSAGE]}…"
+    return message if message.isascii() else message.encode("utf-8", errors="backslashreplace").decode("utf-8")
 
 
 class InputError(WpcalError, ValueError):
@@ -202,7 +215,10 @@ class ConvergenceError(WpcalError, RuntimeError):
 
 
 class KernelError(WpcalError, RuntimeError):
-    """The CAD kernel failed; raised in `cad` only."""
+    """The CAD kernel failed on a file, or reached a limit of time or memory; raised in `cad` only."""
 
-    exit_code = 70
     code = ErrorCode.KERNEL
+
+
+class OutOfMemoryError(KernelError):
+    """The CAD kernel ran out of memory."""

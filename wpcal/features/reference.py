@@ -10,6 +10,7 @@ from typing import Any
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.issue import Issue
 
 FEATURES_SCHEMA = "wpcal/features/1"
 
@@ -178,10 +179,26 @@ class ReferenceFeature:
         return record | {key: value for key, value in optional.items() if value is not None}
 
 
-def features_record(features: Sequence[ReferenceFeature], ease: Mapping[str, str]) -> dict[str, Any]:
-    """Return the record of ``wpcal features --json``; `ease` maps each name to how well the feature can be touched."""
+def features_record(
+    features: Sequence[ReferenceFeature], ease: Mapping[str, str], issues: Sequence[Issue] = ()
+) -> dict[str, Any]:
+    """Return the record of ``wpcal features --json``.
+
+    Parameters
+    ----------
+    features : sequence of ReferenceFeature
+    ease : mapping of str to str
+        How well each feature can be touched, by its name.
+    issues : sequence of Issue
+        What is odd in the file.
+
+    Returns
+    -------
+    dict
+        Of schema ``wpcal/features/1``.
+    """
     records = [{**feature.to_record(), "ease": ease[feature.name]} for feature in features]
-    return {"schema": FEATURES_SCHEMA, "features": records}
+    return {"schema": FEATURES_SCHEMA, "features": records, "issues": [issue.to_record() for issue in issues]}
 
 
 def feature_named(features: Sequence[ReferenceFeature], name: str) -> ReferenceFeature:

@@ -8,6 +8,7 @@ unknown tool.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -61,12 +62,13 @@ class ToolPoint:
         """Root mean square distance of the touches from their common point, mm."""
         return float(np.sqrt(np.mean(np.sum(self.residuals**2, axis=1))))
 
-    def to_record(self, arm: Arm) -> dict[str, Any]:
-        """Return the record ``wpcal/tool/1``, mm."""
+    def to_record(self, arm: Arm, names: Sequence[str]) -> dict[str, Any]:
+        """Return the record ``wpcal/tool/1``, mm. `names` are those of the n touches."""
         return {
             "schema": TOOL_SCHEMA,
             "robot": arm.name,
             "robot_space": arm.space.value,
+            "names": list(names),
             "xyz_mm": self.t_flange.tolist(),
             "error_95_mm": self.error_95_mm,
             "rms_mm": self.rms_mm,

@@ -11,8 +11,10 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import ErrorCode, FormatError, InputError
+from wpcal.core.numbers import NUMBER, parse_numbers
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import listed
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.taught.programs import BASE, JointValues, ProgramPoint, TaughtProgram
 from wpcal.taught.table import TaughtPoints
@@ -62,8 +64,10 @@ def parse_uframes(texts: Sequence[str]) -> dict[str, str | Sequence[float]]:
         if name.strip() in frames:
             raise InputError(f"user frame: {name.strip() or 'the frame without a name'} is given twice")
         try:
-            frames[name.strip()] = [float(value) for value in values.split(",")]
-        except ValueError:
+            frames[name.strip()] = parse_numbers(values)
+        except InputError as error:
+            if "," in values or NUMBER.match(values.strip()):
+                raise InputError(f"user frame {text!r}: {error}") from None
             frames[name.strip()] = values.strip()
     return frames
 
@@ -111,11 +115,11 @@ def points_in_base(program: TaughtProgram, reading: ProgramReading) -> TaughtPoi
     chosen = _chosen(program, reading.points)
     places = _Places(program, reading)
     places.require_one_space(chosen)
-    p_base = frozen([places.in_base(point) for point in chosen])
+    found = [places.in_base(point) for point in chosen]
     names = tuple(point.name for point in chosen)
     return TaughtPoints(
         names,
-        p_base,
+        frozen([p for p, _ in found]),
         names,
         frozen(np.full((len(names), 3), np.nan)),
         ("yes",) * len(names),
@@ -123,6 +127,7 @@ def points_in_base(program: TaughtProgram, reading: ProgramReading) -> TaughtPoi
         tuple(point.line for point in chosen),
         RobotSpace.NOMINAL if reading.arm is None else reading.arm.space,
         is_from_program=True,
+        R_base_tool=frozen([R for _, R in found]),
     )
 
 
@@ -131,15 +136,16 @@ def _chosen(program: TaughtProgram, names: Sequence[str] | None) -> list[Program
     if not points:
         raise FormatError("holds no stored positions", path=path)
     lines: dict[str, int] = {}
+    wanted = None if names is None else set(names)
     for point in points:
-        if point.name in lines and (names is None or point.name in names):
+        if point.name in lines and (wanted is None or point.name in wanted):
             what = f"the point {point.name!r} appears twice, first in line {lines[point.name]}"
             raise FormatError(what, path=path, line=point.line)
         lines[point.name] = point.line
     missing = [name for name in names or () if name not in lines]
     if missing:
-        raise FormatError(f"has no point {', '.join(missing)}; it has {', '.join(lines)}", path=path)
-    return [point for point in points if names is None or point.name in names]
+        raise FormatError(f"has no point {listed(missing)}; it has {listed(lines)}", path=path)
+    return [point for point in points if wanted is None or point.name in wanted]
 
 
 class _Places:
@@ -160,8 +166,8 @@ class _Places:
                 what = "holds coordinates, which the controller computed with its nominal model; "
                 raise self._fault(point, f"{what}{self.arm.name} is an identified arm and needs joint angles or pulses")
 
-    def in_base(self, point: ProgramPoint) -> FloatArray:
-        """Return where the tool centre point was, mm."""
+    def in_base(self, point: ProgramPoint) -> tuple[FloatArray, FloatArray]:
+        """Return where the tool centre point was, mm, shape (3,), and the axes of the tool or flange, shape (3, 3)."""
         if point.joints is not None and self.arm is not None:
             return self._through_arm(point, point.joints, self.arm)
         if point.fault and point.joints is not None:
@@ -173,10 +179,11 @@ class _Places:
         if point.at_flange:
             what = "was recorded without a tool, so that its position is the flange's"
             p = p + point.R @ self._tool_of(point, what)
-        return self._frame_of(point).apply(p)
+        T_base_frame = self._frame_of(point)
+        return T_base_frame.apply(p), T_base_frame.R @ point.R
 
-    def _through_arm(self, point: ProgramPoint, joints: JointValues, arm: Arm) -> FloatArray:
-        """Return the tool centre point by the forward kinematics of the arm."""
+    def _through_arm(self, point: ProgramPoint, joints: JointValues, arm: Arm) -> tuple[FloatArray, FloatArray]:
+        """Return the tool centre point and the axes of the flange by the forward kinematics of the arm."""
         tool = self._tool_of(point, "is stored as joint values")
         try:
             q = arm.angles_from_pulses(joints.values) if joints.in_pulses else np.deg2rad(joints.values)
@@ -186,7 +193,7 @@ class _Places:
         if not arm.within_limits(q):
             what = f"its joint values are beyond the limits of {arm.name}: another arm, or other pulses per degree"
             raise self._fault(point, what)
-        return np.asarray(T[:3, :3] @ tool + T[:3, 3], dtype=np.float64)
+        return np.asarray(T[:3, :3] @ tool + T[:3, 3], dtype=np.float64), np.asarray(T[:3, :3], dtype=np.float64)
 
     def _tool_of(self, point: ProgramPoint, why: str) -> FloatArray:
         if self.tool is None:
@@ -208,7 +215,7 @@ class _Places:
         order = self.program.reader.pendant_order
         if frame is None:
             what = f"the file does not say its user frame; give it as {order} or as base"
-            what += f", or as one that the file contains: {', '.join(carried)}" if carried else ""
+            what += f", or as one that the file contains: {listed(carried)}" if carried else ""
         else:
             what = f"is in user frame {frame}, whose values the file does not contain; "
             what += f"give the user frame as {frame}={order}"
@@ -220,7 +227,7 @@ class _Places:
             if value == BASE:
                 return RigidTransform.identity(target="base", source="frame")
             if value not in carried:
-                known = ", ".join(carried) or "none"
+                known = listed(carried) or "none"
                 raise InputError(f"user frame {value!r}: the file contains no such frame; it contains {known}")
             return carried[value]
         try:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from typing import Any
 
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.csv_text import csv_text
 from wpcal.planning.cell.cell_check import check_cell
 from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.planning.plan.recheck import PathCheck, TipMotion
@@ -32,7 +31,7 @@ def run_record(run: CellRun, cell: RobotCell) -> dict[str, Any]:
     dict
         Angles in degrees. ``points`` has one entry per state. Values that exist only on the weld are null elsewhere.
     """
-    plan, schedule, limit = run.plan, run.schedule, run.schedule.limit
+    plan = run.plan
     return {
         "schema": PLAN_SCHEMA,
         "cell": cell.name,
@@ -41,17 +40,26 @@ def run_record(run: CellRun, cell: RobotCell) -> dict[str, Any]:
         "units": {"length": "mm", "angle": "deg", "time": "s"},
         "objectives": dict(plan.objectives),
         "as_printed": dict(plan.printed),
+        **run_verdict(run),
+        "issues": [issue.to_record() for issue in check_cell(cell)],
+        "robots": [{"arm": arm.name, "joints": [joint.name for joint in arm.joints]} for arm in (cell.arm1, cell.arm2)],
+        "points": _points(run),
+    }
+
+
+def run_verdict(run: CellRun) -> dict[str, Any]:
+    """Return what is known of a run as plain values: its speed and time, collisions, and the tip between the points."""
+    schedule, limit = run.schedule, run.schedule.limit
+    return {
         "speed_mm_s": schedule.speed_mm_s,
         "asked_mm_s": schedule.asked_mm_s,
+        "weld_s": float(schedule.t_s[-1]),
         "speed_limit": None
         if limit is None
         else {"robot": limit.robot, "joint": limit.joint, "s_mm": limit.s_mm, "fastest_mm_s": limit.fastest_mm_s},
         "freedom": run.verdict.value,
         "check": None if run.check is None else check_record(run.check),
         "between_points": tip_record(run.tip),
-        "issues": [issue.to_record() for issue in check_cell(cell)],
-        "robots": [{"arm": arm.name, "joints": [joint.name for joint in arm.joints]} for arm in (cell.arm1, cell.arm2)],
-        "points": _points(run),
     }
 
 
@@ -115,15 +123,13 @@ def _points(run: CellRun) -> list[dict[str, Any]]:
 
 def run_csv(run: CellRun, cell: RobotCell) -> str:
     """Return ``plan.csv``: one row per state with the values of `run_record`; an unknown value is an empty cell."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     joints = [
         f"r{robot}_{joint.name}_deg" for robot, arm in enumerate((cell.arm1, cell.arm2), 1) for joint in arm.joints
     ]
     rest = ("s_mm", "slope_deg", "rotation_deg", "work_deg", "travel_deg", "clearance_mm")
-    writer.writerow(["mark", "phase", "t_s", *joints, *rest])
+    rows = [["mark", "phase", "t_s", *joints, *rest]]
     for point in _points(run):
         numbers = [point["t_s"], *point["robot1_deg"], *point["robot2_deg"], *(point[name] for name in rest)]
         cells = ["" if value is None else f"{value:.{CSV_DIGITS}g}" for value in numbers]
-        writer.writerow([point["mark"], point["phase"], *cells])
-    return text.getvalue()
+        rows.append([point["mark"], point["phase"], *cells])
+    return csv_text(rows)

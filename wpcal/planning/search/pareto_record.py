@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from wpcal.planning.cell.cell_check import check_cell
 from wpcal.planning.plan.plan import Plan
+from wpcal.planning.plan.run import CellRun
+from wpcal.planning.plan.run_record import run_verdict, tip_record
 from wpcal.planning.search.objectives import OBJECTIVE_NAMES
 from wpcal.planning.search.obstacle import Obstacle
 from wpcal.planning.search.pareto import Preference
@@ -18,7 +21,9 @@ from wpcal.planning.search.problem import PlanningProblem
 PARETO_SCHEMA = "wpcal/pareto/1"
 
 
-def pareto_record(result: PlanningResult, preference: Preference) -> dict[str, Any]:
+def pareto_record(
+    result: PlanningResult, preference: Preference, runs: Sequence[CellRun] = (), *, no_program: Sequence[str] = ()
+) -> dict[str, Any]:
     """Return the record of a search that found plans.
 
     Parameters
@@ -26,6 +31,10 @@ def pareto_record(result: PlanningResult, preference: Preference) -> dict[str, A
     result : PlanningResult
     preference : Preference
         Which plan was chosen.
+    runs : sequence of CellRun
+        The plans of the front with approach and retract, in its order. Without them, nothing is said of these moves.
+    no_program : sequence of str
+        Why a robot has no program.
 
     Returns
     -------
@@ -33,6 +42,7 @@ def pareto_record(result: PlanningResult, preference: Preference) -> dict[str, A
         Angles in degrees. ``fronts`` holds the objectives of each method's own front, in the order of ``objectives``.
     """
     front = result.front
+    chosen = front.chosen(preference)
     return {
         **_head(result.problem),
         "interrupted": result.interrupted,
@@ -41,7 +51,9 @@ def pareto_record(result: PlanningResult, preference: Preference) -> dict[str, A
         "obstacle": None,
         "issues": [issue.to_record() for issue in check_cell(result.problem.cell)],
         "preference": preference.value,
-        "chosen": front.chosen(preference) + 1,
+        "chosen": chosen + 1,
+        **({"run": run_verdict(runs[chosen])} if runs else {}),
+        "no_program": list(no_program),
         "reference": result.reference,
         "hypervolume": result.hypervolume_of(front),
         "fronts": {
@@ -49,7 +61,7 @@ def pareto_record(result: PlanningResult, preference: Preference) -> dict[str, A
             for name, group in (("ladder", result.ladder), ("nsga2", result.genetic))
             if group is not None
         },
-        "plans": [_plan(row, plan) for row, plan in enumerate(front.plans)],
+        "plans": [_plan(row, plan, runs[row] if runs else None) for row, plan in enumerate(front.plans)],
     }
 
 
@@ -95,7 +107,7 @@ def _head(problem: PlanningProblem) -> dict[str, Any]:
     }
 
 
-def _plan(row: int, plan: Plan) -> dict[str, Any]:
+def _plan(row: int, plan: Plan, run: CellRun | None) -> dict[str, Any]:
     clearance = plan.clearance_mm
     return {
         "plan": row + 1,
@@ -104,6 +116,7 @@ def _plan(row: int, plan: Plan) -> dict[str, Any]:
         "objectives": dict(plan.objectives),
         "as_printed": dict(plan.printed),
         "least_clearance_mm": None if clearance is None else float(clearance.min()),
+        **({} if run is None else {"between_points": tip_record(run.tip)}),
         "s_mm": plan.s_mm,
         "robot1_deg": np.degrees(plan.state.joints1),
         "robot2_deg": np.degrees(plan.state.joints2),

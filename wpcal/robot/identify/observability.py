@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,11 @@ from wpcal.robot.identify.identifiability import TRACKER, split_determined, whit
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, Parameter
 from wpcal.robot.kinematics.arm import Arm
+
+POSE_PLAN_SCHEMA = "wpcal/pose-plan/1"
+
+Z_95 = 1.96
+"""Half width of the 95 % interval of a Gaussian, in standard deviations."""
 
 CANDIDATES = 1500
 """Random poses to choose from: with more of them the index of the chosen set grows by less than a percent."""
@@ -58,6 +64,28 @@ class PosePlan:
     random_index: float
     expected_sigma: FloatArray
     parameters: tuple[Parameter, ...]
+
+    def expected_95(self) -> list[dict[str, Any]]:
+        """Return the half width of each parameter's 95 % interval to expect, mm and degrees, as plain values."""
+        return [
+            {
+                "parameter": parameter.name,
+                "unit": "mm" if parameter.is_length else "deg",
+                "half_width_95": Z_95 * float(sigma if parameter.is_length else np.rad2deg(sigma)),
+            }
+            for sigma, parameter in zip(self.expected_sigma, self.parameters, strict=True)
+        ]
+
+    def to_record(self, arm: Arm) -> dict[str, Any]:
+        """Return the record ``wpcal/pose-plan/1``, angles in degrees."""
+        return {
+            "schema": POSE_PLAN_SCHEMA,
+            "robot": arm.name,
+            "poses_deg": np.rad2deg(self.joints).tolist(),
+            "observability": self.index,
+            "random_observability": self.random_index,
+            "expected_95": self.expected_95(),
+        }
 
 
 def plan_poses(

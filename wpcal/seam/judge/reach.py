@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.rays import START_MM, is_bundle_blocked
+from wpcal.brep.near_groups import are_blocked
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.seam.torch import USUAL_TORCH
 
@@ -36,35 +36,43 @@ def cone_of_rays(R: FloatArray) -> FloatArray:
 
 
 def free_share(
-    graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, R: FloatArray, *, start_mm: FloatArray | float = START_MM
+    graph: BrepGraph, trimmed: TrimmedFaces, seam: IntArray, p: FloatArray, R: FloatArray, *, start_mm: FloatArray
 ) -> FloatArray:
     """Return the share of directions, for each frame, in which a torch reaches the seam; shape (n,).
 
-    A direction is free if the ray of the wire leaves the part, and four rays around it at the radius of the nozzle do.
+    A direction is free if the ray of the wire leaves the part, and eight rays around it at the radius of the nozzle do.
 
     Parameters
     ----------
     graph, trimmed :
         The part.
+    seam : ndarray of int, shape (n,)
+        Number of the seam, ascending.
     p : ndarray, shape (n, 3)
         Origins on the seam, in `part`, mm.
     R : ndarray, shape (n, 3, 3)
         Seam frames in `part`.
-    start_mm : float or ndarray, shape (n,)
+    start_mm : ndarray, shape (n,)
         How far out of the joint the rays of the wire start.
     """
     rays = cone_of_rays(R)
     n, k = rays.shape[:2]
-    ways = rays.reshape(-1, 3)
-    origins = np.repeat(p, k, axis=0)
-    start = np.repeat(np.broadcast_to(np.asarray(start_mm, dtype=np.float64), n), k)
-    side = np.repeat(R[:, :, 1], k, axis=0)
-    across = np.cross(ways, side)
+    ways = np.moveaxis(rays, 1, 0).reshape(-1, 3)
+    origins, start, side = np.tile(p, (k, 1)), np.tile(start_mm, k), np.tile(R[:, :, 1], (k, 1))
+    owner = np.add.outer(np.arange(k) * (n and seam[-1] + 1), seam).ravel()
+    free = np.ones(len(owner), dtype=bool)
+    wire = (origins + start[:, None] * ways)[:, None]
+    free &= ~are_blocked(graph, trimmed, owner, wire, ways, np.maximum(USUAL_TORCH.wire_mm - start, 0.0))
+    rows = np.flatnonzero(free)
+    across = np.cross(ways[rows], side[rows])
     across /= np.linalg.norm(across, axis=1, keepdims=True)
-    side = np.cross(across, ways)
-    radius = USUAL_TORCH.nozzle_mm / 2.0 - TOUCH_MM
-    mouth = origins + USUAL_TORCH.stickout_mm * ways
-    around = [mouth + radius * offset for offset in (across, -across, side, -side)]
-    bundle = np.stack([origins + start[:, None] * ways, *around], axis=1)
-    free = ~is_bundle_blocked(graph, trimmed, bundle, ways, length_mm=USUAL_TORCH.length_mm)
-    return np.asarray(free.reshape(n, k).mean(axis=1), dtype=np.float64)
+    side = np.cross(across, ways[rows])
+    radius = USUAL_TORCH.nozzle_radius_mm - TOUCH_MM
+    mouth = origins[rows] + USUAL_TORCH.wire_mm * ways[rows]
+    slant, other = np.sqrt(0.5) * (across + side), np.sqrt(0.5) * (across - side)
+    offsets = [0.0 * side, *(sign * rim for rim in (across, side, slant, other) for sign in (1.0, -1.0))]
+    bundle = np.stack([mouth + radius * offset for offset in offsets], axis=1)
+    free[rows] = ~are_blocked(
+        graph, trimmed, owner[rows], bundle, ways[rows], np.full(len(rows), USUAL_TORCH.length_mm)
+    )
+    return np.asarray(free.reshape(k, n).mean(axis=0), dtype=np.float64)

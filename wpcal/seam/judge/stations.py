@@ -11,14 +11,14 @@ import numpy as np
 from wpcal.brep.crossing import heights
 from wpcal.brep.curves import arc_length, evaluate_edges
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.hits import find_hits
 from wpcal.brep.material import ExactMaterial, find_solids_around
+from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_rows
 from wpcal.brep.rays import START_MM, is_blocked
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.path.cut import parameter_at, piece_lengths, points_at
 from wpcal.seam.seam import Seam, SeamFrames, SeamSource
-from wpcal.seam.torch import USUAL_TORCH, StraightTorch
+from wpcal.seam.torch import USUAL_TORCH, TorchShape
 
 BEAD_MM = 15.0
 """Rays out of a modelled bead start this far from its root, which is below its face: 14 mm for 20 mm legs."""
@@ -62,9 +62,9 @@ class Stretch:
     solids: frozenset[int]
 
 
-def rails_mm(seam: Seam, torch: StraightTorch = USUAL_TORCH) -> FloatArray:
+def rails_mm(seam: Seam, torch: TorchShape = USUAL_TORCH) -> FloatArray:
     """Return how far out of the joint the felt points of the wire are, mm; shape (RAILS,)."""
-    return np.linspace(start_mm(seam), max(start_mm(seam), torch.stickout_mm), RAILS)
+    return np.linspace(start_mm(seam), max(start_mm(seam), torch.wire_mm), RAILS)
 
 
 def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[list[Stretch]]:
@@ -141,20 +141,25 @@ class _Change:
 
 def _crossings(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> _Crossings:
     """Return the crossings, sorted by seam."""
-    rails, frames = [rails_mm(seam) for seam in seams], [_path(seam.frames) for seam in seams]
-    q = [own.p + out[:, None, None] * own.R[:, :, 2] for own, out in zip(frames, rails, strict=True)]
-    q0 = np.concatenate([rows[:, :-1].reshape(-1, 3) for rows in q])
-    step = np.concatenate([np.diff(rows, axis=1).reshape(-1, 3) for rows in q])
-    s0 = np.concatenate([np.tile(own.s_mm[:-1], RAILS) for own in frames])
-    ds = np.concatenate([np.tile(np.diff(own.s_mm), RAILS) for own in frames])
-    counts = [len(own) - 1 for own in frames]
-    owner = np.repeat(np.arange(len(seams)), [RAILS * count for count in counts])
-    out = np.concatenate([np.repeat(outs, count) for outs, count in zip(rails, counts, strict=True)])
+    frames = [_path(seam.frames) for seam in seams]
+    rails = np.stack([rails_mm(seam) for seam in seams])
+    q = np.concatenate(
+        [own.p[:, None] + out[:, None] * own.R[:, None, :, 2] for own, out in zip(frames, rails, strict=True)]
+    )
+    s = np.concatenate([own.s_mm for own in frames])
+    owner = np.repeat(np.arange(len(seams)), [len(own) for own in frames])
+    here = np.flatnonzero(owner[1:] == owner[:-1])
+    q0, q1 = q[here].reshape(-1, 3), q[here + 1].reshape(-1, 3)
+    first = first_rows(owner[here], np.concatenate([own.R[:, :, 2] for own in frames])[here])
+    near = find_near_faces(graph, trimmed, q0, q1, RAILS * first)
+    group = np.repeat(np.arange(len(first)), RAILS * np.diff(first, append=len(here)))
+    step = q1 - q0
     length = np.linalg.norm(step, axis=1)
-    length = np.where(length > 0, length, 1.0)
-    hits = find_hits(graph, trimmed, q0, step / length[:, None], length_mm=np.linalg.norm(step, axis=1))
-    s = s0[hits.ray] + hits.at_mm / length[hits.ray] * ds[hits.ray]
-    return _Crossings(owner[hits.ray], hits.face, s, out[hits.ray])
+    unit = step / np.where(length > 0, length, 1.0)[:, None]
+    hits = find_hits_near(graph, trimmed, near, group, q0, unit, length_mm=length)
+    row, rail = here[hits.ray // RAILS], hits.ray % RAILS
+    at = s[row] + hits.at_mm / length[hits.ray] * (s[row + 1] - s[row])
+    return _Crossings(owner[row], hits.face, at, rails[owner[row], rail])
 
 
 def _path(frames: SeamFrames) -> SeamFrames:
@@ -262,7 +267,7 @@ def _where_wire_is_free(graph: BrepGraph, trimmed: TrimmedFaces, changes: Sequen
     if not changes:
         return np.zeros(0)
     start = np.array([start_mm(change.seam) for change in changes])
-    length = np.repeat(np.maximum(USUAL_TORCH.stickout_mm - start, 0.0), SEARCH_PLACES)
+    length = np.repeat(np.maximum(USUAL_TORCH.wire_mm - start, 0.0), SEARCH_PLACES)
 
     def meets(places: FloatArray) -> BoolArray:
         frames = [_wire(graph, change.seam, s) for change, s in zip(changes, places, strict=True)]

@@ -1,0 +1,49 @@
+"""Rays searched in groups meet the same faces at the same places as rays searched one by one."""
+
+import numpy as np
+import pytest
+
+from tests.saved_graphs import saved_graph
+from wpcal.brep.hits import find_hits
+from wpcal.brep.near_groups import are_blocked, find_hits_near, find_near_faces, first_rows
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import FloatArray
+
+ROUND_OFF_MM = 1e-9
+
+
+def bundles(size_mm: float, middle: FloatArray, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Bundles of five parallel rays that go along crooked lines: starts (n, 5, 3), directions (n, 3), lengths (n,)."""
+    rng = np.random.default_rng(3)
+    way = np.cumsum(rng.normal(size=(count, 3)) * 0.1, axis=0) + rng.normal(size=3)
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    at = middle + np.cumsum(rng.normal(size=(count, 3)) * size_mm / 50, axis=0)
+    return at[:, None] + rng.normal(size=(count, 5, 3)) * size_mm / 60, way, rng.uniform(0.0, size_mm, count)
+
+
+@pytest.mark.parametrize("name", ["frame", "saddle", "boss-with-ribs", "bead-pipe", "tee-beside-bolt"])
+def test_groups_lose_no_hit_and_add_none(name: str) -> None:
+    graph = saved_graph(name)
+    trimmed = TrimmedFaces.of(graph)
+    origins, way, length = bundles(graph.size_mm, graph.vertex_p.mean(axis=0), 300)
+    owner = np.repeat(np.arange(10), 30)
+    first = first_rows(owner, way)
+    assert 30 < len(first) < 200
+    p0, rays, far = origins.reshape(-1, 3), np.repeat(way, 5, axis=0), np.repeat(length, 5)
+    near = find_near_faces(graph, trimmed, p0, p0 + far[:, None] * rays, 5 * first)
+    assert near.counts.sum() < 0.5 * len(first) * graph.face_count
+    group = np.repeat(np.arange(len(first)), 5 * np.diff(first, append=len(way)))
+    found = find_hits_near(graph, trimmed, near, group, p0, rays, length_mm=far)
+    alone = find_hits(graph, trimmed, p0, rays, length_mm=far)
+    assert len(alone.ray) > 100
+    np.testing.assert_array_equal(found.ray, alone.ray)
+    np.testing.assert_array_equal(found.way, alone.way)
+    np.testing.assert_allclose(found.at_mm, alone.at_mm, rtol=0, atol=ROUND_OFF_MM)
+    blocked = are_blocked(graph, trimmed, owner, origins, way, length)
+    np.testing.assert_array_equal(np.flatnonzero(blocked), np.unique(alone.ray // 5))
+
+
+def test_a_group_starts_with_each_owner_and_after_each_turn() -> None:
+    way = np.array([[1.0, 0, 0]] * 5 + [[0, 1.0, 0]] * 5)
+    assert first_rows(np.array([0] * 3 + [1] * 7), way).tolist() == [0, 3, 5]
+    assert first_rows(np.zeros(20, dtype=int), np.tile([1.0, 0, 0], (20, 1))).tolist() == [0, 8, 16]

@@ -1,0 +1,263 @@
+"""Faces near groups of segments: one walk through the tree of boxes for a whole group, then only its own faces.
+
+A group is what runs side by side: the wire along a seam, or all rays of a nozzle at neighbouring stations. Around each
+group is an oriented box. A plane face that has this box on one side is not near.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.hits import THIN_MM, RayHits, passage, through_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+
+SAME_SIDE_MM = 1e-6
+"""A box this near to a plane is not on one side of it: round-off of coordinates."""
+GROUP_ROWS, GROUP_RAD = 8, 0.35
+"""Rows of a group: stations 10 mm apart make a box as wide as a few nozzles, which still holds few faces."""
+PAIRS = 100_000
+"""Pairs of a ray and a face handled in one array: some 50 MB."""
+
+
+def first_rows(owner: IntArray, way: FloatArray) -> IntArray:
+    """Divide rows into groups that run side by side: of one owner, few, and turned little from the first to the last.
+
+    Parameters
+    ----------
+    owner : ndarray of int, shape (n,)
+        Ascending.
+    way : ndarray, shape (n, 3)
+        Unit directions; a new group starts where they have turned by `GROUP_RAD`.
+
+    Returns
+    -------
+    ndarray of int, shape (g,)
+        The first row of each group.
+    """
+    start = np.flatnonzero(np.diff(owner, prepend=-1))
+    number = np.arange(len(owner)) - np.repeat(start, np.diff(start, append=len(owner)))
+    turn = np.cumsum(np.linalg.norm(np.diff(way, axis=0, prepend=way[:1]), axis=1))
+    part = [owner, number // GROUP_ROWS, np.floor(turn / GROUP_RAD)]
+    breaks = np.any([np.diff(values, prepend=-1) != 0 for values in part], axis=0)
+    return np.flatnonzero(breaks)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NearFaces:
+    """The faces near each of g groups.
+
+    Parameters
+    ----------
+    face : ndarray of int, shape (k,)
+        The faces of group i are ``face[start[i]:start[i + 1]]``.
+    start : ndarray of int, shape (g + 1,)
+    """
+
+    face: IntArray
+    start: IntArray
+
+    @property
+    def counts(self) -> IntArray:
+        """Number of faces near each group, shape (g,)."""
+        return np.diff(self.start)
+
+    def pairs(self, group: IntArray) -> tuple[IntArray, IntArray]:
+        """Return pairs of a row of `group` (shape (m,)) and a face near its group; two arrays (k,), by row."""
+        counts = self.counts[group]
+        row = np.repeat(np.arange(len(group)), counts)
+        step = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
+        return row, self.face[self.start[group][row] + step]
+
+
+def find_near_faces(
+    graph: BrepGraph, trimmed: TrimmedFaces, p0: FloatArray, p1: FloatArray, first: IntArray
+) -> NearFaces:
+    """Find the faces that segments of groups may meet.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    trimmed : TrimmedFaces
+        Of the same graph.
+    p0, p1 : ndarray, shape (m, 3)
+        Ends of the segments in `part`, mm, sorted by group.
+    first : ndarray of int, shape (g,)
+        The first segment of each group; every group has at least one.
+
+    Returns
+    -------
+    NearFaces
+        A face that is not among them is met by no segment of the group.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    if len(first) == 0:
+        return NearFaces(none, np.zeros(1, dtype=np.int64))
+    boxes = _Boxes.around(p0, p1, first)
+    group, face = trimmed.box_tree.search(len(first), boxes.meets)
+    kept = ~boxes.is_beside_plane(graph, group, face)
+    group, face = group[kept], face[kept]
+    return NearFaces(face, np.searchsorted(group, np.arange(len(first) + 1)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Boxes:
+    """An oriented box around each group: its axes (g, 3, 3) in rows, its extent along them, and along x, y and z."""
+
+    axes: FloatArray
+    low: FloatArray
+    high: FloatArray
+    low_xyz: FloatArray
+    high_xyz: FloatArray
+
+    @classmethod
+    def around(cls, p0: FloatArray, p1: FloatArray, first: IntArray) -> _Boxes:
+        counts = np.diff(first, append=len(p0))
+        last = first + counts - 1
+        along = _unit(np.add.reduceat(p1 - p0, first), np.array([0.0, 0.0, 1.0]))
+        spread = p0[last] - p0[first]
+        spread -= np.einsum("gi,gi->g", spread, along)[:, None] * along
+        side = _unit(spread, np.zeros(3))
+        lone = np.flatnonzero(~side.any(axis=1))
+        if len(lone):
+            least = np.eye(3)[np.argmin(np.abs(along[lone]), axis=1)]
+            side[lone] = _unit(np.cross(along[lone], least), np.zeros(3))
+        axes = np.stack([along, side, np.cross(along, side)], axis=1)
+        frame = np.repeat(axes, counts, axis=0)
+        ends = [np.einsum("mij,mj->mi", frame, p) for p in (p0, p1)]
+        low = np.minimum.reduceat(np.minimum(*ends), first) - THIN_MM
+        high = np.maximum.reduceat(np.maximum(*ends), first) + THIN_MM
+        low_xyz = np.minimum.reduceat(np.minimum(p0, p1), first).T - THIN_MM
+        high_xyz = np.maximum.reduceat(np.maximum(p0, p1), first).T + THIN_MM
+        return cls(axes, low, high, np.ascontiguousarray(low_xyz), np.ascontiguousarray(high_xyz))
+
+    def meets(self, group: IntArray, low: FloatArray, high: FloatArray) -> BoolArray:
+        """Tell which groups may meet axis-parallel boxes (corners of shape (3, m)): six of the separating axes."""
+        met = np.ones(len(group), dtype=bool)
+        for k in range(3):
+            met &= (self.low_xyz[k][group] <= high[k]) & (self.high_xyz[k][group] >= low[k])
+        rows = np.flatnonzero(met)
+        group, middle, half = group[rows], (low[:, rows] + high[:, rows]).T / 2, (high[:, rows] - low[:, rows]).T / 2
+        axes = self.axes[group]
+        at, reach = np.einsum("mij,mj->mi", axes, middle), np.einsum("mij,mj->mi", np.abs(axes), half)
+        met[rows] = ((at - reach <= self.high[group]) & (at + reach >= self.low[group])).all(axis=1)
+        return met
+
+    def is_beside_plane(self, graph: BrepGraph, group: IntArray, face: IntArray) -> BoolArray:
+        """Tell which faces are planes with the whole box of the group on one side."""
+        beside = np.zeros(len(face), dtype=bool)
+        rows = np.flatnonzero(graph.face_kind[face] == SurfaceKind.PLANE)
+        group, face = group[rows], face[rows]
+        low, high = self.low[group] + THIN_MM, self.high[group] - THIN_MM
+        axes, normal = self.axes[group], graph.face_frame[face, 3]
+        height = np.einsum(
+            "mi,mi->m", np.einsum("mji,mj->mi", axes, (low + high) / 2) - graph.face_frame[face, 0], normal
+        )
+        reach = np.einsum("mi,mi->m", np.abs(np.einsum("mij,mj->mi", axes, normal)), (high - low) / 2)
+        beside[rows] = np.abs(height) > reach + SAME_SIDE_MM
+        return beside
+
+
+def _unit(v: FloatArray, otherwise: FloatArray) -> FloatArray:
+    length = np.linalg.norm(v, axis=1, keepdims=True)
+    return np.where(length > SAME_SIDE_MM, v / np.where(length > 0, length, 1.0), otherwise)
+
+
+def find_hits_near(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    near: NearFaces,
+    group: IntArray,
+    origins: FloatArray,
+    rays: FloatArray,
+    *,
+    length_mm: FloatArray,
+) -> RayHits:
+    """Find the places where rays go through the faces near their groups.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    near : NearFaces
+    group : ndarray of int, shape (m,)
+        The group of each ray.
+    origins, rays : ndarray, shape (m, 3)
+        Starts (mm) and unit directions in `part`.
+    length_mm : ndarray, shape (m,)
+        Where the rays end.
+
+    Returns
+    -------
+    RayHits
+    """
+    low, high = trimmed.face_box
+    none = np.zeros(0, dtype=np.int64)
+    found = [(none, none, np.zeros(0), none)]
+    chunk = np.cumsum(near.counts[group]) // PAIRS
+    for rows in np.split(np.arange(len(group)), np.flatnonzero(np.diff(chunk)) + 1):
+        row, face = near.pairs(group[rows])
+        ray = rows[row]
+        o, d, length = origins[ray], rays[ray], length_mm[ray]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            enter, leave = passage(o.T, d.T, length, low[face].T, high[face].T)
+        met = np.flatnonzero(leave > enter)
+        pair, at, way = through_faces(graph, trimmed, face[met], o[met], d[met], length[met], enter[met], leave[met])
+        found.append((ray[met[pair]], face[met[pair]], at, way))
+    ray, face, at, way = (np.concatenate(column) for column in zip(*found, strict=True))
+    order = np.lexsort((at, ray))
+    return RayHits(ray[order], face[order], at[order], way[order])
+
+
+def are_blocked(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    owner: IntArray,
+    origins: FloatArray,
+    rays: FloatArray,
+    length_mm: FloatArray,
+) -> BoolArray:
+    """Tell which bundles of parallel rays hit a face of the part with at least one ray.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    owner : ndarray of int, shape (n,)
+        What the bundles belong to, ascending: neighbours of one owner are searched together.
+    origins : ndarray, shape (n, k, 3)
+        Starts in `part`, mm.
+    rays : ndarray, shape (n, 3)
+        Unit directions in `part`, one per bundle.
+    length_mm : ndarray, shape (n,)
+        Length of the rays.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
+    n, k = origins.shape[:2]
+    blocked = np.zeros(n, dtype=bool)
+    if n == 0:
+        return blocked
+    first = first_rows(owner, rays)
+    p0 = origins.reshape(-1, 3)
+    p1 = (origins + (length_mm[:, None] * rays)[:, None]).reshape(-1, 3)
+    near = find_near_faces(graph, trimmed, p0, p1, k * first)
+    group = np.repeat(np.arange(len(first)), np.diff(first, append=n))
+    rows = np.flatnonzero(near.counts[group])
+    ray = (rows[:, None] * k + np.arange(k)).ravel()
+    hits = find_hits_near(
+        graph,
+        trimmed,
+        near,
+        np.repeat(group[rows], k),
+        p0[ray],
+        np.repeat(rays[rows], k, axis=0),
+        length_mm=np.repeat(length_mm[rows], k),
+    )
+    blocked[rows[hits.ray // k]] = True
+    return blocked
