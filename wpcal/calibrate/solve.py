@@ -121,8 +121,7 @@ def calibrate(
     FrameError
         When pairs or the nominal place are in other frames than ``part``, ``base`` and ``nominal``.
     InputError
-        When the tolerance is not a positive length, the weighted criterion finds no covariances, or the touches are
-        exactly as many as the freedoms and no teaching error is stated.
+        When the tolerance is not a positive length, or the weighted criterion finds no covariances.
 
     Notes
     -----

@@ -40,7 +40,7 @@ from wpcal.calibrate.points.weighted import (
 from wpcal.calibrate.residual_evidence import ResidualEvidence, unchecked_names
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.suspect import Diagnosis
-from wpcal.calibrate.uncertainty import Sigma, SigmaSource, TeachingError, residual_sigma
+from wpcal.calibrate.uncertainty import Sigma, TeachingError, residual_sigma
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
@@ -196,7 +196,7 @@ class PointProblem:
             covariances = pairs.covariances[rows]
             return self._stated_covariance(moved, covariances, criterion), Sigma.of_each(covariances)
         stated = self.teaching.per_axis_mm
-        sigma = self._estimated(criterion, T, rows) if stated is None else Sigma(stated, SigmaSource.STATED)
+        sigma = self._estimated(criterion, T, rows) if stated is None else Sigma.stated(stated)
         if criterion is Criterion.MINIMAX:
             return minimax_covariance(moved, sigma.mm, bounded=self.teaching.is_bounded, seed=self.seed), sigma
         return isotropic_covariance(moved, sigma.mm), sigma
