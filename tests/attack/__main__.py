@@ -1,4 +1,4 @@
-"""`make attack`: every fault, many times, with a table of counts. Ends with 1 if a result was mixed or lost, or worse."""
+"""`make attack`: every fault, many times, with a table of counts. Ends with 1 if a result was lost or mixed."""
 
 from __future__ import annotations
 

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import secrets
+import sys
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -15,6 +16,9 @@ import numpy as np
 
 from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.whole_folder import MARK, flush, put_in_place, temporary_sibling
+
+STDIN = "-"
+"""As the name of a file to read: standard input."""
 
 
 def to_json(record: Mapping[str, Any]) -> str:
@@ -32,7 +36,7 @@ def _plain(value: object) -> object:
 
 
 def read_bytes(path: Path) -> bytes:
-    """Return the bytes of a file.
+    """Return the bytes of a file; those of standard input for the name ``-``.
 
     Raises
     ------
@@ -40,7 +44,7 @@ def read_bytes(path: Path) -> bytes:
         When it cannot be opened.
     """
     try:
-        return path.read_bytes()
+        return sys.stdin.buffer.read() if str(path) == STDIN else path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
 
