@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from wpcal.cli.progress import shown_progress
-from wpcal.core.records import STDIN, read_bytes
+from wpcal.core.input_file import MOST_STEP_MB, STDIN, read_bytes
 
 FROM_STDIN = "stdin.step"
 """Name of a part that comes from standard input, and so of its results."""
@@ -49,7 +49,7 @@ def run_on_part(target: str, part_step: Path, arguments: Mapping[str, Any], *, w
     if str(part_step) == STDIN:
         with TemporaryDirectory() as folder:
             copy = Path(folder, FROM_STDIN)
-            copy.write_bytes(read_bytes(part_step))
+            copy.write_bytes(read_bytes(part_step, most_mb=MOST_STEP_MB))
             return run_on_part(target, copy, arguments, what=what)
     require_step_file(part_step)
     from cad.kernel.child import run_in_child

@@ -5,11 +5,15 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, cast
 
 from rich import box
 from rich.console import Console
 from rich.table import Column, Table
+from rich.text import Text
+
+from wpcal.cli.streams import PrintableText
+from wpcal.printable import printable
 
 if TYPE_CHECKING:
     from wpcal.core.issue import Issue
@@ -20,8 +24,11 @@ BORDER = 3
 """Characters between two columns of a usual table: a line and a space on both sides."""
 
 
-class WholeTables(Console):
-    """A console that cuts no cell of a table: on a narrow screen words are wrapped, and lines may be longer."""
+class PlainConsole(Console):
+    """A console that prints names as they are: ``[b]`` is not markup, and control characters are shown as escapes.
+
+    It cuts no cell of a table: on a narrow screen words are wrapped, and where that is not enough lines are longer.
+    """
 
     def print(self, *objects: Any, **settings: Any) -> None:
         """Print; a table gets columns that hold their longest word."""
@@ -31,11 +38,38 @@ class WholeTables(Console):
         super().print(*objects, **settings)
         self.width = width
 
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Return a text, for example a cell of a table, without control characters of its own."""
+        return super().render_str(printable(text), **options)
 
-def plain_console() -> Console:
-    """Return a console on stdout that prints names as they are: ``[b]`` in a solid's name is not markup."""
-    wide = not sys.stdout.isatty() and "COLUMNS" not in os.environ
-    return WholeTables(markup=False, emoji=False, width=FILE_COLUMNS if wide else None)
+
+def plain_console(*, stderr: bool = False) -> Console:
+    """Return a console for tables on stdout, or for progress on stderr."""
+    wide = not stderr and not sys.stdout.isatty() and "COLUMNS" not in os.environ
+    return PlainConsole(
+        file=cast("IO[str]", _StyledFile(stderr=stderr)),
+        markup=False,
+        emoji=False,
+        width=FILE_COLUMNS if wide else None,
+    )
+
+
+class _StyledFile:
+    """The stream to which a console writes its own escape sequences."""
+
+    def __init__(self, *, stderr: bool) -> None:
+        self.stderr = stderr
+
+    @property
+    def stream(self) -> Any:
+        return sys.stderr if self.stderr else sys.stdout
+
+    def write(self, text: str) -> int:
+        stream = self.stream
+        return stream.write_styled(text) if isinstance(stream, PrintableText) else stream.write(text)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.stream, name)
 
 
 def show_notes(issues: Iterable[Issue], console: Console) -> None:

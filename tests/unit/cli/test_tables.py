@@ -9,7 +9,7 @@ import pytest
 from rich.table import Table
 
 from tests.running import run_here
-from wpcal.cli.console import WholeTables
+from wpcal.cli.console import PlainConsole
 
 TABLE_CSV = Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv"
 NARROW = 60
@@ -21,7 +21,7 @@ def words(text: str) -> set[str]:
 
 def printed(table: Table, width: int) -> str:
     text = io.StringIO()
-    WholeTables(file=text, width=width, markup=False).print(table)
+    PlainConsole(file=text, width=width, markup=False).print(table)
     return text.getvalue()
 
 
