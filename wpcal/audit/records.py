@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -52,18 +53,18 @@ def audit_record(raw: bytes, path: Path) -> tuple[str, list[Fault]] | None:
 
 
 def _beyond_schema(record: dict[str, Any], name: str, path: Path) -> list[Fault]:
-    if name == SEAMS_SCHEMA:
-        repairs = repairs_of_seams(record)
-        faults = [Fault(what, field=place, repair=repairs.get(place)) for place, what in seam_faults(record)]
-        if faults:
-            return faults
+    """Return what a schema cannot say; fields that are missing, if the reader of the record needs them."""
     try:
-        if name not in READERS:  # people write cells and arms, and may leave fields out
-            check_record(record, name, path=str(path), is_complete=True)
         if name == SEAMS_SCHEMA:
             seams_from_record(record, path=str(path))
-        elif name in READERS:
+        elif name in READERS:  # people write cells and arms, and may leave fields out
             READERS[name](path)
+        else:
+            check_record(record, name, path=str(path), is_complete=True)
     except WpcalError as error:
+        if name == SEAMS_SCHEMA:
+            with suppress(KeyError):  # a field is missing, which the error says
+                repairs = repairs_of_seams(record)
+                return [Fault(what, field=place, repair=repairs.get(place)) for place, what in seam_faults(record)]
         return [Fault.of(error, str(path))]
     return []

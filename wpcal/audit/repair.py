@@ -1,4 +1,4 @@
-"""Repair what has one answer: rotations and quaternions that lost digits, and marks that are not what was typed.
+"""Repair what has one answer: rotations and quaternions of ``seams.json`` that lost digits.
 
 Nothing else is repaired: which of two points with one name is meant, or where a point really is, only a person knows.
 """
@@ -22,23 +22,6 @@ from wpcal.seam.record_check import QUATERNION_ATOL, ROTATION_ATOL
 
 LOST_DIGITS = 2e-3
 """A rotation whose columns are off by less was rounded to three digits or more; the nearest rotation is meant."""
-SAME_CHARACTERS = {"\u2212": "-", "\u00a0": " ", "\u202f": " ", "\ufeff": ""}
-"""Marks that text programs put in place of a minus sign and a space."""
-
-
-def repaired_table(raw: bytes) -> tuple[bytes, list[tuple[int, str]]]:
-    """Return a table with the marks that were meant, and line and words of each repair."""
-    try:
-        text = raw.decode("utf-8")
-    except UnicodeDecodeError:
-        return raw, []
-    done, lines = [], text.split("\n")
-    for number, line in enumerate(lines):
-        for mark, meant in SAME_CHARACTERS.items():
-            if mark in line and not (mark == "\ufeff" and number == 0):
-                done.append((number + 1, f"{meant!r} in place of U+{ord(mark):04X}"))
-                lines[number] = lines[number].replace(mark, meant)
-    return "\n".join(lines).encode("utf-8"), done
 
 
 def repairs_of_seams(record: Mapping[str, Any]) -> dict[str, str]:
@@ -83,7 +66,7 @@ def repair_file(path: Path, output: Path, faults: Sequence[Fault], *, overwrite:
     Parameters
     ----------
     path : Path
-        A table, or ``seams.json``.
+        A ``seams.json``.
     output : Path
         Must be another file: the one with the faults is kept.
     faults : sequence of Fault
@@ -102,14 +85,9 @@ def repair_file(path: Path, output: Path, faults: Sequence[Fault], *, overwrite:
     """
     if path.is_dir() or (output.exists() and output.resolve() == path.resolve()):
         raise InputError(f"{path}: expected one file, and another one to write")
-    raw = read_bytes(path)
-    if path.suffix.lower() == ".json":
-        done = [f"{fault.place}: {fault.repair}" for fault in faults if fault.repair is not None]
-        data = to_json(repaired_seams(parse_json(raw, path=str(path)))).encode("utf-8") if done else raw
-    else:
-        data, lines = repaired_table(raw)
-        done = [f"line {line}: {words}" for line, words in lines]
+    done = [f"{fault.place}: {fault.repair}" for fault in faults if fault.repair is not None]
     if not done:
         raise InputError(f"{path}: nothing here has one answer; a person must decide ({len(faults)} faults)")
-    write_file(output, data, overwrite=overwrite)
+    record = parse_json(read_bytes(path), path=str(path))
+    write_file(output, to_json(repaired_seams(record)), overwrite=overwrite)
     return done

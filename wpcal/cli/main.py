@@ -11,6 +11,7 @@ import click
 from wpcal import __version__
 from wpcal.cli.signals import Stopped, stopped_like_interrupted
 from wpcal.cli.streams import protect_streams
+from wpcal.printable import printable
 
 ENTRY_POINT_GROUP = "wpcal.commands"
 EXIT_OUR_FAULT = 70
@@ -66,6 +67,7 @@ def run(arguments: list[str] | None = None) -> None:
 
 def _run(arguments: list[str] | None) -> int:
     try:
+        _require_unicode(sys.argv[1:] if arguments is None else arguments)
         with stopped_like_interrupted():
             code = wpcal.main(args=arguments, prog_name="wpcal", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -90,11 +92,24 @@ def _say_error(error: Exception) -> int:
         return _say(with_hint(error), error.exit_code)
     if os.environ.get("WPCAL_DEBUG"):
         raise error
+    if isinstance(error, OSError) and error.filename is not None:
+        return _say(f"{error.filename}: {(error.strerror or str(error)).lower()}", WpcalError.exit_code)
     kind = type(error).__name__
     return _say(f"internal error ({kind}: {error}); this is our fault: set WPCAL_DEBUG=1 to see where", EXIT_OUR_FAULT)
 
 
 def _say(message: str, code: int) -> int:
     """Print one line on stderr and return the exit code."""
-    click.echo("wpcal: " + " ".join(message.split()), err=True)
+    line = printable(" ".join(message.split()))
+    click.echo(f"wpcal: {line}", err=True)
     return code
+
+
+def _require_unicode(arguments: list[str]) -> None:
+    """Refuse an argument that is not text: it would be the name of a file, and records hold these names."""
+    for argument in arguments:
+        try:
+            argument.encode("utf-8")
+        except UnicodeEncodeError:
+            shown = os.fsencode(argument).decode("utf-8", errors="backslashreplace")
+            raise click.UsageError(f"{shown}: the name is not UTF-8 text; rename the file or the folder") from None

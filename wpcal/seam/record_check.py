@@ -66,7 +66,7 @@ def seam_faults(record: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             *place, what = problem.split(": ", 2 if problem.startswith("point ") else 1)
             yield ": ".join((f"seam {seam['name']}", *place)), what
         if seam["name"] in named:
-            yield f"seam {seam['name']}: name", "another seam has this name; expected a name per seam"
+            yield f"seam {seam['name']}: name", f"two seams are named {seam['name']}; expected a name per seam"
         named.add(seam["name"])
 
 

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import read_bytes, sha256_of
 from wpcal.core.orientation_columns import ANGLE_COLUMNS, orientations_of_table
 from wpcal.core.pairs import PointPairs
-from wpcal.core.records import read_bytes, sha256_of
 from wpcal.core.robot_space import RobotSpace, space_of_table
 from wpcal.core.rotations import zyx_angles
 from wpcal.core.tables import Table, parse_table

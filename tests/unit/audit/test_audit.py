@@ -158,14 +158,6 @@ def test_a_rotation_that_lost_digits_is_repaired_and_others_are_not(tmp_path: Pa
     assert not (tmp_path / "never.json").exists()
 
 
-def test_marks_of_a_text_program_are_repaired_in_a_table(tmp_path: Path) -> None:
-    path, fixed = tmp_path / "taught.csv", tmp_path / "fixed.csv"
-    path.write_text("name,x_mm,y_mm,z_mm\nV1,\u22121,2,3\nV2,4,5\u00a0,6\n", encoding="utf-8")
-    assert run_here("audit", path).returncode == 1
-    assert run_here("audit", path, "--fix", "-o", fixed).returncode == 0
-    assert fixed.read_text(encoding="utf-8") == "name,x_mm,y_mm,z_mm\nV1,-1,2,3\nV2,4,5 ,6\n"
-
-
 @pytest.mark.parametrize("arguments", [["nothing-here"], [str(ROOT / "LICENSE")], [str(FIXTURES / "tee"), "--fix"]])
 def test_wrong_use_ends_with_2(arguments: list[str]) -> None:
     ended = run_here("audit", *arguments)

@@ -93,3 +93,16 @@ def test_an_arm_that_does_not_reach_the_part_is_named(tmp_path: Path) -> None:
     assert ended.returncode == 1
     assert "no joint angles within the limits of" in ended.stdout
     assert ended.stdout.count("point ") > near.stdout.count("point ")
+
+
+def test_a_program_that_reads_back_differently_is_not_put_in_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from wpcal.controllers.abb import write
+
+    right = write.write_rapid
+    monkeypatch.setattr(write, "write_rapid", lambda one: {k: moved(v, "rapid", 1.0) for k, v in right(one).items()})
+    ended = run_here("export", FIXTURES / "tee" / "golden", "-f", "krl", "-f", "rapid", "-o", tmp_path / "out")
+    assert ended.returncode == 70
+    assert "rapid: the pose at base" in ended.stderr
+    assert not (tmp_path / "out").exists()
