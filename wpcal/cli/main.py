@@ -14,6 +14,7 @@ from wpcal.cli.streams import protect_streams
 from wpcal.printable import printable
 
 ENTRY_POINT_GROUP = "wpcal.commands"
+OUR_PACKAGES = ("wpcal", "cad")
 EXIT_OUR_FAULT = 70
 EXIT_OF_SIGNAL = 128
 """As in a shell: 143 after SIGTERM, 129 after SIGHUP."""
@@ -30,7 +31,34 @@ class CommandsByEntryPoint(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import and return one command."""
         entry = _installed().get(cmd_name)
-        return None if entry is None else entry.load()
+        return None if entry is None else _loaded(entry)
+
+
+def _loaded(entry: EntryPoint) -> click.Command:
+    """Import a command. A package that hides ours, or that is not installed, is told by its name."""
+    from wpcal.core.errors import InputError
+
+    try:
+        command: click.Command = entry.load()
+    except ImportError as error:
+        raise InputError(_why_not_loaded(entry, error)) from error
+    return command
+
+
+def _why_not_loaded(entry: EntryPoint, error: ImportError) -> str:
+    from importlib.util import find_spec
+
+    root = entry.module.partition(".")[0]
+    ours = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+    found = find_spec(root)
+    places = () if found is None else (found.submodule_search_locations or [found.origin or ""])
+    place = next(iter(places), "")
+    if root in OUR_PACKAGES and os.path.dirname(os.path.abspath(place)) != ours:
+        return (
+            f"another package is called {root} and hides the one of wpcal: {place}; take its folder from PYTHONPATH, "
+            "or install wpcal in an environment of its own"
+        )
+    return f"the command {entry.name} cannot be loaded: {error}"
 
 
 def _installed() -> dict[str, EntryPoint]:
