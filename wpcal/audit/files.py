@@ -137,7 +137,8 @@ class _Audit:
         finished = _finished(result)
         start = max((start_mm(seam) for seam in finished.seams), default=self.around.start_mm)
         part = None
-        if finished.part_glb is not None:
+        is_corrected = RobotSpace.parse(finished.calibration["robot_space"]) is RobotSpace.IDENTIFIED
+        if finished.part_glb is not None and not is_corrected:  # corrected targets are not where the torch will be
             part = TriangleMaterial.of(read_part_glb(finished.part_glb), finished.T_base_part)
         return replace(self.around, T_base_part=finished.T_base_part, part=part, start_mm=start)
 

@@ -55,7 +55,8 @@ class ReadPose:
 
 def is_weld_program(path: Path) -> bool:
     """Tell by the suffix whether the poses of a file can be read back."""
-    return path.suffix.lower() in (URSCRIPT, VAL3) or controller_of_file(path) is not None
+    controller = controller_of_file(path)
+    return path.suffix.lower() in (URSCRIPT, VAL3) or (controller is not None and controller.reads_back)
 
 
 def read_poses_back(raw: bytes, path: Path, T_base_part: RigidTransform | None) -> list[ReadPose]:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from wpcal.cli.export_options import TorchShapeFlags
+from wpcal.cli.option_groups import takes
+
 if TYPE_CHECKING:
     from wpcal.audit import AuditReport
     from wpcal.audit.programs import Surroundings
+    from wpcal.seam.torch import TorchShape
 
 
 @click.command()
@@ -20,6 +25,7 @@ if TYPE_CHECKING:
 @click.option("--tool", metavar="X,Y,Z[,RX,RY,RZ]", help="With --robot: tool as set in the controller, mm and deg.")
 @click.option("--tool-axis", type=click.Choice(["z", "x"]), default="z", show_default=True, help="Along the wire.")
 @click.option("--stick-out-mm", type=float, default=0.0, show_default=True, help="Tool centre point back from the tip.")
+@takes("shape", TorchShapeFlags)
 @click.option("--force", is_flag=True, help="Replace the file that is written.")
 @click.option("--json", "as_json", is_flag=True, help="Print the record of the audit on stdout.")
 def audit(
@@ -31,6 +37,7 @@ def audit(
     tool: str | None,
     tool_axis: str,
     stick_out_mm: float,
+    shape: TorchShapeFlags,
     force: bool,
     as_json: bool,
 ) -> int:
@@ -45,7 +52,7 @@ def audit(
 
     if fix != (output is not None):
         raise InputError("--fix and -o belong together: the repaired file is written to -o, never in place")
-    around = _surroundings(robot, tool, tool_axis, stick_out_mm)
+    around = _surroundings(robot, tool, tool_axis, stick_out_mm, shape.to_shape())
     report = audit_path(path, around)
     if output is not None:
         from wpcal.audit.repair import repair_file
@@ -58,20 +65,22 @@ def audit(
     return 1 if report.fault_count else 0
 
 
-def _surroundings(robot: str | None, tool: str | None, tool_axis: str, stick_out_mm: float) -> Surroundings:
+def _surroundings(
+    robot: str | None, tool: str | None, tool_axis: str, stick_out_mm: float, torch: TorchShape
+) -> Surroundings:
     from wpcal.audit.programs import Surroundings
     from wpcal.controllers.torch import ToolAxis
     from wpcal.core.errors import InputError
 
     if (robot is None) != (tool is None):
         raise InputError("--robot and --tool belong together; --tool 0,0,0 if the poses are those of the flange")
+    around = Surroundings(torch=torch, tool_axis=ToolAxis(tool_axis), stick_out_mm=stick_out_mm)
     if robot is None:
-        return Surroundings(tool_axis=ToolAxis(tool_axis), stick_out_mm=stick_out_mm)
+        return around
     from wpcal.robot.identify.poses_file import parse_tool
     from wpcal.robot.kinematics.arm_file import find_arm
 
-    arm, T_flange_tool = find_arm(robot), parse_tool(tool)[0]
-    return Surroundings(arm=arm, T_flange_tool=T_flange_tool, tool_axis=ToolAxis(tool_axis), stick_out_mm=stick_out_mm)
+    return replace(around, arm=find_arm(robot), T_flange_tool=parse_tool(tool)[0])
 
 
 def _show(report: AuditReport, *, as_json: bool, repaired: tuple[str, ...] = ()) -> None:
