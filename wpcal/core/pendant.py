@@ -70,17 +70,21 @@ class Notation:
 
     def text(self, T: RigidTransform) -> str:
         """Return a pose as a person types it: ``X 812.494  Y … mm  A 34.3366  … deg``."""
-        values = self.numbers(T)
-        places = [f"{label} {value + 0.0:.3f}" for label, value in zip(self.labels, values[:3], strict=False)]
-        turns = [
-            f"{label} {round(float(value), self.decimals) + 0.0:.{self.decimals}f}"
-            for label, value in zip(self.labels[3:], values[3:], strict=True)
-        ]
-        return f"{'  '.join(places)} mm  {'  '.join(turns)}{f' {self.unit}' if self.unit else ''}"
+        return f"{_labelled(self.labels[:3], T.t_mm, 3)} mm  {self.orientation_text(T)}"
+
+    def orientation_text(self, T: RigidTransform) -> str:
+        """Return the orientation as a person types it: ``A 34.3366  B -2.0054  C 1.1459 deg``."""
+        shown = _labelled(self.labels[3:], self.to_numbers(T.R), self.decimals)
+        return f"{shown} {self.unit}" if self.unit else shown
 
     def record(self, T: RigidTransform) -> dict[str, float]:
         """Return the numbers by their labels, for a JSON file."""
         return dict(zip(self.labels, self.numbers(T).tolist(), strict=True))
+
+
+def _labelled(labels: tuple[str, ...], values: FloatArray, decimals: int) -> str:
+    rounded = (round(float(value), decimals) + 0.0 for value in values)  # + 0.0: no -0.000
+    return "  ".join(f"{label} {value:.{decimals}f}" for label, value in zip(labels, rounded, strict=True))
 
 
 def _fixed_xyz(R: FloatArray) -> FloatArray:

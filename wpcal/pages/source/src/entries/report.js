@@ -6,6 +6,7 @@ import {
   fitSection,
   notesSection,
   pointsSection,
+  poseSection,
   seamsSection,
   sourcesSection,
 } from "../report/sections.js";
@@ -14,7 +15,7 @@ import { buildOrSayWhy } from "../stage.js";
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 
 async function main() {
-  const { calibration, seams, mesh } = readData();
+  const { calibration, seams, pendant, mesh } = readData();
   const [frames, part] = await Promise.all([readJsonBlob("frames"), readBlob("part")]);
   const root = document.getElementById("page");
   const view = el("section", { id: "view", "aria-label": "3-D view" });
@@ -29,6 +30,7 @@ async function main() {
   root.append(
     ...[
       notesSection(calibration),
+      poseSection(calibration, pendant),
       pointsSection(calibration),
       seamsSection(seams, frames, calibration.tolerance_mm, focus),
       criteriaSection(calibration),
