@@ -23,7 +23,13 @@ from wpcal.cli.teaching_options import TeachingFlags
 @click.option(
     "--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True, help=SOLVER_HELP
 )
-@click.option("--schedule", type=click.Choice(["default", "yin2003"]), default="default", show_default=True)
+@click.option(
+    "--schedule",
+    type=click.Choice(["default", "yin2003"]),
+    default="default",
+    show_default=True,
+    help="Cooling of the annealing: ours, or that of the paper.",
+)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
 @click.option(
     "--tolerance-mm",

@@ -1,7 +1,7 @@
 """A pose in the notations of the teach pendants, and back.
 
-Positions are in mm in all of them. They differ in the orientation: a quaternion, three angles in one of two orders, or a
-rotation vector. ABB and UR show nothing else; KUKA writes the same angles as FANUC and Yaskawa in the opposite order.
+Positions are in mm in all of them. They differ in the orientation: a quaternion (ABB), angles about fixed axes (KUKA,
+FANUC, Yaskawa; KUKA writes them in the opposite order), angles about moving axes (Staubli) or a rotation vector (UR).
 """
 
 from __future__ import annotations
