@@ -78,7 +78,7 @@ def pick(
     from cad.pick.page import build_pick_page
     from cad.pick.server import PickServer
     from cad.pick.session import PickSession
-    from wpcal.core.records import read_bytes
+    from wpcal.core.input_file import read_bytes
 
     is_asked = out is not None
     out = out or table_of(taught)

@@ -22,6 +22,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.transform import RigidTransform
 from wpcal.features import ReferenceFeature, feature_named
+from wpcal.results.next_steps import next_steps
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, taught_csv
 from wpcal.taught.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
@@ -240,6 +241,7 @@ def _fit_record(
         "points": record["points"],
         "u95_mm": [np.round(values, ERROR_DIGITS).tolist() for values in u95_mm],
         "features": {row_of[name]: feature for name, feature in zip(taught.names, taught.features, strict=True)},
+        "steps": next_steps(record),
         "notes": [issue["message"] for issue in record["issues"]],
         "exchanges": [
             {"row": row_of[exchange["name"]], "feature": exchange["feature"], "largest_mm": exchange["largest_mm"]}

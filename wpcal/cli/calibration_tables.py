@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from wpcal.core.pendant import NOTATIONS
+from wpcal.results.next_steps import HELP_PAGE, next_steps
 
 if TYPE_CHECKING:
     from wpcal.calibrate import CalibrationResult, Distrusted, HeldMotion, StartsEvidence
@@ -62,6 +63,11 @@ def show_calibration(result: CalibrationResult, console: Console, *, details: bo
     )
     if result.criterion_advice is not None:
         console.print(f"advice: {result.criterion_advice}", highlight=False, markup=False)
+    steps = next_steps(result.to_record())
+    for step in steps:
+        console.print(f"next: {step}", highlight=False, markup=False)
+    if steps:
+        console.print(f"help: {HELP_PAGE}", highlight=False, markup=False)
     for issue in result.issues:
         if issue.message not in result.judgement.sentence:
             console.print(f"warning: {issue.message}", highlight=False, markup=False)

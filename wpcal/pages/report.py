@@ -12,6 +12,7 @@ from wpcal.core.errors import FormatError
 from wpcal.core.pendant import NOTATIONS
 from wpcal.core.transform import RigidTransform
 from wpcal.pages.html import build_page, json_blob
+from wpcal.results.next_steps import HELP_PAGE, next_steps
 
 BODY = """
 <main id="page"></main>
@@ -57,8 +58,14 @@ def build_report(
         title = f"{calibration['verdict']} {calibration.get('inputs', {}).get('part', {}).get('file', 'calibration')}"
     except (KeyError, TypeError, AttributeError) as error:
         raise FormatError(f"is not a complete seams file: {type(error).__name__} {error}", path=path) from None
-    pendant = {notation.maker: notation.orientation_text(T_base_part) for notation in NOTATIONS}
-    data: dict[str, Any] = {"calibration": calibration, "seams": heads, "pendant": pendant, "mesh": None}
+    data: dict[str, Any] = {
+        "calibration": calibration,
+        "seams": heads,
+        "mesh": None,
+        "pendant": {notation.maker: notation.orientation_text(T_base_part) for notation in NOTATIONS},
+        "steps": next_steps(calibration),
+        "help": HELP_PAGE,
+    }
     blobs = {"frames": json_blob(columns)}
     if part_glb is not None:
         data["mesh"] = {"deflection_mm": read_part_glb(part_glb).deflection_mm}

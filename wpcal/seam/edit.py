@@ -7,6 +7,7 @@ after a change elsewhere on the part.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -175,9 +176,8 @@ def apply_edits(
     edited = []
     for row, seam in enumerate(seams):
         edited += [_edited(graph, trimmed, seam, edit, options) for edit in edits_of.get(row, [])] or [seam]
-    names = [seam.name for seam in edited]
-    for name in names:
-        if names.count(name) > 1:
+    for name, count in Counter(seam.name for seam in edited).items():
+        if count > 1:
             raise InputError(f"{edits[0].path}: two seams would be called {name!r}; give each edit a different name")
     return tuple(edited)
 

@@ -11,6 +11,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError
+from wpcal.core.record_check import check_record
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.transform import RigidTransform
@@ -186,6 +187,7 @@ def seams_from_record(record: dict[str, Any], *, path: str) -> tuple[Seam, ...]:
     except FormatError:
         raise
     except (KeyError, TypeError, ValueError, AttributeError) as error:
+        check_record(record, SEAMS_SCHEMA, path=path, is_complete=True)  # says what is missing, and where
         raise FormatError(f"is not a complete seams file: {type(error).__name__} {error}", path=path) from None
 
 

@@ -125,7 +125,9 @@ class Picker {
     this.table.show({ ...(answer ?? NOTHING), tolerance: data.tolerance_mm, fault });
     this.scene.show(this.rows, answer ?? NOTHING);
     this.seams.show(answer);
-    const notes = [answer?.criterion_advice, ...(answer?.notes ?? []), ...data.notes].filter(Boolean);
+    const notes = [...(answer?.steps ?? []), answer?.criterion_advice, ...(answer?.notes ?? []), ...data.notes].filter(
+      Boolean,
+    );
     layout.showNotes(notes, answer?.exchanges ?? []);
   }
 

@@ -3,6 +3,7 @@ import { sides, toggles, tooltip } from "../controls.js";
 import { el, facts, fixed, table } from "../dom.js";
 import { lookAtSeam } from "../report/scene.js";
 import { buildOrSayWhy, buildStage, seeThroughBox } from "../stage.js";
+import { cutControl, measureBox } from "../view_tools.js";
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 import { plural } from "../words.js";
 
@@ -52,7 +53,16 @@ function build(host, { seams, frames, part }) {
     { label: "rejected", layers: ["candidates"], on: false },
     { label: "names", layers: ["names"], on: true },
   ].filter(Boolean);
-  host.append(el("div", { class: "panel" }, toggles(viewer, layers), part && seeThroughBox(solid)));
+  host.append(
+    el(
+      "div",
+      { class: "panel" },
+      toggles(viewer, layers),
+      part && seeThroughBox(solid),
+      measureBox(viewer),
+      part && cutControl(viewer),
+    ),
+  );
   stage.append(sides(viewer));
   viewer.view("iso");
   return viewer;

@@ -4,6 +4,7 @@ import { el, facts, fixed } from "../dom.js";
 import { legend, pointTip, seamTip } from "../report/explain.js";
 import { arrow, fittingFactor } from "../residuals.js";
 import { buildStage, checkBox, seeThroughBox } from "../stage.js";
+import { cutControl, measureBox } from "../view_tools.js";
 import { colourOf } from "../viewer.js";
 
 const KINDS = {
@@ -63,7 +64,15 @@ export class Scene {
       { label: "seams", layers: ["seams"], on: true },
     ];
     const named = checkBox("names", (isOn) => (overlay.hidden = !isOn), { checked: true });
-    return el("div", { class: "panel" }, toggles(this.viewer, items), named, part && seeThroughBox(solid));
+    return el(
+      "div",
+      { class: "panel" },
+      toggles(this.viewer, items),
+      named,
+      part && seeThroughBox(solid),
+      measureBox(this.viewer),
+      part && cutControl(this.viewer),
+    );
   }
 
   answerToPointer(onPick) {

@@ -21,13 +21,13 @@ export function seamsSection(seams, frames, tolerance, focus) {
   const worst = ({ u95 }) => (u95 ? Math.max(...u95) : null);
   const columns = [
     { title: "seam", cell: ({ name }) => el("strong", {}, name) },
+    { title: "95 % error mm", number: true, cell: (row) => fixed(worst(row), 3) },
+    { title: "", cell: (row) => (worst(row) === null ? "" : bar(worst(row), tolerance)) },
     { title: "joint", cell: ({ joint, weld }) => `${joint} ${weld}` },
     { title: "joins", cell: ({ solids }) => solids.join(" + ") },
     { title: "length mm", number: true, cell: ({ length_mm }) => fixed(length_mm, 1) },
     { title: "frames", number: true, cell: ({ s }) => String(s.length) },
     { title: "position", cell: ({ position }) => [...new Set(position ?? [])].filter(Boolean).join(", ") || "–" },
-    { title: "95 % error mm", number: true, cell: (row) => fixed(worst(row), 3) },
-    { title: "", cell: (row) => (worst(row) === null ? "" : bar(worst(row), tolerance)) },
   ];
   if (seams.some(({ accepted }) => !accepted)) {
     columns.push({ title: "not accepted because", cell: whyNot });
@@ -42,22 +42,33 @@ export function seamsSection(seams, frames, tolerance, focus) {
   return section("seams", "Seams", rows.length ? table(columns, rows, { rowOf }) : el("p", {}, none), plot);
 }
 
-export function pointsSection({ points, tolerance_mm }) {
+export function pointsSection({ points, tolerance_mm }, focus = null) {
   const columns = [
     { title: "point", cell: ({ name }) => el("strong", {}, name) },
     { title: "use", cell: ({ use }) => (use === "check" ? "check" : "fit") },
-    ...[0, 1, 2].map((axis) => ({
-      title: `${"xyz"[axis]} mm`,
-      number: true,
-      cell: ({ residual_mm }) => signed(residual_mm[axis], 4),
-    })),
+    { title: "95 % error mm", number: true, cell: ({ error_95_mm }) => fixed(error_95_mm, 4) },
     { title: "distance mm", number: true, cell: ({ distance_mm }) => fixed(distance_mm, 4) },
     { title: "", cell: ({ distance_mm }) => bar(distance_mm, tolerance_mm) },
-    { title: "95 % error mm", number: true, cell: ({ error_95_mm }) => fixed(error_95_mm, 4) },
+    ...vector("taught ", ({ p_base_mm }) => p_base_mm.map((v) => fixed(v, 3))),
+    ...vector("residual ", ({ residual_mm }) => residual_mm.map((v) => signed(v, 4))),
   ];
-  const rowOf = ({ distance_mm }) => ({ class: distance_mm > tolerance_mm ? "bad" : null });
-  const caption = "Residual: taught place minus fitted place, in the base frame. The bar is full at the tolerance.";
+  const rowOf = (point) => ({
+    class: [point.distance_mm > tolerance_mm && "bad", focus && "link"].filter(Boolean).join(" ") || null,
+    title: focus && "show in the view",
+    onclick: focus && (() => focus(point)),
+  });
+  const caption =
+    "Taught: as read from the robot. Residual: taught place minus fitted place. Both in the base frame. " +
+    "The bar is full at the tolerance.";
   return section("points", "Taught points", table(columns, points, { rowOf, caption }));
+}
+
+function vector(word, texts) {
+  return [0, 1, 2].map((axis) => ({
+    title: `${word}${"xyz"[axis]} mm`,
+    number: true,
+    cell: (row) => texts(row)[axis],
+  }));
 }
 
 export function criteriaSection({ criteria, criterion }) {
@@ -127,6 +138,18 @@ function fitDetails(record) {
   );
   const pose = "T_base_part: the columns are the axes of the part in the robot's base, then its origin in mm.";
   return el("div", {}, facts(rows), el("p", { class: "caption" }, pose), el("div", { class: "table-scroll" }, matrix));
+}
+
+/** What to do now; null if the verdict asks for nothing. */
+export function stepsSection(steps = [], help = "") {
+  if (!steps.length) return null;
+  const list = el(
+    "ol",
+    {},
+    steps.map((step) => el("li", {}, step)),
+  );
+  const more = el("p", { class: "caption" }, "Every verdict sentence is explained in ", el("code", {}, help), ".");
+  return section("steps", "What to do now", list, more);
 }
 
 export function notesSection({ issues }) {
