@@ -109,7 +109,8 @@ class SeamChoiceFlags:
         "--seams",
         metavar="FILE",
         type=click.Path(path_type=Path),
-        help="A seams.json of this part. Its seams may have an object edit: accept, reject, reverse, name, range_mm.",
+        help="A seams.json of this part with decisions, from the picker, from the page of seams, or edited: an object "
+        "edit with accept, reject, reverse, name, range_mm, other_side, join.",
     )
     marks: MarkedFlags
 

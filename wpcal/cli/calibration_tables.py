@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from wpcal.calibrate.criteria import Criterion
 from wpcal.results.next_steps import HELP_PAGE, next_steps
 
 if TYPE_CHECKING:
@@ -61,6 +62,8 @@ def show_calibration(result: CalibrationResult, console: Console) -> None:
 
 def _points(result: CalibrationResult) -> Table:
     table = Table(title="Points (residual = taught - fitted, base frame)")
+    if result.criterion is Criterion.MINIMAX:
+        table.caption = "minimax: the largest residuals are equal by construction"
     table.add_column("point")
     for heading in ("x mm", "y mm", "z mm", "distance mm", "95 % error mm"):
         table.add_column(heading, justify="right")

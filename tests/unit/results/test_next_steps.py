@@ -1,5 +1,7 @@
 """What to do now: concrete steps for every reason of a verdict."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -31,6 +33,12 @@ def test_a_pass_needs_no_step():
 
 def test_every_reason_but_within_has_steps():
     assert set(steps_module._STEPS) == {reason.value for reason in VerdictReason} - {"within"}
+
+
+def test_the_help_page_explains_every_reason():
+    text = (Path(__file__).parents[3] / steps_module.HELP_PAGE).read_text(encoding="utf-8")
+    for reason in VerdictReason:
+        assert reason is VerdictReason.WITHIN or f"(`{reason.value}`)" in text
 
 
 def test_the_row_to_touch_again_is_named_and_what_leaving_it_out_would_give():

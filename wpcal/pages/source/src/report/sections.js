@@ -6,6 +6,10 @@ import { annealingPlot, errorPlot } from "./plots.js";
 
 const CRITERIA = { minimax: "minimax", least_squares: "least squares", weighted: "weighted", robust: "robust" };
 
+const EQUAL =
+  "Minimax makes its largest residuals equal by construction: they do not show which point is worst. " +
+  "The notes name a point that the others contradict.";
+
 function section(id, title, ...content) {
   return el("section", { id, "aria-labelledby": `${id}-title` }, el("h2", { id: `${id}-title` }, title), content);
 }
@@ -33,7 +37,7 @@ export function seamsSection(seams, frames, tolerance, focus) {
   return section("seams", "Seams", rows.length ? table(columns, rows, { rowOf }) : el("p", {}, none), plot);
 }
 
-export function pointsSection({ points, tolerance_mm }, focus = null) {
+export function pointsSection({ points, tolerance_mm, criterion }, focus = null) {
   const columns = [
     { title: "point", cell: ({ name }) => el("strong", {}, name) },
     { title: "use", cell: ({ use }) => (use === "check" ? "check" : "fit") },
@@ -50,7 +54,7 @@ export function pointsSection({ points, tolerance_mm }, focus = null) {
   });
   const caption =
     "Taught: as read from the robot. Residual: taught place minus fitted place. Both in the base frame. " +
-    "The bar is full at the tolerance.";
+    `The bar is full at the tolerance.${criterion === "minimax" ? ` ${EQUAL}` : ""}`;
   return section("points", "Taught points", table(columns, points, { rowOf, caption }));
 }
 
