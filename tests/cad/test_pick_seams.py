@@ -15,7 +15,7 @@ from cad.pick.session import PickSession
 from cad.pick.shared_seams import SharedSeams, start_seams
 from tests.running import run_here
 from wpcal.core.errors import InputError
-from wpcal.results.schemas import schema_text
+from wpcal.core.schemas import schema_text
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 
