@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("taught_csv", metavar="TAUGHT_JOINTS.csv", type=click.Path(path_type=Path))
 @click.option("--robot", required=True, help="Arm file, as written by `wpcal identify`, or the name of a shipped arm.")
-@click.option("-o", "--output", metavar="POINTS.csv", type=click.Path(path_type=Path), help="File; stdout by default.")
+@click.option(
+    "-o", "--out", "output", metavar="POINTS.csv", type=click.Path(path_type=Path), help="File; stdout by default."
+)
 @click.option(
     "--tool",
     metavar="X,Y,Z[,RX,RY,RZ]|TOOL.json",
