@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     "-o", "--out", required=True, metavar="SHEET", type=click.Path(path_type=Path), help=".pdf, .svg, .dxf or .png"
 )
 @click.option(
-    "--points",
+    "--touch",
+    "points",
     metavar="N|V1,H3",
     default="4",
     show_default=True,
@@ -68,9 +69,9 @@ def _options(out: Path, points: str, paper: str) -> SheetOptions:
         raise InputError(f"a {suffix} sheet needs matplotlib: install wpcal[plots], or write .svg or .dxf")
     names = tuple(name.strip() for name in points.split(",") if name.strip())
     if not names:
-        raise InputError("--points: expected a number or names of features, got nothing")
+        raise InputError("--touch: expected a number or names of features, got nothing")
     if len(names) == 1 and names[0].isdecimal():
         return SheetOptions(suffix, PAPERS[paper], count=int(names[0]))
     if len({name.lower() for name in names}) < len(names):
-        raise InputError(f"--points: a feature is named twice in {points}")
+        raise InputError(f"--touch: a feature is named twice in {points}")
     return SheetOptions(suffix, PAPERS[paper], names=names)

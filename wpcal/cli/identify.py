@@ -137,7 +137,9 @@ class PosePlanFlags:
 @click.command()
 @click.argument("robot", metavar="ROBOT")
 @click.argument("poses_csv", metavar="[POSES.csv]", type=click.Path(path_type=Path), required=False)
-@click.option("-o", "--output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Folder to write.")
+@click.option(
+    "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Folder to write."
+)
 @takes("fit", FitFlags)
 @takes("plan", PosePlanFlags)
 @click.option("--charts/--no-charts", default=True, show_default=True)

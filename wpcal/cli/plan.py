@@ -93,7 +93,7 @@ class GeneticFlags:
 @click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
 @click.argument("seams_json", metavar="[SEAMS.json]", required=False, type=click.Path(path_type=Path))
 @click.option("--seam", metavar="NAME", help="Which seam of the file: W1, W2, …")
-@click.option("-o", "--output", metavar="DIR", type=click.Path(path_type=Path), help="Folder to write.")
+@click.option("-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), help="Folder to write.")
 @click.option(
     "--check",
     "check_only",

@@ -29,7 +29,9 @@ BAR_WIDTH = 40
 )
 @click.option("--criterion", type=click.Choice(["minimax", "least_squares"]), default="minimax", show_default=True)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the distribution to this JSON file.")
+@click.option(
+    "-o", "--out", "output", type=click.Path(path_type=Path), help="Write the distribution to this JSON file."
+)
 @click.option("--force", is_flag=True, help="Overwrite the file.")
 @click.option("--json", "as_json", is_flag=True, help="Print the distribution as JSON on stdout.")
 def study(
