@@ -79,7 +79,7 @@ def hover_a_seam(page: Any, folder: Path) -> None:
 
 def see_through(page: Any, folder: Path) -> None:
     """Make the part transparent."""
-    page.locator(".toggle-alone input").check()
+    page.locator(".toggle-alone input").first.check()
     page.wait_for_timeout(300)
 
 
