@@ -48,7 +48,8 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
     issues = _doubts(arm.name, bias_mm) if bias_mm and tool_error_mm is None else []
     for issue in issues:
         click.echo(f"note: {issue.message}", err=True)
-    text = corrected_table(names, points, others, arm.space, tcp_bias_mm=bias_mm)
+    postures = arm.forward(joints)[:, :3, :3] @ T_flange_tool.R
+    text = corrected_table(names, points, others, arm.space, tcp_bias_mm=bias_mm, postures=postures)
     if output is not None:
         write_file(output, text, overwrite=force)
     shifts = points - correct_points(arm.as_nominal(), joints, T_flange_tool=T_flange_tool)
