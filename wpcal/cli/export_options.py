@@ -138,10 +138,11 @@ class AirFlags:
         from wpcal.controllers.air_moves import AirSettings
         from wpcal.controllers.checked_program import check_program
         from wpcal.core.errors import InputError
+        from wpcal.core.numbers import parse_numbers
         from wpcal.seam.torch import TorchShape
 
         try:
-            x, y, z = (float(cell) for cell in self.up.split(","))
+            x, y, z = parse_numbers(self.up)
         except ValueError:
             raise InputError(f"--up: expected X,Y,Z, got {self.up!r}") from None
         torch = TorchShape(self.wire_mm, self.nozzle_radius_mm, self.torch_length_mm)

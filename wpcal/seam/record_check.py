@@ -6,6 +6,7 @@ is read, and the message names the file, the seam, the point and the field.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -49,9 +50,8 @@ def check_seams(record: Mapping[str, Any], *, path: str) -> None:
             raise FormatError(f"seam number {number}: name: expected a text", path=path)
         for problem in _problems(seam):
             raise FormatError(f"seam {seam['name']}: {problem}", path=path)
-    names = [seam["name"] for seam in seams]
-    for name in names:
-        if names.count(name) > 1:
+    for name, count in Counter(seam["name"] for seam in seams).items():
+        if count > 1:
             raise FormatError(f"two seams are named {name}; expected a name per seam", path=path)
 
 
