@@ -7,6 +7,7 @@ message names the place of the first fault only.
 
 from __future__ import annotations
 
+import copy
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -69,6 +70,48 @@ def check_record(record: Mapping[str, Any], schema: str, *, path: str, is_comple
     except _WrongError as error:
         place = _place(error.where, record)
         raise FormatError(f"{place}: {error}" if place else str(error), path=path) from None
+
+
+def find_faults(record: Mapping[str, Any], schema: str, *, most: int = 50) -> list[tuple[str, str]]:
+    """Return every value that is not what its schema says: its place and what is wrong, as `check_record` says them.
+
+    Parameters
+    ----------
+    record : mapping
+        As read from JSON.
+    schema : str
+        Its name and version.
+    most : int
+        At most so many are returned. Of several in one list of numbers only the first is.
+    """
+    check = _check_of(schema, False) if has_schema(schema) else _check_unknown
+    left, faults = copy.deepcopy(dict(record)), list[tuple[str, str]]()
+    while len(faults) < most:
+        try:
+            check(left, None)
+        except _WrongError as error:
+            faults.append((_place(error.where, left), str(error)))
+            if not _drop(error.where, left):
+                break
+        else:
+            break
+    return faults
+
+
+def _drop(where: Where, record: Any) -> bool:
+    """Delete the nearest field around a place, so that what follows can be checked; False for the whole record."""
+    while where is not None and not isinstance(where[1], str):
+        where = where[0]
+    if where is None:
+        return False
+    keys, above = list[str | int](), where[0]
+    while above is not None:
+        keys.append(above[1])
+        above = above[0]
+    for key in reversed(keys):
+        record = record[key]
+    del record[where[1]]
+    return True
 
 
 @cache
