@@ -34,6 +34,10 @@ EDIT_KEYS = ("accept", "reject", "reverse", "name", "range_mm", "other_side", "j
 
 
 STRETCH_KEYS = {"candidate", "range_mm"}
+LONGEST_NAME = 200
+"""Robot programs allow far shorter names, which their writers make from this one."""
+MOST_JOINED = 100
+"""Stretches in one seam. Each is tried at every end, so the time grows with the square; no torch runs through more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +130,8 @@ def edit_from_record(record: Any, label: str, *, path: str) -> SeamEdit:
     name = record.get("name")
     if name is not None and not (isinstance(name, str) and name.strip()):
         raise refuse(f"name must be a text, got {name!r}")
+    if name is not None and not (name.isprintable() and len(name) <= LONGEST_NAME):
+        raise refuse(f"name must be at most {LONGEST_NAME} characters without control characters, got {name[:80]!r}")
     accept = True if record.get("accept") else False if record.get("reject") else None
     return SeamEdit(
         accept,
@@ -143,6 +149,8 @@ def _join(value: Any, label: str, path: str) -> tuple[JoinedStretch, ...]:
 
     if not isinstance(value, list) or not all(isinstance(one, dict) and one.keys() <= STRETCH_KEYS for one in value):
         raise refuse(f"expected a list of objects with {' and '.join(sorted(STRETCH_KEYS))}")
+    if len(value) > MOST_JOINED:
+        raise refuse(f"expected at most {MOST_JOINED} stretches, got {len(value)}")
     return tuple(
         JoinedStretch(
             candidate_from_record(one.get("candidate"), label, path=path), _range(one.get("range_mm"), refuse)
