@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Number of points that `wpcal advise` picks, or the features to touch, in this order.",
 )
-@click.option("--paper", type=click.Choice(["A3", "A4"]), default="A3", show_default=True)
+@click.option("--paper", type=click.Choice(["A3", "A4"]), default="A3", show_default=True, help="Size of the drawing.")
 @click.option("--force", is_flag=True, help="Overwrite SHEET.")
 @click.option("--json", "as_json", is_flag=True, help="Print what is on the sheet as JSON on stdout.")
 def sheet(*, part_step: Path, out: Path, points: str, paper: str, force: bool, as_json: bool) -> int:
