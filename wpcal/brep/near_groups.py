@@ -74,7 +74,7 @@ class NearFaces:
 
 
 def find_near_faces(
-    graph: BrepGraph, trimmed: TrimmedFaces, p0: FloatArray, p1: FloatArray, first: IntArray
+    graph: BrepGraph, trimmed: TrimmedFaces, p0: FloatArray, p1: FloatArray, first: IntArray, *, within_mm: float = 0.0
 ) -> NearFaces:
     """Find the faces that segments of groups may meet.
 
@@ -87,6 +87,8 @@ def find_near_faces(
         Ends of the segments in `part`, mm, sorted by group.
     first : ndarray of int, shape (g,)
         The first segment of each group; every group has at least one.
+    within_mm : float
+        How far beside the segments of a group faces are also near.
 
     Returns
     -------
@@ -96,7 +98,7 @@ def find_near_faces(
     none = np.zeros(0, dtype=np.int64)
     if len(first) == 0:
         return NearFaces(none, np.zeros(1, dtype=np.int64))
-    boxes = _Boxes.around(p0, p1, first)
+    boxes = _Boxes.around(p0, p1, first, within_mm)
     group, face = trimmed.box_tree.search(len(first), boxes.meets)
     kept = ~boxes.is_beside_plane(graph, group, face)
     group, face = group[kept], face[kept]
@@ -114,7 +116,7 @@ class _Boxes:
     high_xyz: FloatArray
 
     @classmethod
-    def around(cls, p0: FloatArray, p1: FloatArray, first: IntArray) -> _Boxes:
+    def around(cls, p0: FloatArray, p1: FloatArray, first: IntArray, within_mm: float) -> _Boxes:
         counts = np.diff(first, append=len(p0))
         last = first + counts - 1
         along = _unit(np.add.reduceat(p1 - p0, first), np.array([0.0, 0.0, 1.0]))
@@ -128,10 +130,11 @@ class _Boxes:
         axes = np.stack([along, side, np.cross(along, side)], axis=1)
         frame = np.repeat(axes, counts, axis=0)
         ends = [np.einsum("mij,mj->mi", frame, p) for p in (p0, p1)]
-        low = np.minimum.reduceat(np.minimum(*ends), first) - THIN_MM
-        high = np.maximum.reduceat(np.maximum(*ends), first) + THIN_MM
-        low_xyz = np.minimum.reduceat(np.minimum(p0, p1), first).T - THIN_MM
-        high_xyz = np.maximum.reduceat(np.maximum(p0, p1), first).T + THIN_MM
+        grow = THIN_MM + within_mm
+        low = np.minimum.reduceat(np.minimum(*ends), first) - grow
+        high = np.maximum.reduceat(np.maximum(*ends), first) + grow
+        low_xyz = np.minimum.reduceat(np.minimum(p0, p1), first).T - grow
+        high_xyz = np.maximum.reduceat(np.maximum(p0, p1), first).T + grow
         return cls(axes, low, high, np.ascontiguousarray(low_xyz), np.ascontiguousarray(high_xyz))
 
     def meets(self, group: IntArray, low: FloatArray, high: FloatArray) -> BoolArray:
@@ -212,15 +215,15 @@ def find_hits_near(
     return RayHits(ray[order], face[order], at[order], way[order])
 
 
-def are_blocked(
+def first_faces(
     graph: BrepGraph,
     trimmed: TrimmedFaces,
     owner: IntArray,
     origins: FloatArray,
     rays: FloatArray,
     length_mm: FloatArray,
-) -> BoolArray:
-    """Tell which bundles of parallel rays hit a face of the part with at least one ray.
+) -> IntArray:
+    """Return the face that each bundle of rays meets first, or -1.
 
     Parameters
     ----------
@@ -230,34 +233,28 @@ def are_blocked(
         What the bundles belong to, ascending: neighbours of one owner are searched together.
     origins : ndarray, shape (n, k, 3)
         Starts in `part`, mm.
-    rays : ndarray, shape (n, 3)
-        Unit directions in `part`, one per bundle.
-    length_mm : ndarray, shape (n,)
+    rays : ndarray, shape (n, 3) or (n, k, 3)
+        Unit directions in `part`: one per bundle, or one per ray. Groups are divided by the first of each bundle.
+    length_mm : ndarray, shape (n,) or (n, k)
         Length of the rays.
 
     Returns
     -------
-    ndarray of bool, shape (n,)
+    ndarray of int, shape (n,)
     """
     n, k = origins.shape[:2]
-    blocked = np.zeros(n, dtype=bool)
+    found = np.full(n, -1)
     if n == 0:
-        return blocked
-    first = first_rows(owner, rays)
+        return found
+    each = np.broadcast_to(rays if rays.ndim == 3 else rays[:, None], origins.shape).reshape(-1, 3)
+    length = np.broadcast_to(length_mm if length_mm.ndim == 2 else length_mm[:, None], (n, k)).ravel()
     p0 = origins.reshape(-1, 3)
-    p1 = (origins + (length_mm[:, None] * rays)[:, None]).reshape(-1, 3)
-    near = find_near_faces(graph, trimmed, p0, p1, k * first)
+    first = first_rows(owner, each[::k])
+    near = find_near_faces(graph, trimmed, p0, p0 + length[:, None] * each, k * first)
     group = np.repeat(np.arange(len(first)), np.diff(first, append=n))
     rows = np.flatnonzero(near.counts[group])
     ray = (rows[:, None] * k + np.arange(k)).ravel()
-    hits = find_hits_near(
-        graph,
-        trimmed,
-        near,
-        np.repeat(group[rows], k),
-        p0[ray],
-        np.repeat(rays[rows], k, axis=0),
-        length_mm=np.repeat(length_mm[rows], k),
-    )
-    blocked[rows[hits.ray // k]] = True
-    return blocked
+    hits = find_hits_near(graph, trimmed, near, np.repeat(group[rows], k), p0[ray], each[ray], length_mm=length[ray])
+    order = np.argsort(-hits.at_mm, kind="stable")  # the nearest of each bundle is written last
+    found[rows[hits.ray[order] // k]] = hits.face[order]
+    return found

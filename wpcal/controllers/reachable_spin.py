@@ -43,7 +43,7 @@ def choose_reachable_spin(
 
 def _path(path: WeldPath, program: WeldProgram, arm: Arm, near: ArrayLike, T_flange_tool: RigidTransform) -> WeldPath:
     torch = program.torch
-    R = tool_rotations(path.seam.frames.R, torch)
+    R = tool_rotations(path.seam.frames.R, torch, path.seam.lean_rad)
     swing, twist = swing_and_twist(R, torch.tool_axis)
     free = -np.concatenate([[0.0], np.cumsum(twist)])
     e = possible_offsets(free, torch.spin_range_rad)

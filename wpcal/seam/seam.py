@@ -215,6 +215,11 @@ class Seam:
         What a person decided about it.
     inside : tuple of str
         Names of the solids in whose material the tip or the wire would be. Such a stretch is never welded.
+    blocked_by : tuple of str
+        Names of the solids that a torch meets at this stretch with every lean that was tried.
+    lean_rad : ndarray, shape (n, 2), or None
+        Work and travel angle at each of the n frames with which the torch meets nothing; NaN where it always meets
+        something. None: not felt.
     """
 
     name: str
@@ -236,6 +241,8 @@ class Seam:
     candidate: Candidate | None = None
     edit: SeamEdit | None = None
     inside: tuple[str, ...] = ()
+    blocked_by: tuple[str, ...] = ()
+    lean_rad: FloatArray | None = None
 
     @property
     def gap_mm(self) -> tuple[float, float, float]:

@@ -1,0 +1,141 @@
+"""What a whole torch meets at poses along seams: wire, nozzle and neck as lines against exact faces.
+
+The lines are on circles around the wire. The outermost circle is a little wider than the torch, so that no plane
+reaches in between two of them. Spokes across the mouth of the nozzle find a wall along the torch that is longer than the
+torch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.mesh import usual_deflection_mm
+from wpcal.brep.near_groups import find_near_faces, first_faces, first_rows
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.torch import USUAL_TORCH
+
+WIRE_RADIUS_MM = 0.3
+"""Half of the radius of a usual wire: in a joint of 60 degrees a whole wire touches both plates near the root."""
+AROUND = 16
+"""Lines on the outermost circle: 4 mm apart on a nozzle of 22 mm. There are half as many on the circle inside it."""
+CHUNK = 4000
+"""Poses handled in one array: some 50 MB."""
+SMALL_TURN_RAD = 0.2
+"""Between two poses that differ by less, the end of the torch stays within 1.5 mm of the straight way."""
+BULGE_MM = 2.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TorchPoses:
+    """n poses of a torch along seams.
+
+    Parameters
+    ----------
+    owner : ndarray of int, shape (n,)
+        Number of the seam, ascending.
+    p : ndarray, shape (n, 3)
+        Tips of the wire in `part`, mm.
+    back : ndarray, shape (n, 3)
+        Unit directions in `part` from the tip along the wire.
+    start_mm, end_mm : ndarray, shape (n,)
+        Between these distances from the tip the torch is felt.
+    """
+
+    owner: IntArray
+    p: FloatArray
+    back: FloatArray
+    start_mm: FloatArray
+    end_mm: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.p)
+
+    def select(self, rows: IntArray | BoolArray | slice) -> TorchPoses:
+        """Return the poses at `rows`."""
+        return TorchPoses(self.owner[rows], self.p[rows], self.back[rows], self.start_mm[rows], self.end_mm[rows])
+
+    @property
+    def mouth_mm(self) -> FloatArray:
+        """Distance of the nozzle from the tip, mm, shape (n,)."""
+        return np.maximum(USUAL_TORCH.stickout_mm, self.start_mm)
+
+
+def nozzle_radius_mm(graph: BrepGraph) -> float:
+    """Return the radius with which the nozzle is felt: programs are checked against triangles, wider by their error."""
+    return USUAL_TORCH.nozzle_mm / 2.0 + 2.0 * usual_deflection_mm(graph.size_mm)
+
+
+def find_solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> IntArray:
+    """Return the solid that the torch meets at each pose, or -1; shape (n,).
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    poses : TorchPoses
+    """
+    found = [
+        _solids_met(graph, trimmed, poses.select(slice(first, first + CHUNK))) for first in range(0, len(poses), CHUNK)
+    ]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *found])
+
+
+def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> IntArray:
+    start, mouth = poses.start_mm, poses.mouth_mm
+    wire = (poses.p + start[:, None] * poses.back)[:, None] + _circle(poses.back, WIRE_RADIUS_MM, AROUND // 2)
+    face = first_faces(graph, trimmed, poses.owner, wire, poses.back, mouth - start)
+    rows = np.flatnonzero(face < 0)
+    back = poses.back[rows]
+    centre = (poses.p[rows] + mouth[rows, None] * back)[:, None]
+    rim = _circle(back, nozzle_radius_mm(graph) / np.cos(np.pi / AROUND), AROUND)
+    lines = np.concatenate([rim, rim[:, ::2] / 2.0, np.zeros((len(rows), 1, 3))], axis=1)
+    spoke = np.linalg.norm(rim, axis=2)
+    origins = np.concatenate([centre + lines, np.broadcast_to(centre, rim.shape)], axis=1)
+    along = np.broadcast_to(back[:, None], lines.shape)
+    rays = np.concatenate([along, rim / spoke[..., None]], axis=1)
+    far = np.broadcast_to((poses.end_mm - mouth)[rows, None], lines.shape[:2])
+    face[rows] = first_faces(graph, trimmed, poses.owner[rows], origins, rays, np.concatenate([far, spoke], axis=1))
+    return np.where(face < 0, -1, graph.face_solid[face])
+
+
+def _circle(back: FloatArray, radius_mm: float, count: int) -> FloatArray:
+    """Return places on circles around directions, relative to their centres, mm; shape (n, count, 3)."""
+    u = np.cross(back, np.eye(3)[np.argmin(np.abs(back), axis=1)])
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    w = np.cross(back, u)
+    turn = np.arange(count) * 2.0 * np.pi / count
+    return np.asarray(radius_mm * (np.cos(turn)[:, None] * u[:, None] + np.sin(turn)[:, None] * w[:, None]))
+
+
+def are_steps_clear(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> BoolArray:
+    """Tell for each pose whether nothing is near the torch on its way to the next pose; shape (n,).
+
+    No line is sent: the answer is quick, and a step that is not clear may still be free.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    poses : TorchPoses
+    """
+    n = len(poses)
+    first = first_rows(poses.owner, poses.back)
+    turn = np.linalg.norm(np.diff(poses.back, axis=0, append=poses.back[-1:]), axis=1)
+    has_next = np.append(poses.owner[1:] == poses.owner[:-1], False) & (turn <= SMALL_TURN_RAD)
+    size = np.diff(first, append=n)
+    more = has_next[first + size - 1]  # the pose after the group belongs to its last step
+    counts = size + more
+    row = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + np.repeat(first, counts)
+    start, mouth, end = (values[row, None] for values in (poses.start_mm, poses.mouth_mm, poses.end_mm))
+    p, back, begin = poses.p[row], poses.back[row], np.cumsum(counts) - counts
+    wire = find_near_faces(graph, trimmed, p + start * back, p + mouth * back, begin, within_mm=WIRE_RADIUS_MM)
+    k = 4
+    rim = _circle(back, nozzle_radius_mm(graph) * np.sqrt(2.0), k)
+    low, high = ((p + at * back)[:, None] + rim for at in (mouth, end))
+    nozzle = find_near_faces(graph, trimmed, low.reshape(-1, 3), high.reshape(-1, 3), k * begin, within_mm=BULGE_MM)
+    empty = np.repeat((wire.counts == 0) & (nozzle.counts == 0), size)
+    return np.asarray(empty & (turn <= SMALL_TURN_RAD), dtype=bool)
