@@ -24,6 +24,9 @@ settings.register_profile("ci", derandomize=True, deadline=None)
 settings.register_profile("dev", deadline=None)
 settings.load_profile("ci" if os.environ.get("CI") else "dev")
 
+# A slow machine does not make a command say more.
+os.environ.setdefault("WPCAL_PROGRESS_AFTER_S", "600")
+
 # Set while conftest is imported, before any module under test takes the function by name: so no record goes unchecked.
 records.to_json = checked_to_json
 

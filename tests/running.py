@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import pickle
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -13,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
+from cad.kernel.plain_data import pack, unpack
 from tests.record_checks import check_output
 from wpcal.cli.main import run
 
@@ -65,7 +65,7 @@ def kernel_work_here(target: str, arguments: Mapping[str, Any], *, progress: Any
     What goes to the kernel's process and comes back is copied as on the way there.
     """
     module, _, function = target.partition(":")
-    given = pickle.loads(pickle.dumps(dict(arguments)))
+    given = unpack(pack(dict(arguments)))
     if progress is not None:
         given["progress"] = progress
-    return pickle.loads(pickle.dumps(getattr(import_module(module), function)(**given)))
+    return unpack(pack(getattr(import_module(module), function)(**given)))

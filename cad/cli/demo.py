@@ -14,12 +14,13 @@ import click
 def demo(*, out: Path, force: bool, as_json: bool) -> int:
     """Make a sample part with taught points and calibrate it; writes both and the results into one folder."""
     from cad.cli.calibrate import show_written
-    from cad.cli.kernel_work import shown_progress
+    from cad.cli.kernel_work import STARTING
     from cad.kernel.child import run_in_child
+    from wpcal.cli.progress import shown_progress
     from wpcal.core.records import check_writable, to_json
 
     check_writable(out, overwrite=force)
-    with shown_progress() as progress:
+    with shown_progress(STARTING) as progress:
         written = run_in_child(
             "cad.samples.parts:calibrate_sample",
             {"out": out, "overwrite": force},

@@ -1,14 +1,15 @@
-"""Work on a part in a child process, and what a waiting user sees of it: the current step, on a terminal only."""
+"""Work on a part in a child process, while a waiting user sees the current step."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from wpcal.core.progress import Progress, no_progress
+from wpcal.cli.progress import shown_progress
+
+STARTING = "starting the CAD kernel"
+"""What is done until the first message of the kernel's process."""
 
 
 def run_on_part(target: str, part_step: Path, arguments: Mapping[str, Any], *, what: str) -> Any:
@@ -38,21 +39,10 @@ def run_on_part(target: str, part_step: Path, arguments: Mapping[str, Any], *, w
     WpcalError
         As the function raised it.
     """
-    from cad.kernel.child import run_in_child
     from cad.step.open_text import require_step_file
 
     require_step_file(part_step)
-    with shown_progress() as progress:
+    from cad.kernel.child import run_in_child
+
+    with shown_progress(STARTING) as progress:
         return run_in_child(target, {"step": part_step, **arguments}, what=what, progress=progress)
-
-
-@contextmanager
-def shown_progress() -> Iterator[Progress]:
-    """Yield a function that shows one line of text beside a spinner; without a terminal it does nothing."""
-    if not sys.stderr.isatty():
-        yield no_progress
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status("starting the CAD kernel") as status:
-        yield status.update

@@ -7,15 +7,19 @@ import shlex
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from cad.cli.options import CalibrateFlags, SeamChoiceFlags
+from cad.pick.address import LOCAL, NETWORK_WARNING, opening_file, qr_code
 from wpcal.cli.option_groups import option_names, takes
 from wpcal.cli.program_options import ProgramFlags
 
-NOT_CALIBRATE = ("part_step", "taught", "out", "port", "browser", "force", *option_names(ProgramFlags))
+if TYPE_CHECKING:
+    from cad.pick.server import PickServer
+
+NOT_CALIBRATE = ("part_step", "taught", "out", "host", "port", "browser", "force", *option_names(ProgramFlags))
 """Arguments that are not copied to `wpcal calibrate`: it has others, or the saved table no longer needs them."""
 
 DEFAULT_TABLE = Path("taught.csv")
@@ -31,9 +35,16 @@ DEFAULT_TABLE = Path("taught.csv")
     type=click.Path(path_type=Path),
     help="Table that the page saves.  [default: TAUGHT if it is a table, otherwise taught.csv]",
 )
+@click.option(
+    "--host",
+    metavar="ADDRESS",
+    default=LOCAL,
+    show_default=True,
+    help="Address of this machine at which a tablet in its network reaches the page.",
+)
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: a free one]")
 @click.option("--browser/--no-browser", default=True, help="Open the page, or only print its address.")
-@click.option("--force", is_flag=True, help="Take a draft that was taught on another part.")
+@click.option("--force", is_flag=True, help="Take rows that were taught on another part.")
 @takes("calibration", CalibrateFlags)
 @takes("choice", SeamChoiceFlags)
 @takes("reading", ProgramFlags)
@@ -45,6 +56,7 @@ def pick(
     part_step: Path,
     taught: Path | None,
     out: Path | None,
+    host: str,
     port: int,
     browser: bool,
     force: bool,
@@ -57,22 +69,25 @@ def pick(
     Residuals and the predicted error of every seam follow as you type. They are those of `wpcal calibrate` with the
     same options. A table or a controller's program can also be dropped on the page; the points of TAUGHT are there from
     the start. The page opens the table that it saves, and keeps what is not saved in a draft beside it, FILE.draft.
-    Save keeps the version before as FILE.bak. The page is served to this machine only, until Ctrl-C.
+    Save keeps the version before as FILE.bak. The page is served until Ctrl-C, to this machine only unless --host gives
+    another of its addresses.
     """
     from cad.cli.kernel_work import run_on_part
+    from cad.pick.draft import draft_of
     from cad.pick.opening import find_table, start_table
     from cad.pick.page import build_pick_page
     from cad.pick.server import PickServer
     from cad.pick.session import PickSession
     from wpcal.core.records import read_bytes
 
+    is_asked = out is not None
     out = out or table_of(taught)
     command = partial(calibrate_command, ctx, part_step)
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
     program = reading.to_reading()
-    require_table(out, part_step)
+    require_table(out, part_step, is_asked=is_asked)
     found = find_table(out)
-    is_other = taught is not None and not _is_same(taught, out)
+    is_other = taught is not None and not _is_same(taught, out) and taught != draft_of(out)
     if taught is not None and not is_other and found.raw is None and found.draft is None:
         read_bytes(taught)  # says why not
     initial = read_bytes(taught) if taught is not None and is_other else None
@@ -85,39 +100,68 @@ def pick(
     )
     for note in (*(f"left out {point}" for point in left_out), *notes):
         click.echo(f"note: {note}", err=True)
-    server = PickServer(session, table, build_pick_page(part, options, notes=notes), port=port)
-    click.echo(f"The picker of {part_step.name} is at {server.url} until Ctrl-C")
-    if browser and _has_screen():
-        click.launch(server.url)
-    server.run()
+    server = PickServer(session, table, build_pick_page(part, options, notes=notes), host=host, port=port)
+    serve(server, part_step.name, browser=browser and _has_screen())
     click.echo(f"saved {table.out}; now: {command(table.out)}" if table.is_saved else "nothing was saved")
     if table.kept:
         click.echo(f"rows that are not in {table.out} are kept in {table.kept}; wpcal pick shows them again")
     return 0
 
 
+def serve(server: PickServer, part_name: str, *, browser: bool) -> None:
+    """Say where the page is, open it if there is a browser, and answer until Ctrl-C."""
+    click.echo(f"The picker of {part_name} is at {server.url} until Ctrl-C")
+    if not server.is_local:
+        click.echo(qr_code(server.url), nl=False)
+        click.echo(NETWORK_WARNING, err=True)
+    if not browser:
+        return server.run()
+    with opening_file(server.url) as page:
+        click.launch(str(page))
+        server.run()
+    return None
+
+
 def table_of(taught: Path | None) -> Path:
-    """Return the table to save to when no name is given: TAUGHT itself, unless it is a robot program."""
+    """Return the table to save to when no name is given: TAUGHT itself, unless it is a robot program.
+
+    Of a draft or a backup it is the table to which it belongs.
+    """
+    from cad.pick.draft import KEPT_ENDINGS
     from wpcal.controllers.taught_program import is_program
 
-    return DEFAULT_TABLE if taught is None or is_program(taught) else taught
+    if taught is None:
+        return DEFAULT_TABLE
+    while taught.suffix in KEPT_ENDINGS:
+        taught = taught.with_suffix("")
+    return DEFAULT_TABLE if is_program(taught) else taught
 
 
 def _is_same(one: Path, other: Path) -> bool:
     return one == other or (one.exists() and other.exists() and one.samefile(other))
 
 
-def require_table(out: Path, part_step: Path) -> None:
+def require_table(out: Path, part_step: Path, *, is_asked: bool) -> None:
     """Refuse a name under which the page could not save its table, before the part is read.
+
+    Parameters
+    ----------
+    out : Path
+    part_step : Path
+    is_asked : bool
+        Whether a person gave the name for saving. A table that was only opened may be read-only: the page saves it
+        under another name.
 
     Raises
     ------
     InputError
-        If the table, its draft or its last version would be a folder or the part itself, or the folder does not exist.
+        If the table, its draft or its last version would be a folder or the part itself, it is named like a draft, or
+        it cannot be written.
     """
-    from cad.pick.draft import backup_of, draft_of
+    from cad.pick.draft import KEPT_ENDINGS, backup_of, draft_of, is_read_only, require_name, require_room
     from wpcal.core.errors import InputError
 
+    require_name(out)
     if out.is_dir():
         raise InputError(f"{out}: is a directory; expected the name of a table to save")
     for path in (out, draft_of(out), backup_of(out)):
@@ -125,8 +169,13 @@ def require_table(out: Path, part_step: Path) -> None:
             raise InputError(f"{path}: is a directory; remove it, or give -o and another name")
         if path.exists() and part_step.exists() and path.samefile(part_step):
             raise InputError(f"{path}: is the part itself; give -o and another name")
+    if out.suffix in KEPT_ENDINGS:
+        raise InputError(f"{out}: is the name of a draft or a backup; give -o and another name")
     if not out.parent.is_dir():
         raise InputError(f"{out.parent}: no such folder to save into")
+    if is_asked and is_read_only(out):
+        raise InputError(f"{out}: is read-only; give -o and another name")
+    require_room(out)
 
 
 def calibrate_command(ctx: click.Context, part_step: Path, taught: Path) -> str:

@@ -12,9 +12,11 @@
     Labels of a STEP document: names, colours, layers.
 ``primitives``
     Boxes, cylinders and prisms, for sample parts.
-``child``
-    Run a function in a child process, because the kernel can crash.
+``child``, ``child_main``
+    Run a function in a child process, because the kernel can crash: the two sides.
+``plain_data``, ``frames``
+    What passes between them.
 
-Importing a module of this package loads the kernel (0.5 s), except for `child` and `system_libraries`. Modules that
+Importing a module of this package loads the kernel (0.5 s), except for these four and `system_libraries`. Modules that
 also run in the parent process of a command therefore import the others inside functions.
 """

@@ -14,7 +14,7 @@ from OCP.Interface import Interface_Static
 from OCP.Message import Message, Message_PrinterOStream
 from OCP.STEPCAFControl import STEPCAFControl_Controller
 
-from wpcal.core.errors import KernelError
+from wpcal.core.errors import KernelError, OutOfMemoryError
 
 KernelObject: TypeAlias = Any
 """Any object of the kernel: OCP has no type information."""
@@ -44,8 +44,8 @@ def kernel_call(what: str) -> Iterator[None]:
     """
     try:
         yield
-    except MemoryError:
-        raise KernelError(f"{what}: the CAD kernel ran out of memory") from None
+    except (MemoryError, OCP.Standard.Standard_OutOfMemory):
+        raise OutOfMemoryError(f"{what}: the CAD kernel ran out of memory") from None
     except KERNEL_EXCEPTIONS as error:
         raise KernelError(f"{what}: the CAD kernel failed ({type(error).__name__}: {error})") from None
 

@@ -1,41 +1,44 @@
-"""Run one function of the CAD side in a child process with a time limit.
+"""Run one function of the CAD side in a child process with a limit of time and memory.
 
 The kernel can crash, hang or run out of memory on a file. In a child process such a fault is one line (`KernelError`),
-and the parent starts without loading the kernel. The child sends its results as frames over a pipe of its own. Whatever
-the kernel prints on standard output goes to the child's standard error, which the parent does not show.
+and the parent starts without loading the kernel. The child sends its results as frames over a pipe of its own, as plain
+data (`cad.kernel.plain_data`). Whatever the kernel prints on standard output goes to the child's standard error, which
+the parent does not show. `cad.kernel.child_main` is the child's side.
 
-``python -P -m cad.kernel.child`` starts the child's side. It is not meant to be run by hand. Without ``-P``, Python
-would look for modules in the current folder first, and run a ``numpy.py`` that lies beside a customer's STEP file.
-``-I`` would also do that, but the child would then not find a wpcal in the user's own site-packages or on PYTHONPATH.
+The child is started as ``python -P -m cad.kernel.child_main``. Without ``-P``, Python would look for modules in the
+current folder first, and run a ``numpy.py`` that lies beside a customer's STEP file. ``-I`` would also do that, but the
+child would then not find a wpcal in the user's own site-packages or on PYTHONPATH.
 """
 
 from __future__ import annotations
 
+import math
 import os
-import pickle
 import signal
-import struct
 import subprocess
 import sys
 import tempfile
 import threading
-import traceback
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from importlib import import_module
 from typing import IO, Any
 
-from cad.kernel.system_libraries import libgl_explained
-from wpcal.core.errors import KernelError, WpcalError
-from wpcal.core.progress import Progress
+from cad.kernel.frames import LAST_FRAMES, read_frames, write_packet
+from cad.kernel.plain_data import PlainDataError, pack
+from wpcal.core.errors import InputError, KernelError
+from wpcal.core.progress import Progress, no_progress
 
 DEFAULT_TIMEOUT_S = 600.0
 """Twenty times what the kernel needed for the largest real part tried (170 MB, 30 s)."""
-
-_LENGTH = struct.Struct("<Q")
-_ALARM_GRACE_S = 30
-"""The child ends itself this long after its time limit, in case its parent is gone."""
+DEFAULT_MEMORY_GB = 8.0
+"""The largest real part tried took 1.4 GB; before any part is read it is 0.5 GB."""
+TIME_VARIABLE, MEMORY_VARIABLE = "WPCAL_KERNEL_TIME_S", "WPCAL_KERNEL_MEMORY_GB"
+"""Environment variables that change the two limits."""
+READING = "reading "
+"""Progress messages begin with it while a file is read."""
+GRACE_S = 1.0
+"""After an interrupt the child may remove its temporary folder for as long as this. In the kernel it cannot."""
 
 CRASH_SIGNALS = frozenset({"SIGSEGV", "SIGABRT", "SIGBUS", "SIGFPE", "SIGILL"})
 """Signals that end a process after a fault in compiled code."""
@@ -45,12 +48,52 @@ class ChildFaultError(RuntimeError):
     """A defect of wpcal in the child: an unexpected exception. Its traceback is in the notes."""
 
 
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What the child may use.
+
+    Parameters
+    ----------
+    time_s : float
+        Time from its start, s.
+    memory_gb : float
+        Memory of its own, 10⁹ bytes. Only Linux holds a process to this limit.
+    """
+
+    time_s: float = DEFAULT_TIMEOUT_S
+    memory_gb: float = DEFAULT_MEMORY_GB
+
+    @staticmethod
+    def from_environment() -> Limits:
+        """Return the limits that the environment states, otherwise the usual ones.
+
+        Raises
+        ------
+        InputError
+            If a variable is not a positive number.
+        """
+        return Limits(_number_of(TIME_VARIABLE, DEFAULT_TIMEOUT_S), _number_of(MEMORY_VARIABLE, DEFAULT_MEMORY_GB))
+
+
+def _number_of(variable: str, usual: float) -> float:
+    text = os.environ.get(variable)
+    if text is None:
+        return usual
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not (math.isfinite(number) and number > 0):
+        raise InputError(f"{variable}: expected a positive number, got {text!r}")
+    return number
+
+
 def run_in_child(
     target: str,
     arguments: Mapping[str, Any] | None = None,
     *,
     what: str,
-    timeout_s: float = DEFAULT_TIMEOUT_S,
+    limits: Limits | None = None,
     progress: Progress | None = None,
 ) -> Any:
     """Call a function in a new process and return what it returns.
@@ -60,11 +103,11 @@ def run_in_child(
     target : str
         ``package.module:function``.
     arguments : mapping, optional
-        Keyword arguments. They and the result must be values that can be pickled.
+        Keyword arguments. They and the result must be plain data (`cad.kernel.plain_data`).
     what : str
         For messages: what is being done to which file (``reading part.step``).
-    timeout_s : float
-        The child is ended after this time, s.
+    limits : Limits, optional
+        The child is ended when it exceeds them; by default those of the environment.
     progress : callable, optional
         When given, the function also gets a keyword argument `progress`. Each text it passes arrives here.
 
@@ -78,26 +121,32 @@ def run_in_child(
     WpcalError
         When the function raised one; it is raised again here.
     KernelError
-        When the child crashed, was killed or exceeded its time.
+        When the child crashed, was killed or exceeded its limits.
+    InputError
+        When the environment states a limit that is not one.
     ChildFaultError
         When the function raised anything else.
     """
-    request = pickle.dumps((target, dict(arguments or {}), progress is not None, timeout_s))
+    limits = limits or Limits.from_environment()
+    request = pack((target, dict(arguments or {}), progress is not None, limits.time_s, limits.memory_gb))
     with tempfile.TemporaryFile() as noise:
         process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "cad.kernel.child"],
+            [sys.executable, "-P", "-m", "cad.kernel.child_main", str(os.getpid())],
             env=_environment(),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=noise,
             start_new_session=True,  # Ctrl-C reaches the parent only, which ends the child
         )
-        child = _Child(process, noise, what, timeout_s)
-        clock = threading.Timer(timeout_s, child.end_late)
+        child = _Child(process, noise, what, limits)
+        clock = threading.Timer(limits.time_s, child.end_late)
         clock.daemon = True
         clock.start()
         try:
-            return child.converse(request, progress)
+            return child.converse(request, progress or no_progress)
+        except KeyboardInterrupt:
+            child.ask_to_end()
+            raise
         finally:
             clock.cancel()
             child.close()
@@ -119,13 +168,21 @@ class _Child:
     process: subprocess.Popen[bytes]
     noise: IO[bytes]
     what: str
-    timeout_s: float
+    limits: Limits
     is_late: bool = False
+    step: str = ""
+    """The last progress message."""
 
     def end_late(self) -> None:
         """End the child because it exceeded its time limit."""
         self.is_late = True
         self.process.kill()
+
+    def ask_to_end(self) -> None:
+        """Let the child remove what it began to write."""
+        self.process.terminate()
+        with suppress(subprocess.TimeoutExpired):
+            self.process.wait(GRACE_S)
 
     def close(self) -> None:
         """End the child if it still runs, and close its pipes."""
@@ -136,34 +193,49 @@ class _Child:
                 if pipe is not None:
                     pipe.close()
 
-    def converse(self, request: bytes, progress: Progress | None) -> Any:
+    def converse(self, request: bytes, progress: Progress) -> Any:
         """Send the request and handle frames until the result. A stream that ends earlier means that the child died."""
         if self.process.stdin is not None:
             with suppress(BrokenPipeError):  # a dead child also has no frames to read
-                _send(self.process.stdin, request)
-        for kind, value in _frames(self.process.stdout):
-            if kind == "progress" and progress is not None:
-                progress(value)
-            elif kind == "result":
-                return value
-            elif kind == "error":
-                raise value
-            elif kind == "fault":
-                fault = ChildFaultError(f"{self.what}: {value[0]}")
-                fault.add_note(value[1])
-                raise fault
+                write_packet(self.process.stdin, request)
+        try:
+            for kind, value in read_frames(self.process.stdout):
+                if kind == "progress":
+                    self.step = str(value)
+                    progress(self.step)
+                elif kind in LAST_FRAMES:
+                    return self._ended(kind, value)
+        except PlainDataError as error:
+            raise KernelError(f"{self.what}: the CAD kernel's process sent what cannot be read: {error}") from None
         raise KernelError(f"{self.what}: {self._cause_of_death()}")
+
+    def _ended(self, kind: str, value: Any) -> Any:
+        """Return the result, or raise what the function raised."""
+        if kind == "result":
+            return value
+        if kind == "no memory":
+            raise KernelError(f"{self.what}: the CAD kernel needs more than {self._memory()}")
+        if kind == "error":
+            raise value
+        fault = ChildFaultError(f"{self.what}: {value[0]}")
+        fault.add_note(value[1])
+        raise fault
+
+    def _memory(self) -> str:
+        return f"its limit of {self.limits.memory_gb:g} GB of memory; set {MEMORY_VARIABLE} to allow more"
 
     def _cause_of_death(self) -> str:
         """Say how the child ended."""
         code = self.process.wait()
         if self.is_late:
-            return f"stopped after {self.timeout_s:g} s, its time limit"
+            return f"stopped after {self.limits.time_s:g} s, its time limit; set {TIME_VARIABLE} to allow more"
         if code >= 0:
             return f"the process of the CAD kernel ended with code {code}: {self._last_line()}"
         name = signal.Signals(-code).name
         if name in CRASH_SIGNALS:
-            return f"the CAD kernel crashed ({name})"
+            if not self.step or self.step.startswith(READING):
+                return f"the CAD kernel cannot read this file: it crashed ({name})"
+            return f"the CAD kernel cannot work with this file: it crashed ({name}) at the step: {self.step}"
         hint = "; the system may be out of memory" if name == "SIGKILL" else ""
         return f"the process of the CAD kernel was ended by {name}{hint}"
 
@@ -171,53 +243,3 @@ class _Child:
         self.noise.seek(0)
         lines = self.noise.read().decode("utf-8", errors="replace").split("\n")
         return next((line.strip() for line in reversed(lines) if line.strip()), "no message")
-
-
-def _send(pipe: IO[bytes], payload: bytes) -> None:
-    pipe.write(_LENGTH.pack(len(payload)) + payload)
-    pipe.flush()
-
-
-def _frames(pipe: IO[bytes] | None) -> Iterator[tuple[str, Any]]:
-    """Yield frames until the stream ends. An incomplete frame is ignored."""
-    while pipe is not None and len(head := pipe.read(_LENGTH.size)) == _LENGTH.size:
-        payload = pipe.read(_LENGTH.unpack(head)[0])
-        if len(payload) < _LENGTH.unpack(head)[0]:
-            return
-        yield pickle.loads(payload)
-
-
-# The child's side ----------------------------------------------------------------------------------------------------
-
-
-def main() -> None:
-    """Take one request from standard input, run it, and send frames over what was standard output."""
-    channel = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # the kernel prints with C++ streams: only the descriptor counts
-    head = sys.stdin.buffer.read(_LENGTH.size)
-    target, arguments, wants_progress, timeout_s = pickle.loads(sys.stdin.buffer.read(_LENGTH.unpack(head)[0]))
-    if hasattr(signal, "alarm"):
-        signal.alarm(int(timeout_s) + _ALARM_GRACE_S)
-    if wants_progress:
-        arguments["progress"] = lambda text: _send(channel, pickle.dumps(("progress", text)))
-    _send(channel, _outcome(target, arguments))
-    channel.flush()
-    os._exit(0)  # the kernel's own shutdown can crash after all work is done
-
-
-def _outcome(target: str, arguments: dict[str, Any]) -> bytes:
-    """Call the function and return its result, its error, or a defect as one frame."""
-    try:
-        module, _, function = target.partition(":")
-        with libgl_explained():
-            return pickle.dumps(("result", getattr(import_module(module), function)(**arguments)))
-    except WpcalError as error:
-        return pickle.dumps(("error", error))
-    except MemoryError:
-        return pickle.dumps(("error", KernelError("the CAD kernel ran out of memory")))
-    except Exception as error:  # the outermost handler of this process: the parent must learn of every exception
-        return pickle.dumps(("fault", (f"{type(error).__name__}: {error}", traceback.format_exc())))
-
-
-if __name__ == "__main__":
-    main()

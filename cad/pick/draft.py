@@ -1,7 +1,8 @@
 """The draft beside the table: every change of the page, on disk before the page hears that it is kept.
 
 The file ``taught.csv.draft`` holds the rows of ``taught.csv`` that were typed and not saved yet, and those that still
-lack coordinates. It is replaced as a whole, so that a killed server leaves the draft before or after a change.
+lack coordinates. When the table holds every row, the draft holds none; it still names the part on which they were
+taught. It is replaced as a whole, so that a killed server leaves the draft before or after a change.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import hashlib
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,8 @@ from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.records import read_json, to_json
 
 DRAFT_SCHEMA = "wpcal/pick-draft/1"
+KEPT_ENDINGS = (".draft", ".bak")
+"""A table with such a name could take the place of another table's draft or last version."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +86,10 @@ class Draft:
     part_sha256: str
     file_sha256: str | None = None
 
+    def without_rows(self) -> Draft:
+        """Return the draft of a table that is saved completely: it names the part."""
+        return replace(self, table=Keyed(replace(self.table.rows, cells=()), ()))
+
     def to_json(self) -> str:
         """Return the text of the draft's file."""
         part = {"file": self.part_name, "sha256": self.part_sha256}
@@ -135,6 +142,53 @@ def set_aside(path: Path) -> Path:
     except OSError as error:
         raise InputError(f"{path}: cannot be renamed: {(error.strerror or str(error)).lower()}") from None
     return free
+
+
+def is_read_only(path: Path) -> bool:
+    """Tell whether a file is there and must not be replaced; renaming another file over it would not ask."""
+    return path.exists() and (not path.stat().st_mode & 0o222 or not os.access(path, os.W_OK))
+
+
+def require_name(out: Path) -> None:
+    """Refuse a name that the file system cannot give to the table, its draft and its last version.
+
+    Raises
+    ------
+    InputError
+        When it is too long, or contains NUL.
+    """
+    try:
+        os.stat(_beside(out), follow_symlinks=False)
+    except FileNotFoundError:
+        pass
+    except (OSError, ValueError) as error:
+        raise _unwritable(out, error) from None
+
+
+def _beside(out: Path) -> Path:
+    """Return a new name, as long as that of any file beside the table."""
+    return out.with_name(f"{draft_of(out).name}.{os.urandom(4).hex()}")
+
+
+def _unwritable(out: Path, error: Exception) -> InputError:
+    reason = (getattr(error, "strerror", None) or str(error)).lower()
+    return InputError(f"{out}: cannot be written: {reason}; give -o and another table")
+
+
+def require_room(out: Path) -> None:
+    """Refuse a table beside which no draft can be written, before a person types anything.
+
+    Raises
+    ------
+    InputError
+        When no file can be made there, or none with such a name.
+    """
+    probe = _beside(out)
+    try:
+        probe.open("xb").close()
+        probe.unlink()
+    except OSError as error:
+        raise _unwritable(out, error) from None
 
 
 def sha256_of(data: bytes) -> str:

@@ -26,6 +26,8 @@ class Found:
         Its rows.
     draft : Draft or None
         The draft, if it has rows.
+    part_of_table : Draft or None
+        A draft without rows: it names the part on which the rows of the table were taught.
     draft_raw : bytes or None
         The draft's file.
     damage : str
@@ -38,6 +40,7 @@ class Found:
     draft: Draft | None
     draft_raw: bytes | None
     damage: str = ""
+    part_of_table: Draft | None = None
 
 
 def find_table(out: Path) -> Found:
@@ -55,11 +58,12 @@ def find_table(out: Path) -> Found:
             draft = read_draft(draft_of(out))
         except FormatError as error:
             damage = str(error)
+    named = None
     if draft is not None and not draft.table.rows.cells:
-        draft = None  # it holds nothing
+        draft, named = None, draft
     raw = bytes_of(out)
     rows = Rows() if raw is None or draft is not None else _rows_of(raw, out)
-    return Found(out, raw, rows, draft, draft_raw, damage)
+    return Found(out, raw, rows, draft, draft_raw, damage, named)
 
 
 def _rows_of(raw: bytes, out: Path) -> Rows:
@@ -92,7 +96,7 @@ def start_table(
     given_name : str
         Its name in notes.
     force : bool
-        Whether to take a draft that belongs to another part.
+        Whether to take rows that were taught on another part.
     command : callable
         Returns the command that calibrates from a saved table.
 
@@ -105,7 +109,7 @@ def start_table(
     Raises
     ------
     InputError
-        When the draft belongs to another part and `force` is false.
+        When the rows belong to another part and `force` is false.
     """
     notes = []
     draft_raw = found.draft_raw
@@ -128,6 +132,8 @@ def start_table(
             notes.append(f"{found.out} exists and is not shown here; Save asks before it is replaced")
     else:
         start = Keyed.of_rows(found.rows)
+        if found.part_of_table is not None and found.raw is not None:
+            notes += _check_part(found.part_of_table, found.out, part, force=force)
     table = SharedTable(
         found.out,
         part,
@@ -144,7 +150,7 @@ def _check_part(draft: Draft, path: Path, part: PickPart, *, force: bool) -> lis
     if draft.part_sha256 == part.sha256:
         return []
     if draft.part_name == part.file_name:
-        return [f"{part.file_name} was changed after the draft was made; check the features of the rows"]
+        return [f"{part.file_name} was changed after these rows were typed; check their features"]
     if not force:
         what = f"holds rows for another part, {draft.part_name}"
         raise InputError(f"{path}: {what}; give -o and another table, or --force to take these rows for this part")

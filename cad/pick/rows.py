@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
+import unicodedata
 from dataclasses import dataclass
 from typing import Any
 
+from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.tables import Table, parse_table
 from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS
@@ -68,11 +68,7 @@ class Rows:
 
     def to_csv(self) -> str:
         """Return the complete rows as the file that `wpcal calibrate` reads. The first of them is on line 2."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows(self.cells[i] for i in self.complete())
-        return text.getvalue()
+        return csv_text([self.columns, *(self.cells[i] for i in self.complete())])
 
     def to_taught(self) -> TaughtPoints:
         """Return the complete rows as taught points, exactly as `wpcal calibrate` reads them from the saved file.
@@ -90,12 +86,21 @@ class Rows:
 
 
 def _check_columns(columns: tuple[object, ...]) -> None:
-    is_text = all(isinstance(name, str) for name in columns)
+    is_text = all(isinstance(name, str) and is_shown(name) for name in columns)
     if not is_text or len(set(columns)) < len(columns) or not {"name", *TAUGHT_COLUMNS} <= set(columns):
         raise InputError(f"expected columns with different names, {', '.join(NEW_COLUMNS)} and others")
 
 
+def is_shown(text: str) -> bool:
+    """Tell whether a text has no control characters: NUL, escape and others that a terminal would obey."""
+    return not any(unicodedata.category(character) == "Cc" for character in text)
+
+
 def _check_cells(cells: tuple[tuple[str, ...], ...], *, width: int) -> None:
+    for number, row in enumerate(cells, 1):
+        for cell in row:
+            if not is_shown(cell):
+                raise InputError(f"row {number}: {cell!r} contains a control character; type the cell again")
     if any(len(cell) > LONGEST_CELL for row in cells for cell in row):
         raise InputError(f"expected cells of at most {LONGEST_CELL} characters")
     if len(cells) > MOST_ROWS or any(len(row) != width for row in cells):
@@ -121,6 +126,7 @@ def read_rows(raw: bytes, *, path: str) -> Rows:
     """
     table = parse_table(raw, path=path)
     table.require(("name", *TAUGHT_COLUMNS))
+    _check_shown(table)
     if len(table) > MOST_ROWS:
         raise FormatError(f"expected at most {MOST_ROWS} rows, got {len(table)}", path=path)
     columns = {name: [_with_point(cell, table) for cell in cells] for name, cells in table.columns.items()}
@@ -132,6 +138,17 @@ def read_rows(raw: bytes, *, path: str) -> Rows:
     return Rows(tuple(columns), tuple(zip(*columns.values(), strict=True)))
 
 
+def _check_shown(table: Table) -> None:
+    for name, cells in table.columns.items():
+        if not is_shown(name):
+            raise FormatError(f"column {name!r} contains a control character", path=table.path, line=1)
+        for line, cell in zip(table.lines, cells, strict=True):
+            if not is_shown(" ".join(cell.split())):
+                what = f"{cell!r} contains a control character; expected text"
+                raise FormatError(what, path=table.path, line=line, column=name)
+
+
 def _with_point(cell: str, table: Table) -> str:
     """Turn a decimal comma into a point, unless commas separate the cells of the file; they do in the page."""
+    cell = " ".join(cell.split())
     return cell.replace(",", ".") if table.separator != "," and _DECIMAL_COMMA.fullmatch(cell) else cell

@@ -1,10 +1,10 @@
-"""A server for one page and one person: on this machine only, at a secret address.
+"""A server for one page and one person: at a secret address, on this machine only unless another host is given.
 
 Any page in the same browser can send requests to a port of this machine. If its owner points a name at 127.0.0.1, such
 requests even look like the server's own. Therefore:
 
 * the address contains a random token;
-* the header ``Host`` must be exactly the address served, which a page under another name cannot send;
+* the header ``Host`` must be exactly an address served, which a page under another name cannot send;
 * a request that changes something must come from that address (``Origin``) and be JSON, which no form can send;
 * no other page may embed or read this page.
 """
@@ -17,7 +17,6 @@ import json
 import logging
 import os
 import secrets
-import socket
 from collections.abc import Callable
 from typing import Any
 
@@ -29,13 +28,14 @@ from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, R
 from starlette.routing import Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from cad.pick.address import LOCAL, listen
 from cad.pick.draft import Keyed
+from cad.pick.patience import ImpatientProtocol
 from cad.pick.rows import Rows
 from cad.pick.session import PickSession, fault_record
 from cad.pick.shared_table import FileChangedError, SharedTable
-from wpcal.core.errors import ErrorCode, InputError, WpcalError
+from wpcal.core.errors import InputError, WpcalError
 
-LOCAL = "127.0.0.1"
 LARGEST_BYTES = 8_000_000
 """Largest request: the longest list of points accepted, in base64."""
 TOKEN_BYTES = 18
@@ -65,30 +65,25 @@ class PickServer:
     table : SharedTable
     page : str
         HTML.
+    host : str
+        Address of this machine at which the page is served.
     port : int
         0 for any free port.
 
     Raises
     ------
     InputError
-        When the port cannot be opened.
+        When the host is not an address of this machine, or the port cannot be opened.
     """
 
-    def __init__(self, session: PickSession, table: SharedTable, page: str, *, port: int = 0) -> None:
-        # With the protocol given, asyncio sends at once. Otherwise every answer waits 40 ms for a fuller packet.
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
-        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            self._socket.bind((LOCAL, port))
-            self._socket.listen()  # so that a browser that connects before `run` waits
-        except (OSError, OverflowError) as error:
-            self._socket.close()
-            reason = (getattr(error, "strerror", None) or str(error)).lower()
-            raise InputError(f"port {port}: {reason}", code=ErrorCode.PORT_UNUSABLE) from None
-        host = f"{LOCAL}:{self._socket.getsockname()[1]}"
+    def __init__(
+        self, session: PickSession, table: SharedTable, page: str, *, host: str = LOCAL, port: int = 0
+    ) -> None:
+        listening = listen(host, port)
+        self._socket, self.is_local = listening.socket, listening.is_local
         token = secrets.token_urlsafe(TOKEN_BYTES)
-        self.url = f"http://{host}/{token}/"
-        self._app = Guard(build_app(session, table, page, token=token), host=host, token=token)
+        self.url = f"http://{listening.hosts[0]}/{token}/"
+        self._app = Guard(build_app(session, table, page, token=token), hosts=listening.hosts, token=token)
 
     def run(self) -> None:
         """Answer requests until the process is interrupted."""
@@ -96,7 +91,9 @@ class PickServer:
             self._app,
             lifespan="off",
             ws="none",
+            http=ImpatientProtocol,
             access_log=False,
+            server_header=False,
             log_level="error" if os.environ.get("WPCAL_DEBUG") else "critical",
             timeout_graceful_shutdown=SECONDS_TO_END,
         )
@@ -114,15 +111,15 @@ class Guard:
     Parameters
     ----------
     app : ASGI application
-    host : str
-        Address and port, as the browser must name them.
+    hosts : tuple of str
+        Addresses with the port, as the browser must name them.
     token : str
         First part of every path.
     """
 
-    def __init__(self, app: ASGIApp, *, host: str, token: str) -> None:
+    def __init__(self, app: ASGIApp, *, hosts: tuple[str, ...], token: str) -> None:
         self._app = app
-        self._host = host
+        self._hosts = hosts
         self._token = token.encode("ascii")
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -134,13 +131,13 @@ class Guard:
 
     def _refusal(self, request: Request) -> Response | None:
         first = str(request.scope["path"]).removeprefix("/").partition("/")[0].encode("utf-8", "replace")
-        if request.headers.getlist("host") != [self._host]:
+        if request.headers.getlist("host") not in [[host] for host in self._hosts]:
             return PlainTextResponse("not this server's address", 421, HEADERS)
         if not secrets.compare_digest(first, self._token):
             return PlainTextResponse("not found; the whole address is shown in the terminal", 404, HEADERS)
         if request.method != "POST":
             return None
-        if request.headers.getlist("origin") != [f"http://{self._host}"]:
+        if request.headers.getlist("origin") != [f"http://{request.headers['host']}"]:
             return PlainTextResponse("not from this server's page", 403, HEADERS)
         if request.headers.get("content-type", "").partition(";")[0].strip().lower() != "application/json":
             return PlainTextResponse("expected JSON", 415, HEADERS)
@@ -186,10 +183,16 @@ def build_app(session: PickSession, table: SharedTable, page: str, *, token: str
 
 
 def _save(table: SharedTable, record: Any) -> dict[str, Any]:
-    revision = _field(record, "revision", int)
-    name, replaces = _field(record, "name", str, ""), _field(record, "replaces", str, "")
+    click: dict[str, Any] = {
+        "revision": _field(record, "revision", int),
+        "shown": _field(record, "shown", int),
+        "window": _field(record, "window", str),
+        "consent": _texts(record, "consent"),
+        "name": _field(record, "name", str, ""),
+        "replaces": _field(record, "replaces", str, ""),
+    }
     try:
-        return {"answer": table.save(revision=revision, name=name, replaces=replaces)}
+        return {"answer": table.save(**click)}
     except FileChangedError as error:
         return {"fault": {**fault_record(error), "sha256": error.sha256}}
     except WpcalError as error:
@@ -203,6 +206,7 @@ def _change_of(record: Any) -> dict[str, Any]:
         "window": _field(record, "window", str),
         "number": _field(record, "number", int),
         "table": Keyed.from_record(_field(record, "table", dict)),
+        "conflicts": _texts(record, "conflicts"),
     }
 
 
@@ -212,6 +216,14 @@ def _field(record: Any, name: str, kind: type, default: Any = None) -> Any:
     if type(value) is not kind:
         raise InputError(f"expected {name} as {kind.__name__}, got {type(value).__name__}")
     return value
+
+
+def _texts(record: Any, name: str) -> tuple[str, ...]:
+    """Return a list of texts of a request; empty if it is not there."""
+    values = _field(record, name, list, [])
+    if not all(isinstance(value, str) for value in values):
+        raise InputError(f"expected {name} as a list of texts")
+    return tuple(values)
 
 
 def _endpoint(action: Callable[[Any], dict[str, Any]]) -> Callable[[Request], Any]:

@@ -63,8 +63,9 @@ class PickSession:
         Returns
         -------
         dict
-            ``T_base_part``, ``verdict``, ``judgement``, ``points`` as in ``calibration.json``, each with its ``row``
-            and with ``residual_part_mm``; ``u95_mm`` of every seam's frames; ``features`` by row; ``notes``;
+            ``T_base_part``, ``verdict``, ``judgement``, ``criterion_advice`` and ``points`` as in
+            ``calibration.json``; every point also has its ``row`` and ``residual_part_mm``. ``u95_mm`` of every seam's
+            frames; ``features`` by row; ``notes``;
             ``exchanges``: rows that fit if they were touched on another feature.
 
         Raises
@@ -123,6 +124,7 @@ class PickSession:
             reading = replace(reading, points=usable or None)
             left_out = tuple(f"{point}: {fault}" for point, fault in faults.items())
         taught = names_as_features(points_in_base(found, reading), self.part.workpiece.features)
+        taught = replace(taught, R_base_tool=None)  # a person who touches a point again types no posture
         return read_rows(taught_csv(taught).encode("utf-8"), path=name), left_out
 
     def suggest(self, rows: Rows) -> dict[str, Any]:
@@ -231,6 +233,7 @@ def _fit_record(
         "lower_bound_mm",
         "certified",
         "T_base_part",
+        "criterion_advice",
     )
     return {
         **{key: record[key] for key in kept},

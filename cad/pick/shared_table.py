@@ -8,33 +8,35 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from cad.pick.draft import (
+    KEPT_ENDINGS,
     Draft,
     Keyed,
     alone_in,
     backup_of,
     bytes_of,
     draft_of,
+    is_read_only,
     read_draft,
     set_aside,
     sha256_of,
 )
 from cad.pick.part import PickPart
-from cad.pick.rows import Rows, read_rows
+from cad.pick.rows import Rows, is_shown, read_rows
 from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.records import write_file
 
 FILE_CHANGED = "file-changed"
 """Code of the fault that the file is not the one that the page shows."""
+CONFLICT = "conflict"
+"""Code of the fault that two windows changed a cell and nobody has chosen between the two texts."""
 FILE_READ_ONLY = "file-read-only"
 """Code of the fault that the file may not be written."""
-KEPT_ENDINGS = (".draft", ".bak")
-"""A table with such a name could take the place of another table's draft or last version."""
 
 
 class FileChangedError(InputError):
@@ -52,6 +54,12 @@ class FileChangedError(InputError):
     def __init__(self, message: str, *, sha256: str) -> None:
         super().__init__(message)
         self.sha256 = sha256
+
+
+class ConflictError(InputError):
+    """Two windows changed a cell, and the Save does not state that the person saw both texts."""
+
+    code = CONFLICT
 
 
 class SharedTable:
@@ -93,6 +101,7 @@ class SharedTable:
         self._revision = 1
         self._writer, self._alone_since = "", 1
         self._numbers: dict[str, int] = {}
+        self._conflicts: dict[str, tuple[str, ...]] = {}
         self._lock = threading.Lock()
 
     def changes_since(self, revision: object) -> dict[str, Any]:
@@ -101,7 +110,9 @@ class SharedTable:
             self._adopt()
             return {"revision": self._revision} if revision == self._revision else self._state()
 
-    def keep(self, table: Keyed, *, revision: int, window: str, number: int) -> dict[str, Any]:
+    def keep(
+        self, table: Keyed, *, revision: int, window: str, number: int, conflicts: Sequence[str] = ()
+    ) -> dict[str, Any]:
         """Take a changed table and write the draft.
 
         Parameters
@@ -113,6 +124,9 @@ class SharedTable:
             Which window sends it. Its own earlier changes do not make a change stale.
         number : int
             Counts the changes of the window: one that arrives after a later one is ignored.
+        conflicts : sequence of str
+            The cells in which the window put its own text in place of another window's, with both texts, as long as
+            nobody has chosen between them. A Save of this window must name them.
 
         Returns
         -------
@@ -124,19 +138,35 @@ class SharedTable:
             self._adopt()
             if number <= self._numbers.get(window, -1):
                 return {"revision": self._revision, "warning": ""}
-            if revision != self._revision and not (window == self._writer and revision >= self._alone_since):
+            if not self._is_known(revision, window):
                 return {**self._state(), "is_stale": True}
             self._numbers[window] = number
+            self._conflicts[window] = tuple(conflicts)
             self._change(table, window)
             return {"revision": self._revision, "warning": self._store()}
 
-    def save(self, *, revision: int, name: str = "", replaces: str = "") -> dict[str, Any]:
+    def save(
+        self,
+        *,
+        revision: int,
+        shown: int | None = None,
+        window: str = "",
+        consent: Sequence[str] = (),
+        name: str = "",
+        replaces: str = "",
+    ) -> dict[str, Any]:
         """Write the complete rows as the file that `wpcal calibrate` reads, and keep the version before.
 
         Parameters
         ----------
         revision : int
-            The revision that the window shows.
+            The revision that the window has now.
+        shown : int, optional
+            The revision that the window showed when the person clicked.
+        window : str
+            Which window saves.
+        consent : sequence of str
+            The conflicts that the person saw and decided, as in `keep`.
         name : str
             Name of a new file in the same folder, which then belongs to the table; empty for the present file.
         replaces : str
@@ -147,12 +177,15 @@ class SharedTable:
         dict
             ``file``; ``command`` that calibrates from it; ``rows``: how many were written; ``left_out``: names of the
             rows that lack a coordinate; ``backup``: where the version before is, or empty; ``warning``; ``revision``.
-            For an older revision than the present one the present ``table`` and ``is_stale``; then nothing is written.
+            ``has_news``: another window changed the table after `shown`. For an older revision than the present one
+            the present ``table`` and ``is_stale``; then nothing is written.
 
         Raises
         ------
         FileChangedError
             When the file is not the one from which the table was made.
+        ConflictError
+            When a conflict of the window is not in `consent`.
         InputError
             When no row is complete, a cell cannot be read, or the file cannot be written. Nothing is written.
         """
@@ -160,6 +193,9 @@ class SharedTable:
             self._adopt()
             if revision != self._revision:
                 return {**self._state(), "is_stale": True}
+            if not set(self._conflicts.get(window, ())) <= set(consent):
+                raise ConflictError("another window changed the same cells; choose between the texts first")
+            has_news = shown is not None and not self._is_known(shown, window)
             rows = self._table.rows
             if not rows.complete():
                 raise InputError("nothing to save: no row has all three coordinates")
@@ -167,10 +203,12 @@ class SharedTable:
             out = self._new_name(name) if name else self.out
             data = rows.to_csv().encode("utf-8")
             backup = self._write(out, data, replaces=replaces)
+            before = self._draft()
             self._file_sha256, self.is_saved = sha256_of(data), True
-            warning = self._move_to(out) if name else self._store()
+            self._conflicts.pop(window, None)
+            warning = self._move_to(out, before) if name else self._store()
             said = {"file": str(out), "command": self._command(out), "backup": backup, "warning": warning}
-            return {**said, "revision": self._revision, **_counts(rows)}
+            return {**said, "has_news": has_news, "revision": self._revision, **_counts(rows)}
 
     def open_file(self) -> dict[str, Any]:
         """Take the rows of the file as it is now. The rows before are kept beside the draft, and in the page's Undo."""
@@ -194,7 +232,11 @@ class SharedTable:
     def kept(self) -> str:
         """The draft's name if it holds rows that are not in the file, otherwise empty."""
         path = draft_of(self.out)
-        return str(path) if path.exists() else ""
+        return str(path) if path.exists() and not self._is_in_file() else ""
+
+    def _is_known(self, revision: int, window: str) -> bool:
+        """Tell whether nobody but this window has changed the table since a revision."""
+        return revision == self._revision or (window == self._writer and revision >= self._alone_since)
 
     def _state(self) -> dict[str, Any]:
         return {"revision": self._revision, "table": self._table.to_record(), "saves_to": str(self.out)}
@@ -203,6 +245,12 @@ class SharedTable:
         if window != self._writer:
             self._writer, self._alone_since = window, self._revision
         self._table, self._revision = table, self._revision + 1
+
+    def _is_in_file(self) -> bool:
+        """Tell whether the file holds every row."""
+        rows = self._table.rows
+        is_complete = len(rows.complete()) == len(rows.cells)
+        return is_complete and sha256_of(rows.to_csv().encode("utf-8")) == self._file_sha256
 
     def _draft(self) -> Draft:
         return Draft(self._table, self._part_name, self._part_sha256, self._file_sha256)
@@ -224,29 +272,24 @@ class SharedTable:
             self._on_disk = None
             self._store()
             return
-        if found.part_name == self._part_name:
+        if found.part_name == self._part_name and found.table.rows.cells:
             self._file_sha256, self._on_disk = found.file_sha256, raw
             self._change(found.table, "")
+        elif found.part_name == self._part_name:
+            self._on_disk = raw  # all its rows are in the file; the next Save compares with that
 
     def _store(self) -> str:
-        """Write the draft, or remove it if the file holds everything. Return why that failed, or nothing."""
-        path, rows = draft_of(self.out), self._table.rows
+        """Write the draft; if the file holds all rows, the draft only names their part. Return why not, or nothing."""
+        path, draft = draft_of(self.out), self._draft()
         try:
             raw = bytes_of(path)
             if raw is not None and raw != self._on_disk:
                 return f"{path}: belongs to another part, so changes are not kept; use Save as"
-            is_complete = len(rows.complete()) == len(rows.cells)
-            if is_complete and sha256_of(rows.to_csv().encode("utf-8")) == self._file_sha256:
-                path.unlink(missing_ok=True)
-                self._on_disk = None
-                return ""
-            data = self._draft().to_json().encode("utf-8")
+            data = (draft.without_rows() if self._is_in_file() else draft).to_json().encode("utf-8")
             write_file(path, data, overwrite=True)
             self._on_disk = data
         except InputError as error:
             return str(error)
-        except OSError as error:
-            return f"{path}: cannot be removed: {(error.strerror or str(error)).lower()}"
         return ""
 
     def _write(self, out: Path, data: bytes, *, replaces: str) -> str:
@@ -264,7 +307,7 @@ class SharedTable:
                     "was changed by another program" if self._file_sha256 else "exists, and its rows are not shown here"
                 )
                 raise FileChangedError(f"{out}: {what}", sha256=sha256)
-            if not out.stat().st_mode & 0o222 or not os.access(out, os.W_OK):
+            if is_read_only(out):
                 raise InputError(f"{out}: is read-only", code=FILE_READ_ONLY)
             write_file(backup_of(out), found, overwrite=True)
         write_file(out.resolve(), data, overwrite=True)
@@ -272,7 +315,7 @@ class SharedTable:
 
     def _new_name(self, name: str) -> Path:
         """Return the path of a new table beside the present one."""
-        if name != Path(name).name or name in (".", "..") or name.endswith(KEPT_ENDINGS) or "\0" in name:
+        if name != Path(name).name or name in (".", "..") or name.endswith(KEPT_ENDINGS) or not is_shown(name):
             raise InputError(f"{name}: expected the name of a table in the folder of {self.out.name}")
         out = self.out.with_name(name)
         for path in (out, draft_of(out)):
@@ -280,14 +323,17 @@ class SharedTable:
                 raise InputError(f"{path}: exists; give another name", code=ErrorCode.EXISTS)
         return out
 
-    def _move_to(self, out: Path) -> str:
-        """Let the table belong to another file, and its draft with it."""
+    def _move_to(self, out: Path, before: Draft) -> str:
+        """Let the table belong to another file, and its draft with it. The file before keeps the name of its part."""
         old, old_bytes = draft_of(self.out), self._on_disk
         self.out, self._on_disk = out, None
         self._change(self._table, "")
         warning = self._store()
         if not warning and old_bytes is not None and bytes_of(old) == old_bytes:
-            old.unlink(missing_ok=True)
+            if before.file_sha256 is None:
+                old.unlink(missing_ok=True)
+            else:
+                write_file(old, before.without_rows().to_json(), overwrite=True)
         return warning
 
 

@@ -252,12 +252,12 @@ def calibrate_files(
     source = found.workpiece.source
     marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams if s.accepted] if mark_seams else []
     seams = found.seams_record()
+    progress("drawing the part")
+    part_glb, mesh_issues = mesh_part(source.solids, sha256=source.sha256)
     with new_directory(out, overwrite=overwrite, head=CALIBRATION_FILE, leave_out=files_of_run(out)) as folder:
         progress("writing the moved part and reading it again")
         moved = f"{Path(source.file_name).stem}.calibrated.step"
         issues = write_moved_step(source, found.T_base_part, folder / moved, seams=marked, bake=bake)
-        progress("drawing the part")
-        part_glb, mesh_issues = mesh_part(source.solids, sha256=source.sha256)
         if part_glb is not None:
             (folder / PART_FILE).write_bytes(part_glb)
         record = found.to_record((*issues, *mesh_issues))

@@ -114,12 +114,15 @@ class Observed:
         Error of the tool centre point that the rows state, mm.
     features : dict of str to ndarray of shape (3,)
         Places that can be touched as points, in `part`, mm: a suspicious point is tried on them.
+    postures : dict of str to ndarray of shape (3, 3)
+        The axes of the tool in `base` by the names of the rows that say them.
     """
 
     fitted: PointPairs | Touches
     check: PointPairs | Touches | None
     tcp_bias_mm: float = 0.0
     features: dict[str, FloatArray] = field(default_factory=dict)
+    postures: dict[str, FloatArray] = field(default_factory=dict)
 
 
 def prepare_fit(
@@ -147,10 +150,11 @@ def prepare_fit(
     features = workpiece.features
     if not taught.has_touches:
         places = {feature.name: feature.p_mm for feature in features if feature.kind.is_point}
-        return Observed(*pair_points(taught, features), taught.tcp_bias_mm, places)
+        return Observed(*pair_points(taught, features), taught.tcp_bias_mm, places, taught.postures)
     find = partial(touches_of, taught, workpiece.trimmed, features, T_nominal_part=T_nominal_part)
     checked = find(use="check") if "check" in taught.use else None
-    return Observed(replace(find(use="yes"), axes=named_axes(features)), checked, taught.tcp_bias_mm)
+    fitted = replace(find(use="yes"), axes=named_axes(features))
+    return Observed(fitted, checked, taught.tcp_bias_mm, postures=taught.postures)
 
 
 def next_point(
@@ -244,6 +248,7 @@ def run_fit(
         seam_names=[seam.name for seam in accepted for _ in range(len(seam.frames))],
         suggest=suggest,
         features=observed.features,
+        postures=observed.postures,
     )
     if not seams:
         return result, ()

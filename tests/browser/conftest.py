@@ -89,7 +89,7 @@ class Picker:
         self.process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         assert self.process.stdout is not None
         self.said = self.process.stdout.readline()
-        self.url = next((word for word in self.said.split() if word.startswith("http://127.0.0.1:")), "")
+        self.url = next((word for word in self.said.split() if word.startswith("http://")), "")
         assert self.url, f"{self.said}{self.process.communicate(timeout=60)[1]}"
 
     def end(self) -> tuple[int, str, str]:

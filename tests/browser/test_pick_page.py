@@ -187,3 +187,22 @@ def test_wrong_use_is_one_line(arguments: list[str | Path], said: str, tmp_path:
     assert done.stderr.count("\n") == 1
     assert said in done.stderr
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("there.csv", "mine")]
+
+
+def test_a_tablet_in_the_network_has_the_whole_page(start: Any, open_page: Any) -> None:
+    """At an address of the network browsers take functions away; here the page is at a name that stands for one."""
+    picker = start(TEE / "tee.step", "--host", "localhost")
+    opened = open_page(picker.url)
+    opened.page.add_init_script(
+        "delete Crypto.prototype.randomUUID;Object.defineProperty(Navigator.prototype, 'clipboard', {value: undefined})"
+    )
+    opened.page.reload()
+    opened.wait("Boolean(window.wpcal && window.wpcal.ready)")
+    assert opened.page.evaluate("[crypto.randomUUID === undefined, navigator.clipboard === undefined]") == [True, True]
+    opened.page.click("#add")
+    opened.page.keyboard.type("V2")
+    settled(opened)
+    assert list(shown(opened)) == ["T1"]
+    opened.page.click("#copy")
+    assert "not copied" in opened.page.inner_text("#save-state")
+    assert opened.said == []

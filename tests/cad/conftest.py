@@ -55,6 +55,12 @@ def tee_for_the_picker() -> PickPart:
     return read_pick_part(FIXTURES / "tee" / "tee.step", options=SeamOptions(), choice=SeamChoice())
 
 
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    """Where a picker saves."""
+    return tmp_path / "taught.csv"
+
+
 @dataclass(frozen=True, slots=True)
 class Done:
     """What a command left behind."""

@@ -37,10 +37,34 @@ def chatter(progress) -> int:
     return 7
 
 
-def hang() -> None:
+def crash_later(progress) -> None:
+    progress("reading part.step")
+    progress("fitting")
+    crash()
+
+
+def hang(progress=lambda _: None) -> None:
+    import os
     import time
 
+    progress(str(os.getpid()))
     time.sleep(60)
+
+
+def hang_in_compiled_code(progress) -> None:
+    """Hold Python's lock, as a call into the kernel does."""
+    import ctypes
+    import os
+
+    progress(str(os.getpid()))
+    ctypes.PyDLL(None).sleep(60)
+
+
+def fill() -> None:
+    """Take more memory than there is."""
+    held = []
+    while len(held) < 100:
+        held.append(bytearray(10**8))
 
 
 def defect() -> None:

@@ -1,21 +1,28 @@
 from __future__ import annotations
 
 import os
+import pickle
 import random
 import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from cad.kernel.child import ChildFaultError, run_in_child
-from wpcal.core.errors import FormatError, KernelError, WpcalError
+from cad.kernel.child import MEMORY_VARIABLE, TIME_VARIABLE, ChildFaultError, Limits, run_in_child
+from cad.kernel.plain_data import PlainDataError, pack, unpack
+from wpcal.core.errors import ErrorCode, FormatError, KernelError, WpcalError
+from wpcal.core.issue import Issue
+from wpcal.seam import SeamOptions
 
 LIMIT_S = 60.0
-SETTLE_S = 0.5  # from the start of the child to the parent waiting for it
 """More than any of these files needs on a busy machine, so that reaching it means a hang."""
+SETTLE_S = 10.0
+"""A child that waits for the kernel's end would need 60 s; `make attack` measures the time itself."""
 
 
 def test_a_result_comes_back(probe: str) -> None:
@@ -41,14 +48,16 @@ def test_our_errors_come_back_as_themselves(probe: str) -> None:
 
 
 def test_a_crash_is_one_line(probe: str, capfd: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(KernelError, match=r"^reading part\.step: the CAD kernel crashed \(SIGSEGV\)$"):
+    with pytest.raises(
+        KernelError, match=r"^reading part\.step: the CAD kernel cannot read this file: it crashed \(SIGSEGV\)$"
+    ):
         run_in_child(f"{probe}:crash", what="reading part.step")
     assert capfd.readouterr() == ("", "")
 
 
 def test_a_hang_is_one_line(probe: str) -> None:
     with pytest.raises(KernelError, match=r"stopped after 0\.5 s"):
-        run_in_child(f"{probe}:hang", what="reading", timeout_s=0.5)
+        run_in_child(f"{probe}:hang", what="reading", limits=Limits(time_s=0.5))
 
 
 def test_an_early_end_is_one_line(probe: str) -> None:
@@ -62,27 +71,132 @@ def test_a_defect_is_told_with_its_place(probe: str) -> None:
     assert "step_probe.py" in caught.value.__notes__[0]
 
 
-def test_an_interrupt_ends_the_child(probe: str) -> None:
+@pytest.mark.parametrize(
+    ("variable", "value", "what", "says"),
+    [
+        (MEMORY_VARIABLE, "2", "fill", r"needs more than its limit of 2 GB of memory; set WPCAL_KERNEL_MEMORY_GB to"),
+        (TIME_VARIABLE, "0.5", "hang", r"stopped after 0\.5 s, its time limit; set WPCAL_KERNEL_TIME_S to allow more"),
+        (TIME_VARIABLE, "soon", "hang", r"^WPCAL_KERNEL_TIME_S: expected a positive number, got 'soon'$"),
+        (MEMORY_VARIABLE, "-1", "fill", r"^WPCAL_KERNEL_MEMORY_GB: expected a positive number, got '-1'$"),
+        (MEMORY_VARIABLE, "nan", "fill", r"^WPCAL_KERNEL_MEMORY_GB: expected a positive number"),
+    ],
+)
+def test_the_limits_are_those_of_the_environment(
+    probe: str, monkeypatch: pytest.MonkeyPatch, variable: str, value: str, what: str, says: str
+) -> None:
+    if what == "fill" and value == "2" and sys.platform != "linux":
+        pytest.skip("only Linux limits the memory of a process")
+    monkeypatch.setenv(variable, value)
+    with pytest.raises(WpcalError, match=says) as stopped:
+        run_in_child(f"{probe}:{what}", what="reading part.step")
+    assert stopped.value.exit_code == 2
+
+
+def test_a_crash_says_at_which_step(probe: str) -> None:
+    with pytest.raises(KernelError, match=r"cannot work with this file: it crashed \(SIGSEGV\) at the step: fitting$"):
+        run_in_child(f"{probe}:crash_later", what="calibrating part.step", progress=lambda _: None)
+
+
+def hanging_parent(probe: str, function: str, *, death_signal: bool = True) -> tuple[subprocess.Popen[str], int]:
+    """Start a process that waits for its child, and return both."""
     script = (
-        "import signal; from cad.kernel.child import run_in_child\n"
+        "import signal, subprocess; from cad.kernel import child\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background job ignores interrupts
-        f"run_in_child('{probe}:hang', what='hanging')\n"
+        "start = subprocess.Popen\n"
+        f"other = {None if death_signal else 'no_death_signal'!r}\n"
+        "child.subprocess.Popen = lambda command, **more: start(\n"
+        "    [other if other and word.endswith('child_main') else word for word in command], **more)\n"
+        f"child.run_in_child('{probe}:{function}', what='hanging', progress=lambda text: print(text, flush=True))\n"
     )
-    parent = subprocess.Popen([sys.executable, "-c", script], stderr=subprocess.PIPE, text=True)
-    children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
-    if not children.parent.exists():
-        parent.kill()
-        pytest.skip("needs /proc to see a child of a child")
-    deadline = time.monotonic() + LIMIT_S
-    while not (found := children.read_text().split()) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    while b"cad.kernel.child" not in Path(f"/proc/{found[0]}/cmdline").read_bytes() and time.monotonic() < deadline:
-        time.sleep(0.05)
-    time.sleep(SETTLE_S)
-    os.kill(parent.pid, signal.SIGINT)
+    parent = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert parent.stdout is not None
+    return parent, int(parent.stdout.readline())
+
+
+def has_ended(process: int) -> bool:
+    """Whether a process is gone, or only its entry is left."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc to see a child of a child")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("function", ["hang", "hang_in_compiled_code"])
+@pytest.mark.parametrize("death_signal", [True, False])
+def test_the_child_ends_with_its_parent(probe: str, number: int, function: str, death_signal: bool) -> None:
+    parent, child = hanging_parent(probe, function, death_signal=death_signal)
+    os.kill(parent.pid, number)
     parent.communicate(timeout=LIMIT_S)
-    assert len(found) == 1
-    assert not Path(f"/proc/{found[0]}").exists()
+    deadline = time.monotonic() + LIMIT_S
+    while not has_ended(child) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert has_ended(child)
+    assert time.monotonic() < deadline - LIMIT_S + SETTLE_S
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        {"a": [1, 2.5, None, True, "\udc80ä"], 2: (float("inf"), b"\0x", Path("/a b"))},
+        (np.arange(6.0).reshape(2, 3), np.asfortranarray(np.eye(3)[:, :2]), np.zeros((0, 3)), np.float32(1.5)),
+        [np.array(["a", "bc"]), np.array([True]), {1, 2}, frozenset({"x"})],
+        SeamOptions(),
+        ErrorCode.KERNEL,
+    ],
+)
+def test_plain_data_comes_back_as_it_was(value: object) -> None:
+    found = unpack(pack(value))
+    assert pickle.dumps(found) == pickle.dumps(unpack(pack(found)))
+    assert repr(found) == repr(value)
+    assert type(found) is type(value)
+
+
+def test_an_object_that_occurs_twice_is_one_object() -> None:
+    issue = Issue("odd", "is odd")
+    first, second = unpack(pack([issue, (issue,)]))
+    assert second[0] is first
+
+
+class Touched:
+    """Makes a file when it is unpickled."""
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return (Path.touch, (Path("touched"),))  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("value", [Touched(), np.array([Touched()], dtype=object), print, Path, {1: Touched()}])
+def test_what_is_not_plain_data_is_refused(value: object) -> None:
+    with pytest.raises(PlainDataError, match="is not plain data"):
+        pack(value)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_damaged_packet_is_an_error_of_ours_or_plain_data(seed: int) -> None:
+    rng = random.Random(seed)
+    packet = pack({"seams": [SeamOptions(), np.arange(5.0)], "issues": (Issue("a", "b", ("c",)),)})
+    for _ in range(50):
+        with suppress(PlainDataError):
+            unpack(damaged(packet, rng))
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        '{"data": ["subprocess:Popen", []]}',
+        '{"enum": ["os:system", "x"]}',
+        '{"error": ["builtins:ValueError", {"tuple": []}, {"dict": []}]}',
+        '{"data": ["wpcal.core.records:write_file", []]}',
+        '{"data": ["wpcal.core.errors:InputError", []]}',
+        '{"error": ["wpcal.core.issue:Issue", {"tuple": []}, {"dict": []}]}',
+        '{"array": ["O", [1], "C", 0]}',
+    ],
+)
+def test_a_packet_makes_nothing_but_data_of_ours(tree: str) -> None:
+    text = f'{{"value": {tree}, "sizes": []}}'.encode()
+    with pytest.raises(PlainDataError):
+        unpack(len(text).to_bytes(8, "little") + text)
 
 
 def damaged(text: bytes, rng: random.Random) -> bytes:
@@ -122,7 +236,7 @@ def test_a_damaged_file_is_a_result_or_one_line(
         source.write_bytes(damaged(text, rng))
         arguments = {"source": str(source), "target": str(tmp_path / "moved.step")}
         try:
-            run_in_child(f"{probe}:read_and_move", arguments, what="moving", timeout_s=LIMIT_S)
+            run_in_child(f"{probe}:read_and_move", arguments, what="moving", limits=Limits(time_s=LIMIT_S))
         except WpcalError as error:  # anything else is a traceback, and fails this test
             line = str(error)
         else:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from cad.cli.pick import pick, table_of
+from cad.cli.pick import pick, require_table, table_of
 from wpcal.core.errors import InputError
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
@@ -37,7 +37,39 @@ def test_a_part_that_is_named_like_a_draft_is_not_taken_for_one(tmp_path: Path) 
 
 @pytest.mark.parametrize(
     ("taught", "out"),
-    [(None, "taught.csv"), ("a/points.csv", "a/points.csv"), ("TEACH.dat", "taught.csv"), ("p.mod", "taught.csv")],
+    [
+        (None, "taught.csv"),
+        ("a/points.csv", "a/points.csv"),
+        ("TEACH.dat", "taught.csv"),
+        ("p.mod", "taught.csv"),
+        ("a/x.csv.bak", "a/x.csv"),
+        ("x.csv.draft", "x.csv"),
+        ("x.csv.draft.bak", "x.csv"),
+        ("p.mod.bak", "taught.csv"),
+    ],
 )
 def test_the_table_that_is_opened_is_the_one_that_is_saved(taught: str | None, out: str) -> None:
     assert table_of(None if taught is None else Path(taught)) == Path(out)
+
+
+@pytest.mark.parametrize(
+    ("out", "said"),
+    [
+        ("/proc/taught.csv", "/proc/taught.csv: cannot be written"),
+        ("x" * 250, "cannot be written: file name too long"),
+        ("a\0b", "cannot be written: embedded null byte"),
+        ("x.csv.bak", "is the name of a draft or a backup"),
+        ("locked.csv", "is read-only"),
+        ("none/x.csv", "no such folder"),
+    ],
+)
+def test_an_out_that_cannot_be_written_is_refused_at_the_start(tmp_path: Path, out: str, said: str) -> None:
+    (tmp_path / "locked.csv").touch(mode=0o444)
+    with pytest.raises(InputError, match=said):
+        require_table(tmp_path / out, TEE, is_asked=True)
+    assert [path.name for path in tmp_path.iterdir()] == ["locked.csv"]
+
+
+def test_a_table_that_was_only_opened_may_be_read_only(tmp_path: Path) -> None:
+    (tmp_path / "locked.csv").touch(mode=0o444)
+    require_table(tmp_path / "locked.csv", TEE, is_asked=False)

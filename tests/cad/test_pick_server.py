@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import http.client
 import json
 import socket
@@ -14,6 +15,7 @@ from urllib.parse import urlsplit
 import pytest
 import uvicorn
 
+from cad.pick import patience
 from cad.pick.draft import Keyed
 from cad.pick.part import PickPart
 from cad.pick.rows import NEW_COLUMNS, Rows
@@ -25,6 +27,8 @@ from wpcal.core.errors import InputError
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 EMPTY = {"columns": list(NEW_COLUMNS), "rows": []}
 JSON = "application/json"
+WHOLE_REQUEST_S = 1.0
+"""Instead of 20 s."""
 
 
 class Running:
@@ -66,6 +70,7 @@ def running(tee_for_the_picker: PickPart, tmp_path_factory: pytest.TempPathFacto
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(uvicorn.Server, "run", run)
+        patch.setattr(patience, "SECONDS_FOR_A_REQUEST", WHOLE_REQUEST_S)
         thread = threading.Thread(target=found.server.run)
         thread.start()
         yield found
@@ -79,7 +84,7 @@ def test_the_page_answers_at_its_whole_address(running: Running) -> None:
     assert (status, text) == (200, b"<!DOCTYPE html>the page")
     assert headers["Cache-Control"] == "no-store"
     assert headers["Content-Security-Policy"] == "frame-ancestors 'none'"
-    assert "Access-Control-Allow-Origin" not in headers
+    assert not {"Access-Control-Allow-Origin", "Server"} & set(headers)
 
 
 @pytest.mark.parametrize("path", ["/", "", "/x/", "/fit", "//", "/%2e%2e/", "/AAAAAAAAAAAAAAAAAAAAAAAA/", "/%E9/"])
@@ -148,6 +153,53 @@ def test_half_a_character_is_refused_and_a_whole_one_taken(running: Running) -> 
 def test_a_giant_is_not_read_to_its_end(running: Running) -> None:
     status, answer = running.post("read", {"name": "a.csv", "base64": "A" * (LARGEST_BYTES + 1)})
     assert (status, answer["fault"]["message"]) == (200, "expected at most 8 MB")
+
+
+@pytest.mark.parametrize(
+    "half",
+    [
+        b"",
+        b"GET ",
+        b"GET /x/ HTTP/1.1\r\nHost: ",
+        b"POST {path}fit HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Type: application/json\r\n"
+        b"Content-Length: 90\r\n\r\n{{",
+        b"GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\nGET ",
+    ],
+    ids=["silence", "a word", "half a header", "half a body", "half of the second request"],
+)
+def test_half_a_request_is_not_waited_for(running: Running, half: bytes) -> None:
+    """Byte after byte does not make the server wait longer."""
+    words = {"path": running.path, "host": running.host}
+    text = half.decode().format(**words).encode() if b"{path}" in half else half
+    with socket.create_connection(("127.0.0.1", running.port), timeout=60) as connection:
+        connection.sendall(text)
+        connection.settimeout(WHOLE_REQUEST_S / 5)
+        for _ in range(100):
+            try:
+                if not connection.recv(65536):
+                    break
+            except TimeoutError:
+                connection.sendall(b"x" if half else b"")
+            except ConnectionError:
+                break
+        else:
+            raise AssertionError("the connection is still open")
+    assert running.post("fit", EMPTY)[0] == 200
+
+
+def test_control_characters_are_refused(running: Running) -> None:
+    cells = ["V1\0", "V\x1b[31m1", "V\x7f", "V\x9b1"]
+    for cell in cells:
+        table = {"columns": list(NEW_COLUMNS), "rows": [[cell, "1", "2", "3", "V1", "yes"]], "keys": ["a"]}
+        change = {"revision": running.table.changes_since(-1)["revision"], "window": "n", "number": 1, "table": table}
+        for name, body in (("fit", table), ("keep", change)):
+            fault = running.post(name, body)[1]["fault"]["message"]
+            assert "contains a control character" in fault
+            assert fault.isprintable()
+        raw = f"name,x_mm,y_mm,z_mm\n{cell},1,2,3\n".encode()
+        fault = running.post("read", {"name": "a.csv", "base64": base64.b64encode(raw).decode()})[1]["fault"]["message"]
+        assert fault.startswith("a.csv, line 2, column name: ")
+        assert fault.isprintable()
 
 
 def test_rows_are_fitted(running: Running) -> None:

@@ -15,6 +15,7 @@ from wpcal.brep import SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, calibrate
+from wpcal.calibrate.touches.contradiction import find_contradicted
 from wpcal.calibrate.touches.covariance import propagate_covariance
 from wpcal.calibrate.touches.fit import Pose, fit_minimax, fit_squares
 from wpcal.calibrate.touches.touches import Touches
@@ -178,6 +179,48 @@ def test_a_mis_taught_touch_is_named_and_robust_leaves_it_out(tee: Workpiece) ->
     rest = touches.select(np.delete(np.arange(len(MIXED)), 12))
     by_hand = fit(rest, tee, criterion=Criterion.LEAST_SQUARES, solver=Solver.EXACT).T_base_part
     assert apart(result.T_base_part, by_hand.R, by_hand.t_mm) <= RECOVERED_MM
+
+
+def test_two_wrong_touches_are_named_as_a_pair_and_good_ones_are_left_in_peace(tee: Workpiece) -> None:
+    pair, alarms = 0, 0
+    for seed in range(12):
+        touches = touched(tee, MIXED, noise(seed))
+        start = Pose.of(touches, R, T_MM)
+        alarms += find_contradicted(touches, start, None) is not None
+        off = np.zeros((len(MIXED), 3))
+        off[3] += R @ [0, -1.5, 0]
+        off[13] += R @ [0, 1.5, 0]
+        found = find_contradicted(replace(touches, p_base=touches.p_base + off), start, None)
+        pair += found is not None and found.names == ("B1", "W2")
+    assert pair >= 11  # 49 of 50 of other pairs
+    assert alarms <= 1
+
+
+def test_a_wrong_check_touch_is_named_and_the_fit_keeps_its_touches(tee: Workpiece) -> None:
+    off = noise(0)
+    off[12] += R @ [0, 2.0, 0]
+    fitted, checked = touched(tee, MIXED[:10], off[:10]), touched(tee, MIXED[10:], off[10:])
+    result = fit(fitted, tee, check=checked, solver=Solver.EXACT)
+    assert result.suspect is not None
+    assert result.suspect.names == ("W1",)
+    assert result.distrusted is None
+    off = noise(0)
+    off[4] += R @ [0, -2.0, 0]
+    fitted, checked = touched(tee, MIXED[:8], off[:8]), touched(tee, MIXED[8:], off[8:])
+    result = fit(fitted, tee, check=checked, solver=Solver.EXACT)
+    assert result.suspect is not None
+    assert result.suspect.names == ("B2",)
+
+
+def test_touches_in_several_postures_show_a_wrong_tool(tee: Workpiece) -> None:
+    rng, tip = np.random.default_rng(0), np.array([0.8, -0.6, 0.5])
+    frames = [exp_rotation(0.5 * rng.normal(size=3)) for _ in MIXED]
+    off = noise(0) - np.array([frame @ tip for frame in frames])
+    touches = touched(tee, MIXED, off)
+    result = fit(touches, tee, postures=dict(zip(touches.names, frames, strict=True)), solver=Solver.EXACT)
+    assert result.tool is not None
+    assert np.linalg.norm(result.tool.tip_mm - tip) <= result.tool.error_95_mm
+    assert result.suspect is None
 
 
 def test_a_touch_that_says_it_is_unsure_is_not_distrusted(tee: Workpiece) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -71,3 +73,21 @@ def test_a_calibration_that_nobody_reads_keeps_its_verdict(tmp_path: Path) -> No
     assert (tmp_path / "out" / "report.html").exists()
     code, _ = ended(f"calibrate {part} {taught} -o {tmp_path / 'out'} --force --tolerance-mm 0.01", ">&-")
     assert code == 1
+
+
+def test_sigterm_ends_a_command_like_ctrl_c(tmp_path: Path) -> None:
+    running = subprocess.Popen(
+        [WPCAL, "study", str(TABLE), "--trials", "100000000", "-o", "study.json"],
+        cwd=tmp_path,
+        env={**os.environ, "WPCAL_PROGRESS_AFTER_S": "0"},
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert running.stderr is not None
+    assert "trials" in running.stderr.readline()
+    running.send_signal(signal.SIGTERM)
+    printed, errors = running.communicate(timeout=TIMEOUT_S)
+    assert (running.returncode, printed) == (128 + signal.SIGTERM, "")
+    assert errors.splitlines()[-1] == "wpcal: ended by SIGTERM"
+    assert list(tmp_path.iterdir()) == []

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,6 +15,7 @@ from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.points.covariance import isotropic_covariance, minimax_covariance
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, error_95
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features.reference import FeatureKind, ReferenceFeature
@@ -252,12 +251,8 @@ def what_it_is(feature: ReferenceFeature) -> str:
 
 def template_csv(advice: Advice) -> str:
     """Return the file of taught points for `calibrate`, its coordinates to be filled in."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["name", "x_mm", "y_mm", "z_mm", "use", "where"])
-    for feature in advice.chosen.features:
-        writer.writerow([feature.name, "", "", "", "yes", where_it_is(feature)])
-    return text.getvalue()
+    rows = [[feature.name, "", "", "", "yes", where_it_is(feature)] for feature in advice.chosen.features]
+    return csv_text([["name", "x_mm", "y_mm", "z_mm", "use", "where"], *rows])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,7 +7,6 @@ along a face may count wrong, so three rays in general directions vote.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -17,7 +16,9 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.hits import CHUNK, find_hits, passage
 from wpcal.brep.mesh import PartMesh
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.brep.tubes import tube_lines, tube_triangles
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.transform import RigidTransform
 
 VOTERS = np.array([[0.8301, 0.2713, 0.4871], [-0.3119, 0.8923, 0.3263], [0.1987, -0.4409, 0.8753]])
 """Directions of the rays that vote: along no axis, plane or diagonal in which parts are modelled."""
@@ -68,6 +69,27 @@ class Material(Protocol):
             Where the rays end.
         """
 
+    def tube_solids(
+        self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: float
+    ) -> IntArray:
+        """Find the solid that each straight tube meets first, from its axis outwards or along its lines.
+
+        Parameters
+        ----------
+        tips : ndarray, shape (n, 3)
+            Points on the axes, in the frame of the solids, mm.
+        back : ndarray, shape (n, 3)
+            Unit vectors along the axes.
+        low, high : ndarray, shape (n,)
+            Where each tube begins and ends, mm from the tip.
+        radius_mm : float
+
+        Returns
+        -------
+        ndarray of int, shape (n,)
+            -1 for a tube through whose surface and inside no face goes.
+        """
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExactMaterial:
@@ -110,47 +132,78 @@ class ExactMaterial:
         found = find_hits(self.graph, self.trimmed, origins, rays, length_mm=length_mm)
         return SolidHits(found.ray, self.graph.face_solid[found.face], found.at_mm, found.way)
 
+    def tube_solids(
+        self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: float
+    ) -> IntArray:
+        """Find the solid that the lines of each straight tube meet first, with exact faces.
 
-@dataclass(frozen=True, eq=False)
+        Parameters
+        ----------
+        tips : ndarray, shape (n, 3)
+            Points on the axes, in `part`, mm.
+        back : ndarray, shape (n, 3)
+            Unit vectors along the axes.
+        low, high : ndarray, shape (n,)
+            Where each tube begins and ends, mm from the tip.
+        radius_mm : float
+
+        Returns
+        -------
+        ndarray of int, shape (n,)
+            -1 for a tube whose lines meet no face. What fits between lines (`tubes.LINES_MM`) is not met.
+        """
+        lines = tube_lines(back, radius_mm)
+        k = lines.shape[1]
+        origins = (tips + low[:, None] * back)[:, None] + lines
+        length = np.repeat(np.maximum(high - low, 0.0), k)
+        found = self.hits(origins.reshape(-1, 3), np.repeat(back, k, axis=0), length)
+        solids = np.full(len(tips), -1)
+        order = np.argsort(-found.at_mm, kind="stable")  # the nearest of each tube is written last
+        solids[found.ray[order] // k] = found.solid[order]
+        return solids
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class TriangleMaterial:
-    """The solids of a `PartMesh`, which deviate from the model by at most its deflection.
+    """The solids of a part as triangles.
 
     Parameters
     ----------
-    mesh : PartMesh
-        Each solid closed, its triangles counter-clockwise seen from outside.
+    corners : ndarray, shape (m, 3, 3)
+        The three corners of each triangle, mm, counter-clockwise seen from outside; the triangles of each solid close.
+    solid : ndarray of int, shape (m,)
+        Number of each triangle's solid.
+    names : tuple of str
+        Of the solids.
+    deflection_mm : float
+        Largest distance of a triangle from the part, mm.
+    tree : BoxTree
+        Of the triangles' boxes.
     """
 
-    mesh: PartMesh
+    corners: FloatArray
+    solid: IntArray
+    names: tuple[str, ...]
+    deflection_mm: float
+    tree: BoxTree
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the solids."""
-        return tuple(solid.name for solid in self.mesh.solids)
+    @classmethod
+    def of(cls, mesh: PartMesh, T_frame_part: RigidTransform | None = None) -> TriangleMaterial:
+        """Take the triangles of a part, in `part` or moved into another frame."""
+        placed = [s.points if T_frame_part is None else T_frame_part.apply(s.points) for s in mesh.solids]
+        corners = [points[s.triangles] for points, s in zip(placed, mesh.solids, strict=True)]
+        every = np.concatenate([np.zeros((0, 3, 3)), *corners])
+        solid = np.repeat(np.arange(len(corners)), [len(own) for own in corners])
+        names = tuple(s.name for s in mesh.solids)
+        return cls(every, solid, names, mesh.deflection_mm, BoxTree.of(every.min(axis=1), every.max(axis=1)))
 
     @property
     def boxes(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest corners of a box around each solid, two arrays (s, 3), mm."""
-        empty = np.full(3, np.inf)
-        low = [solid.points.min(axis=0, initial=np.inf) if len(solid.points) else empty for solid in self.mesh.solids]
-        high = [
-            solid.points.max(axis=0, initial=-np.inf) if len(solid.points) else -empty for solid in self.mesh.solids
-        ]
-        return np.reshape(low, (-1, 3)), np.reshape(high, (-1, 3))
-
-    @cached_property
-    def _corners(self) -> FloatArray:
-        """Corners of all triangles, shape (m, 3, 3), mm."""
-        own = [solid.points[solid.triangles] for solid in self.mesh.solids]
-        return np.concatenate([np.zeros((0, 3, 3)), *own])
-
-    @cached_property
-    def _solid(self) -> IntArray:
-        return np.repeat(np.arange(len(self.mesh.solids)), [len(solid.triangles) for solid in self.mesh.solids])
-
-    @cached_property
-    def _tree(self) -> BoxTree:
-        return BoxTree.of(self._corners.min(axis=1), self._corners.max(axis=1))
+        low, high = np.full((len(self.names), 3), np.inf), np.full((len(self.names), 3), -np.inf)
+        np.minimum.at(low, self.solid, self.corners.min(axis=1))
+        np.maximum.at(high, self.solid, self.corners.max(axis=1))
+        return low, high
 
     def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
         """Find where rays enter and leave solids.
@@ -168,10 +221,33 @@ class TriangleMaterial:
         for first in range(0, len(origins), CHUNK):
             own = slice(first, first + CHUNK)
             ray, triangle, at, way = self._hits(origins[own], rays[own], length[own])
-            found.append((ray + first, self._solid[triangle], at, way))
+            found.append((ray + first, self.solid[triangle], at, way))
         ray, solid, at, way = (np.concatenate(column) for column in zip(*found, strict=True))
         order = np.lexsort((at, ray))
         return SolidHits(ray[order], solid[order], at[order], way[order])
+
+    def tube_solids(
+        self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: float
+    ) -> IntArray:
+        """Find the solid of the triangle nearest to the axis of each straight tube, among those that it meets.
+
+        Parameters
+        ----------
+        tips : ndarray, shape (n, 3)
+            Points on the axes, in the frame of the triangles, mm.
+        back : ndarray, shape (n, 3)
+            Unit vectors along the axes.
+        low, high : ndarray, shape (n,)
+            Where each tube begins and ends, mm from the tip.
+        radius_mm : float
+
+        Returns
+        -------
+        ndarray of int, shape (n,)
+            -1 for a tube that meets no triangle.
+        """
+        nearest = tube_triangles(self.corners, self.tree, tips, back, low, high, radius_mm)
+        return np.where(nearest < 0, -1, np.append(self.solid, -1)[nearest])
 
     def _hits(
         self, origins: FloatArray, rays: FloatArray, length: FloatArray
@@ -184,8 +260,8 @@ class TriangleMaterial:
             return np.asarray(leave > enter, dtype=bool)
 
         with np.errstate(divide="ignore", invalid="ignore"):
-            ray, triangle = self._tree.search(len(origins), meets)
-            a, b, c = np.moveaxis(self._corners[triangle], 1, 0)
+            ray, triangle = self.tree.search(len(origins), meets)
+            a, b, c = np.moveaxis(self.corners[triangle], 1, 0)
             e1, e2, r = b - a, c - a, origins[ray] - a
             across, side = np.cross(rays[ray], e2), np.cross(r, e1)
             det = np.einsum("ki,ki->k", e1, across)

@@ -132,6 +132,9 @@ class FitProblem(Protocol):
     def judge_residuals(self, fit: CriterionFit, check: Any = None) -> ResidualEvidence:
         """Say how the fitted observations agree, and which of them neither others nor the check ones test."""
 
+    def allowing(self, tcp_bias_mm: float) -> Self:
+        """Return the problem with an allowance for an error of the tool centre point, mm."""
+
     def diagnose(self, fit: CriterionFit) -> Diagnosis:
         """Say what is wrong with the observations. Wrong ones are the ids of an issue with the code `BLUNDER`."""
 

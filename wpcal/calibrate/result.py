@@ -13,6 +13,7 @@ from wpcal.calibrate.distrust import Distrusted
 from wpcal.calibrate.points.minimax import CERTIFIED_MM
 from wpcal.calibrate.solver_report import SolverReport
 from wpcal.calibrate.suspect import Suspect
+from wpcal.calibrate.tool_offset import ToolOffset
 from wpcal.calibrate.touches.evidence import TouchEvidence
 from wpcal.calibrate.uncertainty import POSTURE_FACTOR, Sigma, TeachingError, error_95
 from wpcal.calibrate.verdict import Verdict, VerdictKind
@@ -60,6 +61,8 @@ class CalibrationResult:
         The points that the others contradict, and the answer with and without them.
     suspect : Suspect or None
         The observations that are wrong, as far as the data tell, with their probability.
+    tool : ToolOffset or None
+        How far the tip is from the tool centre point of the controller, if the postures of the touches show it.
     touches : TouchEvidence or None
         What only touches on faces and edges have; their lower bound is zero. None for points.
     criterion_advice : str or None
@@ -85,6 +88,7 @@ class CalibrationResult:
     versions: dict[str, str]
     distrusted: Distrusted | None = None
     suspect: Suspect | None = None
+    tool: ToolOffset | None = None
     touches: TouchEvidence | None = None
     criterion_advice: str | None = None
 
@@ -161,7 +165,8 @@ class CalibrationResult:
         """Return the record of ``calibration.json``, without the fields of the part's file."""
         touches = {} if self.touches is None else {"touches": self.touches.to_record(self.pairs.names)}
         suspect = {} if self.suspect is None else {"suspect": self.suspect.to_record()}
-        return {**self._record(), **suspect, **touches}
+        tool = {} if self.tool is None else {"tool_offset": self.tool.to_record()}
+        return {**self._record(), **suspect, **tool, **touches}
 
     def _record(self) -> dict[str, Any]:
         return {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -60,6 +61,7 @@ def calibrate(
     seam_names: Sequence[str] = (),
     suggest: Callable[[], str | None] | None = None,
     features: Mapping[str, FloatArray] | None = None,
+    postures: Mapping[str, FloatArray] | None = None,
 ) -> CalibrationResult:
     """Find the pose of the real part.
 
@@ -100,6 +102,9 @@ def calibrate(
     features : mapping of str to ndarray of shape (3,), optional
         Places of the part that can be touched as points, by name, in `part`, mm. A suspicious point is tried on them:
         it may have been touched on the neighbour of its feature.
+    postures : mapping of str to ndarray of shape (3, 3), optional
+        The axes of the tool (or of the flange) in the base at each touch, as columns, by the names of the observations.
+        If they differ, they show whether the tool centre point of the controller is at the tip.
 
     Returns
     -------
@@ -141,6 +146,8 @@ def calibrate(
             seed=seed,
             teaching=model,
             seam_points=None if seam_points is None else as_points(seam_points, name="seam points"),
+            check=check if isinstance(check, Touches) else None,
+            postures=postures,
         )
     else:
         minimax, report = None, SolverReport(Solver.EXACT, "closed form and local refinement", seed)
@@ -150,11 +157,13 @@ def calibrate(
             )
         points_checked = check if isinstance(check, PointPairs) else None
         places = FeaturePlaces.of(features) if features else None
-        problem = PointProblem(observed, model, seed, minimax, points_checked, places)
+        problem = PointProblem(observed, model, seed, minimax, points_checked, places, postures or {})
     fit = problem.fit(criterion)
     pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
     points = pairs.p_source if seam_points is None else as_points(seam_points, name="seam points")
     criteria, found, distrusted = _assess(problem, fit, points)
+    if found.tool is not None:  # the bias that the touches show counts as a stated one does
+        model = replace(model, tcp_bias_mm=max(model.tcp_bias_mm, found.tool.bound_mm))
     residuals = _residual_evidence(problem, fit, check)
     return CalibrationResult(
         pairs=pairs,
@@ -187,11 +196,16 @@ def calibrate(
         ),
         solver=report,
         criteria=criteria,
-        issues=(*found.issues, *verdict_issues(pairs, check_pairs, fit.T, tolerance_mm), *bias_advice(model)),
+        issues=(
+            *found.issues,
+            *verdict_issues(pairs, check_pairs, fit.T, tolerance_mm),
+            *bias_advice(problem.teaching),
+        ),
         tolerance_mm=tolerance_mm,
         versions={"wpcal": __version__, "numpy": np.__version__, "scipy": scipy.__version__},
         distrusted=distrusted,
         suspect=found.suspect,
+        tool=found.tool,
         touches=evidence,
         criterion_advice=advise_criterion(fit, criteria, problem.word),
     )
@@ -227,6 +241,8 @@ def _assess(
         message = f"{n} pairs: blunders are not looked for and the criteria not compared above {COMPARED}"
         return None, Diagnosis((Issue("not-compared", message),)), None
     found = problem.diagnose(fit)
+    if found.tool is not None:
+        problem = problem.allowing(max(problem.teaching.tcp_bias_mm, found.tool.bound_mm))
     comparison = compare_criteria(problem, seam_points=seam_points, issues=found.issues, known=(fit,))
     wrong = [name for issue in found.issues if issue.code == BLUNDER for name in issue.ids if name in problem.names]
     if not wrong:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from wpcal.calibrate.tool_offset import ToolOffset
 from wpcal.core.issue import Issue
 
 MOST_LISTED = 6
@@ -60,7 +61,7 @@ class Suspect:
     off_mm : tuple of float
         How far each of them lies from the fit of the others.
     probability : float or None
-        Of these names, if as many are wrong and all sets were equally likely before. None for touches without it.
+        Of these names, if as many are wrong and all sets were equally likely before. None if none is named.
     at_least : int
         The least number of wrong observations.
     rivals : tuple of (tuple of str, float)
@@ -128,10 +129,13 @@ class Diagnosis:
     issues : tuple of Issue
     suspect : Suspect or None
         None if no observation is contradicted.
+    tool : ToolOffset or None
+        None if the postures of the tool do not show an error of its centre point.
     """
 
     issues: tuple[Issue, ...]
     suspect: Suspect | None = None
+    tool: ToolOffset | None = None
 
 
 def _percent(probability: float) -> str:

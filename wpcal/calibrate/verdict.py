@@ -18,6 +18,7 @@ from wpcal.calibrate.criteria import BLUNDER, NEIGHBOUR, NOT_NAMED, RIVAL, Crite
 from wpcal.calibrate.distrust import Distrusted
 from wpcal.calibrate.outlier_limits import FALSE_ALARM
 from wpcal.calibrate.residual_evidence import ResidualEvidence
+from wpcal.calibrate.tool_offset import TOOL_OFFSET
 from wpcal.calibrate.uncertainty import (
     COVERAGE,
     POSTURE_FACTOR,
@@ -36,7 +37,7 @@ from wpcal.core.transform import RigidTransform
 MOST_NAMED = 6
 """Most observations that the sentence names."""
 
-CONTRADICTIONS = (BLUNDER, NEIGHBOUR, NOT_NAMED, "swapped-names", "mirrored")
+CONTRADICTIONS = (TOOL_OFFSET, BLUNDER, NEIGHBOUR, NOT_NAMED, "swapped-names", "mirrored")
 """Codes of the issues that say that the observations contradict each other."""
 
 
@@ -181,7 +182,7 @@ def judge_fit(evidence: VerdictEvidence, *, suggest: Callable[[], str | None] | 
     seam = ""
     if evidence.seam_names:
         seam = evidence.seam_names[int(np.argmax(fit.error_95_mm(evidence.points_part)))]
-    failed = _failure(evidence, seam, least_mm)
+    failed = _failure(evidence, seam, least_mm, error_mm)
     if failed is not None:
         return Verdict(VerdictKind.FAIL, failed[1], seam, failed[0], error_mm)
     unsure = _rival_place(evidence) or _doubt(evidence, seam, error_mm)
@@ -200,13 +201,16 @@ def judge_fit(evidence: VerdictEvidence, *, suggest: Callable[[], str | None] | 
     return Verdict(VerdictKind.UNSURE, f"{sentence}: {advice}", seam, reason, error_mm, found)
 
 
-def _failure(evidence: VerdictEvidence, seam: str, least_mm: float) -> tuple[VerdictReason, str] | None:
+def _failure(
+    evidence: VerdictEvidence, seam: str, least_mm: float, error_mm: float
+) -> tuple[VerdictReason, str] | None:
     """Return why the fit is shown to be wrong, or None."""
     fit, tolerance = evidence.fit, evidence.tolerance_mm
     for issue in evidence.issues:
-        if issue.code in CONTRADICTIONS and _matters(evidence, issue):
+        if issue.code in CONTRADICTIONS and _matters(evidence, issue, error_mm):
             return VerdictReason.CONTRADICTION, issue.message
-    if evidence.residuals.contradicts_stated:
+    explained = any(issue.code == TOOL_OFFSET for issue in evidence.issues)  # the predicted error has an allowance
+    if evidence.residuals.contradicts_stated and not explained:
         sentence = (
             f"the residuals (RMS {evidence.residuals.rms_mm:.3g} mm) are larger than the stated teaching error of "
             f"{fit.sigma.mm:.3g} mm per axis explains: a {evidence.word} is wrong, the part differs from its model, or "
@@ -223,8 +227,10 @@ def _failure(evidence: VerdictEvidence, seam: str, least_mm: float) -> tuple[Ver
     return _contradicting_check(evidence)
 
 
-def _matters(evidence: VerdictEvidence, issue: Issue) -> bool:
-    """Whether contradicted observations were fitted and may carry a seam out of the tolerance."""
+def _matters(evidence: VerdictEvidence, issue: Issue, error_mm: float) -> bool:
+    """Whether contradicted observations were fitted, or a wrong tool may carry a seam out of the tolerance."""
+    if issue.code == TOOL_OFFSET:
+        return error_mm > evidence.tolerance_mm
     fitted = {evidence.names[row] for row in evidence.fit.rows}
     if issue.ids and fitted.isdisjoint(issue.ids):
         return False

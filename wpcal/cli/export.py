@@ -18,7 +18,14 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@click.option("-f", "--format", "formats", required=True, multiple=True, help="Format; repeatable. `list` shows all.")
+@click.option(
+    "-f",
+    "--format",
+    "formats",
+    required=True,
+    multiple=True,
+    help="Language or maker, as rapid or abb; repeatable. `list` shows all.",
+)
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Write to OUT/FORMAT.  [default: DIR/FORMAT]")
 @takes("flags", WeldProgramFlags)
 @click.option("--force", is_flag=True, help="Write into folders that are not empty.")
@@ -35,7 +42,7 @@ def export(
 
     if "list" in formats:
         return _list_formats(as_json=as_json)
-    exporters = [exporter_named(name) for name in dict.fromkeys(formats)]
+    exporters = list({exporter.name: exporter for exporter in map(exporter_named, formats)}.values())
     program = flags.build(folder)
     targets = {exporter.name: (out or folder) / exporter.name for exporter in exporters}
     for target in targets.values():
@@ -57,14 +64,16 @@ def export(
 def _list_formats(*, as_json: bool) -> int:
     from wpcal.formats.registry import exporter_named, exporter_names
 
-    titles = {name: exporter_named(name).title for name in exporter_names()}
+    exporters = [exporter_named(name) for name in exporter_names()]
     if as_json:
         from wpcal.core.records import to_json
 
+        titles = {exporter.name: exporter.title for exporter in exporters}
         click.echo(to_json({"schema": "wpcal/formats/1", "formats": titles}), nl=False)
         return 0
-    for name, title in titles.items():
-        click.echo(f"{name:10} {title}")
+    for exporter in exporters:
+        makers = ", ".join(getattr(exporter, "brands", ()))
+        click.echo(f"{exporter.name:10} {exporter.title}{f' (also: {makers})' if makers else ''}")
     return 0
 
 

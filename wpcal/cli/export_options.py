@@ -13,11 +13,9 @@ from wpcal.cli.option_groups import option
 
 if TYPE_CHECKING:
     from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldProgram
+    from wpcal.controllers.reachable_spin import ArmAtTool
     from wpcal.controllers.torch import TorchSettings
-    from wpcal.core.arrays import FloatArray
-    from wpcal.core.transform import RigidTransform
     from wpcal.results.folder import FinishedCalibration
-    from wpcal.robot.kinematics.arm import Arm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,8 +137,8 @@ class AirFlags:
         """Compare the program with the part and add the ways between the seams."""
         from wpcal.controllers.air_moves import AirSettings
         from wpcal.controllers.checked_program import check_program
-        from wpcal.controllers.torch_shape import TorchShape
         from wpcal.core.errors import InputError
+        from wpcal.seam.torch import TorchShape
 
         try:
             x, y, z = (float(cell) for cell in self.up.split(","))
@@ -166,18 +164,22 @@ class ControllerFlags:
         "--config",
         multiple=True,
         metavar="[FORMAT=]CONFIG",
-        help='Configuration of the arm as the pendant shows it, for FANUC and INFORM: --config fanuc="N U T, 0, 0, 0". '
+        help='Configuration of the arm as the pendant shows it, for FANUC, Yaskawa: --config fanuc="N U T, 0, 0, 0". '
         "Without FORMAT it is used for every format. Repeatable.",
     )
 
     def to_settings(self) -> ControllerSettings:
         """Return the names and numbers as the programs take them."""
+        from wpcal.cli.hints import named_option
         from wpcal.controllers.program import ControllerSettings
         from wpcal.core.errors import InputError
+        from wpcal.formats.registry import exporter_named
 
         configurations: dict[str, str] = {}
         for given in self.configurations:
             name, _, value = given.rpartition("=")
+            with named_option(f"--config {given}"):
+                name = name and exporter_named(name).name
             if name in configurations:
                 raise InputError(
                     f"--config {given}: {f'{name} is' if name else 'a value for all formats is'} given twice"
@@ -189,13 +191,14 @@ class ControllerFlags:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class IdentifiedArmFlags:
-    """The identified arm through which the targets are corrected."""
+class ArmFlags:
+    """The arm that welds: its joints decide the spin of the torch and the configuration that programs state."""
 
     robot: str | None = option(
         "--robot",
-        metavar="ARM.json",
-        help="Identified arm: write corrected targets, with which it reaches the true poses.",
+        metavar="ARM",
+        help="Arm file, URDF or shipped arm: the joints are followed, and the configuration is computed. With an "
+        "identified arm corrected targets are written, with which it reaches the true poses.",
     )
     near: str | None = option(
         "--near",
@@ -206,32 +209,24 @@ class IdentifiedArmFlags:
         "--tool", metavar="X,Y,Z[,RX,RY,RZ]", help="With --robot: tool as set in the controller, mm and deg."
     )
 
-    def choose_spin(self, program: WeldProgram) -> WeldProgram:
-        """Turn the torch about its wire so that the arm stays within its limits; without an arm nothing changes."""
-        from wpcal.controllers.reachable_spin import choose_reachable_spin
+    def read(self) -> ArmAtTool | None:
+        """Return the arm with its tool and where it is; None if no arm is given.
 
-        if self.robot is None:
-            return program
-        arm, near, tool = self._read()
-        return choose_reachable_spin(program, arm, near=near, T_flange_tool=tool)
-
-    def compensate(self, program: WeldProgram) -> WeldProgram:
-        """Replace the poses by the targets for the identified robot; without one nothing changes."""
-        from wpcal.controllers.compensation import compensate_program
-
-        if self.robot is None:
-            return program
-        arm, near, tool = self._read()
-        return compensate_program(program, arm, near=near, T_flange_tool=tool)
-
-    def _read(self) -> tuple[Arm, FloatArray, RigidTransform]:
+        Raises
+        ------
+        InputError
+            When the arm cannot be read, or `near` or `tool` is missing or unreadable.
+        """
         import numpy as np
 
+        from wpcal.controllers.reachable_spin import ArmAtTool
         from wpcal.core.errors import InputError
         from wpcal.robot.identify.poses_file import parse_tool
         from wpcal.robot.kinematics.arm_file import find_arm
 
-        arm = find_arm(self.robot or "")
+        if self.robot is None:
+            return None
+        arm = find_arm(self.robot)
         try:
             near = np.radians([float(cell) for cell in (self.near or "").split(",")])
         except ValueError:
@@ -242,7 +237,7 @@ class IdentifiedArmFlags:
             raise InputError(
                 "--robot needs --tool: the tool as set in the controller; 0,0,0 if it is the flange itself"
             )
-        return arm, near, parse_tool(self.tool)[0]
+        return ArmAtTool(arm, parse_tool(self.tool)[0], near)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -254,17 +249,22 @@ class WeldProgramFlags:
     motion: MotionFlags
     air: AirFlags
     controller: ControllerFlags
-    arm: IdentifiedArmFlags
+    arm: ArmFlags
 
     def build(self, folder: Path) -> WeldProgram:
         """Read the calibration and put the torch on its seams as the options say."""
+        from wpcal.controllers.compensation import compensate_program
+        from wpcal.controllers.followed_program import program_for_arm
         from wpcal.controllers.program import build_program
         from wpcal.core.robot_space import RobotSpace
         from wpcal.results.folder import read_finished
 
         self.selection.require_one()
         torch, motion, controller = self.torch.to_settings(), self.motion.to_settings(), self.controller.to_settings()
-        space = RobotSpace.NOMINAL if self.arm.robot is None else RobotSpace.IDENTIFIED
+        arm = self.arm.read()
+        space = RobotSpace.NOMINAL if arm is None else arm.arm.space
         finished = self.selection.select(read_finished(folder, space=space))
         program = build_program(finished, torch=torch, motion=motion, controller=controller)
-        return self.arm.compensate(self.air.check(self.arm.choose_spin(program)))
+        if arm is None:
+            return self.air.check(program)
+        return compensate_program(program_for_arm(program, arm, check=self.air.check), arm)

@@ -186,8 +186,7 @@ def _identify(
 ) -> int:
     from importlib.util import find_spec
 
-    from rich.console import Console
-
+    from wpcal.cli.progress import shown_progress
     from wpcal.core.errors import InputError
     from wpcal.core.records import to_json
     from wpcal.robot.identify.identification import identify_arm
@@ -197,7 +196,7 @@ def _identify(
     if charts and find_spec("matplotlib") is None:
         raise InputError("the charts need matplotlib: install wpcal[plots], or give --no-charts")
     observations, test = read_poses(poses_csv, arm.as_nominal())
-    with Console(stderr=True).status("identifying"):
+    with shown_progress(f"identifying {arm.name}"):
         result = identify_arm(arm, observations, options=options, test=test)
     record = identification_record(result)
     _write(result, to_json(record), output, charts=charts, force=force)

@@ -9,11 +9,14 @@ from importlib.metadata import EntryPoint, entry_points
 import click
 
 from wpcal import __version__
+from wpcal.cli.signals import Stopped, stopped_like_interrupted
 from wpcal.cli.streams import protect_streams
 
 ENTRY_POINT_GROUP = "wpcal.commands"
 EXIT_OUR_FAULT = 70
-EXIT_INTERRUPTED = 130
+EXIT_OF_SIGNAL = 128
+"""As in a shell: 143 after SIGTERM, 129 after SIGHUP."""
+EXIT_INTERRUPTED = EXIT_OF_SIGNAL + 2
 
 
 class CommandsByEntryPoint(click.Group):
@@ -49,7 +52,8 @@ def wpcal() -> None:
 def run(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 1 misses its tolerance, 2 wrong use or input, 70 our own fault.
 
-    The exit code is the result's, also if nobody can read what is printed.
+    After a signal it is 128 and the number of the signal. Otherwise it is the result's, also if nobody can read what
+    is printed.
     """
     output = protect_streams()
     code = _run(arguments)
@@ -62,13 +66,16 @@ def run(arguments: list[str] | None = None) -> None:
 
 def _run(arguments: list[str] | None) -> int:
     try:
-        code = wpcal.main(args=arguments, prog_name="wpcal", standalone_mode=False)
+        with stopped_like_interrupted():
+            code = wpcal.main(args=arguments, prog_name="wpcal", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
         return error.exit_code
     except click.ClickException as error:
         return _say(error.format_message(), error.exit_code)
-    except click.Abort:
+    except click.Abort as abort:
+        if isinstance(abort.__cause__, Stopped):
+            return _say(f"ended by {abort.__cause__}", EXIT_OF_SIGNAL + abort.__cause__.number)
         return _say("interrupted", EXIT_INTERRUPTED)
     except Exception as error:  # the outermost place: an unforeseen error is one line, too
         return _say_error(error)

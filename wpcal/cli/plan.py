@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -141,6 +139,7 @@ def plan(
         missing = {"SEAMS.json": seams_json, "--seam": seam, "-o": output}
         names = ", ".join(name for name, value in missing.items() if value is None)
         raise click.UsageError(f"a plan needs {names}; to check the cell alone, add --check")
+    from wpcal.cli.progress import counted_progress
     from wpcal.core.records import check_writable
     from wpcal.planning.cell.cell_check import check_cell
     from wpcal.planning.cell.cell_file import read_cell
@@ -160,7 +159,7 @@ def plan(
         if issue.code != "bases-too-near":  # the search refuses such a cell with the same words
             click.echo(f"wpcal: odd cell: {issue.message}", err=True)
     try:
-        with _shown_progress() as progress:
+        with counted_progress("starting") as progress:
             result = plan_seam(problem, genetic=genetic.to_options(), progress=progress)
     except NoFeasiblePlanError as error:
         return _write_failure(problem, error, output, force=force, as_json=as_json)
@@ -219,26 +218,6 @@ def _require_extra(*modules: str) -> None:
     missing = [module for module in modules if find_spec(module) is None]
     if missing:
         raise InputError(f"planning needs {', '.join(missing)}: install wpcal[planning]")
-
-
-@contextmanager
-def _shown_progress() -> Iterator[Callable[[str, int, int], None]]:
-    """Yield a function that shows a bar on stderr, on a terminal only."""
-    import sys
-
-    if not sys.stderr.isatty():
-        yield lambda what, done, of: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("starting")
-
-        def show(what: str, done: int, of: int) -> None:
-            bar.update(task, description=what, completed=done, total=of)
-
-        yield show
 
 
 def _write(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,9 +11,6 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from wpcal.study import ErrorStudy
-
-QUICK_TRIALS = 50_000
-"""Fewer trials take less than about two seconds and need no progress bar."""
 
 BAR_WIDTH = 40
 
@@ -54,6 +50,7 @@ def study(
     """
     from wpcal.calibrate import Criterion, fit_least_squares
     from wpcal.cli.outputs import require_new
+    from wpcal.cli.progress import counted_progress
     from wpcal.core.records import to_json, write_file
     from wpcal.study import ErrorPlace, run_error_study
     from wpcal.taught.pairs import read_pairs
@@ -61,7 +58,7 @@ def study(
     pairs, _ = read_pairs(pairs_csv)
     if output is not None:
         require_new(output, overwrite=force)
-    with _Progress(trials) as progress:
+    with counted_progress("trials") as progress:
         result = run_error_study(
             pairs.p_source,
             fit_least_squares(pairs),
@@ -70,7 +67,7 @@ def study(
             place=ErrorPlace(place),
             criterion=Criterion(criterion),
             seed=seed,
-            progress=progress,
+            progress=lambda done: progress("trials", done, trials),
         )
     record = to_json(result.to_record())
     if output is not None:
@@ -80,32 +77,6 @@ def study(
     else:
         _show(result)
     return 0
-
-
-class _Progress:
-    """A progress bar on stderr for long studies at a terminal."""
-
-    def __init__(self, trials: int) -> None:
-        self.trials = trials
-        self.shown = trials >= QUICK_TRIALS and sys.stderr.isatty()
-
-    def __enter__(self) -> _Progress:
-        if self.shown:
-            from rich.console import Console
-            from rich.progress import Progress
-
-            self.bar = Progress(console=Console(stderr=True), transient=True)
-            self.bar.start()
-            self.task = self.bar.add_task("trials", total=self.trials)
-        return self
-
-    def __call__(self, done: int) -> None:
-        if self.shown:
-            self.bar.update(self.task, completed=done)
-
-    def __exit__(self, *_: object) -> None:
-        if self.shown:
-            self.bar.stop()
 
 
 def _show(result: ErrorStudy) -> None:

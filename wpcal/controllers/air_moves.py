@@ -16,12 +16,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from wpcal.controllers.part_triangles import PartTriangles, tube_hits
+from wpcal.brep.material import TriangleMaterial
+from wpcal.controllers.part_distance import part_distances
 from wpcal.controllers.torch import ToolAxis, wire_directions
-from wpcal.controllers.torch_shape import TorchShape
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.tangent import exp_rotation, log_rotation
+from wpcal.seam.torch import TorchShape
 
 MARGIN_MM = 3.0
 """Least distance of the nozzle from the part on the way: above the errors of a calibration and of a path in the air."""
@@ -158,12 +159,12 @@ class TorchAtTool:
         return np.asarray(self.shape.nozzle_radius_mm - ends.min(axis=0), dtype=np.float64)
 
 
-def plan_air_moves(part: PartTriangles, ends: Sequence[Ends], torch: TorchAtTool, air: AirSettings) -> AirPlan:
+def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtTool, air: AirSettings) -> AirPlan:
     """Find the ways from a safe point to the first seam, between the seams, and back.
 
     Parameters
     ----------
-    part : PartTriangles
+    part : TriangleMaterial
     ends : sequence of Ends
         Per seam, in the order of welding.
     torch : TorchAtTool
@@ -244,7 +245,7 @@ def _turn_between(a: FloatArray, b: FloatArray, axis: ToolAxis) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    part: PartTriangles
+    part: TriangleMaterial
     torch: TorchAtTool
     up: FloatArray
     height: float
@@ -295,7 +296,8 @@ class _Search:
         if back > NO_LENGTH_MM:
             tip = (points[0] + self.torch.stick_out_mm * wire)[None]
             low, high = np.array([self.torch.shape.wire_mm]), np.array([self.torch.shape.length_mm + back])
-            if tube_hits(self.part, tip, -wire[None], low, high, self.torch.shape.nozzle_radius_mm)[0] >= 0:
+            radius = self.torch.shape.nozzle_radius_mm + self.part.deflection_mm
+            if self.part.tube_solids(tip, -wire[None], low, high, radius)[0] >= 0:
                 return False
         return all(self.is_free(a, b, R, R) for a, b in pairwise(points[1:]))
 
@@ -324,7 +326,7 @@ class _Search:
             moved = travel * half  # no point of the axis is farther from its place at the middle
             p = p0 + middle[:, None] * (p1 - p0)
             R = R0 @ exp_rotation(middle[:, None] * omega)
-            distance, _ = self.part.distances(*torch.segment(p, R), np.full(len(p), need + moved))
+            distance, _ = part_distances(self.part, *torch.segment(p, R), np.full(len(p), need + moved))
             if (distance < need).any() or (moved < LEAST_STRETCH_MM and np.isfinite(distance).any()):
                 return False
             middle = middle[np.isfinite(distance)]

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.air_moves import MARGIN_MM, AirPlan, AirSettings, Ends, TorchAtTool, Way, plan_air_moves
-from wpcal.controllers.part_triangles import PartTriangles
 from wpcal.controllers.pose_check import check_weld_poses
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.torch import wire_directions
-from wpcal.controllers.torch_shape import TorchShape
 from wpcal.core.arrays import frozen
 from wpcal.core.errors import ErrorCode, InputError
+from wpcal.seam.torch import USUAL_TORCH, TorchShape
 
 
 def check_program(
@@ -42,13 +41,13 @@ def check_program(
     GeometryError
         When the torch would be inside material, or no checked way leads from a seam to the next.
     """
-    torch, air = torch or TorchShape(), air or AirSettings()
+    torch, air = torch or USUAL_TORCH, air or AirSettings()
     if program.part_glb is None:
         raise InputError(
             "the result folder has no part.glb, with which poses and moves are checked; run wpcal calibrate again",
             code=ErrorCode.PART_MISSING,
         )
-    part = PartTriangles.of(read_part_glb(program.part_glb), program.T_base_part)
+    part = TriangleMaterial.of(read_part_glb(program.part_glb), program.T_base_part)
     motion, axis, stick_out = program.motion, program.torch.tool_axis, program.torch.stick_out_mm
     back_mm = (motion.approach_mm, motion.retract_mm)
     ends = []
@@ -64,7 +63,7 @@ def check_program(
         for path, to_seam, from_seam in zip(program.paths, plan.to_seam, plan.from_seam, strict=True)
     ]
     safe = SafePoint(frozen(plan.safe.p), frozen(plan.safe.R))
-    return replace(program, paths=tuple(paths), safe_point=safe, checked=tuple(_describe(torch, plan)))
+    return replace(program, paths=tuple(paths), safe_point=safe, checked=_describe(part, torch, plan))
 
 
 def _with_ways(path: WeldPath, to_seam: Way, from_seam: Way) -> WeldPath:
@@ -77,8 +76,8 @@ def _with_ways(path: WeldPath, to_seam: Way, from_seam: Way) -> WeldPath:
     )
 
 
-def _describe(torch: TorchShape, plan: AirPlan) -> Sequence[str]:
+def _describe(part: TriangleMaterial, torch: TorchShape, plan: AirPlan) -> tuple[str, ...]:
     return (
-        f"checked against the part: {torch}",
+        f"checked against the part, to {part.deflection_mm:.2g} mm: {torch}",
         f"between seams the tool goes {plan.clearance_mm:g} mm above the part, {MARGIN_MM:g} mm from it at least",
     )

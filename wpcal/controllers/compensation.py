@@ -5,31 +5,24 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TypeVar
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.core.errors import GeometryError
-from wpcal.core.transform import RigidTransform
-from wpcal.robot.compensation import NO_TOOL, compensate_targets
-from wpcal.robot.kinematics.arm import Arm
+from wpcal.controllers.reachable_spin import ArmAtTool
+from wpcal.core.arrays import frozen
+from wpcal.core.errors import InputError
+
+Poses = TypeVar("Poses", WeldPath, SafePoint)
 
 
-def compensate_program(
-    program: WeldProgram, arm: Arm, *, near: ArrayLike, T_flange_tool: RigidTransform = NO_TOOL
-) -> WeldProgram:
+def compensate_program(program: WeldProgram, arm: ArmAtTool) -> WeldProgram:
     """Return a program with every tool pose replaced by ``FK_nominal(IK_identified(T))``.
 
     Parameters
     ----------
     program : WeldProgram
-        With poses computed with the identified model of the robot.
-    arm : Arm
-        An identified arm.
-    near : array_like, shape (n,)
-        Shown joint angles near the seam, rad. They select the arm's configuration.
-    T_flange_tool : RigidTransform
-        The tool as set in the controller.
+        With poses computed with the identified model of the robot, and their joints
+        (`wpcal.controllers.followed_program.follow_program`).
+    arm : ArmAtTool
+        With an identified arm. A nominal one needs no compensation: the program is returned as it is.
 
     Returns
     -------
@@ -39,26 +32,16 @@ def compensate_program(
     Raises
     ------
     InputError
-        When the arm is not identified.
-    GeometryError
-        When a pose is out of reach or beyond a joint limit.
+        When the poses have no joints.
     """
-    paths = [_compensated(path, arm, near, T_flange_tool) for path in program.paths]
-    safe = program.safe_point and _compensated(program.safe_point, arm, near, T_flange_tool)
-    return replace(program, paths=tuple(paths), safe_point=safe)
+    if arm.arm.nominal is None:
+        return program
+    safe = program.safe_point and _as_target(program.safe_point, arm)
+    return replace(program, paths=tuple(_as_target(path, arm) for path in program.paths), safe_point=safe)
 
 
-Poses = TypeVar("Poses", WeldPath, SafePoint)
-
-
-def _compensated(path: Poses, arm: Arm, near: ArrayLike, T_flange_tool: RigidTransform) -> Poses:
-    T_base_tool = np.tile(np.eye(4), (len(path.p_base), 1, 1))
-    T_base_tool[:, :3, :3], T_base_tool[:, :3, 3] = path.R_base, path.p_base
-    try:
-        targets, _ = compensate_targets(arm, T_base_tool, near=near, T_flange_tool=T_flange_tool)
-    except GeometryError as error:
-        name = f"seam {path.seam.name}" if isinstance(path, WeldPath) else "the safe point"
-        raise GeometryError(
-            f"{name}: {error}; the ways to and from a seam count as poses, too (--clearance-mm)"
-        ) from None
-    return replace(path, p_base=targets[:, :3, 3], R_base=targets[:, :3, :3])
+def _as_target(poses: Poses, arm: ArmAtTool) -> Poses:
+    if poses.joints is None:
+        raise InputError("the poses have no joints; follow the program with the arm first")
+    T = arm.arm.as_nominal().forward(poses.joints) @ arm.T_flange_tool.matrix
+    return replace(poses, p_base=frozen(T[:, :3, 3]), R_base=frozen(T[:, :3, :3]))

@@ -1,4 +1,4 @@
-"""Refuse weld poses whose wire, nozzle or neck is inside the part, and straight pieces between them that lead there."""
+"""Refuse weld poses whose tip, wire or nozzle is inside the part, and straight pieces between them that lead there."""
 
 from __future__ import annotations
 
@@ -6,23 +6,21 @@ import math
 
 import numpy as np
 
-from wpcal.brep.rays import START_MM
-from wpcal.controllers.part_triangles import PartTriangles, tube_hits
-from wpcal.controllers.torch_shape import TorchShape
+from wpcal.brep.material import Material
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError
-from wpcal.seam.judge.stations import BEAD_MM
-from wpcal.seam.seam import Seam, SeamSource
+from wpcal.seam.judge.material import TorchPart, find_poses_in_material
+from wpcal.seam.judge.stations import start_mm
+from wpcal.seam.seam import Seam
+from wpcal.seam.torch import TorchShape
 
-WIRE_RADIUS_MM = 0.3
-"""Half of the radius of a usual wire: in a joint of 60 degrees a whole wire touches both plates near the root."""
 STEP_MM = 1.0
 """Between two points of a seam the torch is compared with the part at this step: less than the thinnest sheet that is
 welded as a rib, and small against the nozzle."""
 
 
 def check_weld_poses(
-    part: PartTriangles,
+    part: Material,
     seam: Seam,
     tips: FloatArray,
     back: FloatArray,
@@ -34,7 +32,8 @@ def check_weld_poses(
 
     Parameters
     ----------
-    part : PartTriangles
+    part : Material
+        In `base`.
     seam : Seam
         For the message, and for how its root was found.
     tips : ndarray, shape (n, 3)
@@ -56,21 +55,12 @@ def check_weld_poses(
     p = tips[rows] + share * (tips[rows + 1] - tips[rows])
     away = back[rows] + share * (back[rows + 1] - back[rows])
     away /= np.linalg.norm(away, axis=1, keepdims=True)
-    start = np.full(len(p), BEAD_MM if seam.source is SeamSource.BEAD else START_MM)  # the root of a bead is inside it
-    reach = np.full(len(p), torch.length_mm)
-    reach[0], reach[-1] = reach[0] + back_mm[0], reach[-1] + back_mm[1]
-    mouth = np.maximum(np.full(len(p), torch.wire_mm), start)
-    for what, hits in (
-        ("wire", tube_hits(part, p, away, start, mouth, WIRE_RADIUS_MM)),
-        ("nozzle", tube_hits(part, p, away, mouth, reach, torch.nozzle_radius_mm)),
-    ):
-        if (hits >= 0).any():
-            row = int(np.argmax(hits >= 0))
-            raise _inside(seam, float(at[row]), what, part.solid_of(int(hits[row])), p[row], torch)
-    around = part.surrounds(tips + start[0] * back)
-    if (around >= 0).any():
-        row = int(np.argmax(around >= 0))
-        raise _inside(seam, float(row), "tip", part.names[int(around[row])], tips[row], torch)
+    more = np.zeros(len(p))
+    more[0], more[-1] = back_mm
+    found = find_poses_in_material(part, p, away, torch, start_mm=start_mm(seam), more_mm=more)
+    if len(found):
+        row = int(found.row[0])
+        raise _inside(seam, float(at[row]), found.part[0], found.solid[0], p[row], torch)
 
 
 def _places(tips: FloatArray) -> FloatArray:
@@ -79,14 +69,14 @@ def _places(tips: FloatArray) -> FloatArray:
     return np.concatenate([*(row + np.arange(count) / count for row, count in enumerate(steps)), [float(len(steps))]])
 
 
-def _inside(seam: Seam, at: float, what: str, solid: str, tip: FloatArray, torch: TorchShape) -> GeometryError:
+def _inside(seam: Seam, at: float, what: TorchPart, solid: str, tip: FloatArray, torch: TorchShape) -> GeometryError:
     x, y, z = tip
     row = math.floor(at)
     place = f"point {row}" if row == at else f"between points {row} and {row + 1}"
     return GeometryError(
-        f"seam {seam.name}: {place}, base {x:.1f}, {y:.1f}, {z:.1f} mm: the {what} of {torch} is inside {solid!r}; "
-        "no program is written. Cut the seam there (range_mm in seams.json), tilt the torch with --work-angle-deg or "
-        "--travel-angle-deg, state its shape (--nozzle-radius-mm, --wire-mm, --torch-length-mm), or leave the seam out "
-        "with --seams",
+        f"seam {seam.name}: {place}, base {x:.1f}, {y:.1f}, {z:.1f} mm: the {what.value} of {torch} is inside "
+        f"{solid!r}; no program is written. Cut the seam there (range_mm in seams.json), tilt the torch with "
+        "--work-angle-deg or --travel-angle-deg, state its shape (--nozzle-radius-mm, --wire-mm, --torch-length-mm), "
+        "or leave the seam out with --seams",
         code=ErrorCode.POSE_IN_MATERIAL,
     )

@@ -16,6 +16,8 @@ from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import FinishedCalibration
+from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.kinematics.posture import Posture, posture
 from wpcal.seam.seam import Seam
 
 NOT_CHECKED = "NOT CHECKED: the arm, fixtures, cables, the way to the first point. RUN IT DRY FIRST"
@@ -105,6 +107,8 @@ class WeldPath:
     before, after : int
         a and b: poses of the way to the seam, the last of them the approach, and of the way from it, the first of them
         the retract. Where there are more than one, all moves between them are linear.
+    joints : ndarray, shape (a + n + b, 6), or None
+        Shown angles of the arm at the poses, rad; None if no arm is given.
     """
 
     seam: Seam
@@ -113,6 +117,7 @@ class WeldPath:
     u95_mm: FloatArray | None
     before: int = 1
     after: int = 1
+    joints: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.p_base)
@@ -175,10 +180,13 @@ class SafePoint:
         Tool centre point in `base`, mm.
     R_base : ndarray, shape (1, 3, 3)
         Axes of the tool in `base`.
+    joints : ndarray, shape (1, 6), or None
+        Shown angles of the arm, rad; None if no arm is given.
     """
 
     p_base: FloatArray
     R_base: FloatArray
+    joints: FloatArray | None = None
 
     def poses_in(self, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:
         """Return the position (1, 3), mm, and the axes (1, 3, 3) in another frame."""
@@ -204,6 +212,8 @@ class WeldProgram:
         Where the program starts and ends. With it, every move between two seams is linear and was checked.
     checked : tuple of str
         Lines that say what was compared with the part; empty if nothing was.
+    arm : Arm or None
+        The arm whose joints the poses have.
     """
 
     paths: tuple[WeldPath, ...]
@@ -215,11 +225,21 @@ class WeldProgram:
     part_glb: bytes | None = None
     safe_point: SafePoint | None = None
     checked: tuple[str, ...] = ()
+    arm: Arm | None = None
 
     @property
     def label_width(self) -> int:
         """Digits of the number in a label, at least 4: all labels have the same length and sort by number."""
         return max(4, *(len(str(len(path))) for path in self.paths))
+
+    @property
+    def groups(self) -> tuple[WeldPath | SafePoint, ...]:
+        """The safe point, if there is one, and the paths."""
+        return self.paths if self.safe_point is None else (self.safe_point, *self.paths)
+
+    def posture_of(self, poses: WeldPath | SafePoint) -> Posture | None:
+        """Return the postures of the arm at poses of this program; None if no arm is given."""
+        return None if self.arm is None or poses.joints is None else posture(self.arm, poses.joints)
 
 
 def build_program(
@@ -284,6 +304,13 @@ def describe(program: WeldProgram) -> list[str]:
         f"stick-out {torch.stick_out_mm:g} mm, approach {program.motion.approach_mm:g} mm, "
         f"retract {program.motion.retract_mm:g} mm",
     ]
+    if program.arm is not None and (postures := program.posture_of(program.groups[0])) is not None:
+        axis_1 = "behind" if postures.is_behind[0] else "in front of"
+        lower_arm = "behind" if postures.is_behind_lower_arm[0] else "in front of"
+        lines.append(
+            f"the arm {program.arm.name} follows all moves within its joint limits, in one branch: wrist {axis_1} "
+            f"axis 1, {lower_arm} the lower arm"
+        )
     return [*lines, *(program.checked or ["NOT CHECKED for collisions with the part"]), NOT_CHECKED]
 
 

@@ -1,26 +1,106 @@
-"""The turn about the wire that an arm can make: within its joint limits at every point of a seam."""
+"""The turn about the wire that an arm can make: one branch of the arm, within its joint limits, without a jump.
+
+Between two points of a seam the tool moves on a line, and on a line an arm cannot change its branch. For each of the
+eight branches, dynamic programming over the points chooses the turn about the wire and the whole turns of the joints:
+the tool turns least along the seam. Equal choices differ in how a seam begins (`Begin`).
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from enum import Enum
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.controllers.spin import least_turn, possible_offsets, spun, swing_and_twist
+from wpcal.controllers.spin import START_COST, possible_offsets, spun, swing_and_twist
 from wpcal.controllers.torch import tool_rotations
-from wpcal.core.arrays import BoolArray, FloatArray, frozen
-from wpcal.core.errors import GeometryError
+from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
-from wpcal.robot.kinematics.inverse import solve_inverse, turn_into_limits
+from wpcal.robot.kinematics.branch_path import LARGEST_STEP_RAD
+from wpcal.robot.kinematics.inverse import TURN, solve_inverse, turn_into_limits
+from wpcal.robot.kinematics.opw import BRANCHES
+
+
+class Begin(Enum):
+    """Which of the equal turns about the wire a seam begins with, in the order in which they are tried."""
+
+    NEAR = "near the joints that the user states: the seams are then welded alike"
+    BEFORE = "near the joints at the end of the seam before"
+    TRAVEL = "near the direction of travel"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmAtTool:
+    """An arm with the tool as set in the controller, and where it starts.
+
+    Parameters
+    ----------
+    arm : Arm
+    T_flange_tool : RigidTransform
+    near : ndarray, shape (6,)
+        Shown joint angles near the seams, rad.
+    """
+
+    arm: Arm
+    T_flange_tool: RigidTransform
+    near: FloatArray
+
+    def within_one_turn(self) -> ArmAtTool:
+        """Return the arm with limits of at most ±180°: cables wind less, and every language can state such joints."""
+        joints = [
+            replace(joint, min_rad=max(joint.min_rad, -np.pi), max_rad=min(joint.max_rad, np.pi))
+            for joint in self.arm.joints
+        ]
+        return replace(self, arm=replace(self.arm, joints=tuple(joints)))
+
+    def branches(self, p: FloatArray, R: FloatArray) -> FloatArray:
+        """Return the angles of all branches for tools at p (..., 3), mm, with axes R (..., 3, 3); shape (..., 8, 6)."""
+        T = np.zeros((*R.shape[:-2], 4, 4))
+        T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = R, p, 1.0
+        flange = T.reshape(-1, 4, 4) @ self.T_flange_tool.inverse().matrix
+        return solve_inverse(self.arm, flange).joints.reshape(*R.shape[:-2], BRANCHES, 6)
+
+
+WRIST_BITS = 1
+"""Of the number of a branch the lowest bit is the wrist; the others are elbow and shoulder."""
+WHOLE_TURNS = 1e-3
+"""Share of the move of the joints in the cost where the travel decides: enough to choose between whole turns."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpunProgram:
+    """A program whose torch an arm can hold along every seam, in one branch.
+
+    Parameters
+    ----------
+    program : WeldProgram
+    branch : int
+        As in `wpcal.robot.kinematics.opw.solve_opw`.
+    """
+
+    program: WeldProgram
+    branch: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Stop:
+    """How far a branch gets: number of the seam, number of the point, and the reason."""
+
+    seam: int
+    row: int
+    why: str
 
 
 def choose_reachable_spin(
     program: WeldProgram, arm: Arm, *, near: ArrayLike, T_flange_tool: RigidTransform
 ) -> WeldProgram:
-    """Turn the tool about the wire so that an arm reaches every pose within its limits and the tool turns least.
+    """Turn the tool about the wire so that an arm welds every seam in one branch, and the tool turns least.
 
     Parameters
     ----------
@@ -28,46 +108,163 @@ def choose_reachable_spin(
         As `build_program` made it.
     arm : Arm
     near : array_like, shape (n,)
-        Shown joint angles near the seams, rad.
+        Shown joint angles near the seams, rad. The branch that is nearest to them is taken first.
     T_flange_tool : RigidTransform
         The tool as set in the controller.
 
     Raises
     ------
     GeometryError
-        When at a point of a seam no turn about the wire brings the arm within its limits; it names both.
+        When no branch leads along every seam; it names the seam, the point, its place in mm and the reason.
     """
-    paths = [_path(path, program, arm, near, T_flange_tool) for path in program.paths]
-    return replace(program, paths=tuple(paths))
+    return next(spun_programs(program, ArmAtTool(arm, T_flange_tool, np.asarray(near, dtype=np.float64)))).program
 
 
-def _path(path: WeldPath, program: WeldProgram, arm: Arm, near: ArrayLike, T_flange_tool: RigidTransform) -> WeldPath:
-    torch = program.torch
-    R = tool_rotations(path.seam.frames.R, torch, path.seam.lean_rad)
-    swing, twist = swing_and_twist(R, torch.tool_axis)
-    free = -np.concatenate([[0.0], np.cumsum(twist)])
-    e = possible_offsets(free, torch.spin_range_rad)
-    every = spun(R[:, None], free[:, None] + e, torch.tool_axis)
-    rows = path.weld_rows
-    allowed = _is_reached(arm, path.p_base[rows], every, near, T_flange_tool)
-    ends = path.p_base[[rows.start - 1, rows.stop]]
-    allowed[[0, -1]] &= _is_reached(arm, ends, every[[0, -1]], near, T_flange_tool)
-    try:
-        chosen = least_turn(swing, e, allowed)
-    except GeometryError as error:
+def spun_programs(program: WeldProgram, arm: ArmAtTool, *, as_near: bool = False) -> Iterator[SpunProgram]:
+    """Yield programs per branch that leads along every seam, the nearest branch first.
+
+    Parameters
+    ----------
+    program : WeldProgram
+        As `build_program` made it.
+    arm : ArmAtTool
+    as_near : bool
+        Only branches with shoulder and elbow as at the joints that the user states.
+
+    Raises
+    ------
+    GeometryError
+        When there is none, with the seam, the point, its place in mm and the reason; its code is ``joint-path``.
+    """
+    seams = [_Seam.of(path, program, arm) for path in program.paths]
+    stops, found = [], False
+    for branch, begin in product(_nearest_branches(seams[0], arm, as_near=as_near) if seams else (), Begin):
+        before, paths = arm.near, []
+        for number, seam in enumerate(seams):
+            chosen = seam.choose(arm, branch, arm.near if begin is Begin.NEAR else before, begin)
+            if isinstance(chosen, _Stop):
+                stops.append(replace(chosen, seam=number))
+                break
+            rows, before = chosen
+            along = seam.every[np.arange(len(rows)), rows]
+            paths.append(replace(seam.path, R_base=frozen(np.concatenate([along[:1], along, along[-1:]]))))
+        else:
+            found = True
+            yield SpunProgram(replace(program, paths=tuple(paths)), branch)
+    if not found and seams:
+        furthest = max(stops, key=lambda stop: (stop.seam, stop.row))
+        path = program.paths[furthest.seam]
         raise GeometryError(
-            f"seam {path.seam.name}: {error}: {arm.name} is out of reach or beyond a joint limit with every turn of "
-            "the torch within --spin-range-deg"
-        ) from None
-    along = every[np.arange(len(e)), chosen]
-    return replace(path, R_base=frozen(np.concatenate([along[:1], along, along[-1:]])))
+            f"{point_name(path, furthest.row)}: no turn about the wire is possible for {arm.arm.name}: {furthest.why}",
+            code=ErrorCode.JOINT_PATH,
+        )
 
 
-def _is_reached(arm: Arm, p: FloatArray, R: FloatArray, near: ArrayLike, T_flange_tool: RigidTransform) -> BoolArray:
-    """Tell for tools at p (n, 3), mm, with orientations R (n, k, 3, 3) whether the arm holds them; shape (n, k)."""
-    T = np.tile(np.eye(4), (*R.shape[:2], 1, 1))
-    T[..., :3, :3], T[..., :3, 3] = R, p[:, None]
-    flange = T.reshape(-1, 4, 4) @ T_flange_tool.inverse().matrix
-    q = turn_into_limits(arm, solve_inverse(arm, flange).joints, np.asarray(near, dtype=np.float64))
-    is_held = np.asarray(np.isfinite(q).all(axis=2), dtype=np.bool_)
-    return np.asarray(np.any(is_held, axis=1), dtype=np.bool_).reshape(R.shape[:2])
+def point_name(path: WeldPath, row: int) -> str:
+    """Name a point of a seam with its place: along the seam and in the base, mm."""
+    x, y, z = path.p_base[path.weld_rows][row]
+    frames = path.seam.frames
+    return (
+        f"seam {path.seam.name}: point {row}, {frames.s_mm[row] - frames.s_mm[0]:.1f} mm along it, "
+        f"base {x:.1f}, {y:.1f}, {z:.1f} mm"
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Seam:
+    """Every turn about the wire at every point of a seam, and the joints of all branches there.
+
+    `every` has shape (n, k, 3, 3), `e` (n, k), rad, `joints` (n, k, 8, 6), `ends` (2, k, 8, 6), `swing` (n - 1,), rad.
+    """
+
+    path: WeldPath
+    every: FloatArray
+    e: FloatArray
+    swing: FloatArray
+    joints: FloatArray
+    ends: FloatArray
+
+    @classmethod
+    def of(cls, path: WeldPath, program: WeldProgram, arm: ArmAtTool) -> _Seam:
+        torch, rows = program.torch, path.weld_rows
+        R = tool_rotations(path.seam.frames.R, torch, path.seam.lean_rad)
+        swing, twist = swing_and_twist(R, torch.tool_axis)
+        free = -np.concatenate([[0.0], np.cumsum(twist)])
+        e = possible_offsets(free, torch.spin_range_rad)
+        every = spun(R[:, None], free[:, None] + e, torch.tool_axis)
+        joints = arm.branches(path.p_base[rows][:, None], every)
+        ends = arm.branches(path.p_base[[rows.start - 1, rows.stop]][:, None], every[[0, -1]])
+        return cls(path, every, e, swing, joints, ends)
+
+    def choose(
+        self, arm: ArmAtTool, branch: int, near: FloatArray, begin: Begin
+    ) -> tuple[IntArray, FloatArray] | _Stop:
+        """Return the column of `e` per point and the joints at the end; or where the branch stops."""
+        ends = turn_into_limits(arm.arm, self.ends[:, :, branch], near)
+        held = np.asarray(np.isfinite(ends).all(axis=2), dtype=np.bool_)
+        states = [_states(arm.arm, row[:, branch]) for row in self.joints]
+        for row, end in ((0, 0), (-1, 1)):
+            columns, q = states[row]
+            keep = held[end][columns]
+            states[row] = columns[keep], q[keep]
+        came: list[IntArray] = []
+        columns, q = states[0]
+        away = np.abs(q - near).max(axis=1, initial=0.0)
+        cost = START_COST * (away if begin is not Begin.TRAVEL else np.abs(self.e[0, columns]) + WHOLE_TURNS * away)
+        for row in range(len(states)):
+            columns, q = states[row]
+            if not len(columns):
+                return _Stop(0, row, _why_not(arm.arm, self.joints[row, :, branch], np.abs(self.e[row])))
+            if row:
+                before, q_before = states[row - 1]
+                turn = self.e[row, columns] - self.e[row - 1, before][:, None]
+                total = cost[:, None] + np.hypot(self.swing[row - 1], turn)
+                step = np.abs(q - q_before[:, None]).max(axis=2)
+                total[step > LARGEST_STEP_RAD] = np.inf
+                came.append(np.argmin(total, axis=0))
+                cost = total[came[-1], np.arange(len(columns))]
+            if not np.isfinite(cost).any():
+                return _Stop(0, row, "the arm would have to change its branch between this point and the one before")
+        chosen = int(np.argmin(cost))
+        rows, last = np.zeros(len(states), dtype=np.int64), states[-1][1][chosen]
+        for row in range(len(states) - 1, -1, -1):
+            rows[row] = states[row][0][chosen]
+            chosen = int(came[row - 1][chosen]) if row else chosen
+        return rows, last
+
+
+def _states(arm: Arm, q: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the columns that are reached, with every number of whole turns within the limits, and their joints."""
+    columns = np.flatnonzero(np.isfinite(q).all(axis=1))
+    q = q[columns]
+    low, high = arm.limits
+    for joint in range(q.shape[1]):
+        fewest = int(np.ceil((low[joint] - np.pi) / TURN))
+        most = int(np.floor((high[joint] + np.pi) / TURN))
+        moved = np.repeat(q[None], most - fewest + 1, axis=0)
+        moved[:, :, joint] += TURN * np.arange(fewest, most + 1)[:, None]
+        is_held = (moved[:, :, joint] >= low[joint]) & (moved[:, :, joint] <= high[joint])
+        columns, q = np.broadcast_to(columns, is_held.shape)[is_held], moved[is_held]
+    return columns, q
+
+
+def _why_not(arm: Arm, q: FloatArray, spin_rad: FloatArray) -> str:
+    """Say why a branch holds none of the turns at a point: q (k, 6), the nearest to the travel first by `spin_rad`."""
+    reached = np.isfinite(q).all(axis=1)
+    if not reached.any():
+        return "it is out of reach"
+    nearest = np.flatnonzero(reached)[np.argmin(spin_rad[reached])]
+    turned = turn_into_limits(arm, q[nearest], np.zeros(q.shape[1]))
+    names = [joint.name for joint, angle in zip(arm.joints, turned, strict=True) if not np.isfinite(angle)]
+    return f"joint {' and '.join(names)} is beyond its limit" if names else "its approach or retract is out of reach"
+
+
+def _nearest_branches(seam: _Seam, arm: ArmAtTool, *, as_near: bool) -> list[int]:
+    """Return the branches: those with shoulder and elbow as at `near` first, then by the move to the first point."""
+    q = turn_into_limits(arm.arm, seam.joints[0], arm.near)
+    move = np.abs(q - arm.near).max(axis=2)
+    least = np.where(np.isfinite(move), move, np.inf).min(axis=0)
+    own = turn_into_limits(arm.arm, solve_inverse(arm.arm, arm.arm.forward(arm.near[None])).joints[0], arm.near)
+    away = np.where(np.isfinite(own), np.abs(own - arm.near), np.inf).max(axis=1)
+    others = np.array([((branch ^ int(np.argmin(away))) >> WRIST_BITS).bit_count() for branch in range(BRANCHES)])
+    return [int(branch) for branch in np.lexsort((least, others)) if not (as_near and others[branch])]

@@ -11,8 +11,9 @@ To add a controller, make one folder and one entry-point line. The folder holds 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from pkgutil import resolve_name
@@ -49,6 +50,8 @@ class Controller:
         A `wpcal.taught.programs.ProgramReader`.
     sync_writer : str, optional
         A function from `SyncProgram` to file names and contents.
+    brands : tuple of str
+        What people also call it, lower case: the maker. Taken wherever `name` is.
 
     Raises
     ------
@@ -62,6 +65,7 @@ class Controller:
     suffixes: tuple[str, ...] = ()
     reader: str | None = None
     sync_writer: str | None = None
+    brands: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if (self.reader is None) != (not self.suffixes):
@@ -133,17 +137,37 @@ def controllers() -> tuple[Controller, ...]:
 
 
 def controller_named(name: str) -> Controller:
-    """Return one controller.
+    """Return one controller, by its name or its maker's.
 
     Raises
     ------
     InputError
         When no controller has this name, with the known names.
     """
-    found = entry_points(group=CONTROLLERS, name=name)
-    if not found:
-        raise InputError(f"unknown controller {name!r}; known: {', '.join(controller_names())}")
-    return _record(next(iter(found)))
+    found = find_controller(name)
+    if found is None:
+        raise InputError(f"unknown controller {name!r}{suggestion(name, spoken_names())}")
+    return found
+
+
+def find_controller(name: str) -> Controller | None:
+    """Return the controller with this name, or of this maker, whatever the case; None when there is none."""
+    wanted = name.strip().lower()
+    found = entry_points(group=CONTROLLERS, name=wanted) or entry_points(group=CONTROLLERS, name=name)
+    if found:
+        return _record(next(iter(found)))
+    return next((controller for controller in controllers() if wanted in controller.brands), None)
+
+
+def spoken_names() -> tuple[str, ...]:
+    """Return the names of the controllers and of their makers, sorted."""
+    return tuple(sorted({*controller_names(), *(brand for each in controllers() for brand in each.brands)}))
+
+
+def suggestion(name: str, known: Sequence[str]) -> str:
+    """Return the end of a message about an unknown name: the nearest known one, and all of them."""
+    near = get_close_matches(name.strip().lower(), known, n=1)
+    return f"{f': did you mean {near[0]}?' if near else ';'} known: {', '.join(known)}"
 
 
 def controller_of_file(path: Path) -> Controller | None:

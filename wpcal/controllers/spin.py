@@ -23,7 +23,8 @@ from wpcal.core.tangent import exp_rotation
 STEP_RAD = math.radians(5.0)
 """Step of e: finer steps change the sum by less than the swing does."""
 START_COST = 1e-3
-"""Cost of an e that differs from zero, per rad: of equal profiles the one nearest to the travel is taken."""
+"""Cost per rad at the start of a seam: of equal profiles the one nearest to the travel is taken, or with an arm the
+one nearest to its joints."""
 
 
 def swing_and_twist(R: FloatArray, axis: ToolAxis) -> tuple[FloatArray, FloatArray]:

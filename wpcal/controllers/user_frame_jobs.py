@@ -2,7 +2,8 @@
 
 A job cannot contain the values of its user frame. Comments of the main job list the six numbers for a person to type,
 rounded as the pendant takes them, and the points are relative to exactly these rounded numbers. A job cannot leave the
-arm's configuration open either: without it no job is written.
+arm's configuration open either: it is computed from the arm's joints as far as the language's rules are known, or the
+user gives it. Without it no job is written.
 """
 
 from __future__ import annotations
@@ -12,10 +13,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from wpcal.controllers.naming import NameRules, safe_name, safe_names
-from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.program import (
+    ControllerSettings,
+    SafePoint,
+    WeldPath,
+    WeldProgram,
+    describe,
+    describe_path,
+)
 from wpcal.controllers.rounding import rounded_frame, zyx_degrees
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
+from wpcal.robot.kinematics.posture import Posture
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +42,10 @@ class ConfigurationRule:
     expected : str
         The same for messages.
     example : str
+    compute : callable, optional
+        From postures to one configuration each, without the user's.
+    complete : callable, optional
+        From postures and the user's configuration to one configuration each, where only a part can be computed.
     """
 
     format_name: str
@@ -40,21 +53,48 @@ class ConfigurationRule:
     pattern: re.Pattern[str]
     expected: str
     example: str
+    compute: Callable[[Posture], list[str]] | None = None
+    complete: Callable[[Posture, str], list[str]] | None = None
 
-    def text(self, controller: ControllerSettings) -> str:
-        """Return the configuration as written.
+    def texts(self, program: WeldProgram, poses: WeldPath | SafePoint) -> list[str]:
+        """Return the configuration of every pose as written: the user's if one is given, else computed.
 
         Raises
         ------
         InputError
-            When the user gave none, or something else than a configuration of this language. wpcal never guesses it.
+            When the user gave none and it cannot be computed, or something else than a configuration of this language.
+            wpcal never guesses it.
         """
+        given = self._given(program.controller, is_needed=program.arm is None or self.compute is None)
+        postures = program.posture_of(poses)
+        if postures is None or (given is not None and self.complete is None):
+            return [str(given)] * len(poses.p_base)
+        where = f"seam {poses.seam.name}" if isinstance(poses, WeldPath) else "the safe point"
+        try:
+            if self.compute is not None:
+                return self.compute(postures)
+            return self.complete(postures, str(given)) if self.complete else [str(given)] * len(postures)
+        except InputError as error:
+            option = f'--config {self.format_name}="{self.example}"'
+            raise InputError(f"{self.format_name}: {where}: {error}; give {self.expected}: {option}") from None
+
+    def origin(self, program: WeldProgram) -> str:
+        """Say for a comment where the configuration comes from."""
+        given = self._given(program.controller, is_needed=False)
+        if program.arm is None or (given is not None and self.complete is None):
+            return f"{self.word} as given by the user"
+        return f"{self.word} computed from the joints" if given is None else f"{self.word} as given; ranges computed"
+
+    def _given(self, controller: ControllerSettings, *, is_needed: bool) -> str | None:
         given = controller.configurations.get(self.format_name, controller.configurations.get(""))
         option = f'--config {self.format_name}="{self.example}"'
         if given is None:
+            if not is_needed:
+                return None
+            with_arm = "" if self.compute is None else ", or the arm (--robot) to compute it"
             raise InputError(
                 f"{self.format_name}: every position needs the arm's configuration ({self.word}); "
-                f"give {self.expected}: {option}"
+                f"give {self.expected}: {option}{with_arm}"
             )
         if not self.pattern.fullmatch(given):
             raise InputError(
@@ -127,7 +167,8 @@ def write_jobs(
     InputError
         When the configuration is not one of this language, or a job cannot be written.
     """
-    language.configuration.text(program.controller)  # refused before anything else
+    for poses in program.groups:
+        language.configuration.texts(program, poses)  # refused before anything else
     main = safe_name(program.controller.program_name, language.names).upper()
     keywords = f"{language.names.keywords} {main.lower()}"
     rules = NameRules(language.names.language, language.names.longest, keywords)
@@ -156,7 +197,7 @@ def _comments(
         "points are relative to it, mm",
         f"{language.rotation}, deg",
         f"rounded within {10.0**-mm:.{mm}f} mm, {10.0**-deg:.{deg}f} deg",
-        f"{language.configuration.word} as given by the user",
+        language.configuration.origin(program),
         f"seam -> {language.job_word} here",
         *(f" {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
     ]

@@ -56,6 +56,8 @@ class ErrorCode(StrEnum):
     """A result folder has no triangles of the part, with which poses and moves are checked."""
     POSE_IN_MATERIAL = "pose-in-material"
     """The torch would be inside the part at a pose."""
+    JOINT_PATH = "joint-path"
+    """An arm cannot follow a seam or a way within its joint limits and without changing its branch."""
     NO_FREE_WAY = "no-free-way"
     """No checked way of the torch leads from one seam to the next."""
     FEATURES_NOT_CHOSEN = "features-not-chosen"
@@ -202,7 +204,10 @@ class ConvergenceError(WpcalError, RuntimeError):
 
 
 class KernelError(WpcalError, RuntimeError):
-    """The CAD kernel failed; raised in `cad` only."""
+    """The CAD kernel failed on a file, or reached a limit of time or memory; raised in `cad` only."""
 
-    exit_code = 70
     code = ErrorCode.KERNEL
+
+
+class OutOfMemoryError(KernelError):
+    """The CAD kernel ran out of memory."""

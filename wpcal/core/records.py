@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.errors import ErrorCode, FormatError, InputError
-from wpcal.core.whole_folder import MARK, put_in_place, temporary_sibling
+from wpcal.core.whole_folder import MARK, flush, put_in_place, temporary_sibling
 
 
 def to_json(record: Mapping[str, Any]) -> str:
@@ -133,7 +133,8 @@ def check_writable(path: Path, *, overwrite: bool) -> None:
 def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
     """Write one file under a temporary name and rename it, so that a reader never finds half of it.
 
-    The temporary name cannot be foreseen, and no link of that name is followed.
+    The temporary name cannot be foreseen, and no link of that name is followed. The file is on the disk when this
+    returns.
 
     Raises
     ------
@@ -151,6 +152,7 @@ def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
             os.fsync(file.fileno())
         if overwrite or not _linked(temporary, path):
             os.replace(temporary, path)
+        flush(path.parent)
     except FileExistsError:
         raise exists from None
     except OSError as error:

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.core.arrays import LARGEST_MM, FloatArray, frozen
+from wpcal.core.csv_text import without_mark
 from wpcal.core.errors import FormatError
 from wpcal.core.records import read_bytes
 
@@ -217,7 +218,8 @@ def parse_table(raw: bytes, *, path: str) -> Table:
                 _wrong_length(row, header, separator), path=path, line=line, column=min(len(row), len(header))
             )
     columns = {
-        name: [cell.strip() for cell in cells] for name, cells in zip(header, zip(*rows[1:], strict=True), strict=True)
+        name: [without_mark(cell.strip()) for cell in cells]
+        for name, cells in zip(header, zip(*rows[1:], strict=True), strict=True)
     }
     return Table(path, columns, tuple(lines[1:]), separator)
 
@@ -240,7 +242,7 @@ def _rows(text: str, separator: str, path: str) -> tuple[list[int], list[list[st
 
 
 def _header(cells: Sequence[str], path: str, line: int) -> list[str]:
-    header = [cell.strip().lower() for cell in cells]
+    header = [without_mark(cell.strip()).lower() for cell in cells]
     twice = sorted({name for name in header if header.count(name) > 1})
     if twice:
         raise FormatError(f"column {', '.join(map(repr, twice))} appears twice", path=path, line=line)

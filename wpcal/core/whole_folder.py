@@ -15,7 +15,8 @@ import shutil
 import sys
 import time
 from collections.abc import Collection, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
+from enum import Enum, auto
 from pathlib import Path
 
 from wpcal.core.errors import ErrorCode, InputError
@@ -34,6 +35,8 @@ _RENAME_SWAP = 2
 _NO_EXCHANGE = (errno.ENOSYS, errno.EINVAL, errno.EBUSY, errno.EXDEV, errno.ENOTSUP, errno.EPERM)
 """Errors of a system or a place that cannot exchange folders."""
 _NOT_EMPTY = (errno.ENOTEMPTY, errno.EEXIST)
+_NOT_WRITTEN = (errno.EIO, errno.ENOSPC, errno.EDQUOT)
+"""Errors that say that the disk does not have the data. Some file systems tell them only now."""
 
 
 @contextmanager
@@ -68,8 +71,8 @@ def put_in_place(new: Path, path: Path, *, overwrite: bool, head: str = "", leav
     Raises
     ------
     InputError
-        When `path` holds a folder under the name of a new file, or it holds files and `overwrite` is false. Nothing was
-        replaced.
+        When `path` holds a folder under the name of a new file, or it holds files and `overwrite` is false, or another
+        run is writing into it. Nothing was replaced.
     OSError
         When the system refuses.
     """
@@ -80,14 +83,16 @@ def put_in_place(new: Path, path: Path, *, overwrite: bool, head: str = "", leav
     if not overwrite or not path.is_dir():
         _flush_tree(new)
         _rename_to_empty(new, path, ours)
-        _flush(path.parent)
+        flush(path.parent)
         return
     not_kept = {*ours, *leave_out}
     _keep_others(path, new, not_kept)
     _flush_tree(new)
-    with _locked(path):
+    with _locked(path) as lock:
+        if lock is _Lock.ANOTHERS:
+            raise InputError(f"{path}: another run is writing into it now; its files are kept", code=ErrorCode.EXISTS)
         if not _works_inside(path) and _exchange(new, path):
-            _flush(path.parent)
+            flush(path.parent)
             _keep_others(new, path, not_kept)  # what somebody wrote meanwhile
         else:
             _replace_each(new, path, ours, leave_out)
@@ -178,54 +183,74 @@ def _replace_each(new: Path, path: Path, names: Sequence[str], leave_out: Collec
     """Move the files one by one. Without the first of them, which comes last, a reader has no result."""
     for name in {*leave_out, *names[:1]}:
         (path / name).unlink(missing_ok=True)
-    _flush(path)
+    flush(path)
     for name in (*names[1:], *names[:1]):
-        _flush(path)
+        flush(path)
         (path / name).parent.mkdir(parents=True, exist_ok=True)
         os.replace(new / name, path / name)
-    _flush(path)
+    flush(path)
 
 
 def _flush_tree(folder: Path) -> None:
     for root, _, files in os.walk(folder):
         for file in files:
-            _flush(Path(root, file))
-        _flush(Path(root))
+            flush(Path(root, file))
+        flush(Path(root))
 
 
-def _flush(path: Path) -> None:
-    """Let the system write a file or the entries of a folder to the disk."""
-    with suppress(OSError):  # not every file system can, and on Windows a folder cannot be opened
+def flush(path: Path) -> None:
+    """Let the system write a file or the entries of a folder to the disk.
+
+    Raises
+    ------
+    OSError
+        When the disk does not take them.
+    """
+    try:
         descriptor = os.open(path, os.O_RDONLY)
         try:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
+    except OSError as error:  # not every file system can, and on Windows a folder cannot be opened
+        if error.errno in _NOT_WRITTEN:
+            raise
+
+
+class _Lock(Enum):
+    """Who holds the lock of a folder."""
+
+    OURS = auto()
+    ANOTHERS = auto()
+    NONE = auto()
+    """This system or file system has no locks."""
 
 
 @contextmanager
-def _locked(folder: Path) -> Iterator[bool]:
-    """Hold the lock of a folder. False if another process holds it, or there are no locks."""
+def _locked(folder: Path) -> Iterator[_Lock]:
+    """Hold the lock of a folder, if it is free."""
     if fcntl is None:
-        yield False
+        yield _Lock.NONE
         return
     try:
         descriptor = os.open(folder, os.O_RDONLY)
     except OSError:
-        yield False
+        yield _Lock.NONE
         return
     try:
-        yield _is_locked_now(descriptor)
+        yield _take(descriptor)
     finally:
         os.close(descriptor)
 
 
-def _is_locked_now(descriptor: int) -> bool:
+def _take(descriptor: int) -> _Lock:
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return _Lock.ANOTHERS
     except OSError:
-        return False
-    return True
+        return _Lock.NONE
+    return _Lock.OURS
 
 
 def _remove_abandoned(parent: Path) -> None:
@@ -233,6 +258,6 @@ def _remove_abandoned(parent: Path) -> None:
     for folder in parent.glob(MARK + "[0-9a-f]" * 16):
         if folder.is_symlink() or not folder.is_dir() or time.time() - folder.stat().st_mtime < ABANDONED_S:
             continue
-        with _locked(folder) as ours:
-            if ours:
+        with _locked(folder) as lock:
+            if lock is _Lock.OURS:
                 shutil.rmtree(folder, ignore_errors=True)

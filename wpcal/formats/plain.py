@@ -6,8 +6,6 @@ rotation as a matrix and as a quaternion x, y, z, w.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from typing import Any
 
@@ -15,6 +13,7 @@ import numpy as np
 
 from wpcal.controllers.naming import NameRules, safe_name
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe
+from wpcal.core.csv_text import csv_text
 from wpcal.core.records import to_json
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.formats.registry import Exporter
@@ -109,17 +108,15 @@ def write_program_csv(program: WeldProgram) -> dict[str, str]:
         ``NAME.program.csv``. The safe point, if there is one, is the first row, without a seam. ``rij`` is row i,
         column j of the rotation; its columns are the tool's axes in `frame`.
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(PROGRAM_CSV_COLUMNS)
+    table: list[list[object]] = [[*PROGRAM_CSV_COLUMNS]]
     if program.safe_point is not None:
-        writer.writerow(["", 0, "safe", *_cells(program.safe_point)[0], "", "base", "inward"])
+        table.append(["", 0, "safe", *_cells(program.safe_point)[0], "", "base", "inward"])
     for path in program.paths:
         rows = zip(path.roles, _cells(path), _errors(path), strict=True)
         for point, (role, cells, error) in enumerate(rows):
             last = ("" if error is None else ALL_DIGITS % error, "base", "inward")
-            writer.writerow([path.seam.name, point, role, *cells, *last])
-    return {f"{safe_name(program.controller.program_name, NAMES)}.program.csv": text.getvalue()}
+            table.append([path.seam.name, point, role, *cells, *last])
+    return {f"{safe_name(program.controller.program_name, NAMES)}.program.csv": csv_text(table)}
 
 
 def _cells(path: WeldPath | SafePoint) -> list[list[str]]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib.metadata import entry_points
 
 from wpcal.controllers.program import WeldProgram
-from wpcal.controllers.registry import Controller, controller_named, controller_names
+from wpcal.controllers.registry import Controller, controller_names, find_controller, spoken_names, suggestion
 from wpcal.core.errors import InputError
 
 EXPORTERS = "wpcal.exporters"
@@ -40,18 +40,19 @@ def exporter_names() -> tuple[str, ...]:
 
 
 def exporter_named(name: str) -> Exporter | Controller:
-    """Return one format or controller; a controller goes before a format of the same name.
+    """Return one format or controller, by its name or its maker's; a controller goes before a format of the same name.
 
     Raises
     ------
     InputError
-        When the name is unknown, with the known names, or its entry point is not an `Exporter`.
+        When the name is unknown, with the nearest name and the known ones, or its entry point is not an `Exporter`.
     """
-    if name in controller_names():
-        return controller_named(name)
-    found = entry_points(group=EXPORTERS, name=name)
+    controller = find_controller(name)
+    if controller is not None:
+        return controller
+    found = entry_points(group=EXPORTERS, name=name) or entry_points(group=EXPORTERS, name=name.strip().lower())
     if not found:
-        raise InputError(f"unknown format {name!r}; known: {', '.join(exporter_names())}")
+        raise InputError(f"unknown format {name!r}{suggestion(name, sorted({*exporter_names(), *spoken_names()}))}")
     entry = next(iter(found))
     exporter = entry.load()
     if not isinstance(exporter, Exporter):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -11,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.rotations import quaternion_from_rotation
@@ -158,13 +157,11 @@ def seams_csv(record: dict[str, Any]) -> str:
     record : dict
         A result of `seams_record`.
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(SEAMS_CSV_COLUMNS)
+    rows: list[list[Any]] = [[*SEAMS_CSV_COLUMNS]]
     for seam in record["seams"]:
         for number, frame in enumerate(seam["frames"]):
-            writer.writerow([value(seam, number, frame) for value in SEAMS_CSV_COLUMNS.values()])
-    return text.getvalue()
+            rows.append([value(seam, number, frame) for value in SEAMS_CSV_COLUMNS.values()])
+    return csv_text(rows)
 
 
 def _place(value: float) -> str:

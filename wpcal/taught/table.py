@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,10 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray, as_points
+from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.orientation_columns import ANGLE_COLUMNS, orientations_of_table
 from wpcal.core.pairs import PointPairs
 from wpcal.core.records import read_bytes, sha256_of
 from wpcal.core.robot_space import RobotSpace, space_of_table
+from wpcal.core.rotations import zyx_angles
 from wpcal.core.tables import Table, parse_table
 from wpcal.features.reference import ReferenceFeature, point_named
 from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS, USES, covariances_of_table
@@ -55,6 +56,8 @@ class TaughtPoints:
         Error of the tool centre point that all points share (95 %), mm.
     sha256 : str or None
         Of the bytes that were read; None for points that are not from a file.
+    R_base_tool : ndarray, shape (n, 3, 3), or None
+        The axes of the tool at each touch, as columns, in `base`; NaN in rows that do not say.
     """
 
     names: tuple[str, ...]
@@ -71,6 +74,14 @@ class TaughtPoints:
     is_from_program: bool = False
     tcp_bias_mm: float = 0.0
     sha256: str | None = None
+    R_base_tool: FloatArray | None = None
+
+    @property
+    def postures(self) -> dict[str, FloatArray]:
+        """The axes of the tool in `base`, shape (3, 3), by the names of the rows that say them."""
+        if self.R_base_tool is None:
+            return {}
+        return {name: R for name, R in zip(self.names, self.R_base_tool, strict=True) if not np.isnan(R).any()}
 
     @property
     def has_touches(self) -> bool:
@@ -125,7 +136,8 @@ def read_taught(path: Path) -> TaughtPoints:
     has neither a column `feature` nor the columns `model_…`, each name is the name of a feature. With a column `kind`,
     rows can be touched on edges and faces: `radius_mm` is the radius of the ball, and a row can name its feature, or
     give a model point near its face, or neither. ``tcp_bias_mm`` is the error of the tool centre point that all points
-    share.
+    share. ``rx_deg, ry_deg, rz_deg`` or ``qx, qy, qz, qw`` are the posture of the tool in the base
+    (`wpcal.core.orientation_columns`).
 
     Parameters
     ----------
@@ -151,7 +163,9 @@ def read_taught(path: Path) -> TaughtPoints:
 def taught_from_table(table: Table) -> TaughtPoints:
     """Return the taught points of a table; columns and errors are those of `read_taught`."""
     table.require(("name", *TAUGHT_COLUMNS))
-    table.refuse_misspelt(("feature", *MODEL_COLUMNS, "use", "robot_space", "kind", "radius_mm", "tcp_bias_mm"))
+    table.refuse_misspelt(
+        ("feature", *MODEL_COLUMNS, "use", "robot_space", "kind", "radius_mm", "tcp_bias_mm", *ANGLE_COLUMNS)
+    )
     if any(column in table.columns for column in MODEL_COLUMNS):
         table.require(MODEL_COLUMNS)
     if table.has("feature") and table.has(*MODEL_COLUMNS) and not table.has("kind"):
@@ -161,6 +175,7 @@ def taught_from_table(table: Table) -> TaughtPoints:
     by_model = table.has(*MODEL_COLUMNS)
     use = table.choices("use", USES, default="yes")
     space, covariances = space_of_table(table), covariances_of_table(table)
+    postures = orientations_of_table(table, is_optional=True)
     if table.has("kind"):
         p_part = table.numbers_where_given(MODEL_COLUMNS) if by_model else np.full(p_base.shape, np.nan)
         kinds, radius = _touch_columns(table)
@@ -178,6 +193,7 @@ def taught_from_table(table: Table) -> TaughtPoints:
             kinds,
             radius,
             tcp_bias_mm=_tcp_bias_mm(table),
+            R_base_tool=postures,
         )
     p_part = table.numbers(MODEL_COLUMNS) if by_model else np.full(p_base.shape, np.nan)
     features = tuple(table.columns["feature"]) if table.has("feature") else names
@@ -193,6 +209,7 @@ def taught_from_table(table: Table) -> TaughtPoints:
         space,
         covariances,
         tcp_bias_mm=_tcp_bias_mm(table),
+        R_base_tool=postures,
     )
 
 
@@ -280,16 +297,21 @@ def _feature_point(taught: TaughtPoints, features: Sequence[ReferenceFeature], n
 
 
 def taught_csv(taught: TaughtPoints) -> str:
-    """Return the table that `read_taught` reads: name, coordinates in `base`, feature, and `robot_space` if identified.
+    """Return the table that `read_taught` reads: name, coordinates in `base`, feature, posture, robot space.
+
+    The posture is left out where no row has one, the robot space where it is the nominal one.
 
     Parameters
     ----------
     taught : TaughtPoints
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     space = [] if taught.space is RobotSpace.NOMINAL else [taught.space.value]
-    writer.writerow(("name", *TAUGHT_COLUMNS, "feature", *(["robot_space"] if space else [])))
+    postures = taught.postures
+    angles = ANGLE_COLUMNS if postures else ()
+    rows = [["name", *TAUGHT_COLUMNS, "feature", *angles, *(["robot_space"] if space else [])]]
     for name, p, feature in zip(taught.names, taught.p_base, taught.features, strict=True):
-        writer.writerow([name, *(f"{v:.6f}" for v in p), feature, *space])
-    return text.getvalue()
+        posture = [""] * len(angles)
+        if name in postures:
+            posture = [f"{v:.4f}" for v in np.rad2deg(zyx_angles(postures[name])).round(4) + 0.0]
+        rows.append([name, *(f"{v:.6f}" for v in p), feature, *posture, *space])
+    return csv_text(rows)

@@ -111,11 +111,11 @@ def points_in_base(program: TaughtProgram, reading: ProgramReading) -> TaughtPoi
     chosen = _chosen(program, reading.points)
     places = _Places(program, reading)
     places.require_one_space(chosen)
-    p_base = frozen([places.in_base(point) for point in chosen])
+    found = [places.in_base(point) for point in chosen]
     names = tuple(point.name for point in chosen)
     return TaughtPoints(
         names,
-        p_base,
+        frozen([p for p, _ in found]),
         names,
         frozen(np.full((len(names), 3), np.nan)),
         ("yes",) * len(names),
@@ -123,6 +123,7 @@ def points_in_base(program: TaughtProgram, reading: ProgramReading) -> TaughtPoi
         tuple(point.line for point in chosen),
         RobotSpace.NOMINAL if reading.arm is None else reading.arm.space,
         is_from_program=True,
+        R_base_tool=frozen([R for _, R in found]),
     )
 
 
@@ -160,8 +161,8 @@ class _Places:
                 what = "holds coordinates, which the controller computed with its nominal model; "
                 raise self._fault(point, f"{what}{self.arm.name} is an identified arm and needs joint angles or pulses")
 
-    def in_base(self, point: ProgramPoint) -> FloatArray:
-        """Return where the tool centre point was, mm."""
+    def in_base(self, point: ProgramPoint) -> tuple[FloatArray, FloatArray]:
+        """Return where the tool centre point was, mm, shape (3,), and the axes of the tool or flange, shape (3, 3)."""
         if point.joints is not None and self.arm is not None:
             return self._through_arm(point, point.joints, self.arm)
         if point.fault and point.joints is not None:
@@ -173,10 +174,11 @@ class _Places:
         if point.at_flange:
             what = "was recorded without a tool, so that its position is the flange's"
             p = p + point.R @ self._tool_of(point, what)
-        return self._frame_of(point).apply(p)
+        T_base_frame = self._frame_of(point)
+        return T_base_frame.apply(p), T_base_frame.R @ point.R
 
-    def _through_arm(self, point: ProgramPoint, joints: JointValues, arm: Arm) -> FloatArray:
-        """Return the tool centre point by the forward kinematics of the arm."""
+    def _through_arm(self, point: ProgramPoint, joints: JointValues, arm: Arm) -> tuple[FloatArray, FloatArray]:
+        """Return the tool centre point and the axes of the flange by the forward kinematics of the arm."""
         tool = self._tool_of(point, "is stored as joint values")
         try:
             q = arm.angles_from_pulses(joints.values) if joints.in_pulses else np.deg2rad(joints.values)
@@ -186,7 +188,7 @@ class _Places:
         if not arm.within_limits(q):
             what = f"its joint values are beyond the limits of {arm.name}: another arm, or other pulses per degree"
             raise self._fault(point, what)
-        return np.asarray(T[:3, :3] @ tool + T[:3, 3], dtype=np.float64)
+        return np.asarray(T[:3, :3] @ tool + T[:3, 3], dtype=np.float64), np.asarray(T[:3, :3], dtype=np.float64)
 
     def _tool_of(self, point: ProgramPoint, why: str) -> FloatArray:
         if self.tool is None:

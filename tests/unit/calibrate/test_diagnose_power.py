@@ -96,6 +96,13 @@ def test_two_wrong_points_are_named_as_a_pair_and_no_good_one_instead(n, sigma):
     assert other <= 1
 
 
+def test_two_points_that_are_ten_sigma_off_are_named_as_a_pair_where_sigma_is_not_stated():
+    rng = np.random.default_rng(5)
+    touches = [touched(rng, 8, 2, 10.0) for _ in range(100)]
+    named = [contradicted_points(pairs).named == bad for pairs, bad in touches]
+    assert sum(named) >= 87  # 92 of 100 in 600 sets, less two standard deviations
+
+
 def test_two_of_five_are_said_to_be_two_or_more_and_none_is_named():
     """Three points would remain: they agree with too many errors to show which two are wrong."""
     p = PART[[0, 3, 5, 6, 15]]

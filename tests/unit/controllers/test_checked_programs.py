@@ -13,15 +13,16 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation, Slerp
 
 from tests.unit.conftest import CONFIGURATIONS, box_mesh, plate
+from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.cli.main import run
 from wpcal.controllers.checked_program import check_program
-from wpcal.controllers.part_triangles import PartTriangles, segment_triangle_distances, tube_hits
+from wpcal.controllers.part_distance import segment_triangle_distances
 from wpcal.controllers.program import ControllerSettings, build_program
-from wpcal.controllers.torch_shape import TorchShape
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.formats.registry import exporter_named
 from wpcal.results.folder import read_finished
+from wpcal.seam.torch import TorchShape
 
 FIXTURES = Path(__file__).parents[3] / "fixtures"
 PARTS = ("tee", "frame")
@@ -115,7 +116,8 @@ def in_part(finished, *solids):
     ("solid", "message"),
     [
         (((40.5, -30, 30), (56, 30, 60)), r"seam W1: point 3, base .*: the nozzle of .* is inside 'block'"),
-        (((44, -5, 0), (46, 5, 9)), r"seam W1: between points 4 and 5, base .*: the wire of .* is inside 'block'"),
+        (((44, -5, 0), (46, 5, 9)), r"seam W1: between points 4 and 5, base .*: the tip of .* is inside 'block'"),
+        (((44, -5, 3), (46, 5, 9)), r"seam W1: between points 4 and 5, base .*: the wire of .* is inside 'block'"),
         (((-900, -900, 0), (900, 900, 900)), r"seam W1: point 0, base .*: the tip of .* is inside 'block'"),
     ],
 )
@@ -207,7 +209,7 @@ def test_distances_are_those_of_a_cloud_of_points(seed):
 def test_a_tube_meets_what_a_cloud_of_points_meets(seed, random_place):
     rng = np.random.default_rng(seed)
     mesh, T = plate(), random_place(seed)
-    part = PartTriangles.of(mesh, T)
+    part = TriangleMaterial.of(mesh, T)
     tips, back = T.apply(rng.uniform((-60, -90, -40), (160, 90, 40), (60, 3))), rng.normal(size=(60, 3))
     back /= np.linalg.norm(back, axis=1)[:, None]
     low, high, radius = np.full(60, 5.0), np.full(60, 60.0), 8.0
@@ -219,7 +221,7 @@ def test_a_tube_meets_what_a_cloud_of_points_meets(seed, random_place):
         + j[:, None] * (corners[:, 2:] - corners[:, :1])
     )
     on = on.reshape(-1, 3)
-    hits = tube_hits(part, tips, back, low, high, radius) >= 0
+    hits = part.tube_solids(tips, back, low, high, radius) >= 0
     for row in range(60):
         z = (on - tips[row]) @ back[row]
         r = np.linalg.norm(on - tips[row] - z[:, None] * back[row], axis=1)

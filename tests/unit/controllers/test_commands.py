@@ -50,11 +50,13 @@ def test_a_missed_tolerance_ends_with_one_and_the_files_say_so(finished_folder, 
     ("options", "message"),
     [
         (["-f", "fortran"], "unknown format 'fortran'; known: "),
+        (["-f", "rapdi"], "unknown format 'rapdi': did you mean rapid? known: abb, "),
+        (["-f", "rapid", "--config", "fanuk=N U T, 0, 0, 0"], "unknown format 'fanuk': did you mean fanuc?"),
         (["-f", "rapid", "--seams", "W9"], "unknown seam W9"),
         (["-f", "rapid", "--all", "--seams", "W1"], "either --seams or --all"),
         (["-f", "rapid", "--work-angle-deg", "80"], "work angle: expected -60 to 60 deg, got 80"),
         (["-f", "rapid", "--speed-mm-s", "0"], "speed_mm_s: expected a positive number"),
-        (["-f", "rapid", "--robot", "mh6", "--near", "0,0,0,0,0,0"], "give no robot file"),
+        (["-f", "rapid", "--robot", "mh6", "--near", "0,0,0,0,0,0"], "--robot needs --tool"),
     ],
 )
 def test_wrong_use_ends_with_two_in_one_line_and_writes_nothing(finished_folder, capsys, options, message):
@@ -64,6 +66,17 @@ def test_wrong_use_ends_with_two_in_one_line_and_writes_nothing(finished_folder,
     assert message in err
     assert err.count("\n") == 1
     assert files_below(folder) == ["calibration.json", "part.glb", "seams.json"]
+
+
+@pytest.mark.parametrize(
+    ("typed", "written"), [("abb", "rapid"), ("KUKA", "krl"), ("motoman", "inform"), ("ur", "urscript")]
+)
+def test_a_maker_is_a_name_of_its_language(finished_folder, capsys, typed, written):
+    folder = finished_folder()
+    code, out, _ = call(capsys, "export", folder, "-f", typed, "-f", written, "--config", "yaskawa=1,0,0,0,0,0")
+    assert (code, out.count("seams")) == (0, 1)
+    assert out.startswith(f"{written}: ")
+    assert [path.name for path in folder.iterdir() if path.is_dir()] == [written]
 
 
 def test_the_formats_are_listed(capsys, tmp_path):
@@ -81,7 +94,9 @@ def test_taught_points_become_a_table(tmp_path, capsys):
     assert "does not say its user frame; give it as X,Y,Z,A,B,C or as base (--uframe)" in err
     assert not table.exists()
     assert call(capsys, "taught", program, "--uframe", "100,0,0,90,0,0", "-o", table)[0] == 0
-    assert table.read_text() == "name,x_mm,y_mm,z_mm,feature\nXP1,80.000000,10.000000,30.000000,XP1\n"
+    header, row = table.read_text().splitlines()
+    assert header == "name,x_mm,y_mm,z_mm,feature,rx_deg,ry_deg,rz_deg"
+    assert row == "XP1,80.000000,10.000000,30.000000,XP1,0.0000,0.0000,90.0000"
 
 
 @pytest.mark.parametrize(

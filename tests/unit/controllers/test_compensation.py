@@ -9,8 +9,11 @@ from click.testing import CliRunner
 
 from wpcal.cli.main import wpcal
 from wpcal.controllers.compensation import compensate_program
+from wpcal.controllers.followed_program import follow_program
+from wpcal.controllers.reachable_spin import ArmAtTool
 from wpcal.core.errors import FrameError
 from wpcal.results.folder import read_finished
+from wpcal.robot.compensation import NO_TOOL
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.identify.simulation import XIONG_2015_ERRORS
 from wpcal.robot.kinematics.arm_file import find_arm
@@ -21,6 +24,7 @@ NOMINAL = find_arm("mh6")
 REAL = NOMINAL.as_identified(
     KinematicModel(NOMINAL.chain).moved(link_parameters(NOMINAL.chain), XIONG_2015_ERRORS).chain
 )
+BRANCH = 0  # wrist in front of axis 1 and of the lower arm, not flipped
 HOME = np.array([0.2, 0.3, -0.4, 0.3, 0.7, 0.2])
 
 
@@ -28,7 +32,9 @@ def test_the_controller_goes_where_the_seam_is(make_program):
     program = make_program(1)
     T = REAL.forward(HOME + np.random.default_rng(0).uniform(-0.2, 0.2, (len(program.paths[0]), 6)))
     path = type(program.paths[0])(program.paths[0].seam, T[:, :3, 3], T[:, :3, :3], None)
-    sent = compensate_program(type(program)((path,), program.T_base_part), REAL, near=HOME).paths[0]
+    arm = ArmAtTool(REAL, NO_TOOL, HOME)
+    followed = follow_program(type(program)((path,), program.T_base_part), arm, branch=BRANCH)
+    sent = compensate_program(followed, arm).paths[0]
     target = np.tile(np.eye(4), (len(sent), 1, 1))
     target[:, :3, :3], target[:, :3, 3] = sent.R_base, sent.p_base
     replayed = REAL.forward(nearest_joints(NOMINAL, target, HOME))

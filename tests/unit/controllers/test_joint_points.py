@@ -70,8 +70,8 @@ def test_an_identified_arm_takes_no_coordinates_and_marks_its_points(tmp_path, a
     identified = arm.as_identified(arm.chain)
     points = read(tmp_path, "t.dat", arm=identified, tool=TOOL)
     assert points.space is RobotSpace.IDENTIFIED
-    assert taught_csv(points).splitlines()[0].endswith("feature,robot_space")
-    assert taught_csv(points).splitlines()[1].endswith("V1,identified")
+    assert taught_csv(points).splitlines()[0].endswith("feature,rx_deg,ry_deg,rz_deg,robot_space")
+    assert taught_csv(points).splitlines()[1].endswith(",identified")
     text = "DEFDAT T\nDECL E6POS V1={X 1,Y 2,Z 3,A 0,B 0,C 0}\nENDDAT\n"
     with pytest.raises(FormatError, match="computed with its nominal model"):
         read(tmp_path, "t.dat", text, arm=identified, tool=TOOL, uframes={"": "base"})

@@ -106,7 +106,10 @@ def test_taught_points_of_a_new_controller_are_read(tmp_path):
         run(["taught", str(program), "--uframe", "fixture=100,0,0,0,0,90", "-o", str(tmp_path / "taught.csv")])
     assert ended.value.code == 0
     rows = (tmp_path / "taught.csv").read_text().splitlines()
-    assert rows[1:] == ["V1,1.000000,2.000000,3.000000,V1", "V2,80.000000,10.000000,30.000000,V2"]
+    assert rows[1:] == [
+        "V1,1.000000,2.000000,3.000000,V1,0.0000,0.0000,0.0000",
+        "V2,80.000000,10.000000,30.000000,V2,0.0000,0.0000,90.0000",
+    ]
 
 
 @pytest.mark.usefixtures("acme")
@@ -136,7 +139,9 @@ def test_what_a_controller_cannot_do_is_refused():
         controller_named("urscript").load_reader()
     with pytest.raises(InputError, match="krl has no programs of two robots"):
         controller_named("krl").write_sync(two_robots())
-    with pytest.raises(InputError, match="unknown controller 'karel'; known: fanuc, inform, krl"):
+    with pytest.raises(
+        InputError, match="unknown controller 'karel': did you mean krl\\? known: abb, fanuc, inform, krl"
+    ):
         controller_named("karel")
     assert controller_of_file(Path("points.csv")) is None
 

@@ -116,7 +116,9 @@ def test_the_arm_keeps_its_limits_where_another_turn_about_the_wire_does():
 def test_a_seam_that_no_turn_brings_within_the_limits_is_named():
     arm, tool = find_arm("irb1600_8_145"), parse_tool("20,0,350,0,30,0")[0]
     tight = replace(arm, joints=(replace(arm.joints[0], min_rad=1.5, max_rad=1.6), *arm.joints[1:]))
-    with pytest.raises(GeometryError, match="seam W1: point 0: no turn about the wire"):
+    with pytest.raises(
+        GeometryError, match=r"seam W1: point 0, 0\.0 mm along it, base .* mm: no turn .* joint 1 is beyond its limit"
+    ):
         choose_reachable_spin(
             build_program(read_finished(SADDLE).select()), tight, near=np.zeros(6), T_flange_tool=tool
         )

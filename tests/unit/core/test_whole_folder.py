@@ -1,5 +1,6 @@
 """Killed at any moment, a run leaves all old files or all new ones, and never loses a file of the user."""
 
+import errno
 import os
 import signal
 import sys
@@ -192,3 +193,41 @@ def test_a_file_that_appears_meanwhile_is_not_overwritten(tmp_path: Path, monkey
     with pytest.raises(InputError, match="exists"):
         write_file(tmp_path / "a.txt", "mine", overwrite=False)
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a.txt": "other"}
+
+
+def test_a_run_that_another_disturbs_is_refused_and_mixes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = started(tmp_path)
+    exchange, refused = whole_folder._exchange, []
+
+    def second_run_meanwhile(first: Path, second: Path) -> bool:
+        monkeypatch.setattr(whole_folder, "_exchange", exchange)
+        with pytest.raises(InputError, match="another run is writing into it now") as error:
+            fill(out, "second")
+        refused.append(error)
+        return exchange(first, second)
+
+    monkeypatch.setattr(whole_folder, "_exchange", second_run_meanwhile)
+    fill(out, "first")
+    assert len(refused) == 1
+    assert state(out) == "first"
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.mark.parametrize("number", [errno.EIO, errno.ENOSPC, errno.EDQUOT])
+def test_what_the_disk_did_not_take_is_an_error_and_the_old_result_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    out = started(tmp_path)
+
+    def refuse(_: int) -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(os, "fsync", refuse)
+    with pytest.raises(InputError, match=r"out: cannot be written: "):
+        fill(out, "new")
+    with pytest.raises(InputError, match=r"notes\.txt: cannot be written: "):
+        write_file(out / "notes.txt", "new", overwrite=True)
+    assert {(out / name).read_text() for name in OURS} == {"old"}
+    assert (out / "notes.txt").read_text() == "mine"

@@ -55,7 +55,7 @@ def test_gussets_cut_the_joint_behind_them_also_where_they_lean() -> None:
     seams = seams_between(detect_seams(saved_graph("gusseted-bracket")), "base", "upright")
     found = along(seams, 92.0)
     # the wire, 20 mm long and at 45°, meets the gusset that leans over the joint farther along it
-    over = 98 + USUAL_TORCH.stickout_mm * math.sqrt(0.5)
+    over = 98 + USUAL_TORCH.wire_mm * math.sqrt(0.5)
     ends = [(0, 30), (30, 38), (38, 90), (90, over), (over, 160)]
     np.testing.assert_allclose([row[:2] for row in found], ends, rtol=0, atol=WIRE_MM)
     assert [seam.inside for seam in seams if seam.inside] == [("gusset",), ("leaning",)]
@@ -170,9 +170,9 @@ def test_a_stretch_in_material_stays_refused_when_it_is_accepted_by_hand(tmp_pat
 
 def test_a_refusal_for_lack_of_reach_names_the_torch_and_what_would_change_it() -> None:
     record = seams_record(detect_seams(saved_graph("boss-with-ribs")))
-    assert record["torch"] == {"stickout_mm": 20.0, "nozzle_mm": 20.0, "length_mm": 300.0}
+    assert record["torch"] == {"wire_mm": 20.0, "nozzle_radius_mm": 11.0, "length_mm": 300.0}
     refused = [why for seam in record["seams"] for why in seam["against"] if why.startswith("no torch gets there")]
     assert refused
     for why in refused:
-        assert "a straight torch of 300 mm, nozzle 20 mm in diameter, stick-out 20 mm" in why
+        assert "a straight torch of 300 mm, nozzle radius 11 mm, wire 20 mm" in why
         assert "at another weld angle, accept the seam by an edit" in why

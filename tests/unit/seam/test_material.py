@@ -13,7 +13,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.seam import detect_seams
 from wpcal.seam.judge.material import TorchPart, find_poses_in_material
-from wpcal.seam.torch import StraightTorch
+from wpcal.seam.torch import TorchShape
 
 HALF_MM = np.array([40.0, 30.0, 20.0])
 """Half the sides of the saved graph ``sharp-box``, which is around the origin."""
@@ -37,7 +37,7 @@ def box_of_triangles(name: str, half: FloatArray, R: FloatArray) -> SolidMesh:
 
 def test_points_in_a_box_of_triangles_are_those_within_its_slabs() -> None:
     R = rotation_from_zyx(0.4, -0.7, 1.1)
-    material = TriangleMaterial(PartMesh((box_of_triangles("box", HALF_MM, R),), 0.1, 0.1))
+    material = TriangleMaterial.of(PartMesh((box_of_triangles("box", HALF_MM, R),), 0.1, 0.1))
     points = np.random.default_rng(3).uniform(-60, 60, (4000, 3))
     inside = (np.abs(points) < HALF_MM).all(axis=1)
     found, solid = find_solids_around(material, points @ R.T)
@@ -85,8 +85,8 @@ def test_each_part_of_a_torch_is_felt_where_it_is() -> None:
 
 def test_a_nozzle_that_starts_inside_a_thick_solid_is_felt() -> None:
     walls = [box_of_triangles("thick", np.array([500.0, 500.0, 500.0]), np.eye(3))]
-    material = TriangleMaterial(PartMesh(tuple(walls), 0.1, 0.1))
-    found = find_poses_in_material(material, np.array([[508.0, 0.0, -400.0]]), UP, StraightTorch(length_mm=100.0))
+    material = TriangleMaterial.of(PartMesh(tuple(walls), 0.1, 0.1))
+    found = find_poses_in_material(material, np.array([[508.0, 0.0, -400.0]]), UP, TorchShape(length_mm=100.0))
     assert found.part == (TorchPart.NOZZLE,)
 
 

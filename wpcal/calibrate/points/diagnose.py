@@ -6,6 +6,7 @@ decide.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import combinations
 
@@ -20,10 +21,12 @@ from wpcal.calibrate.points.neighbours import FeaturePlaces, Neighbour, find_nei
 from wpcal.calibrate.points.outliers import Contradiction
 from wpcal.calibrate.points.robust import MOST_COMPARED, contradicted_points
 from wpcal.calibrate.suspect import Diagnosis, Exchange, Suspect
+from wpcal.calibrate.tool_offset import LEAST_ROWS, TOOL_OFFSET, PosedRows, ToolOffset, find_tool_offset
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import UnitError
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
+from wpcal.core.tangent import point_jacobian
 
 UNIT_FACTORS = {1000.0: "metres", 25.4: "inches"}
 """Units that occur in practice besides the millimetre, in mm."""
@@ -73,10 +76,11 @@ def diagnose_pairs(
     *,
     check: PointPairs | None = None,
     places: FeaturePlaces | None = None,
+    postures: Mapping[str, FloatArray] | None = None,
     sigma_mm: float | None = None,
     seed: int = 0,
 ) -> Diagnosis:
-    """Name swaps, a mirrored set, mis-taught points and wrong features, and what the data cannot show.
+    """Name swaps, a mirrored set, mis-taught points, wrong features and a wrong tool, and what the data cannot show.
 
     Parameters
     ----------
@@ -87,6 +91,8 @@ def diagnose_pairs(
         Points that were touched but not fitted. A wrong point is searched for among all of them together.
     places : FeaturePlaces, optional
         Of the part: a suspicious point is tried on them.
+    postures : mapping of str to ndarray of shape (3, 3), optional
+        The axes of the tool in the base by the name of the point: they show an error of the tool centre point.
     sigma_mm : float, optional
         Teaching error per axis of pairs without covariances, where known.
     seed : int
@@ -95,22 +101,26 @@ def diagnose_pairs(
     Returns
     -------
     Diagnosis
-        Codes ``swapped-names``, ``mirrored``, ``neighbour-feature``, ``blunder``, ``blunder-not-named``, ``poor-fit``,
-        ``three-points``, ``four-coplanar``, ``coplanar-mirror``.
+        Codes ``swapped-names``, ``mirrored``, ``tool-centre-point``, ``neighbour-feature``, ``blunder``,
+        ``blunder-not-named``, ``poor-fit``, ``three-points``, ``four-coplanar``, ``coplanar-mirror``.
     """
     seen = pairs if check is None else join_pairs(pairs, check)
     total = _sum_of_squares(seen.p_source, seen.p_target)
     most = sigma_mm
     if seen.covariances is not None:
         most = float(np.sqrt(np.linalg.eigvalsh(seen.covariances)[:, 2].max()))
-    explained, suspect = _swap(seen, total, most) or _mirror(seen, total, most), None
+    explained, suspect, tool = _swap(seen, total, most) or _mirror(seen, total, most), None, None
     if not explained:
         found = contradicted_points(seen, sigma_mm=sigma_mm, seed=seed)
+        tool = _tool_offset(seen, postures or {}, found, sigma_mm)
+    if tool is not None:
+        explained = (Issue(TOOL_OFFSET, tool.sentence),)
+    elif not explained:
         suspect = _suspect(seen, found, places, sigma_mm)
         explained = () if suspect is None else _suspect_issues(suspect)
         if suspect is None or not suspect.exchanges:
             explained += _poor_fit(seen, found, sigma_mm)
-    return Diagnosis((*explained, *_limits(pairs)), suspect)
+    return Diagnosis((*explained, *_limits(pairs)), suspect, tool)
 
 
 def join_pairs(pairs: PointPairs, check: PointPairs) -> PointPairs:
@@ -261,6 +271,27 @@ def _suspect_issues(suspect: Suspect) -> tuple[Issue, ...]:
         ids = tuple(dict.fromkeys(name for names, _ in suspect.rivals for name in names))
         issues.append(Issue(NOT_NAMED, f"{suspect.sentence}; teach one more point", ids))
     return tuple(issues)
+
+
+def _tool_offset(
+    pairs: PointPairs, postures: Mapping[str, FloatArray], found: Contradiction, sigma_mm: float | None
+) -> ToolOffset | None:
+    """Test the tool centre point on the points whose posture is known, against the points that look wrong."""
+    at = [i for i, name in enumerate(pairs.names) if name in postures]
+    if len(at) < LEAST_ROWS:
+        return None
+    posed = pairs.select(at)
+    rows = ErrorRows.of(posed, sigma_mm)
+    R, t = rows.fit()
+    moved = rows.p @ R.T + t
+    J = point_jacobian(moved - moved.mean(axis=0))
+    J[:, :, :3] /= max(float(np.abs(moved - moved.mean(axis=0)).max()), 1.0)
+    frames = np.array([postures[name] for name in posed.names])
+    given = PosedRows(rows.q - moved, J, frames, rows.information, 3 * len(at), rows.scaled)
+    wrong = [at.index(i) for i in found.sets[0] if i in at] if found.sets else []
+    tried = [wrong] if wrong else [[i] for i in range(len(at))]
+    rests = [rows.select(np.delete(np.arange(len(at)), out)).sum_of_squares() for out in tried]
+    return find_tool_offset(given, rival_squares=min(rests), rival_count=len(tried[0]))
 
 
 def _poor_fit(pairs: PointPairs, found: Contradiction, sigma_mm: float | None) -> tuple[Issue, ...]:

@@ -36,15 +36,23 @@ less are extended."""
 EXTENDED = 40
 """Best sets of k - 1 points that are extended to k points if there are more than `MOST_SETS`."""
 
-SEVERAL_SHARE = 0.1
-"""Share of the false alarms that pairs get where no single point stands out; triples get half of it. Pairs overlap, so
-the true share is less than half of it, and single points get the rest."""
+SINGLE_SHARE = 0.8
+"""Share of the false alarms for single points where pairs are tried as well."""
 
-MOST_HIDDEN = 3
+SEVERAL_SHARES = (0.4, 0.05)
+"""Shares for pairs and for triples where no smaller set stands out. A good set of points that raises an alarm as a pair
+often does so as a single point, and pairs overlap: simulated, all three together raise the alarm in one fit of a
+hundred."""
+
+MOST_HIDDEN = 1 + len(SEVERAL_SHARES)
 """Sets of up to this many points are tried where no smaller set stands out: wrong points can hide each other."""
 
 REST_SHARE = 0.05
 """Share of the false alarms for the second test, of the points that remain after a point was left out."""
+
+REST_SHARE_UNSTATED = 0.4
+"""The same if no error is stated. The second of two wrong points then stands out less, and a smaller share names the
+first one as the only one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,10 +147,10 @@ def _search(rows: ErrorRows) -> Contradiction:
     n, total = len(rows), rows.sum_of_squares()
     most = max(1, min((n - 1) // 2, n - 4))
     sets, stands_out = None, False
+    single = 1.0 if most == 1 else SINGLE_SHARE
     for k in range(1, most + 1):
         sets = _sets_of(rows, k, sets)
-        single = 1.0 if most == 1 else 1.0 - 0.5 * SEVERAL_SHARE
-        share = single if k == 1 or stands_out else SEVERAL_SHARE / 2.0 ** (k - 2)
+        share = single if k == 1 or stands_out else SEVERAL_SHARES[k - 2]
         here = sets.chance(rows, total) < share * FALSE_ALARM and _is_off(rows, sets.left_out[0])
         stands_out = stands_out or here
         if here and _agrees(rows.select(np.delete(np.arange(n), sets.left_out[0]))):
@@ -166,12 +174,13 @@ def _weighed(rows: ErrorRows, sets: _Sets) -> Contradiction:
 def _agrees(rest: ErrorRows) -> bool:
     """Tell whether points agree with each other, and with their stated errors."""
     n, total = len(rest), rest.sum_of_squares()
-    if rest.scaled and float(chdtrc(3 * n - 6, total)) < REST_SHARE * FALSE_ALARM:
+    level = FALSE_ALARM * (REST_SHARE if rest.scaled else REST_SHARE_UNSTATED)
+    if rest.scaled and float(chdtrc(3 * n - 6, total)) < level:
         return False
     if n < 4 or (n < 5 and not rest.scaled):
         return True
     again = _sets_of(rest, 1, None)
-    return not (again.chance(rest, total) < REST_SHARE * FALSE_ALARM and _is_off(rest, again.left_out[0]))
+    return not (again.chance(rest, total) < level and _is_off(rest, again.left_out[0]))
 
 
 def _is_off(rows: ErrorRows, left_out: IntArray) -> bool:

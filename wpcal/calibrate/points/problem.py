@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -59,6 +60,8 @@ class PointProblem:
         Points that are not fitted; a wrong point is searched for among all of them together.
     places : FeaturePlaces, optional
         Of the part: a suspicious point is tried on them.
+    postures : mapping of str to ndarray of shape (3, 3)
+        The axes of the tool in the base, by the names of the points and check points that say them.
     """
 
     pairs: PointPairs
@@ -67,6 +70,7 @@ class PointProblem:
     minimax: MinimaxSolution | None = None
     check: PointPairs | None = None
     places: FeaturePlaces | None = None
+    postures: Mapping[str, FloatArray] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -127,6 +131,10 @@ class PointProblem:
         """Return the problem of some of the points, indices of shape (m,)."""
         return replace(self, pairs=self.pairs.select(rows), minimax=None, check=None)
 
+    def allowing(self, tcp_bias_mm: float) -> Self:
+        """Return the problem with an allowance for an error of the tool centre point."""
+        return replace(self, teaching=replace(self.teaching, tcp_bias_mm=tcp_bias_mm))
+
     def judge_residuals(self, fit: CriterionFit, check: PointPairs | None = None) -> ResidualEvidence:
         """Say how the fitted points agree, and which of them neither the others nor the check points test."""
         fitted = self.pairs if len(fit.rows) == len(self.pairs) else self.pairs.select(fit.rows)
@@ -145,9 +153,14 @@ class PointProblem:
         return ResidualEvidence(squares, chi_squared, 3 * len(p) - 6, len(p), unchecked)
 
     def diagnose(self, fit: CriterionFit) -> Diagnosis:
-        """Name swapped, mirrored and mis-taught points and wrong features, and what the points cannot tell."""
+        """Name swapped, mirrored and mis-taught points, wrong features, a wrong tool, and what cannot be told."""
         found = diagnose_pairs(
-            self.pairs, check=self.check, places=self.places, sigma_mm=self.teaching.per_axis_mm, seed=self.seed
+            self.pairs,
+            check=self.check,
+            places=self.places,
+            postures=self.postures,
+            sigma_mm=self.teaching.per_axis_mm,
+            seed=self.seed,
         )
         if fit.criterion is Criterion.MINIMAX and fit.objective_mm - fit.lower_bound_mm > CERTIFIED_MM:
             return replace(found, issues=(*found.issues, _not_proved(fit)))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -12,7 +13,13 @@ from wpcal.calibrate.criteria import RIVAL, Criterion, CriterionFit
 from wpcal.calibrate.residual_evidence import ResidualEvidence, unchecked_names
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.suspect import Diagnosis, Suspect
-from wpcal.calibrate.touches.contradiction import ContradictedTouch, contradiction_issues, find_contradicted
+from wpcal.calibrate.tool_offset import LEAST_ROWS, TOOL_OFFSET, PosedRows, ToolOffset, find_tool_offset
+from wpcal.calibrate.touches.contradiction import (
+    contradiction_issues,
+    find_contradicted,
+    least_without,
+    squares_of,
+)
 from wpcal.calibrate.touches.covariance import propagate_covariance
 from wpcal.calibrate.touches.evidence import RivalPlace, TouchEvidence
 from wpcal.calibrate.touches.fit import Pose, fit_minimax, fit_squares, scaled_jacobian
@@ -45,12 +52,16 @@ class TouchProblem:
         The least-squares fit of all touches.
     annealed : Pose or None
         The annealer's best pose: a second start of the minimax fit.
-    contradicted : ContradictedTouch or None
-        The touch that `Criterion.ROBUST` leaves out.
+    contradicted : Suspect or None
+        The touches that the others contradict; `Criterion.ROBUST` leaves them out.
     rivals : tuple of RivalPlace
         Other places that the touches do not exclude.
     seam_points : ndarray, shape (k, 3), or None
         Part frame, mm: where the distance to these places is compared with the predicted error.
+    postures : mapping of str to ndarray of shape (3, 3)
+        The axes of the tool in the base, by the names of the touches and check touches that say them.
+    check : Touches or None
+        Touches that are not fitted; they take part in the tests.
     """
 
     touches: Touches
@@ -58,9 +69,11 @@ class TouchProblem:
     seed: int
     start: Pose
     annealed: Pose | None
-    contradicted: ContradictedTouch | None
+    contradicted: Suspect | None
     rivals: tuple[RivalPlace, ...] = ()
     seam_points: FloatArray | None = None
+    postures: Mapping[str, FloatArray] = field(default_factory=dict)
+    check: Touches | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -95,7 +108,7 @@ class TouchProblem:
             raise InputError("the weighted criterion needs an error for every touch: a column sigma_mm")
         kept = np.arange(len(self.touches))
         if criterion is Criterion.ROBUST and self.contradicted is not None:
-            kept = np.delete(kept, self.contradicted.row)
+            kept = np.flatnonzero(~np.isin(self.names, self.contradicted.names))
         fitted = self.touches.select(kept)
         pose, objective = self._pose(fitted, criterion)
         covariance, sigma = propagate_covariance(fitted, pose, criterion, self.teaching, seed=self.seed)
@@ -108,7 +121,11 @@ class TouchProblem:
 
     def select(self, rows: IntArray) -> Self:
         """Return the problem of some of the touches, indices of shape (m,)."""
-        return replace(self, touches=self.touches.select(rows), contradicted=None)
+        return replace(self, touches=self.touches.select(rows), contradicted=None, check=None)
+
+    def allowing(self, tcp_bias_mm: float) -> Self:
+        """Return the problem with an allowance for an error of the tool centre point."""
+        return replace(self, teaching=replace(self.teaching, tcp_bias_mm=tcp_bias_mm))
 
     def judge_residuals(self, fit: CriterionFit, check: Touches | None = None) -> ResidualEvidence:
         """Say how the fitted touches agree, and which of them neither the others nor the check touches test."""
@@ -130,17 +147,29 @@ class TouchProblem:
         return ResidualEvidence(squares, chi_squared, int(at.rank.sum()) - 6, len(fitted), unchecked)
 
     def diagnose(self, fit: CriterionFit) -> Diagnosis:
-        """Name the touch that the others contradict, and the fitted touches beyond the border of their face."""
-        fitted = self.touches.select(fit.rows)
-        issues = (
-            *contradiction_issues(self.touches, self.contradicted),
-            *self._rival_issues(fit),
-            *_border_issues(fitted, fit.T),
-        )
-        if self.contradicted is None:
-            return Diagnosis(issues)
-        name = self.touches.names[self.contradicted.row]
-        return Diagnosis(issues, Suspect((name,), (self.contradicted.off_mm,), None, 1, word=self.word))
+        """Name the touches that the others contradict, a wrong tool, and touches beyond the border of their face."""
+        fitted, suspect = self.touches.select(fit.rows), self.contradicted
+        tool = self._tool_offset()
+        if tool is not None:
+            suspect = None
+        named = contradiction_issues(suspect) if tool is None else (Issue(TOOL_OFFSET, tool.sentence),)
+        return Diagnosis((*named, *self._rival_issues(fit), *_border_issues(fitted, fit.T)), suspect, tool)
+
+    def _tool_offset(self) -> ToolOffset | None:
+        """Test the tool centre point on the touches whose posture is known, against the touches that look wrong."""
+        seen = self.touches if self.check is None else self.touches.joined(self.check)
+        posed = seen.select([i for i, name in enumerate(seen.names) if name in self.postures])
+        if len(posed) < LEAST_ROWS:
+            return None
+        sigma_mm = self.teaching.per_axis_mm
+        pose, information, J = squares_of(posed, self.start, sigma_mm)
+        frames = np.array([self.postures[name] for name in posed.names])
+        is_scaled = self.has_covariances or sigma_mm is not None
+        numbers = int(pose.at.rank.sum())
+        rows = PosedRows(pose.at.d, J, pose.at.A @ frames, information, numbers, is_scaled)
+        wrong = () if self.contradicted is None else self.contradicted.names
+        rest = least_without(posed, pose, sigma_mm, wrong)
+        return find_tool_offset(rows, rival_squares=rest, rival_count=max(len(wrong), 1))
 
     def _rival_issues(self, fit: CriterionFit) -> tuple[Issue, ...]:
         """Say that the part may lie in another place, further off than the predicted error."""
@@ -184,6 +213,8 @@ def search_touches(
     seed: int,
     teaching: TeachingError,
     seam_points: FloatArray | None = None,
+    check: Touches | None = None,
+    postures: Mapping[str, FloatArray] | None = None,
 ) -> tuple[TouchProblem, SolverReport, TouchEvidence]:
     """Search the pose of the touches, and check that they hold the part in one place.
 
@@ -200,6 +231,10 @@ def search_touches(
     teaching : TeachingError
     seam_points : ndarray, shape (k, 3), optional
         Part frame, mm: where two places are compared. By default the touched points.
+    check : Touches, optional
+        Touches that are not fitted; a wrong touch is searched for among all of them.
+    postures : mapping of str to ndarray of shape (3, 3), optional
+        The axes of the tool in the base, by the names of the touches.
 
     Raises
     ------
@@ -216,9 +251,19 @@ def search_touches(
     motions = held_motions(touches, found.pose)
     if found.rival is not None:
         raise two_places(touches, found.pose, found.rival)
-    contradicted = find_contradicted(touches, found.pose, teaching.per_axis_mm)
-    rivals = found.evidence.rivals
-    problem = TouchProblem(touches, teaching, seed, found.pose, found.annealed, contradicted, rivals, seam_points)
+    contradicted = find_contradicted(touches, found.pose, teaching.per_axis_mm, check=check)
+    problem = TouchProblem(
+        touches,
+        teaching,
+        seed,
+        found.pose,
+        found.annealed,
+        contradicted,
+        found.evidence.rivals,
+        seam_points,
+        postures or {},
+        check,
+    )
     return problem, _report(found, chosen, seed), TouchEvidence(touches.words, found.evidence, motions)
 
 

@@ -93,6 +93,11 @@ class GraphTargets:
         """The part."""
         return self.trimmed.graph
 
+    def joined(self, other: GraphTargets) -> tuple[GraphTargets, int]:
+        """As `TouchTargets.joined`."""
+        kind, index = np.concatenate([self.kind, other.kind]), np.concatenate([self.index, other.index])
+        return GraphTargets(self.trimmed, kind, index, np.concatenate([self.point, other.point])), len(self.kind)
+
     def nearest(self, rows: IntArray, points: FloatArray) -> Nearest:
         """As `TouchTargets.nearest`, with the same shapes: on whole surfaces and curves."""
         p, normal = self.point[rows].copy(), np.zeros((len(rows), 3))

@@ -14,7 +14,7 @@ On a face :math:`d` is the signed distance along n, whose gradient is n exactly.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,7 +50,7 @@ class TouchTargets(Protocol):
     """What the touches lie on; row i is the target of touch i.
 
     `wpcal.calibrate.touches.targets.GraphTargets` implements this for the faces and edges of a `BrepGraph`. Another
-    geometry must provide the five members of this protocol.
+    geometry must provide the six members of this protocol.
     """
 
     def nearest(self, rows: IntArray, points: FloatArray) -> Nearest:
@@ -86,6 +86,9 @@ class TouchTargets(Protocol):
         ndarray, shape (m,)
             mm; 0 within the border.
         """
+
+    def joined(self, other: Any) -> tuple[TouchTargets, int]:
+        """Return these targets followed by other ones of the same part and class, and the row of the first of those."""
 
     @property
     def centre(self) -> FloatArray:
@@ -172,6 +175,28 @@ class Touches:
             words=tuple(self.words[i] for i in at),
             covariances=None if self.covariances is None else self.covariances[at],
             rows=self.rows[at],
+        )
+
+    def joined(self, other: Touches) -> Touches:
+        """Return these touches followed by others of the same part, with other names.
+
+        Where the errors of one group alone are stated, or a name is in both, only these touches are returned.
+        """
+        if (self.covariances is None) != (other.covariances is None) or set(self.names) & set(other.names):
+            return self
+        covariances = None
+        if self.covariances is not None and other.covariances is not None:
+            covariances = np.concatenate([self.covariances, other.covariances])
+        targets, first = self.targets.joined(other.targets)
+        return replace(
+            self,
+            names=(*self.names, *other.names),
+            p_base=np.concatenate([self.p_base, other.p_base]),
+            radius_mm=np.concatenate([self.radius_mm, other.radius_mm]),
+            targets=targets,
+            words=(*self.words, *other.words),
+            covariances=covariances,
+            rows=np.concatenate([self.rows, first + other.rows]),
         )
 
     def paired(self, T_base_part: RigidTransform) -> PointPairs:

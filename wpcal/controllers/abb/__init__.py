@@ -9,4 +9,5 @@ RAPID = Controller(
     suffixes=(".mod", ".prg", ".sys"),
     reader="wpcal.controllers.abb.read:READER",
     sync_writer="wpcal.controllers.abb.sync:write_sync_rapid",
+    brands=("abb",),
 )

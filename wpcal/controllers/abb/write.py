@@ -1,8 +1,9 @@
 r"""ABB RAPID: one module with the work object of the calibrated part, the targets, and one procedure per seam.
 
 Quaternions are written q1 to q4 = w, x, y, z; lengths in mm. Targets are relative to the work object, which is the part
-frame as calibrated. `confdata` is written as zeros and not used: ``ConfJ\Off`` and ``ConfL\Off`` let the controller
-choose the configuration nearest to the present one.
+frame as calibrated. `confdata` is computed where the arm's joints are known (`wpcal.controllers.abb.configuration`).
+Otherwise it is written as zeros and not used: ``ConfJ\Off`` and ``ConfL\Off`` let the controller choose the
+configuration nearest to the present one.
 
 References
 ----------
@@ -13,8 +14,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from wpcal.controllers.abb.configuration import confdata
 from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_name, safe_names
-from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe, describe_path
 from wpcal.controllers.rounding import rounded
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
@@ -72,23 +74,19 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
     names = safe_names([path.seam.name for path in program.paths], NAMES, room=max(width + 1, len(PROCEDURE)))
     lines = [f"MODULE {module}", *_header(program, names), *_data(program, frame)]
     if program.safe_point is not None:
-        (pose,) = _poses(*program.safe_point.poses_in(T_base_frame))
-        lines.append(f"  LOCAL CONST robtarget {SAFE_POINT}:=[{pose},[0,0,0,0],{NO_EXTERNAL_AXES}];")
+        lines += _targets([SAFE_POINT], program.safe_point, program, T_base_frame)
     for path in program.paths:
-        labels = path.labels(names[path.seam.name], width=width)
-        poses = _poses(*path.poses_in(T_base_frame))
-        lines += [
-            f"  LOCAL CONST robtarget {label}:=[{pose},[0,0,0,0],{NO_EXTERNAL_AXES}];"
-            for label, pose in zip(labels, poses, strict=True)
-        ]
+        lines += _targets(path.labels(names[path.seam.name], width=width), path, program, T_base_frame)
     tool = own_name(program.controller.tool_name, NAMES, what="tool")
+    off, on = ((), ()) if program.arm is not None else (OFF, ON)
     for path in program.paths:
-        lines += _procedure(path, names[path.seam.name], tool, width, comes_from_safe=program.safe_point is not None)
+        moves = _moves(path, names[path.seam.name], tool, width, comes_from_safe=program.safe_point is not None)
+        lines += ["", f"  PROC {PROCEDURE}{names[path.seam.name]}()", *off, *moves, *on, "  ENDPROC"]
     calls = [f"    {PROCEDURE}{stem};" for stem in names.values()]
     if program.safe_point is not None:
         end = f"{tool}\\WObj:=wpPart;"
         first, last = f"    MoveJ {SAFE_POINT},{JOINT_SPEED},fine,{end}", f"    MoveL {SAFE_POINT},vAir,fine,{end}"
-        calls = [*OFF, first, *calls, *OFF, last, *ON]
+        calls = [*off, first, *calls, *off, last, *on]
     main = safe_name(f"run_{module}", NAMES)
     lines += [f"  PROC {main}()", *calls, "  ENDPROC", "ENDMODULE", ""]
     return {f"{module}.mod": "\r\n".join(lines)}
@@ -99,7 +97,9 @@ def _header(program: WeldProgram, names: dict[str, str]) -> list[str]:
         *describe(program),
         "targets are relative to wpPart, the part as calibrated; mm; q1..q4 = w,x,y,z",
         f"written with {MM_DECIMALS} and {QUATERNION_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
-        "confdata is not known: ConfJ, ConfL \\Off let the controller choose, and are On again at the end",
+        "confdata is not known: ConfJ, ConfL \\Off let the controller choose, and are On again at the end"
+        if program.arm is None
+        else "confdata is computed from the joints; cfx is that of an arm without a parallel rod",
         "the tool must be declared on the controller; the arc burns from ARC ON to ARC OFF",
         "seam -> name here",
         *(f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
@@ -121,7 +121,7 @@ def _data(program: WeldProgram, frame: str) -> list[str]:
     return lines
 
 
-def _poses(p: FloatArray, R: FloatArray) -> list[str]:
+def _pose_texts(p: FloatArray, R: FloatArray) -> list[str]:
     return _texts(p, quaternion_from_rotation(R))
 
 
@@ -135,7 +135,19 @@ def _texts(p: FloatArray, q_xyzw: FloatArray) -> list[str]:
     ]
 
 
-def _procedure(path: WeldPath, stem: str, tool: str, width: int, *, comes_from_safe: bool) -> list[str]:
+def _targets(
+    labels: list[str], poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: RigidTransform
+) -> list[str]:
+    texts = _pose_texts(*poses.poses_in(T_base_frame))
+    postures = program.posture_of(poses)
+    confs = ["[0,0,0,0]"] * len(texts) if postures is None else confdata(postures)
+    return [
+        f"  LOCAL CONST robtarget {label}:=[{text},{conf},{NO_EXTERNAL_AXES}];"
+        for label, text, conf in zip(labels, texts, confs, strict=True)
+    ]
+
+
+def _moves(path: WeldPath, stem: str, tool: str, width: int, *, comes_from_safe: bool) -> list[str]:
     end = f"{tool}\\WObj:=wpPart;"
     labels, rows = path.labels(stem, width=width), path.weld_rows
     way_to, (first, *between, last), way_from = labels[: rows.start], labels[rows], labels[rows.stop :]
@@ -143,9 +155,6 @@ def _procedure(path: WeldPath, stem: str, tool: str, width: int, *, comes_from_s
     if not comes_from_safe:
         moves[0] = f"    MoveJ {way_to[0]},vAir,fine,{end}"
     return [
-        "",
-        f"  PROC {PROCEDURE}{stem}()",
-        *OFF,
         *moves,
         f"    MoveL {first},vAir,fine,{end}",
         "    ! ARC ON",
@@ -153,6 +162,4 @@ def _procedure(path: WeldPath, stem: str, tool: str, width: int, *, comes_from_s
         f"    MoveL {last},vWeld,fine,{end}",
         "    ! ARC OFF",
         *(f"    MoveL {label},vAir,fine,{end}" for label in way_from),
-        *ON,
-        "  ENDPROC",
     ]

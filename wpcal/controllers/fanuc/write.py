@@ -14,8 +14,9 @@ import re
 from collections.abc import Sequence
 from functools import partial
 
+from wpcal.controllers.fanuc.configuration import config
 from wpcal.controllers.naming import NameRules, comment_lines
-from wpcal.controllers.program import WeldPath, WeldProgram, describe_path
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe_path
 from wpcal.controllers.rounding import rounded, zyx_degrees
 from wpcal.controllers.user_frame_jobs import ConfigurationRule, JobLanguage, write_jobs
 from wpcal.core.arrays import FloatArray
@@ -35,6 +36,7 @@ CONFIGURATION = ConfigurationRule(
     pattern=re.compile(r"[NF] ?[LR]? ?[UD] ?[TB], ?-?\d+, ?-?\d+, ?-?\d+"),
     expected="it as the pendant shows it, as N U T, 0, 0, 0",
     example="N U T, 0, 0, 0",
+    compute=config,
 )
 """For example N U T, 0, 0, 0: flip, (left, right,) up, front, and the turns of three joints."""
 JOINT_PERCENT = 10
@@ -82,12 +84,12 @@ def _main_program(
         frame = _frame_lines(program)
         air = _speed(program.motion.air_speed_mm_s)
         lines = [*frame, f"J P[1] {JOINT_PERCENT}% FINE", *lines, *frame, f"L P[1] {air} FINE"]
-        positions = _positions(*program.safe_point.poses_in(T_base_frame), program)
+        positions = _positions(program.safe_point, program, T_base_frame)
     return _file(name, [*_remarks(comments), *lines], positions)
 
 
 def _seam_program(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
-    return _file(name, _moves(path, program), _positions(*path.poses_in(T_base_frame), program))
+    return _file(name, _moves(path, program), _positions(path, program, T_base_frame))
 
 
 def _file(name: str, instructions: list[str], positions: list[str]) -> str:
@@ -149,14 +151,15 @@ def _speed(mm_s: float) -> str:
     raise InputError(f"FANUC: {mm_s:g} mm/s is neither whole mm/s nor whole cm/min; the nearest is {nearest:.4g} mm/s")
 
 
-def _positions(p: FloatArray, R: FloatArray, program: WeldProgram) -> list[str]:
+def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: RigidTransform) -> list[str]:
     controller = program.controller
-    head = f"\tUF : {controller.frame_number}, UT : {controller.tool_number},"
-    head += f"\t\tCONFIG : '{CONFIGURATION.text(controller)}',"
+    p, R = poses.poses_in(T_base_frame)
+    head = f"\tUF : {controller.frame_number}, UT : {controller.tool_number},\t\tCONFIG : "
+    texts = zip(CONFIGURATION.texts(program, poses), _coordinates(p, zyx_degrees(R, decimals=DECIMALS)), strict=True)
     return [
         line
-        for number, text in enumerate(_coordinates(p, zyx_degrees(R, decimals=DECIMALS)), start=1)
-        for line in (f"P[{number}]{{", "   GP1:", head, *text, "};")
+        for number, (conf, text) in enumerate(texts, start=1)
+        for line in (f"P[{number}]{{", "   GP1:", f"{head}'{conf}',", *text, "};")
     ]
 
 

@@ -8,4 +8,5 @@ KRL = Controller(
     writer="wpcal.controllers.kuka.write:write_krl",
     suffixes=(".dat",),
     reader="wpcal.controllers.kuka.read:READER",
+    brands=("kuka",),
 )

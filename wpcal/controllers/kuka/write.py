@@ -1,7 +1,8 @@
 """KUKA KRL: a pair ``NAME.src`` and ``NAME.dat`` with the base of the calibrated part and the points along its seams.
 
 Angles are A, B, C in degrees with ``R = Rz(A) Ry(B) Rx(C)``; lengths in mm. Points are relative to the frame
-``WP_PART``, which the program makes ``$BASE``. Status and turn (S, T) are left out: the controller ignores them for LIN
+``WP_PART``, which the program makes ``$BASE``. Status and turn (S, T) are written where the arm's joints are known and
+`wpcal.controllers.kuka.configuration` defines them. Otherwise they are left out: the controller ignores them for LIN
 and keeps the present ones for PTP.
 
 References
@@ -11,10 +12,13 @@ KUKA, System Software 8.x: Operating and Programming Instructions for System Int
 
 from __future__ import annotations
 
+from wpcal.controllers.kuka.configuration import status_and_turn
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
-from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe, describe_path
 from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
 from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.core.transform import RigidTransform
 
 KEYWORDS = (
     "anin anout axis b_and b_exor b_not b_or begin bool brake case cast_from cast_to ccirc channel char circ "
@@ -56,17 +60,16 @@ def write_krl(program: WeldProgram) -> dict[str, str]:
     T_base_frame = rounded_frame(program.T_base_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)
     points: list[str] = []
     vertical = 0
+    known = _status_is_known(program)
     for path in program.paths:
-        p, R = path.poses_in(T_base_frame)
-        angles = zyx_degrees(R, decimals=DEG_DECIMALS)
-        vertical += int((abs(angles[:, 1]) == 90.0).sum())
+        vertical += int((abs(zyx_degrees(path.poses_in(T_base_frame)[1], decimals=DEG_DECIMALS)[:, 1]) == 90.0).sum())
         labels = path.labels(names[path.seam.name], width=width)
-        points += [f"DECL E6POS {label}={text}" for label, text in zip(labels, _aggregates(p, angles), strict=True)]
-    header = _header(program, names, vertical)
+        texts = _positions(path, program, T_base_frame, known=known)
+        points += [f"DECL E6POS {label}={text}" for label, text in zip(labels, texts, strict=True)]
+    header = _header(program, names, vertical, known=known)
     frame = _aggregates(T_base_frame.t_mm[None], zyx_degrees(T_base_frame.R, decimals=DEG_DECIMALS)[None])[0]
     if program.safe_point is not None:
-        p, R = program.safe_point.poses_in(T_base_frame)
-        points.insert(0, f"DECL E6POS WP_SAFE={_aggregates(p, zyx_degrees(R, decimals=DEG_DECIMALS))[0]}")
+        points.insert(0, f"DECL E6POS WP_SAFE={_positions(program.safe_point, program, T_base_frame, known=known)[0]}")
     data = [*ATTRIBUTES, f"DEFDAT {name} PUBLIC", *header, f"DECL FRAME WP_PART={frame}", *points, "ENDDAT", ""]
     source = [*ATTRIBUTES, f"DEF {name}()", *header, *_start(program)]
     for path in program.paths:
@@ -80,12 +83,39 @@ ATTRIBUTES = ("&ACCESS RVP", "&REL 1")
 """Visible to the programmer, first release."""
 
 
-def _header(program: WeldProgram, names: dict[str, str], vertical: int) -> list[str]:
+def _status_is_known(program: WeldProgram) -> bool:
+    """Tell whether S and T of every pose are known; otherwise none is written."""
+    try:
+        for poses in program.groups:
+            postures = program.posture_of(poses)
+            if postures is None:
+                return False
+            status_and_turn(postures)
+    except InputError:
+        return False
+    return True
+
+
+def _positions(
+    poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: RigidTransform, *, known: bool
+) -> list[str]:
+    p, R = poses.poses_in(T_base_frame)
+    texts = _aggregates(p, zyx_degrees(R, decimals=DEG_DECIMALS))
+    postures = program.posture_of(poses)
+    if not known or postures is None:
+        return texts
+    both = status_and_turn(postures)
+    return [f"{text[:-1]},S {status},T {turn}}}" for text, (status, turn) in zip(texts, both, strict=True)]
+
+
+def _header(program: WeldProgram, names: dict[str, str], vertical: int, *, known: bool) -> list[str]:
     text = [
         *describe(program),
         "points are relative to WP_PART, the part as calibrated; mm; R = Rz(A) Ry(B) Rx(C), deg",
         f"written with {MM_DECIMALS} and {DEG_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
-        "S and T are not known and left out: LIN ignores them, PTP keeps the present ones",
+        "S and T are computed from the joints"
+        if known
+        else "S and T are not known and left out: LIN ignores them, PTP keeps the present ones",
         f"PTP moves run with {JOINT_PERCENT} % of the axes' speed",
         f"BASE_DATA[{program.controller.frame_number}] becomes WP_PART too: jog in this base",
         "the arc burns from ARC ON to ARC OFF",

@@ -6,4 +6,5 @@ URSCRIPT = Controller(
     name="urscript",
     title="Universal Robots: NAME.script with the part's frame and poses",
     writer="wpcal.controllers.ur.write:write_urscript",
+    brands=("ur", "universal-robots"),
 )

@@ -9,4 +9,5 @@ INFORM = Controller(
     suffixes=(".jbi",),
     reader="wpcal.controllers.yaskawa.read:READER",
     sync_writer="wpcal.controllers.yaskawa.sync:write_sync_inform",
+    brands=("yaskawa", "motoman"),
 )

@@ -15,9 +15,10 @@ from collections.abc import Sequence
 from functools import partial
 
 from wpcal.controllers.naming import NameRules, comment_lines
-from wpcal.controllers.program import WeldPath, WeldProgram, describe_path
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe_path
 from wpcal.controllers.rounding import rounded, zyx_degrees
 from wpcal.controllers.user_frame_jobs import ConfigurationRule, JobLanguage, write_jobs
+from wpcal.controllers.yaskawa.configuration import rconf
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
@@ -36,6 +37,7 @@ CONFIGURATION = ConfigurationRule(
     pattern=re.compile(r"\d+(?:,\d+)+"),
     expected="numbers with commas, as RCONF of a job has them",
     example="1,0,0,0,0,0,0,0",
+    complete=rconf,
 )
 JOINT_PERCENT = 5.0
 """Of the first move to a seam. Slow, because the arm can come from anywhere."""
@@ -84,12 +86,12 @@ def _main_job(
     if program.safe_point is None:
         return inform_job(name, [], [*head, *lines])
     lines = [f"MOVJ C00000 VJ={JOINT_PERCENT:.2f}", *lines, f"MOVL C00000 {_speed(program.motion.air_speed_mm_s)}"]
-    positions = _positions(*program.safe_point.poses_in(T_base_frame), program)
+    positions = _positions(program.safe_point, program, T_base_frame)
     return inform_job(name, positions, [*head, *lines], user=program.controller.frame_number)
 
 
 def _seam_job(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
-    positions = _positions(*path.poses_in(T_base_frame), program)
+    positions = _positions(path, program, T_base_frame)
     return inform_job(name, positions, _moves(path, program), user=program.controller.frame_number)
 
 
@@ -137,15 +139,20 @@ def inform_job(
     return "\r\n".join(lines)
 
 
-def _positions(p: FloatArray, R: FloatArray, program: WeldProgram) -> list[str]:
-    return [
+def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: RigidTransform) -> list[str]:
+    p, R = poses.poses_in(T_base_frame)
+    coordinates = _coordinates(p, zyx_degrees(R, decimals=DEG_DECIMALS))
+    lines = [
         f"///USER {program.controller.frame_number}",
         f"///TOOL {program.controller.tool_number}",
         "///POSTYPE USER",
         "///RECTAN",
-        f"///RCONF {CONFIGURATION.text(program.controller)}",
-        *_coordinates(p, zyx_degrees(R, decimals=DEG_DECIMALS)),
     ]
+    before = None
+    for conf, text in zip(CONFIGURATION.texts(program, poses), coordinates, strict=True):
+        lines += [f"///RCONF {conf}", text] if conf != before else [text]
+        before = conf
+    return lines
 
 
 def _coordinates(p: FloatArray, angles: FloatArray) -> list[str]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from typing import Any
 
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.csv_text import csv_text
 from wpcal.planning.cell.cell_check import check_cell
 from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.planning.plan.recheck import PathCheck, TipMotion
@@ -124,15 +123,13 @@ def _points(run: CellRun) -> list[dict[str, Any]]:
 
 def run_csv(run: CellRun, cell: RobotCell) -> str:
     """Return ``plan.csv``: one row per state with the values of `run_record`; an unknown value is an empty cell."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     joints = [
         f"r{robot}_{joint.name}_deg" for robot, arm in enumerate((cell.arm1, cell.arm2), 1) for joint in arm.joints
     ]
     rest = ("s_mm", "slope_deg", "rotation_deg", "work_deg", "travel_deg", "clearance_mm")
-    writer.writerow(["mark", "phase", "t_s", *joints, *rest])
+    rows = [["mark", "phase", "t_s", *joints, *rest]]
     for point in _points(run):
         numbers = [point["t_s"], *point["robot1_deg"], *point["robot2_deg"], *(point[name] for name in rest)]
         cells = ["" if value is None else f"{value:.{CSV_DIGITS}g}" for value in numbers]
-        writer.writerow([point["mark"], point["phase"], *cells])
-    return text.getvalue()
+        rows.append([point["mark"], point["phase"], *cells])
+    return csv_text(rows)

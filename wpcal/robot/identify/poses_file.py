@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError, UnitError
+from wpcal.core.orientation_columns import orientations_of_table
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
-from wpcal.core.rotations import rotation_from_quaternion, rotation_from_zyx
+from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.tables import Table, read_table
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.identify.observations import PoseObservations
@@ -21,12 +21,7 @@ from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.tool_point import TOOL_SCHEMA
 
 POSITION_COLUMNS = ("x_mm", "y_mm", "z_mm")
-QUATERNION_COLUMNS = ("qx", "qy", "qz", "qw")
-RPY_COLUMNS = ("rx_deg", "ry_deg", "rz_deg")
 SETS = ("train", "test")
-
-UNIT_LENGTH_ATOL = 1e-3
-"""A quaternion printed with four digits is this near to length one; further off it is something else."""
 
 RADIANS_BELOW = 2.0 * np.pi
 """Angles that all stay below this number look like radians: no joint of a set of poses moves by six degrees only."""
@@ -74,7 +69,7 @@ def read_poses(path: Path, arm: Arm) -> tuple[PoseObservations, BoolArray | None
             "the column has one word only; expected some rows train and some test", path=table.path, column="set"
         )
     try:
-        poses = PoseObservations(joints, positions, _orientations(table), reflectors, reflector, table.lines)
+        poses = PoseObservations(joints, positions, orientations_of_table(table), reflectors, reflector, table.lines)
     except InputError as error:
         raise FormatError(str(error), path=table.path) from None
     return poses, test
@@ -101,24 +96,6 @@ def read_joints(table: Table, arm: Arm) -> FloatArray:
         )
         raise FormatError(what, path=table.path, line=table.lines[row], column=columns[joint])
     return np.deg2rad(degrees)
-
-
-def _orientations(table: Table) -> FloatArray | None:
-    quaternions, angles = table.has("qx") or table.has("qw"), table.has("rx_deg")
-    if quaternions and angles:
-        raise FormatError("orientations are given twice, as qx … qw and as rx_deg …; keep one", path=table.path, line=1)
-    if quaternions:
-        q = table.numbers(QUATERNION_COLUMNS)
-        lengths = np.linalg.norm(q, axis=1)
-        off = np.abs(lengths - 1.0) > UNIT_LENGTH_ATOL
-        if off.any():
-            row = int(np.argmax(off))
-            what = f"a unit quaternion has length 1, this one {lengths[row]:.4g}"
-            raise FormatError(what, path=table.path, line=table.lines[row], column="qx")
-        return rotation_from_quaternion(q)
-    if angles:
-        return rotation_from_zyx(*np.deg2rad(table.numbers(RPY_COLUMNS)).T)
-    return None
 
 
 def _reflectors(table: Table) -> tuple[tuple[str, ...], np.ndarray[tuple[int, ...], np.dtype[np.int64]]]:
@@ -200,15 +177,12 @@ def corrected_table(
         Error of the tool centre point that all points share (95 %), mm; the column is left out at zero.
     """
     rest = list(others[0]) if others else []
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     bias = {"tcp_bias_mm": f"{tcp_bias_mm:.6f}"} if tcp_bias_mm else {}
-    writer.writerow(["name", *POSITION_COLUMNS, "robot_space", *bias, *rest])
+    rows = [["name", *POSITION_COLUMNS, "robot_space", *bias, *rest]]
     for name, point, cells in zip(names, points, others, strict=True):
-        writer.writerow(
-            [name, *(f"{value:.6f}" for value in point), space.value, *bias.values(), *(cells[key] for key in rest)]
-        )
-    return text.getvalue()
+        place = (f"{value:.6f}" for value in point)
+        rows.append([name, *place, space.value, *bias.values(), *(cells[key] for key in rest)])
+    return csv_text(rows)
 
 
 def plan_table(arm: Arm, joints: FloatArray) -> str:
@@ -220,14 +194,10 @@ def plan_table(arm: Arm, joints: FloatArray) -> str:
     joints : ndarray, shape (N, n)
         Shown joint angles, rad.
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        [*(f"q{i + 1}_deg" for i in range(joints.shape[1])), "nominal_x_mm", "nominal_y_mm", "nominal_z_mm"]
-    )
+    rows = [[*(f"q{i + 1}_deg" for i in range(joints.shape[1])), "nominal_x_mm", "nominal_y_mm", "nominal_z_mm"]]
     for q, p in zip(np.rad2deg(joints), arm.forward(joints)[:, :3, 3], strict=True):
-        writer.writerow([*(f"{angle:.4f}" for angle in q), *(f"{value:.1f}" for value in p)])
-    return text.getvalue()
+        rows.append([*(f"{angle:.4f}" for angle in q), *(f"{value:.1f}" for value in p)])
+    return csv_text(rows)
 
 
 def parse_tool(text: str | None) -> tuple[RigidTransform, float | None]:

@@ -14,6 +14,7 @@ from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm, Coupling, Joint
 from wpcal.robot.kinematics.chain import MDHChain
+from wpcal.robot.kinematics.urdf import read_urdf
 
 ARM_SCHEMA = "wpcal/arm/1"
 
@@ -30,7 +31,7 @@ def _folder() -> resources.abc.Traversable:
 
 
 def find_arm(name_or_path: str) -> Arm:
-    """Return a shipped arm by name (``mh6``), or read an arm file.
+    """Return a shipped arm by name (``mh6``), or read an arm file or a URDF file.
 
     Raises
     ------
@@ -38,6 +39,10 @@ def find_arm(name_or_path: str) -> Arm:
         When it is neither a shipped name nor a file; the message lists the names.
     FormatError
         When the file breaks the format.
+
+    Notes
+    -----
+    A URDF file knows no couplings of joints: FANUC's J3 is then counted as the elbow turns, not as shown.
     """
     if name_or_path in shipped_arms():
         with resources.as_file(_folder() / f"{name_or_path}.json") as path:
@@ -45,7 +50,7 @@ def find_arm(name_or_path: str) -> Arm:
     path = Path(name_or_path)
     if not path.exists():
         raise InputError(f"{name_or_path}: no such file, and no shipped arm; shipped are {', '.join(shipped_arms())}")
-    return read_arm(path)
+    return read_urdf(path) if path.suffix.lower() == ".urdf" else read_arm(path)
 
 
 def read_arm(path: Path) -> Arm:

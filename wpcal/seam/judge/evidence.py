@@ -133,9 +133,11 @@ def _free_shares(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam])
 
 
 def _felt_rows(seam: Seam) -> IntArray:
-    """Return the stations at which the reach of a seam is felt: all along it, without its ends."""
-    places = max(REACH_STATIONS, math.ceil(seam.length_mm / USUAL_TORCH.nozzle_mm))
-    return np.unique(np.linspace(0, len(seam.frames) - 1, places + 2).astype(int)[1:-1])
+    """Return the stations at which the reach of a seam is felt: all along it, without its ends if it has others."""
+    places = max(REACH_STATIONS, math.ceil(seam.length_mm / (2.0 * USUAL_TORCH.nozzle_radius_mm)))
+    last = len(seam.frames) - 1
+    rows = np.floor(np.linspace(0, last, places + 2)[1:-1] + 0.5).astype(int)
+    return np.unique(np.concatenate([rows, last - rows]))  # the same places from either end
 
 
 def _reach_words(shares: FloatArray) -> tuple[str, ...]:

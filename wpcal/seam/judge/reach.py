@@ -40,7 +40,7 @@ def free_share(
 ) -> FloatArray:
     """Return the share of directions, for each frame, in which a torch reaches the seam; shape (n,).
 
-    A direction is free if the ray of the wire leaves the part, and four rays around it at the radius of the nozzle do.
+    A direction is free if the ray of the wire leaves the part, and eight rays around it at the radius of the nozzle do.
 
     Parameters
     ----------
@@ -62,14 +62,16 @@ def free_share(
     owner = np.add.outer(np.arange(k) * (n and seam[-1] + 1), seam).ravel()
     free = np.ones(len(owner), dtype=bool)
     wire = (origins + start[:, None] * ways)[:, None]
-    free &= first_faces(graph, trimmed, owner, wire, ways, np.maximum(USUAL_TORCH.stickout_mm - start, 0.0)) < 0
+    free &= first_faces(graph, trimmed, owner, wire, ways, np.maximum(USUAL_TORCH.wire_mm - start, 0.0)) < 0
     rows = np.flatnonzero(free)
     across = np.cross(ways[rows], side[rows])
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     side = np.cross(across, ways[rows])
-    radius = USUAL_TORCH.nozzle_mm / 2.0 - TOUCH_MM
-    mouth = origins[rows] + USUAL_TORCH.stickout_mm * ways[rows]
-    bundle = np.stack([mouth + radius * offset for offset in (0.0 * side, across, -across, side, -side)], axis=1)
+    radius = USUAL_TORCH.nozzle_radius_mm - TOUCH_MM
+    mouth = origins[rows] + USUAL_TORCH.wire_mm * ways[rows]
+    slant, other = np.sqrt(0.5) * (across + side), np.sqrt(0.5) * (across - side)
+    offsets = [0.0 * side, *(sign * rim for rim in (across, side, slant, other) for sign in (1.0, -1.0))]
+    bundle = np.stack([mouth + radius * offset for offset in offsets], axis=1)
     length = np.full(len(rows), USUAL_TORCH.length_mm)
     free[rows] = first_faces(graph, trimmed, owner[rows], bundle, ways[rows], length) < 0
     return np.asarray(free.reshape(k, n).mean(axis=0), dtype=np.float64)

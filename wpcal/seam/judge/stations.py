@@ -18,7 +18,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.path.cut import parameter_at, piece_lengths, points_at
 from wpcal.seam.seam import Seam, SeamFrames, SeamSource
-from wpcal.seam.torch import USUAL_TORCH, StraightTorch
+from wpcal.seam.torch import USUAL_TORCH, TorchShape
 
 BEAD_MM = 15.0
 """Rays out of a modelled bead start this far from its root, which is below its face: 14 mm for 20 mm legs."""
@@ -62,9 +62,9 @@ class Stretch:
     solids: frozenset[int]
 
 
-def rails_mm(seam: Seam, torch: StraightTorch = USUAL_TORCH) -> FloatArray:
+def rails_mm(seam: Seam, torch: TorchShape = USUAL_TORCH) -> FloatArray:
     """Return how far out of the joint the felt points of the wire are, mm; shape (RAILS,)."""
-    return np.linspace(start_mm(seam), max(start_mm(seam), torch.stickout_mm), RAILS)
+    return np.linspace(start_mm(seam), max(start_mm(seam), torch.wire_mm), RAILS)
 
 
 def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[list[Stretch]]:
@@ -267,7 +267,7 @@ def _where_wire_is_free(graph: BrepGraph, trimmed: TrimmedFaces, changes: Sequen
     if not changes:
         return np.zeros(0)
     start = np.array([start_mm(change.seam) for change in changes])
-    length = np.repeat(np.maximum(USUAL_TORCH.stickout_mm - start, 0.0), SEARCH_PLACES)
+    length = np.repeat(np.maximum(USUAL_TORCH.wire_mm - start, 0.0), SEARCH_PLACES)
 
     def meets(places: FloatArray) -> BoolArray:
         frames = [_wire(graph, change.seam, s) for change, s in zip(changes, places, strict=True)]

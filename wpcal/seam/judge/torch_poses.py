@@ -61,12 +61,12 @@ class TorchPoses:
     @property
     def mouth_mm(self) -> FloatArray:
         """Distance of the nozzle from the tip, mm, shape (n,)."""
-        return np.maximum(USUAL_TORCH.stickout_mm, self.start_mm)
+        return np.maximum(USUAL_TORCH.wire_mm, self.start_mm)
 
 
 def nozzle_radius_mm(graph: BrepGraph) -> float:
     """Return the radius with which the nozzle is felt: programs are checked against triangles, wider by their error."""
-    return USUAL_TORCH.nozzle_mm / 2.0 + 2.0 * usual_deflection_mm(graph.size_mm)
+    return USUAL_TORCH.nozzle_radius_mm + 2.0 * usual_deflection_mm(graph.size_mm)
 
 
 def find_solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> IntArray:

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { Draft } from "../src/pick/draft.js";
+import { Draft, idOf } from "../src/pick/draft.js";
 import { Rows } from "../src/pick/rows.js";
 import { freeName } from "../src/pick/saving.js";
 import { theirsText } from "../src/pick/theirs.js";
@@ -59,17 +59,19 @@ test("a stale change is merged and sent again", async (t) => {
     ],
   );
   assert.deepEqual(said, ["Changed in another window: V2."]);
-  assert.equal(draft.conflicts, 0);
+  assert.equal(draft.undecided.length, 0);
 });
 
 test("two texts in one cell are both said", async (t) => {
   const theirs = { ...TABLE, rows: [["V2", "8", "2", "3", "V2", "yes"]] };
   const stale = { answer: { is_stale: true, revision: 6, table: theirs, saves_to: "taught.csv" } };
-  const { draft, rows, said } = draftOf(t, [stale, { answer: { revision: 7, warning: "" } }]);
+  const { draft, rows, sent, said } = draftOf(t, [stale, { answer: { revision: 7, warning: "" } }]);
   rows.rows[0].x_mm = "7";
   await draft.keep();
   assert.match(said[0], /^Two windows changed 1 cell: V2, x_mm: this window has 7, another window 8\./);
-  assert.equal(draft.conflicts, 1);
+  assert.deepEqual(sent.at(-1)[1].conflicts, [idOf(draft.undecided[0])]); // the server knows of it
+  draft.decided(draft.undecided);
+  assert.deepEqual(draft.own().conflicts, []);
 });
 
 test("without the server a change is at risk", async (t) => {

@@ -57,6 +57,9 @@ test("a number that is being typed counts as empty, and only in that cell", () =
 test("text for the clipboard quotes commas and quotation marks", () => {
   const rows = rowsOf(['a "b", c', "1", "2", "3", "", "yes"]);
   assert.equal(rows.toText(), 'name,x_mm,y_mm,z_mm,feature,use\n"a ""b"", c",1,2,3,,yes\n');
+  rows.rows[0].name = "=1+1";
+  rows.rows[0].x_mm = "-1.5";
+  assert.equal(rows.toText().split("\n")[1], "'=1+1,-1.5,2,3,,yes");
 });
 
 test("pasted positions go to their names, then to open rows, then to new ones", () => {

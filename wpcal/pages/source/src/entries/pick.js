@@ -96,7 +96,8 @@ class Picker {
   takeTheirs(merged) {
     this.table.adopt(merged.table);
     const text = theirsText(merged);
-    if (merged.conflicts.length) this.status.offer(text, merged.withTheirs, "wrong", "Take the others", "taken");
+    const { conflicts } = merged;
+    if (conflicts.length) this.status.say(text, "wrong", " ", this.saving.takeTheirsButton(conflicts));
     else this.status.say(text);
   }
 
@@ -124,7 +125,8 @@ class Picker {
     this.table.show({ ...(answer ?? NOTHING), tolerance: data.tolerance_mm, fault });
     this.scene.show(this.rows, answer ?? NOTHING);
     this.seams.show(answer);
-    layout.showNotes([...(answer?.notes ?? []), ...data.notes], answer?.exchanges ?? []);
+    const notes = [answer?.criterion_advice, ...(answer?.notes ?? []), ...data.notes].filter(Boolean);
+    layout.showNotes(notes, answer?.exchanges ?? []);
   }
 
   /** Asks which features to touch next, and adds rows for them. */
@@ -143,6 +145,10 @@ class Picker {
   }
 
   async copy() {
+    if (!navigator.clipboard) {
+      this.status.say("not copied: browsers give the clipboard only to a page of the same machine. Use Save.", "wrong");
+      return;
+    }
     try {
       await navigator.clipboard.writeText(this.rows.toText());
       this.status.say("copied; paste the rows into a spreadsheet, or anywhere on the page of another wpcal pick");

@@ -1,6 +1,7 @@
 // The server's copy of the table: every change goes there at once, and the changes of other windows come from there.
 import { FAULTS, latestOnly, post } from "./link.js";
 import { isSameTable, mergeTables } from "./merge.js";
+import { randomName } from "./names.js";
 
 const POLL_MS = 1000; // how late this window shows what was typed in another
 const LARGEST_LAST_BYTES = 60_000; // browsers send at most 64 kB after a page is closed
@@ -14,10 +15,10 @@ export class Draft {
    */
   constructor(rows, start, on) {
     Object.assign(this, { rows, on, base: rows.toRecord(), revision: start.revision });
-    this.window = crypto.randomUUID();
+    this.window = randomName();
     this.number = 0;
     this.fault = null; // of the last request
-    this.conflicts = 0; // so far
+    this.undecided = []; // cells where this window put its text in place of another window's, until a person chooses
     this.last = Promise.resolve();
     this.exchange = latestOnly(() => this.update(), 0);
     setInterval(() => this.exchange.isIdle && !document.hidden && this.exchange.ask(), POLL_MS);
@@ -84,10 +85,20 @@ export class Draft {
   take(answer) {
     const merged = mergeTables(this.base, this.rows.toRecord(), answer.table);
     Object.assign(this, { base: answer.table, revision: answer.revision, fault: null });
-    this.conflicts += merged.conflicts.length;
+    this.undecided = [...this.undecided, ...merged.conflicts];
     this.on.onName(answer.saves_to);
     if (!isSameTable(this.rows.toRecord(), merged.table)) this.on.onTheirs(merged);
     else if (merged.conflicts.length) this.on.onTheirs(merged);
+  }
+
+  /** The person has seen these conflicts and chosen. */
+  decided(conflicts) {
+    this.undecided = this.undecided.filter((one) => !conflicts.includes(one));
+  }
+
+  /** What the page shows at a click: to be saved if nothing else comes in between. */
+  get shown() {
+    return { shown: this.revision, window: this.window };
   }
 
   /** The server has saved the table, perhaps under another name. */
@@ -115,7 +126,8 @@ export class Draft {
 
   own() {
     this.number += 1;
-    return { revision: this.revision, window: this.window, number: this.number };
+    const conflicts = this.undecided.map(idOf);
+    return { revision: this.revision, window: this.window, number: this.number, conflicts };
   }
 
   lastBody() {
@@ -128,4 +140,9 @@ export class Draft {
     const headers = { "Content-Type": "application/json" };
     fetch("keep", { method: "POST", headers, body: this.lastBody(), keepalive: true }).catch(() => {});
   }
+}
+
+/** A conflict in the words of the server: the cell and both texts. */
+export function idOf({ key, column, mine, theirs }) {
+  return JSON.stringify([key, column, mine, theirs]);
 }

@@ -7,6 +7,7 @@ export const FAULTS = Object.freeze({
   noServer: "no-server",
   fileChanged: "file-changed",
   fileReadOnly: "file-read-only",
+  conflict: "conflict",
 });
 
 /**

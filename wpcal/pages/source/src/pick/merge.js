@@ -15,26 +15,34 @@ export function isSameTable(a, b) {
  * @param {object} base  the table from which both were made
  * @param {object} mine
  * @param {object} theirs
- * @returns {{table: object, changed: string[], withTheirs: object,
- *   conflicts: {row: string, column: string, mine: string, theirs: string}[]}}
- *   `changed`: names of the rows in which `table` differs from `mine`; `withTheirs`: the table with the other text in
- *   every conflict
+ * @returns {{table: object, changed: string[],
+ *   conflicts: {key: string, row: string, column: string, mine: string, theirs: string}[]}}
+ *   `changed`: names of the rows in which `table` differs from `mine`
  */
 export function mergeTables(base, mine, theirs) {
   const columns = [...theirs.columns, ...mine.columns.filter((name) => !theirs.columns.includes(name))];
   const [before, own, other] = [base, mine, theirs].map((table) => cellsByKey(table, columns));
   const twins = twinsOf(before, own, other);
   for (const [key, twin] of twins) rekey(own, twin, key);
-  const [rows, alternatives, conflicts] = [new Map(), new Map(), []];
+  const [rows, conflicts] = [new Map(), []];
   for (const key of new Set([...other.keys(), ...own.keys()])) {
     const merged = mergeRow(before.get(key), own.get(key), other.get(key));
     if (!merged) continue;
     rows.set(key, merged.row);
-    alternatives.set(key, merged.alternative);
-    conflicts.push(...merged.conflicts);
+    conflicts.push(...merged.conflicts.map((conflict) => ({ key, ...conflict })));
   }
   const changed = changedNames(own, rows);
-  return { table: toRecord(columns, rows), changed, conflicts, withTheirs: toRecord(columns, alternatives) };
+  return { table: toRecord(columns, rows), changed, conflicts };
+}
+
+/** The table with the other window's text in every cell of `conflicts`. */
+export function withTheirs({ columns, rows, keys }, conflicts) {
+  const cells = rows.map((row) => [...row]);
+  for (const { key, column, theirs } of conflicts) {
+    const row = cells[keys.indexOf(key)];
+    if (row) row[columns.indexOf(column)] = theirs;
+  }
+  return { columns, rows: cells, keys };
 }
 
 /** Names of the rows that differ, are new or are gone. */
@@ -66,19 +74,18 @@ function mergeRow(baseRow, mine, theirs) {
   if (mine && theirs) return mergeCells(baseRow, mine, theirs);
   const row = mine ?? theirs;
   const isRemoved = baseRow && isSameRow(baseRow, row);
-  return isRemoved ? null : { row, alternative: row, conflicts: [] };
+  return isRemoved ? null : { row, conflicts: [] };
 }
 
 function mergeCells(baseRow, mine, theirs) {
-  const [row, alternative, conflicts] = [{ ...mine }, { ...mine }, []];
+  const [row, conflicts] = [{ ...mine }, []];
   for (const [column, text] of Object.entries(theirs)) {
     const known = baseRow?.[column] ?? "";
     if (mine[column] === text || text === known) continue;
-    alternative[column] = text;
     if (mine[column] === known) row[column] = text;
     else conflicts.push({ row: mine.name, column, mine: mine[column], theirs: text });
   }
-  return { row, alternative, conflicts };
+  return { row, conflicts };
 }
 
 function isSameRow(a, b) {

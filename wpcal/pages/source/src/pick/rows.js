@@ -1,12 +1,20 @@
 // The table of taught points as data: cells of text by column, exactly as they are saved.
+import { randomName } from "./names.js";
 import { isHalfANumber } from "./numbers.js";
 
 export const PLACE = ["x_mm", "y_mm", "z_mm"];
 const MODEL = ["model_x_mm", "model_y_mm", "model_z_mm"];
 const MODEL_DIGITS = 6;
 const LONG_ZEROS = /^([+-]?\d+\.\d{2,}?)0{4,}$/; // positions of programs arrive with nine decimals
+const FORMULA = /^'*[=+\-@＝＋－＠]/; // a spreadsheet would run it; the server writes and reads the mark alike
+const NUMBER = /^[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$/;
 const AUTOMATIC_NAME = /^T\d+$/; // from `addFeature`
 const KEY = Symbol("key"); // of a row: by it, windows know the row as the same one; not a column
+
+/** A text that no spreadsheet takes for a formula. */
+function asText(cell) {
+  return FORMULA.test(cell) && !NUMBER.test(cell) ? `'${cell}` : cell;
+}
 
 function isSameNumber(a, b) {
   return a === b || (a !== "" && b !== "" && Number(a) === Number(b));
@@ -19,7 +27,7 @@ function spellings(name) {
 }
 
 /** A new row without cells. */
-function keyed(key = crypto.randomUUID()) {
+function keyed(key = randomName()) {
   return { [KEY]: key };
 }
 
@@ -71,7 +79,7 @@ export class Rows {
   toText() {
     const quoted = (cell) => (/[",]/.test(cell) ? `"${cell.replaceAll('"', '""')}"` : cell);
     const { columns, rows } = this.toRecord();
-    return [columns, ...rows].map((cells) => `${cells.map(quoted).join(",")}\n`).join("");
+    return [columns, ...rows].map((cells) => `${cells.map(asText).map(quoted).join(",")}\n`).join("");
   }
 
   /** Adds a row; cells that are not given are empty. */

@@ -1,7 +1,10 @@
 // Save, and what a person can do when the file is not the one that the page shows.
 import { el } from "../dom.js";
 import { plural } from "../words.js";
+import { idOf } from "./draft.js";
 import { FAULTS, post } from "./link.js";
+import { withTheirs } from "./merge.js";
+import { theirsText } from "./theirs.js";
 
 const MOST_TRIES = 5; // other windows may type while this one saves
 
@@ -16,31 +19,38 @@ export class Saving {
     this.form.addEventListener("submit", (event) => event.preventDefault());
   }
 
-  /** @param {{name?: string, replaces?: string}} choice  another name, or the hash of a file to be replaced */
-  async save(choice = {}) {
+  /**
+   * Saves what the page shows now. If another window changes the same cell in the same instant, nothing is saved.
+   *
+   * @param {{name?: string, replaces?: string}} choice  another name, or the hash of a file to be replaced
+   * @param {object[]} decided  the conflicts that the person has seen and decided by this click
+   */
+  async save(choice = {}, decided = []) {
     const { page } = this;
-    const { conflicts } = page.draft; // those that the person has seen
-    const { answer, fault, version } = await page.draft.queue(() => this.ask(choice, conflicts));
-    if (fault) return this.refused(fault);
-    if (!answer) return null; // the status says what two windows typed
+    const click = { ...choice, ...page.draft.shown, consent: decided.map(idOf) };
+    if (page.draft.undecided.some((conflict) => !decided.includes(conflict))) return this.askToChoose(choice);
+    const { answer, fault, version } = await page.draft.queue(() => this.ask(click));
+    if (fault) return this.refused(fault, choice);
+    page.draft.decided(decided);
     this.form.hidden = true;
     const { left_out: leftOut } = answer;
     const left = leftOut.length ? ` Kept in the draft, because coordinates are missing: ${leftOut.join(", ")}.` : "";
+    const news = answer.has_news ? " It also holds what another window typed at the same moment." : "";
     const later = version === page.version ? "" : " Changes made since then are not in the file.";
     const backup = answer.backup ? ` The version before is ${answer.backup}.` : "";
     const warning = answer.warning ? ` ${answer.warning}.` : "";
-    const text = `saved ${plural(answer.rows, "row")} to ${answer.file}.${left}${later}${backup}${warning} Now: `;
+    const more = left + news + later + backup + warning;
+    const text = `saved ${plural(answer.rows, "row")} to ${answer.file}.${more} Now: `;
     return page.status.say(text, "", el("code", {}, answer.command));
   }
 
-  /** Brings the server's table up to date and lets it be saved. */
-  async ask(choice, conflicts) {
+  /** Brings the server's table up to date, and then sends the click. */
+  async ask(click) {
     const { draft } = this.page;
     for (let count = 0; count < MOST_TRIES; count += 1) {
       if (!(await draft.keep())) return { fault: draft.fault };
-      if (draft.conflicts > conflicts) return {};
       const { version } = this.page;
-      const { answer, fault } = await post("save", { revision: draft.revision, ...choice });
+      const { answer, fault } = await post("save", { ...click, revision: draft.revision });
       if (fault) return { fault };
       if (!answer.is_stale) {
         draft.saved(answer);
@@ -51,11 +61,35 @@ export class Saving {
     return { fault: { message: "another window changes the table all the time; save again", code: "stale" } };
   }
 
-  refused(fault) {
+  /** Shows both texts of every cell that two windows changed; each button names exactly these conflicts. */
+  askToChoose(choice) {
+    const { draft, status } = this.page;
+    const conflicts = [...draft.undecided];
+    const mine = this.button("Save the text of this window", () => this.save(choice, conflicts));
+    const text = `not saved. ${theirsText({ changed: [], conflicts })}`;
+    return status.say(text, "wrong", " ", mine, " ", this.takeTheirsButton(conflicts));
+  }
+
+  /** Puts the other window's text into cells that two windows changed. */
+  takeTheirsButton(conflicts) {
+    const { draft, rows, status, table } = this.page;
+    return this.button("Take the others", () => {
+      draft.decided(conflicts);
+      table.restore(withTheirs(rows.toRecord(), conflicts));
+      status.say("taken");
+    });
+  }
+
+  button(text, onclick) {
+    return el("button", { type: "button", onclick }, text);
+  }
+
+  refused(fault, choice) {
     const { status } = this.page;
-    const button = (text, onclick) => [" ", el("button", { type: "button", onclick }, text)];
+    const button = (text, onclick) => [" ", this.button(text, onclick)];
     const saveAs = button("Save as …", () => this.askForName());
     const text = `not saved: ${fault.message}`;
+    if (fault.code === FAULTS.conflict) return this.askToChoose(choice);
     if (fault.code === FAULTS.fileReadOnly) return status.say(text, "wrong", ...saveAs);
     if (fault.code !== FAULTS.fileChanged) return status.say(text, "wrong");
     const open = button("Open it", () => this.open());

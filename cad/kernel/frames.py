@@ -1,0 +1,49 @@
+"""The frames between a command and the kernel's process: each is a packet of plain data with its length before it."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from typing import IO, Any
+
+from cad.kernel.plain_data import PlainDataError, pack, unpack
+
+LAST_FRAMES = ("result", "error", "fault", "no memory")
+"""Kinds of frames after which none follows: what the function returned or raised, a defect, or no memory left."""
+_LENGTH = struct.Struct("<Q")
+
+
+def write_packet(pipe: IO[bytes], packet: bytes) -> None:
+    """Write a packet with its length before it."""
+    pipe.write(_LENGTH.pack(len(packet)) + packet)
+    pipe.flush()
+
+
+def write_frame(pipe: IO[bytes], kind: str, value: object) -> None:
+    """Write a frame: its kind, and a value of plain data."""
+    write_packet(pipe, pack((kind, value)))
+
+
+def read_packet(pipe: IO[bytes]) -> bytes | None:
+    """Read a packet; None if the stream ends before it does."""
+    head = pipe.read(_LENGTH.size)
+    if len(head) < _LENGTH.size:
+        return None
+    (length,) = _LENGTH.unpack(head)
+    packet = pipe.read(length)
+    return packet if len(packet) == length else None
+
+
+def read_frames(pipe: IO[bytes] | None) -> Iterator[tuple[str, Any]]:
+    """Yield kinds and values until the stream ends. An incomplete frame is ignored.
+
+    Raises
+    ------
+    PlainDataError
+        When a frame cannot be read.
+    """
+    while pipe is not None and (packet := read_packet(pipe)) is not None:
+        frame = unpack(packet)
+        if not (isinstance(frame, tuple) and len(frame) == 2 and isinstance(frame[0], str)):
+            raise PlainDataError("a frame without a kind")
+        yield frame[0], frame[1]

@@ -1,0 +1,137 @@
+"""Straight tubes with flat ends against triangles, and the lines that stand for a tube against exact faces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.brep.boxes import BoxTree
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+
+CHUNK = 200_000
+"""Pairs of a tube and a triangle in one array: some 50 MB."""
+LINES_MM = 4.0
+"""Neighbouring lines of a tube are at most this far apart: less than the thinnest rod that is welded."""
+THIN_MM = 1.0
+"""A tube of a smaller radius is one line."""
+
+
+def tube_triangles(
+    corners: FloatArray,
+    tree: BoxTree,
+    tips: FloatArray,
+    back: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    radius_mm: float,
+) -> IntArray:
+    """Find what straight tubes meet: the triangle nearest to the axis.
+
+    Each triangle is cut off at both ends of the tube; what remains is compared with the radius.
+
+    Parameters
+    ----------
+    corners : ndarray, shape (m, 3, 3)
+        The three corners of each triangle, mm.
+    tree : BoxTree
+        Of the triangles' boxes.
+    tips : ndarray, shape (n, 3)
+        Points on the axes, in the frame of the corners, mm.
+    back : ndarray, shape (n, 3)
+        Unit vectors along the axes.
+    low, high : ndarray, shape (n,)
+        Where each tube begins and ends, mm from the tip.
+    radius_mm : float
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+        The triangle; -1 for a tube that meets none.
+    """
+    starts, ends = tips + low[:, None] * back, tips + high[:, None] * back
+    row, triangle = tree.meeting(np.minimum(starts, ends) - radius_mm, np.maximum(starts, ends) + radius_mm)
+    best, nearest = np.full(len(tips), radius_mm), np.full(len(tips), -1)
+    for first in range(0, len(row), CHUNK):
+        own, which = row[first : first + CHUNK], triangle[first : first + CHUNK]
+        found = _axis_distances(corners[which] - tips[own, None], back[own], low[own], high[own])
+        order = np.argsort(-found, kind="stable")  # the nearest of each tube is written last
+        closer = order[found[order] < best[own[order]]]
+        best[own[closer]], nearest[own[closer]] = found[closer], which[closer]
+    return nearest
+
+
+def tube_lines(back: FloatArray, radius_mm: float) -> FloatArray:
+    """Return where the lines of tubes begin: on the axis, and on circles around it up to the radius.
+
+    Parameters
+    ----------
+    back : ndarray, shape (n, 3)
+        Unit vectors along the axes.
+    radius_mm : float
+
+    Returns
+    -------
+    ndarray, shape (n, k, 3)
+        Relative to the axis, mm; the axis first.
+    """
+    circles = 0 if radius_mm < THIN_MM else int(np.ceil(1.05 * radius_mm / LINES_MM))
+    u = np.cross(back, np.eye(3)[np.argmin(np.abs(back), axis=1)])
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    w = np.cross(back, u)
+    lines = [np.zeros((len(back), 1, 3))]
+    for circle in range(1, circles + 1):
+        turn = np.arange(6 * circle)[:, None] * (2.0 * np.pi / (6 * circle))
+        rim = np.cos(turn) * u[:, None] + np.sin(turn) * w[:, None]
+        lines.append(radius_mm * circle / circles * rim)
+    return np.concatenate(lines, axis=1)
+
+
+def _axis_distances(corners: FloatArray, axis: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return how near triangles come to axes through the origin, between two heights; infinity if not between."""
+    side = np.cross(axis, np.where(np.abs(axis[:, :1]) < 0.6, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]]))
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    z = np.einsum("kij,kj->ki", corners, axis)
+    flat = np.stack([np.einsum("kij,kj->ki", corners, v) for v in (side, np.cross(axis, side))], axis=-1)
+    best = np.full(len(corners), np.inf)
+    cuts: list[tuple[FloatArray, BoolArray]] = []
+    for k in range(3):
+        a, b, za, zb = flat[:, k], flat[:, (k + 1) % 3], z[:, k], z[:, (k + 1) % 3]
+        rise = np.where(za == zb, 1.0, zb - za)
+        t = np.sort(np.stack([(low - za) / rise, (high - za) / rise]), axis=0)
+        level = (za == zb) & (za >= low) & (za <= high)
+        t0 = np.where(za == zb, np.where(level, 0.0, 2.0), np.maximum(t[0], 0.0))
+        t1 = np.where(za == zb, np.where(level, 1.0, 1.0), np.minimum(t[1], 1.0))
+        inside = t0 <= t1
+        first, last = a + t0[:, None] * (b - a), a + t1[:, None] * (b - a)
+        best = np.where(inside, np.minimum(best, _from_origin(first, last)), best)
+        for height in (low, high):
+            share = (height - za) / rise
+            cuts.append((a + share[:, None] * (b - a), (za != zb) & (share >= 0.0) & (share <= 1.0)))
+    for end in (0, 1):  # the chords in which the ends of the tube cut the triangle
+        ends = cuts[end::2]
+        for i, j in ((0, 1), (1, 2), (2, 0)):
+            both = ends[i][1] & ends[j][1]
+            best = np.where(both, np.minimum(best, _from_origin(ends[i][0], ends[j][0])), best)
+    return np.where(_axis_goes_through(flat, z, low, high), 0.0, best)
+
+
+def _from_origin(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the distances of plane segments from the origin, shape (k,)."""
+    span = b - a
+    squared = np.maximum((span**2).sum(axis=1), np.finfo(float).tiny)
+    t = np.clip(-(a * span).sum(axis=1) / squared, 0.0, 1.0)
+    return np.asarray(np.linalg.norm(a + t[:, None] * span, axis=1), dtype=np.float64)
+
+
+def _axis_goes_through(flat: FloatArray, z: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
+    weights = np.stack(
+        [
+            flat[:, (k + 1) % 3, 0] * flat[:, (k + 2) % 3, 1] - flat[:, (k + 1) % 3, 1] * flat[:, (k + 2) % 3, 0]
+            for k in range(3)
+        ],
+        axis=1,
+    )
+    total = weights.sum(axis=1)
+    real = total != 0.0
+    weights = weights / np.where(real, total, 1.0)[:, None]
+    height = (weights * z).sum(axis=1)
+    return np.asarray(real & (weights >= 0.0).all(axis=1) & (height >= low) & (height <= high), dtype=np.bool_)

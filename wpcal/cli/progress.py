@@ -1,0 +1,122 @@
+"""What a waiting user sees of long work: a moving line on a terminal, otherwise one line per step on stderr.
+
+Without a terminal (in a log, in a pipe) a command that ends soon prints its result only. After `USUAL_PATIENCE_S` it
+says what it is doing, then each new step, and the numbers of a step that lasts.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import click
+
+from wpcal.core.progress import Progress
+
+USUAL_PATIENCE_S = 10.0
+"""Most commands end sooner, and their last line on stderr is then their only one."""
+PATIENCE_VARIABLE = "WPCAL_PROGRESS_AFTER_S"
+"""Environment variable that changes it; 0 says every step at once."""
+LONGEST_S = threading.TIMEOUT_MAX
+_NUMBERS = re.compile(r"\d+")
+
+CountedProgress = Callable[[str, int, int], None]
+"""Takes the step, how much of it is done, and of how much."""
+
+
+@contextmanager
+def shown_progress(start: str) -> Iterator[Progress]:
+    """Yield a function that shows what is being done.
+
+    Parameters
+    ----------
+    start : str
+        What is done until the first message.
+
+    Yields
+    ------
+    callable
+        Takes one message per step.
+    """
+    if sys.stderr.isatty():
+        from rich.console import Console
+        from rich.markup import escape
+
+        with Console(stderr=True).status(escape(start)) as status:
+            yield lambda text: status.update(escape(text))
+        return
+    lines = _Lines(start, _patience_s())
+    try:
+        yield lines
+    finally:
+        lines.end()
+
+
+@contextmanager
+def counted_progress(start: str) -> Iterator[CountedProgress]:
+    """Yield a function that shows how much of each step is done; a bar on a terminal."""
+    if sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import Progress as Bars
+
+        with Bars(console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task(start)
+            yield lambda what, done, of: bar.update(task, description=what, completed=done, total=of)
+        return
+    with shown_progress(start) as show:
+        yield lambda what, done, of: show(f"{what}: {done} of {of}")
+
+
+def _patience_s() -> float:
+    try:
+        return min(max(float(os.environ[PATIENCE_VARIABLE]), 0.0), LONGEST_S)
+    except (KeyError, ValueError):
+        return USUAL_PATIENCE_S
+
+
+class _Lines:
+    """Prints one line per step, and a line about a step that lasts from time to time."""
+
+    def __init__(self, start: str, patience_s: float) -> None:
+        self._text, self._said = start, ""
+        self._speaks = False
+        self._lock = threading.Lock()
+        self._pause_s = max(patience_s, 1.0)
+        self._ended = threading.Event()
+        if patience_s:
+            self._thread = threading.Thread(target=self._speak_later, args=(patience_s,), daemon=True)
+            self._thread.start()
+        else:
+            self._speaks = True
+            self._say()
+
+    def __call__(self, text: str) -> None:
+        with self._lock:
+            self._text = text
+            if self._speaks and _step(text) != _step(self._said):
+                self._say()
+
+    def end(self) -> None:
+        """Say nothing more."""
+        self._ended.set()
+
+    def _speak_later(self, wait_s: float) -> None:
+        while not self._ended.wait(wait_s):
+            with self._lock:
+                self._speaks = True
+                if self._text != self._said and not self._ended.is_set():
+                    self._say()
+            wait_s = self._pause_s
+
+    def _say(self) -> None:
+        self._said = self._text
+        click.echo(f"wpcal: {' '.join(self._text.split())} …", err=True)
+
+
+def _step(text: str) -> str:
+    """Return a message without its numbers: the step that it is about."""
+    return _NUMBERS.sub("", text)
