@@ -48,29 +48,29 @@ def first_rows(owner: IntArray, way: FloatArray) -> IntArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearFaces:
-    """The faces near each of g groups.
+    """The faces near each of g groups, by their boxes (`TrimmedFaces.patch_boxes`).
 
     Parameters
     ----------
-    face : ndarray of int, shape (k,)
-        The faces of group i are ``face[start[i]:start[i + 1]]``.
+    box : ndarray of int, shape (k,)
+        The boxes of group i are ``box[start[i]:start[i + 1]]``.
     start : ndarray of int, shape (g + 1,)
     """
 
-    face: IntArray
+    box: IntArray
     start: IntArray
 
     @property
     def counts(self) -> IntArray:
-        """Number of faces near each group, shape (g,)."""
+        """Number of boxes near each group, shape (g,)."""
         return np.diff(self.start)
 
     def pairs(self, group: IntArray) -> tuple[IntArray, IntArray]:
-        """Return pairs of a row of `group` (shape (m,)) and a face near its group; two arrays (k,), by row."""
+        """Return pairs of a row of `group` (shape (m,)) and a box near its group; two arrays (k,), by row."""
         counts = self.counts[group]
         row = np.repeat(np.arange(len(group)), counts)
         step = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
-        return row, self.face[self.start[group][row] + step]
+        return row, self.box[self.start[group][row] + step]
 
 
 def find_near_faces(
@@ -99,10 +99,10 @@ def find_near_faces(
     if len(first) == 0:
         return NearFaces(none, np.zeros(1, dtype=np.int64))
     boxes = _Boxes.around(p0, p1, first, within_mm)
-    group, face = trimmed.box_tree.search(len(first), boxes.meets)
-    kept = ~boxes.is_beside_plane(graph, group, face)
-    group, face = group[kept], face[kept]
-    return NearFaces(face, np.searchsorted(group, np.arange(len(first) + 1)))
+    group, box = trimmed.patch_boxes.tree.search(len(first), boxes.meets)
+    kept = ~boxes.is_beside_plane(graph, group, trimmed.patch_boxes.face[box])
+    group, box = group[kept], box[kept]
+    return NearFaces(box, np.searchsorted(group, np.arange(len(first) + 1)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,22 +197,37 @@ def find_hits_near(
     -------
     RayHits
     """
-    low, high = trimmed.face_box
+    boxes = trimmed.patch_boxes
     none = np.zeros(0, dtype=np.int64)
     found = [(none, none, np.zeros(0), none)]
     chunk = np.cumsum(near.counts[group]) // PAIRS
     for rows in np.split(np.arange(len(group)), np.flatnonzero(np.diff(chunk)) + 1):
-        row, face = near.pairs(group[rows])
+        row, box = near.pairs(group[rows])
         ray = rows[row]
-        o, d, length = origins[ray], rays[ray], length_mm[ray]
         with np.errstate(divide="ignore", invalid="ignore"):
-            enter, leave = passage(o.T, d.T, length, low[face].T, high[face].T)
+            enter, leave = passage(origins[ray].T, rays[ray].T, length_mm[ray], boxes.low[box].T, boxes.high[box].T)
         met = np.flatnonzero(leave > enter)
-        pair, at, way = through_faces(graph, trimmed, face[met], o[met], d[met], length[met], enter[met], leave[met])
-        found.append((ray[met[pair]], face[met[pair]], at, way))
+        ray, face, enter, leave = _joined(ray[met], boxes.face[box[met]], enter[met], leave[met])
+        pair, at, way = through_faces(graph, trimmed, face, origins[ray], rays[ray], length_mm[ray], enter, leave)
+        found.append((ray[pair], face[pair], at, way))
     ray, face, at, way = (np.concatenate(column) for column in zip(*found, strict=True))
     order = np.lexsort((at, ray))
     return RayHits(ray[order], face[order], at[order], way[order])
+
+
+def _joined(
+    ray: IntArray, face: IntArray, enter: FloatArray, leave: FloatArray
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Join intervals of one ray and one face that overlap, so that no crossing is found twice."""
+    order = np.lexsort((enter, face, ray))
+    ray, face, enter, leave = ray[order], face[order], enter[order], leave[order]
+    if len(ray) == 0:
+        return ray, face, enter, leave
+    number = np.cumsum(np.append(False, (np.diff(ray) != 0) | (np.diff(face) != 0)))
+    base = number * (2.0 * float(leave.max()) + 1.0)
+    until = np.maximum.accumulate(base + leave)
+    first = np.flatnonzero(np.append(True, base[1:] + enter[1:] > until[:-1]))
+    return ray[first], face[first], enter[first], np.maximum.reduceat(leave, first)
 
 
 def first_faces(

@@ -16,6 +16,7 @@ import numpy as np
 from wpcal.brep.boxes import BoxTree
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.patch_boxes import PatchBoxes
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -117,6 +118,11 @@ class TrimmedFaces:
     def box_tree(self) -> BoxTree:
         """The boxes of the faces in a tree."""
         return BoxTree.of(*self.face_box)
+
+    @cached_property
+    def patch_boxes(self) -> PatchBoxes:
+        """Boxes of the faces, those of free-form faces divided into patches."""
+        return PatchBoxes.of(self.graph, *self.face_box)
 
     def _bulge(self) -> FloatArray:
         """How far a NURBS face may extend beyond the box of its boundary, mm, (F, 1)."""

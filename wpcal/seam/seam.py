@@ -134,6 +134,10 @@ class SeamFrames:
         own = slice(first, end)
         return SeamFrames(self.s_mm[own], self.p[own], self.R[own], self.angle_rad[own], self.frame)
 
+    def select(self, rows: IntArray | BoolArray) -> SeamFrames:
+        """Return the frames at `rows`: integers, or a mask of shape (n,)."""
+        return SeamFrames(self.s_mm[rows], self.p[rows], self.R[rows], self.angle_rad[rows], self.frame)
+
     def moved(self, transform: RigidTransform) -> SeamFrames:
         """Return the frames in the target frame of `transform`."""
         return SeamFrames(

@@ -68,10 +68,6 @@ class Felt:
         found = np.concatenate([self.solid, self.solid_after])
         return frozenset(found[found >= 0].tolist())
 
-    def rows(self, first: int, last: int) -> Felt:
-        """Return the stations from `first` to `last`."""
-        return Felt(self.lean_rad[first : last + 1], self.solid[first : last + 1], self.solid_after[first:last])
-
 
 def back_directions(R: FloatArray, lean_rad: FloatArray) -> FloatArray:
     """Return the directions from the tip along the wire to a torch that leans.

@@ -1,8 +1,9 @@
 """What a whole torch meets at poses along seams: wire, nozzle and neck as lines against exact faces.
 
 The lines are on circles around the wire. The outermost circle is a little wider than the torch, so that no plane
-reaches in between two of them. Spokes across the mouth of the nozzle find a wall along the torch that is longer than the
-torch.
+reaches in between two of them. Spokes across the mouth of the nozzle find a wall along the torch that is longer than
+the torch. Programs are checked against triangles (`material.find_poses_in_material`), so wire and nozzle are felt wider
+by the error of the triangles.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ from wpcal.brep.mesh import usual_deflection_mm
 from wpcal.brep.near_groups import find_near_faces, first_faces, first_rows
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.judge.material import WIRE_RADIUS_MM
 from wpcal.seam.torch import USUAL_TORCH
 
-WIRE_RADIUS_MM = 0.3
-"""Half of the radius of a usual wire: in a joint of 60 degrees a whole wire touches both plates near the root."""
+MOST_WIDER_MM = 0.15
+"""The wire is felt wider by at most this: otherwise it would meet the plates of a joint of 60 degrees."""
 AROUND = 16
 """Lines on the outermost circle: 4 mm apart on a nozzle of 22 mm. There are half as many on the circle inside it."""
 CHUNK = 4000
@@ -64,9 +66,10 @@ class TorchPoses:
         return np.maximum(USUAL_TORCH.wire_mm, self.start_mm)
 
 
-def nozzle_radius_mm(graph: BrepGraph) -> float:
-    """Return the radius with which the nozzle is felt: programs are checked against triangles, wider by their error."""
-    return USUAL_TORCH.nozzle_radius_mm + 2.0 * usual_deflection_mm(graph.size_mm)
+def felt_radii_mm(graph: BrepGraph) -> tuple[float, float]:
+    """Return the radii with which wire and nozzle are felt, mm."""
+    wider = usual_deflection_mm(graph.size_mm)
+    return WIRE_RADIUS_MM + min(wider, MOST_WIDER_MM), USUAL_TORCH.nozzle_radius_mm + wider
 
 
 def find_solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> IntArray:
@@ -86,12 +89,13 @@ def find_solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) 
 
 def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> IntArray:
     start, mouth = poses.start_mm, poses.mouth_mm
-    wire = (poses.p + start[:, None] * poses.back)[:, None] + _circle(poses.back, WIRE_RADIUS_MM, AROUND // 2)
+    wire_mm, nozzle_mm = felt_radii_mm(graph)
+    wire = (poses.p + start[:, None] * poses.back)[:, None] + _circle(poses.back, wire_mm, AROUND // 2)
     face = first_faces(graph, trimmed, poses.owner, wire, poses.back, mouth - start)
     rows = np.flatnonzero(face < 0)
     back = poses.back[rows]
     centre = (poses.p[rows] + mouth[rows, None] * back)[:, None]
-    rim = _circle(back, nozzle_radius_mm(graph) / np.cos(np.pi / AROUND), AROUND)
+    rim = _circle(back, nozzle_mm / np.cos(np.pi / AROUND), AROUND)
     lines = np.concatenate([rim, rim[:, ::2] / 2.0, np.zeros((len(rows), 1, 3))], axis=1)
     spoke = np.linalg.norm(rim, axis=2)
     origins = np.concatenate([centre + lines, np.broadcast_to(centre, rim.shape)], axis=1)
@@ -131,10 +135,11 @@ def are_steps_clear(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) 
     counts = size + more
     row = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + np.repeat(first, counts)
     start, mouth, end = (values[row, None] for values in (poses.start_mm, poses.mouth_mm, poses.end_mm))
+    wire_mm, nozzle_mm = felt_radii_mm(graph)
     p, back, begin = poses.p[row], poses.back[row], np.cumsum(counts) - counts
-    wire = find_near_faces(graph, trimmed, p + start * back, p + mouth * back, begin, within_mm=WIRE_RADIUS_MM)
+    wire = find_near_faces(graph, trimmed, p + start * back, p + mouth * back, begin, within_mm=wire_mm)
     k = 4
-    rim = _circle(back, nozzle_radius_mm(graph) * np.sqrt(2.0), k)
+    rim = _circle(back, nozzle_mm * np.sqrt(2.0), k)
     low, high = ((p + at * back)[:, None] + rim for at in (mouth, end))
     nozzle = find_near_faces(graph, trimmed, low.reshape(-1, 3), high.reshape(-1, 3), k * begin, within_mm=BULGE_MM)
     empty = np.repeat((wire.counts == 0) & (nozzle.counts == 0), size)
