@@ -105,7 +105,10 @@ class TrimmedFaces:
             np.minimum.at(low, face, p)
             np.maximum.at(high, face, p)
         closed = np.isin(graph.face_kind, CLOSED)
-        reach = graph.face_param[closed].sum(axis=1)[:, None]
+        across = np.sqrt(np.maximum(1.0 - graph.face_frame[closed, 3] ** 2, 0.0))  # of the circle about the axis
+        ring = (graph.face_kind[closed] == SurfaceKind.TORUS)[:, None]
+        major, minor = graph.face_param[closed, :1], graph.face_param[closed, 1:2]
+        reach = np.where(ring, major * across + minor, major)
         low[closed], high[closed] = graph.face_frame[closed, 0] - reach, graph.face_frame[closed, 0] + reach
         bare = (graph.face_kind == SurfaceKind.NURBS) & (np.diff(self.start) == 0)
         for closed_face in np.flatnonzero(bare):  # closed on itself along seam edges only

@@ -34,7 +34,9 @@ LEANS_RAD = np.radians(
 TIERS = (slice(1, 5), slice(5, len(LEANS_RAD)))
 """Larger leans are tried only where none of the smaller ones is free."""
 STEP_MM = 1.0
-"""Between two stations the torch is felt at this step, as programs are checked."""
+"""Step of dense stations: where a free stretch begins or ends is known to this."""
+BETWEEN_MM = 2.0
+"""Between two stations the torch is felt at this step: less than the thinnest sheet that is welded as a rib."""
 APPROACH_MM = 50.0
 """At the ends of a seam the torch comes and goes along the wire by so much, so it is felt that much farther out."""
 
@@ -181,15 +183,16 @@ def _solids_between(
     held = ~np.isnan(lean_rad[:, 0])
     joined = np.append((own.owner[1:] == own.owner[:-1]) & held[1:] & held[:-1], False)
     step = np.linalg.norm(np.diff(own.p, axis=0, append=own.p[-1:]), axis=1)
-    rows = np.flatnonzero(joined & (step > STEP_MM) & ~are_steps_clear(graph, trimmed, leant))
-    counts = np.ceil(step[rows] / STEP_MM).astype(int) - 1
+    rows = np.flatnonzero(joined & (step > BETWEEN_MM) & ~are_steps_clear(graph, trimmed, leant))
+    counts = np.ceil(step[rows] / BETWEEN_MM).astype(int) - 1
     at = np.repeat(rows, counts)
     number = np.arange(len(at)) - np.repeat(np.cumsum(counts) - counts, counts) + 1
     share = (number / np.repeat(counts + 1, counts))[:, None]
     p = own.p[at] + share * (own.p[at + 1] - own.p[at])
     way = back[at] + share * (back[at + 1] - back[at])
     way /= np.linalg.norm(way, axis=1, keepdims=True)
-    met = find_solids_met(graph, trimmed, TorchPoses(own.owner[at], p, way, leant.start_mm[at], leant.end_mm[at]))
+    between = TorchPoses(own.owner[at], p, way, leant.start_mm[at], leant.end_mm[at])
+    met = find_solids_met(graph, trimmed, between, is_between=True)
     bad = np.flatnonzero(met >= 0)
     after[at[bad]] = met[bad]
     return after

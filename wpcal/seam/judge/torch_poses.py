@@ -72,7 +72,9 @@ def felt_radii_mm(graph: BrepGraph) -> tuple[float, float]:
     return WIRE_RADIUS_MM + min(wider, MOST_WIDER_MM), USUAL_TORCH.nozzle_radius_mm + wider
 
 
-def find_solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> IntArray:
+def find_solids_met(
+    graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, is_between: bool = False
+) -> IntArray:
     """Return the solid that the torch meets at each pose, or -1; shape (n,).
 
     Parameters
@@ -80,30 +82,53 @@ def find_solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) 
     graph, trimmed :
         The part.
     poses : TorchPoses
+    is_between : bool
+        Whether the poses are between others that were felt: the axis and the outermost circle are then enough.
     """
     found = [
-        _solids_met(graph, trimmed, poses.select(slice(first, first + CHUNK))) for first in range(0, len(poses), CHUNK)
+        _solids_met(graph, trimmed, poses.select(slice(first, first + CHUNK)), is_between=is_between)
+        for first in range(0, len(poses), CHUNK)
     ]
     return np.concatenate([np.zeros(0, dtype=np.int64), *found])
 
 
-def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> IntArray:
+def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, is_between: bool) -> IntArray:
     start, mouth = poses.start_mm, poses.mouth_mm
     wire_mm, nozzle_mm = felt_radii_mm(graph)
-    wire = (poses.p + start[:, None] * poses.back)[:, None] + _circle(poses.back, wire_mm, AROUND // 2)
+    around = _circle(poses.back, wire_mm, 4 if is_between else AROUND // 2)
+    wire = (poses.p + start[:, None] * poses.back)[:, None] + around
     face = first_faces(graph, trimmed, poses.owner, wire, poses.back, mouth - start)
-    rows = np.flatnonzero(face < 0)
-    back = poses.back[rows]
-    centre = (poses.p[rows] + mouth[rows, None] * back)[:, None]
-    rim = _circle(back, nozzle_mm / np.cos(np.pi / AROUND), AROUND)
-    lines = np.concatenate([rim, rim[:, ::2] / 2.0, np.zeros((len(rows), 1, 3))], axis=1)
+    for stage in (_first_lines, _other_lines):  # most of what is in the way is met by the first few lines
+        rows = np.flatnonzero(face < 0)
+        left = poses.select(rows)
+        rim = _circle(left.back, nozzle_mm / np.cos(np.pi / AROUND), AROUND)
+        face[rows] = stage(graph, trimmed, left, rim, is_between=is_between)
+    return np.where(face < 0, -1, graph.face_solid[face])
+
+
+def _first_lines(
+    graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, rim: FloatArray, *, is_between: bool
+) -> IntArray:
+    """Return the faces that the axis and the lines on the rim meet: all lines between stations, elsewhere four."""
+    lines = np.concatenate([rim if is_between else rim[:, ::4], np.zeros((len(rim), 1, 3))], axis=1)
+    origins = (poses.p + poses.mouth_mm[:, None] * poses.back)[:, None] + lines
+    return first_faces(graph, trimmed, poses.owner, origins, poses.back, poses.end_mm - poses.mouth_mm)
+
+
+def _other_lines(
+    graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, rim: FloatArray, *, is_between: bool
+) -> IntArray:
+    """Return the faces that the other lines and the spokes meet; between stations there are none."""
+    if is_between:
+        return np.full(len(poses), -1)
+    others = np.delete(rim, np.s_[::4], axis=1)
+    lines = np.concatenate([others, rim[:, ::2] / 2.0], axis=1)
+    centre = (poses.p + poses.mouth_mm[:, None] * poses.back)[:, None]
     spoke = np.linalg.norm(rim, axis=2)
     origins = np.concatenate([centre + lines, np.broadcast_to(centre, rim.shape)], axis=1)
-    along = np.broadcast_to(back[:, None], lines.shape)
-    rays = np.concatenate([along, rim / spoke[..., None]], axis=1)
-    far = np.broadcast_to((poses.end_mm - mouth)[rows, None], lines.shape[:2])
-    face[rows] = first_faces(graph, trimmed, poses.owner[rows], origins, rays, np.concatenate([far, spoke], axis=1))
-    return np.where(face < 0, -1, graph.face_solid[face])
+    rays = np.concatenate([np.broadcast_to(poses.back[:, None], lines.shape), rim / spoke[..., None]], axis=1)
+    far = np.broadcast_to((poses.end_mm - poses.mouth_mm)[:, None], lines.shape[:2])
+    return first_faces(graph, trimmed, poses.owner, origins, rays, np.concatenate([far, spoke], axis=1))
 
 
 def _circle(back: FloatArray, radius_mm: float, count: int) -> FloatArray:
