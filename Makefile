@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/python -m pytest
 
-.PHONY: demo test check js other-pythons deep bench docs fixtures viewer shots lint clean
+.PHONY: demo test check js other-pythons lowest deep bench docs fixtures viewer shots lint clean
 
 demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 	rm -rf out
@@ -30,6 +30,9 @@ docs: $(VENV)/ready ## the pages and the reference as HTML in docs/_build; a war
 
 other-pythons: ## the demo and the tests without the kernel on the other supported versions of Python found here
 	sh .ci/other-pythons
+
+lowest: ## every command at the lowest versions that pyproject.toml allows
+	sh .ci/lowest
 
 deep: $(VENV)/ready ## the slow tests
 	$(PYTEST) -n 2 -m deep

@@ -20,7 +20,7 @@ _to_json = records.to_json
 
 @cache
 def _validator(name: str) -> jsonschema.Draft202012Validator:
-    from wpcal.results.schemas import schema_text
+    from wpcal.core.schemas import schema_text
 
     return jsonschema.Draft202012Validator(json.loads(schema_text(name)))
 

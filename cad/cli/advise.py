@@ -130,16 +130,15 @@ def _names(text: str) -> tuple[str, ...]:
 
 
 def _sphere(text: str) -> tuple[float, float, float, float]:
-    import math
-
     from wpcal.core.errors import InputError
+    from wpcal.core.numbers import parse_numbers
 
     try:
-        x, y, z, radius = (float(value) for value in text.split(","))
+        x, y, z, radius = parse_numbers(text)
     except ValueError:
         raise InputError(f"--near: expected X,Y,Z,R in mm, got {text!r}") from None
-    if not (all(math.isfinite(v) for v in (x, y, z, radius)) and radius > 0):
-        raise InputError(f"--near: expected finite numbers and a positive radius, got {text!r}")
+    if not radius > 0:
+        raise InputError(f"--near: expected a positive radius, got {text!r}")
     return x, y, z, radius
 
 

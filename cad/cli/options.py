@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -110,7 +109,8 @@ class SeamChoiceFlags:
         "--seams",
         metavar="FILE",
         type=click.Path(path_type=Path),
-        help="A seams.json of this part. Its seams may have an object edit: accept, reject, reverse, name, range_mm.",
+        help="A seams.json of this part with decisions, from the picker, from the page of seams, or edited: an object "
+        "edit with accept, reject, reverse, name, range_mm, other_side, join.",
     )
     marks: MarkedFlags
 
@@ -191,23 +191,26 @@ def read_pose(text: str) -> RigidTransform:
     """
     import numpy as np
 
-    from wpcal.core.errors import InputError
+    from wpcal.core.errors import FormatError, InputError
+    from wpcal.core.input_file import read_bytes
+    from wpcal.core.numbers import parse_numbers
+    from wpcal.core.records import parse_json
     from wpcal.core.transform import RigidTransform
 
-    try:
-        numbers = [float(v) for v in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) == 6:
+    if text.count(",") == 5:
+        try:
+            numbers = parse_numbers(text)
+        except InputError as error:
+            raise InputError(f"--nominal: {error}") from None
         six = np.array([*numbers[:3], *np.radians(numbers[3:])])
         return RigidTransform.from_six_tuple(six, target="nominal", source="part")
     path = Path(text)
     if not path.is_file():
         raise InputError(f"--nominal: expected x,y,z,a,b,c in mm and degrees or a JSON file, got {text!r}")
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError:
-        raise InputError(f"--nominal: {path}: is not JSON") from None
+        record = parse_json(read_bytes(path), path=str(path))
+    except FormatError as error:
+        raise InputError(f"--nominal: {path}: {error.what}") from None
     matrix: Any = record.get("T_nominal_part") if isinstance(record, dict) else record
     try:
         return RigidTransform.from_matrix(matrix, target="nominal", source="part")

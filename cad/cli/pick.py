@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 import sys
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,8 +19,19 @@ from wpcal.cli.program_options import ProgramFlags
 
 if TYPE_CHECKING:
     from cad.pick.server import PickServer
+    from cad.pick.shared_seams import SharedSeams
 
-NOT_CALIBRATE = ("part_step", "taught", "out", "host", "port", "browser", "force", *option_names(ProgramFlags))
+NOT_CALIBRATE = (
+    "part_step",
+    "taught",
+    "out",
+    "seams_file",
+    "host",
+    "port",
+    "browser",
+    "force",
+    *option_names(ProgramFlags),
+)
 """Arguments that are not copied to `wpcal calibrate`: it has others, or the saved table no longer needs them."""
 
 DEFAULT_TABLE = Path("taught.csv")
@@ -78,11 +90,11 @@ def pick(
     from cad.pick.page import build_pick_page
     from cad.pick.server import PickServer
     from cad.pick.session import PickSession
-    from wpcal.core.records import read_bytes
+    from cad.pick.shared_seams import start_seams
+    from wpcal.core.input_file import read_bytes
 
     is_asked = out is not None
     out = out or table_of(taught)
-    command = partial(calibrate_command, ctx, part_step)
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
     program = reading.to_reading()
     require_table(out, part_step, is_asked=is_asked)
@@ -91,16 +103,20 @@ def pick(
     if taught is not None and not is_other and found.raw is None and found.draft is None:
         read_bytes(taught)  # says why not
     initial = read_bytes(taught) if taught is not None and is_other else None
-    arguments = {"options": options.seams, "choice": options.choice}
+    arguments = {"options": options.seams, "choice": replace(options.choice, edits=())}
     part = run_on_part("cad.pick.part:read_pick_part", part_step, arguments, what=f"reading {part_step}")
     session = PickSession(part, options, nominal, program)
+    seams, seam_notes = start_seams(session, part_step, out, given=choice.seams_file)
+    command = partial(calibrate_command, ctx, part_step, seams=seams)
     given, left_out = (None, ()) if initial is None else session.read(initial, name=str(taught))
     table, notes = start_table(
         found, part, part_step=part_step, given=given, given_name=str(taught), force=force, command=command
     )
+    notes = (*notes, *seam_notes)
     for note in (*(f"left out {point}" for point in left_out), *notes):
         click.echo(f"note: {note}", err=True)
-    server = PickServer(session, table, build_pick_page(part, options, notes=notes), host=host, port=port)
+    page = build_pick_page(session.part, options, notes=notes, revision=session.seams_revision)
+    server = PickServer(session, table, page, seams=seams, host=host, port=port)
     serve(server, part_step.name, browser=browser and _has_screen())
     click.echo(f"saved {table.out}; now: {command(table.out)}" if table.is_saved else "nothing was saved")
     if table.kept:
@@ -178,9 +194,9 @@ def require_table(out: Path, part_step: Path, *, is_asked: bool) -> None:
     require_room(out)
 
 
-def calibrate_command(ctx: click.Context, part_step: Path, taught: Path) -> str:
-    """Return the line that calibrates from the saved table with the options that were given here."""
-    given: list[str] = []
+def calibrate_command(ctx: click.Context, part_step: Path, taught: Path, *, seams: SharedSeams) -> str:
+    """Return the line that calibrates from the saved table with the options and the decisions that were given here."""
+    given = [] if seams.used_file is None else ["--seams", str(seams.used_file)]
     for parameter in ctx.command.params:
         name = parameter.name or ""
         is_given = ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE

@@ -86,8 +86,30 @@ def _drawn(program: WeldProgram, names: dict[str, str]) -> str:
         space.add_polyline3d(p.tolist(), dxfattribs={"layer": layer})
         _label(space, path.seam.name, p[0], layer, height)
     _draw_points(document, points, height)
+    require_sound(document)
+    return dxf_text(document)
+
+
+def require_sound(document: Any) -> None:
+    """Refuse a drawing that does not pass the library's audit.
+
+    Raises
+    ------
+    KernelError
+        When it does not.
+    """
     if document.audit().has_errors:
         raise KernelError("the drawing has audit errors")
+
+
+def dxf_text(document: Any) -> str:
+    """Return a drawing as DXF; to be called inside `reproducible`.
+
+    The library lists the classes of the drawing's entities in the order of a set, which differs from process to
+    process. Here they are listed by name before.
+    """
+    for name in sorted(document.entitydb.dxf_types_in_use()):
+        document.classes.add_class(name)
     text = io.StringIO()
     document.write(text)
     return text.getvalue()

@@ -7,7 +7,6 @@ taught. It is replaced as a whole, so that a killed server leaves the draft befo
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -17,6 +16,7 @@ from typing import Any
 
 from cad.pick.rows import Rows
 from wpcal.core.errors import FormatError, InputError, WpcalError
+from wpcal.core.input_file import read_bytes
 from wpcal.core.records import read_json, to_json
 
 DRAFT_SCHEMA = "wpcal/pick-draft/1"
@@ -191,11 +191,6 @@ def require_room(out: Path) -> None:
         raise _unwritable(out, error) from None
 
 
-def sha256_of(data: bytes) -> str:
-    """Return the hash of the bytes of a file."""
-    return hashlib.sha256(data).hexdigest()
-
-
 def bytes_of(path: Path) -> bytes | None:
     """Return the bytes of a file, or None if there is no such file.
 
@@ -204,12 +199,7 @@ def bytes_of(path: Path) -> bytes | None:
     InputError
         When it cannot be read.
     """
-    try:
-        return path.read_bytes()
-    except FileNotFoundError:
-        return None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from None
+    return read_bytes(path) if os.path.lexists(path) else None
 
 
 @contextmanager

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from cad.pick.part import PickPart
+from cad.pick.shared_seams import seams_of
 from cad.workpiece.fit_taught import CalibrateOptions
 from wpcal.pages.html import build_page, json_blob
-from wpcal.pages.report import seam_columns
-from wpcal.seam.record import seams_record
 from wpcal.taught.columns import USES
 from wpcal.taught.kinds import KINDS
 
@@ -17,10 +16,9 @@ BODY = """
 <main id="page"></main>
 <noscript>The picker needs JavaScript.</noscript>
 """
-SHOWN = ("name", "accepted", "joint", "weld", "solids", "length_mm")
 
 
-def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequence[str] = ()) -> str:
+def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequence[str] = (), revision: int = 1) -> str:
     """Return the page. It asks its own server for the table, so that a reload shows the table as it is.
 
     Parameters
@@ -28,9 +26,11 @@ def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequenc
     part : PickPart
     options : CalibrateOptions
     notes : sequence of str
-        What a person must know about the rows at the start.
+        What a person must know about the rows and the seams at the start.
+    revision : int
+        Of the seams.
     """
-    record = seams_record(part.seams)
+    shown = seams_of(part)
     features = [
         {**item.feature.to_record(), "letter": item.feature.kind.value, "ease": item.ease.word}
         for item in part.touchables
@@ -39,12 +39,12 @@ def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequenc
     data: dict[str, Any] = {
         "file": part.file_name,
         "notes": [*notes, *part.notes],
-        "seams": [{key: seam[key] for key in SHOWN} for seam in record["seams"]],
+        "seams": shown["seams"],
+        "seams_revision": revision,
         "choices": {"use": list(USES), "kind": list(KINDS)},
         "tolerance_mm": options.tolerance_mm,
     }
-    columns = [seam_columns(seam["frames"]) for seam in record["seams"]]
-    blobs = {"features": json_blob(features), "frames": json_blob(columns)}
+    blobs = {"features": json_blob(features), "frames": json_blob(shown["frames"])}
     if part.part_glb is not None:
         blobs["part"] = part.part_glb
     return build_page(title=f"Pick {part.file_name}", entry="pick", body=BODY, data=data, blobs=blobs, connects=True)

@@ -8,9 +8,12 @@ from pathlib import Path
 from cad.workpiece.features import judge_workpiece
 from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features import Touchable
 from wpcal.seam import Seam, SeamOptions
+from wpcal.seam.edit import apply_edits
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +30,13 @@ class PickPart:
     touchables : tuple of Touchable
         Reference features, the easiest to touch first.
     seams : tuple of Seam
-        With frames in `part`.
+        With frames in `part`, after the decisions of a person.
+    candidates : tuple of Seam
+        The seams as they were found.
+    graph : BrepGraph
+        The part with the curves on which candidates lie.
+    seam_options : SeamOptions
+        With which the candidates were found.
     part_glb : bytes or None
         The part's triangles.
     notes : tuple of str
@@ -39,8 +48,16 @@ class PickPart:
     workpiece: Workpiece
     touchables: tuple[Touchable, ...]
     seams: tuple[Seam, ...]
+    candidates: tuple[Seam, ...]
+    graph: BrepGraph
+    seam_options: SeamOptions
     part_glb: bytes | None
     notes: tuple[str, ...]
+
+    @property
+    def trimmed(self) -> TrimmedFaces:
+        """Boundaries of the faces, for every question about what lies on a face."""
+        return replace(self.workpiece.trimmed, graph=self.graph)
 
 
 def read_pick_part(
@@ -52,10 +69,24 @@ def read_pick_part(
     workpiece = open_workpiece(step, progress=progress)
     touchables = judge_workpiece(workpiece, progress=progress)
     progress("finding seams")
-    seams, with_sections = find_seams(workpiece, options, choice)
+    candidates, with_sections = find_seams(workpiece, options, replace(choice, edits=()))
+    graph = with_sections.graph
+    trimmed = replace(workpiece.trimmed, graph=graph)
+    seams = apply_edits(graph, trimmed, candidates, choice.edits, options)
     progress("drawing the part")
     source = workpiece.source
     part_glb, mesh_issues = mesh_part(source.solids, sha256=source.sha256)
     notes = tuple(issue.message for issue in (*with_sections.issues, *mesh_issues))
     plain = replace(workpiece, source=None, solids=())
-    return PickPart(source.file_name, source.sha256, plain, touchables, seams, part_glb, notes)
+    return PickPart(
+        file_name=source.file_name,
+        sha256=source.sha256,
+        workpiece=plain,
+        touchables=touchables,
+        seams=seams,
+        candidates=candidates,
+        graph=graph,
+        seam_options=options,
+        part_glb=part_glb,
+        notes=notes,
+    )

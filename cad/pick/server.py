@@ -33,6 +33,7 @@ from cad.pick.draft import Keyed
 from cad.pick.patience import ImpatientProtocol
 from cad.pick.rows import Rows
 from cad.pick.session import PickSession, fault_record
+from cad.pick.shared_seams import SharedSeams
 from cad.pick.shared_table import FileChangedError, SharedTable
 from wpcal.core.errors import InputError, WpcalError
 
@@ -65,6 +66,8 @@ class PickServer:
     table : SharedTable
     page : str
         HTML.
+    seams : SharedSeams, optional
+        The decisions about seams; without it they are not kept in a file.
     host : str
         Address of this machine at which the page is served.
     port : int
@@ -77,13 +80,24 @@ class PickServer:
     """
 
     def __init__(
-        self, session: PickSession, table: SharedTable, page: str, *, host: str = LOCAL, port: int = 0
+        self,
+        session: PickSession,
+        table: SharedTable,
+        page: str,
+        *,
+        seams: SharedSeams | None = None,
+        host: str = LOCAL,
+        port: int = 0,
     ) -> None:
         listening = listen(host, port)
         self._socket, self.is_local = listening.socket, listening.is_local
         token = secrets.token_urlsafe(TOKEN_BYTES)
         self.url = f"http://{listening.hosts[0]}/{token}/"
-        self._app = Guard(build_app(session, table, page, token=token), hosts=listening.hosts, token=token)
+        self._app = Guard(
+            build_app(session, table, seams or SharedSeams(session), page, token=token),
+            hosts=listening.hosts,
+            token=token,
+        )
 
     def run(self) -> None:
         """Answer requests until the process is interrupted."""
@@ -144,11 +158,12 @@ class Guard:
         return None
 
 
-def build_app(session: PickSession, table: SharedTable, page: str, *, token: str) -> Starlette:
+def build_app(session: PickSession, table: SharedTable, seams: SharedSeams, page: str, *, token: str) -> Starlette:
     """Return the application: ``GET /token/`` is the page; the actions take JSON by ``POST``.
 
-    ``fit``, ``suggest`` and ``read`` are answered by the session; ``table``, ``keep``, ``save`` and ``open`` concern
-    the table that all windows share. Answers are ``{"answer": …}`` or ``{"fault": …}``, a record of
+    ``fit``, ``suggest`` and ``read`` are answered by the session. ``table``, ``keep``, ``save`` and ``open`` concern
+    the table that all windows share, ``seams`` and ``decide`` their decisions about seams. Answers are
+    ``{"answer": …}`` or ``{"fault": …}``, a record of
     `cad.pick.session.fault_record`.
     """
 
@@ -177,6 +192,10 @@ def build_app(session: PickSession, table: SharedTable, page: str, *, token: str
         "keep": lambda record: {"answer": table.keep(**_change_of(record))},
         "save": lambda record: _save(table, record),
         "open": lambda record: {"answer": table.open_file()},
+        "seams": lambda record: {"answer": seams.changes_since(_field(record, "revision", int))},
+        "decide": lambda record: {
+            "answer": seams.decide(_field(record, "decisions", list), revision=_field(record, "revision", int))
+        },
     }
     routes = [Route(f"/{token}/{name}", _endpoint(action), methods=["POST"]) for name, action in actions.items()]
     return Starlette(routes=[Route(f"/{token}/", show), *routes])

@@ -22,6 +22,8 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.transform import RigidTransform
 from wpcal.features import ReferenceFeature, feature_named
+from wpcal.results.next_steps import next_steps
+from wpcal.seam import Seam
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, taught_csv
 from wpcal.taught.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
@@ -45,13 +47,22 @@ class PickSession:
     T_nominal_part : RigidTransform or None
     program : ProgramReading
         Which points of robot programs to read, and how they come into the base frame.
+    seams_revision : int
+        Counts the changes of the seams.
     """
 
     part: PickPart
     options: CalibrateOptions = field(default_factory=CalibrateOptions)
     T_nominal_part: RigidTransform | None = None
     program: ProgramReading = field(default_factory=ProgramReading)
+    seams_revision: int = 1
     _busy: threading.Lock = field(default_factory=threading.Lock)
+
+    def use_seams(self, seams: tuple[Seam, ...]) -> None:
+        """Predict errors at these seams from now on."""
+        with self._busy:
+            self.part = replace(self.part, seams=seams)
+            self.seams_revision += 1
 
     def fit(self, rows: Rows) -> dict[str, Any]:
         """Fit the complete rows exactly as `wpcal calibrate` fits the saved file.
@@ -66,6 +77,7 @@ class PickSession:
             ``T_base_part``, ``verdict``, ``judgement``, ``criterion_advice`` and ``points`` as in
             ``calibration.json``; every point also has its ``row`` and ``residual_part_mm``. ``u95_mm`` of every seam's
             frames; ``features`` by row; ``notes``;
+            ``seams_revision``: which seams these are;
             ``exchanges``: rows that fit if they were touched on another feature.
 
         Raises
@@ -86,7 +98,8 @@ class PickSession:
                 T_nominal_part=self.T_nominal_part,
                 suggest=partial(next_point, named.taught, workpiece, seams, sigma_mm=sigma_mm),
             )
-        return _fit_record(rows, named.taught, result, u95)
+            revision = self.seams_revision
+        return {**_fit_record(rows, named.taught, result, u95), "seams_revision": revision}
 
     def read(self, raw: bytes, *, name: str, uframe: str = "") -> tuple[Rows, tuple[str, ...]]:
         """Return the points of a table or a controller's program as rows.
@@ -240,6 +253,7 @@ def _fit_record(
         "points": record["points"],
         "u95_mm": [np.round(values, ERROR_DIGITS).tolist() for values in u95_mm],
         "features": {row_of[name]: feature for name, feature in zip(taught.names, taught.features, strict=True)},
+        "steps": next_steps(record),
         "notes": [issue["message"] for issue in record["issues"]],
         "exchanges": [
             {"row": row_of[exchange["name"]], "feature": exchange["feature"], "largest_mm": exchange["largest_mm"]}

@@ -24,11 +24,11 @@ from cad.pick.draft import (
     is_read_only,
     read_draft,
     set_aside,
-    sha256_of,
 )
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, is_shown, read_rows
 from wpcal.core.errors import ErrorCode, FormatError, InputError
+from wpcal.core.input_file import sha256_of
 from wpcal.core.records import write_file
 
 FILE_CHANGED = "file-changed"

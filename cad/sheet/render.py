@@ -5,8 +5,8 @@ from __future__ import annotations
 import io
 from typing import Any
 
+from cad.draw.dxf import dxf_text, require_sound
 from cad.sheet.paper import Paper
-from wpcal.core.errors import KernelError
 
 DPI = 200
 """Resolution of the PNG: 0.127 mm per pixel, a third of a pen's width."""
@@ -30,12 +30,9 @@ def render(document: Any, paper: Paper, suffix: str) -> bytes:
     KernelError
         When the drawing does not pass the library's audit.
     """
-    if document.audit().has_errors:
-        raise KernelError("the drawing has audit errors")
+    require_sound(document)
     if suffix == ".dxf":
-        text = io.StringIO()
-        document.write(text)
-        return text.getvalue().encode("utf-8")
+        return dxf_text(document).encode("utf-8")
     return _svg(document, paper) if suffix == ".svg" else _figure(document, paper, suffix[1:])
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from dataclasses import replace
 from pathlib import Path
 
 from cad.step.part21 import Part21File, index_part21
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import MOST_STEP_MB, read_bytes
 
 SIGNATURES = (
     (b"version https://git-lfs", "a Git LFS pointer, not the file itself: fetch it with git lfs pull"),
@@ -46,7 +48,7 @@ def require_step_file(path: Path) -> None:
     FormatError
         If it is not ISO 10303-21 text.
     """
-    _require_step_start(_read(path, START_SEARCH_BYTES), path)
+    _require_step_start(_read(path, first=START_SEARCH_BYTES), path)
 
 
 def read_step_text(path: Path) -> Part21File:
@@ -70,22 +72,16 @@ def read_step_text(path: Path) -> Part21File:
     """
     text = _read(path)
     _require_step_start(text, path)
-    file = index_part21(text, name=str(path))
+    mark = BOM_UTF8 if text.startswith(BOM_UTF8) else b""
+    file = index_part21(text.removeprefix(mark), name=str(path))
     if not len(file.ids):
         raise FormatError("the data section is empty", path=str(path))
-    return replace(file, name=path.name)  # messages about it go into results, which must not depend on the folder
+    # messages about it go into results, which must not depend on the folder
+    return replace(file, name=path.name, byte_order_mark=mark)
 
 
-def _read(path: Path, most_bytes: int = -1) -> bytes:
-    """Return the first bytes of a file; all of them if `most_bytes` is negative."""
-    try:
-        with path.open("rb") as file:
-            return file.read(most_bytes)
-    except IsADirectoryError:
-        raise InputError(f"{path}: is a folder, expected a STEP file") from None
-    except (OSError, ValueError) as error:  # ValueError: a null character in the name
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"{path}: {reason.lower()}") from None
+def _read(path: Path, *, first: int | None = None) -> bytes:
+    return read_bytes(path, most_mb=MOST_STEP_MB, first=first, expected="a STEP file")
 
 
 def _require_step_start(text: bytes, path: Path) -> None:

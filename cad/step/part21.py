@@ -9,17 +9,21 @@ parsed.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.step.part21_values import Instance, Record, Value, parse_instance, parse_value
+from cad.step.part21_values import MOST_DIGITS, Instance, Record, Value, parse_instance, parse_value
 from wpcal.core.arrays import IntArray
 from wpcal.core.errors import FormatError
 
 _QUOTE, _SEMICOLON, _HASH, _ZERO = b"';#0"
+_NOT_BLANK = re.compile(rb"[^\x00-\x20]")
+_USUAL_BLANKS = 32
+"""Exporters write a line end and a few blanks between statements."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,7 +35,7 @@ class Part21File:
     name : str
         The file as the user named it, for messages.
     text : bytes
-        The text as read.
+        The text as read, without a byte order mark.
     clean : bytes
         The same text with every comment replaced by blanks, so that all positions stay.
     ids : ndarray, shape (n,)
@@ -42,6 +46,8 @@ class Part21File:
         The statements of the header.
     data_end : int
         Position of the ``ENDSEC`` of the last data section. New instances go before it.
+    byte_order_mark : bytes
+        What an editor put before the text; `text` and all positions are without it.
     """
 
     name: str
@@ -52,6 +58,7 @@ class Part21File:
     ends: IntArray
     header: tuple[Record, ...]
     data_end: int
+    byte_order_mark: bytes = b""
 
     @property
     def newline(self) -> bytes:
@@ -144,11 +151,11 @@ def index_part21(text: bytes, *, name: str) -> Part21File:
     clean = _blank_comments(text, name)
     characters = np.frombuffer(clean, dtype=np.uint8)
     ends = _statement_ends(characters, text, name)
-    starts = _skip_space(characters, np.concatenate([[0], ends[:-1] + 1]) if len(ends) else ends)
+    starts = _skip_space(clean, characters, np.concatenate([[0], ends[:-1] + 1]) if len(ends) else ends)
     is_instance = characters[starts] == _HASH if len(ends) else np.zeros(0, dtype=bool)
     header, data_end = _sections(clean, starts[~is_instance], ends[~is_instance], text, name)
     starts, ends = starts[is_instance], ends[is_instance]
-    ids = _instance_numbers(characters, starts)
+    ids = _instance_numbers(characters, starts, text, name)
     if len(ids) and not np.all(ids[1:] > ids[:-1]):
         order = np.argsort(ids, kind="stable")
         ids, starts, ends = ids[order], starts[order], ends[order]
@@ -182,23 +189,34 @@ def _statement_ends(characters: NDArray[np.uint8], text: bytes, name: str) -> In
     return np.asarray(semicolons[np.searchsorted(quotes, semicolons) % 2 == 0], dtype=np.int64)
 
 
-def _skip_space(characters: NDArray[np.uint8], places: IntArray) -> IntArray:
-    """Move each position forward to the first character that is not blank. A semicolon follows each, so this ends."""
+def _skip_space(clean: bytes, characters: NDArray[np.uint8], places: IntArray) -> IntArray:
+    """Move each position forward to the first character that is not blank. A semicolon follows each, so this ends.
+
+    The first steps are array operations over all positions. The few positions before longer blanks (a comment was
+    replaced) are then moved one by one, so that the time stays proportional to the size of the text.
+    """
     places = places.copy()
     blank = np.flatnonzero(characters[places] <= ord(" "))
-    while len(blank):
+    for _ in range(_USUAL_BLANKS):
         places[blank] += 1
         blank = blank[characters[places[blank]] <= ord(" ")]
+    for k in blank.tolist():
+        found = _NOT_BLANK.search(clean, int(places[k]))
+        places[k] = len(clean) if found is None else found.start()
     return places
 
 
-def _instance_numbers(characters: NDArray[np.uint8], starts: IntArray) -> IntArray:
+def _instance_numbers(characters: NDArray[np.uint8], starts: IntArray, text: bytes, name: str) -> IntArray:
     """Read the digits behind each ``#``, one digit of all instances at a time, until the semicolons stop it."""
     numbers = np.zeros(len(starts), dtype=np.int64)
     digit = characters[starts + 1].astype(np.int64) - _ZERO
     live, place = np.arange(len(starts)), starts + 1
     while len(live):
         is_digit = (digit >= 0) & (digit <= 9)
+        too_long = np.flatnonzero(is_digit & (place - starts[live] > MOST_DIGITS))
+        if len(too_long):
+            at = line_of(text, int(starts[live[too_long[0]]]))
+            raise FormatError(f"an instance number has more than {MOST_DIGITS} digits", path=name, line=at)
         live, place, digit = live[is_digit], place[is_digit] + 1, digit[is_digit]
         numbers[live] = numbers[live] * 10 + digit
         digit = characters[place].astype(np.int64) - _ZERO

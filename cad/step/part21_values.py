@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from typing import NoReturn, TypeAlias
 
 from wpcal.core.errors import FormatError
 
+MOST_DIGITS = 18
+"""Digits of an instance number or an integer: such a number fits into 64 bits. Real files need seven."""
 _TOKEN = re.compile(
     rb"""\s+
     |(?P<string>'(?:[^']|'')*')
@@ -88,7 +91,7 @@ def parse_instance(statement: bytes) -> Instance:
     """
     left, _, right = statement.partition(b"=")
     number = left.strip()
-    if not (number[:1] == b"#" and number[1:].isdigit()):
+    if not (number[:1] == b"#" and number[1:].isdigit() and len(number) <= MOST_DIGITS + 1):
         _refuse(statement, "expected an instance #number=")
     value = parse_value(right)
     if isinstance(value, Record):
@@ -141,8 +144,10 @@ def parse_value(text: bytes) -> Value:
 
 def _plain(kind: str, token: bytes) -> Value:
     if kind == "number":
-        return float(token) if b"." in token else int(token)
+        return _number(token)
     if kind == "ref":
+        if len(token) > MOST_DIGITS + 1:
+            _refuse(token, f"a reference has more than {MOST_DIGITS} digits")
         return Ref(token[1:])
     if kind == "string":
         return decode_string(token[1:-1])
@@ -151,6 +156,17 @@ def _plain(kind: str, token: bytes) -> Value:
     if kind == "binary":
         return token[1:-1]
     return None if token == b"$" else Enumeration("*")
+
+
+def _number(token: bytes) -> int | float:
+    if b"." not in token:
+        if len(token) > MOST_DIGITS + 1:
+            _refuse(token, f"an integer has more than {MOST_DIGITS} digits")
+        return int(token)
+    value = float(token)
+    if not math.isfinite(value):
+        _refuse(token, "a real number is too large")
+    return value
 
 
 def _refuse(text: bytes, what: str) -> NoReturn:

@@ -28,8 +28,8 @@ from cad.step.solids import LeafShapes, leaf_shapes
 from cad.step.xcaf_tree import Leaf, StepTree, merged_layers, usable_name
 from wpcal.brep.mesh import Rgb
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import MOST_STEP_MB, read_bytes, sha256_of
 from wpcal.core.issue import Issue
-from wpcal.core.records import read_bytes, sha256_of
 
 READ_SETTINGS: dict[str, int | str] = {"xstep.cascade.unit": "MM", "read.stepcaf.subshapes.name": 1}
 """Lengths in mm, and the names of faces and edges, which the kernel does not read by default."""
@@ -128,7 +128,7 @@ class StepPart:
 
     @property
     def text(self) -> bytes:
-        """The file's bytes as read."""
+        """The file's bytes as read, without a byte order mark: the kernel refuses one."""
         return self.source.text
 
     def build123d_shapes(self) -> list[Any]:
@@ -186,7 +186,7 @@ def read_step(path: Path | str) -> StepPart:
     issues = [*unit_issues, *(issue for found in prepared.values() for issue in found.issues), *shell_issues]
     if not solids:
         issues.append(Issue("no-solid", "the file holds no solid and no shell with exact faces"))
-    digest = sha256_of(file.text)
+    digest = sha256_of(file.byte_order_mark + file.text)
     return StepPart(path.name, digest, unit, file.schema, solids, marks, tuple(issues), document, file)
 
 
@@ -213,7 +213,7 @@ def read_document(path: Path, text: bytes | None = None) -> KernelObject:
             reader.SetNameMode, reader.SetColorMode, reader.SetLayerMode, reader.SetGDTMode, reader.SetSHUOMode,
         ):  # fmt: skip
             switch(True)
-        stream = io.BytesIO(read_bytes(path) if text is None else text)
+        stream = io.BytesIO(read_bytes(path, most_mb=MOST_STEP_MB) if text is None else text)
         if reader.ReadStream(NO_FOLDER + path.name, stream) != IFSelect_ReturnStatus.IFSelect_RetDone:
             # a transfer would now crash
             raise FormatError("the CAD kernel cannot read its text", path=str(path))

@@ -19,9 +19,10 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import blamed_on
+from wpcal.core.input_file import sha256_of
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
-from wpcal.core.records import new_directory, sha256_of, to_json
+from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.features import FeatureKind
 from wpcal.match import Match, match_points

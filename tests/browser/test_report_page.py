@@ -156,6 +156,90 @@ def test_the_tooltip_of_a_point_shows_its_residual(folder: Path, open_page: Any)
     assert f"{point['distance_mm']:.4f} mm" in tip.inner_text()
 
 
+def test_the_next_steps_and_the_notes_stand_under_the_verdict_before_the_view(
+    folder: Path, tmp_path: Path, open_page: Any
+) -> None:
+    files = read_result_folder(folder)
+    calibration = files.calibration | {"verdict": "FAIL"}
+    calibration["judgement"] |= {"kind": "FAIL", "reason": "contradiction", "sentence": "the others contradict V4"}
+    calibration["suspect"] = {"names": ["V4"], "exchanges": []}
+    calibration["issues"] = [{"code": "blunder", "message": "the others contradict V4", "ids": ["V4"]}]
+    (tmp_path / "report.html").write_text(build_report(calibration, files.seams, files.part_glb), encoding="utf-8")
+    found = open_page(tmp_path / "report.html")
+    order = found.page.evaluate("[...document.querySelectorAll('#page > *')].map((one) => one.id || one.tagName)")
+    assert order[:4] == ["HEADER", "steps", "notes", "view"]
+    steps = found.page.locator("#steps").inner_text()
+    assert "Touch V4 again" in steps
+    assert "docs/how-to/fail-what-now.md" in steps
+    bottom = found.page.locator("#steps").bounding_box()
+    assert bottom["y"] + bottom["height"] < 900  # on the first screen
+
+
+def test_the_view_and_the_rows_answer_to_the_keyboard(folder: Path, open_page: Any) -> None:
+    found = open_page(folder / "report.html")
+    page, place = found.page, seams(folder)[SEAM]["frames"][FRAME]["p_mm"]
+
+    def drawn() -> Any:
+        page.evaluate("() => window.wpcal.viewer.draw()")  # at once, not before the next frame
+        spot = page.evaluate("p => window.wpcal.project(p)", place)
+        return np.array([spot["x"], spot["y"]])
+
+    page.locator(".stage canvas").focus()
+    first = drawn()
+    page.keyboard.press("ArrowRight")
+    turned = drawn()
+    assert np.linalg.norm(turned - first) > 2.0
+    page.keyboard.press("ArrowLeft")
+    np.testing.assert_allclose(drawn(), first, rtol=0, atol=0.5)
+    page.keyboard.press("+")
+    page.keyboard.press("Shift+ArrowUp")
+    assert np.linalg.norm(drawn() - first) > 5.0
+    page.keyboard.press("Home")
+    np.testing.assert_allclose(drawn(), first, rtol=0, atol=0.5)
+    for row in (page.locator("#seams tbody tr").nth(BEHIND), page.locator("#points tbody tr").first):
+        before = drawn()
+        row.focus()
+        page.keyboard.press("Enter")
+        assert np.linalg.norm(drawn() - before) > 5.0
+    assert page.evaluate("document.activeElement.tagName") == "TR"
+
+
+def test_a_phone_shows_the_95_percent_column_and_the_table_has_the_taught_coordinates(
+    folder: Path, open_page: Any
+) -> None:
+    found = open_page(folder / "report.html", width=PHONE_WIDTH)
+    for section in ("#points", "#seams"):
+        box = found.page.locator(f"{section} th", has_text="95 % error mm").bounding_box()
+        assert box["x"] + box["width"] <= PHONE_WIDTH
+    point = json.loads((folder / "calibration.json").read_text(encoding="utf-8"))["points"][0]
+    cells = found.page.locator("#points tbody tr").first.locator("td").all_inner_texts()
+    assert cells[5:8] == [f"{v:.3f}" for v in point["p_base_mm"]]
+
+
+def test_a_distance_is_measured_and_the_part_is_cut_open(folder: Path, open_page: Any) -> None:
+    found = open_page(folder / "report.html")
+    page = found.page
+    T = np.array(json.loads((folder / "calibration.json").read_text(encoding="utf-8"))["T_base_part"])
+    page.get_by_label("measure").check()
+    said = page.locator("output[data-test='measured']")
+    corners = [[0.0, 0.0, 10.0], [200.0, 0.0, 10.0]]
+    for corner in corners:
+        page.mouse.click(*found.project((T @ [*corner, 1.0])[:3].tolist()))
+    assert said.inner_text().startswith("200.000 mm")
+    page.get_by_label("measure").uncheck()
+    assert said.inner_text() == ""
+    before = found.pixels()
+    page.get_by_label("cut the part").select_option("cut z")
+    page.get_by_label("place of the cut").fill("90")
+    assert page.locator("output[data-test='cut']").inner_text().startswith("z = ")
+    assert np.abs(found.pixels() - before).max(axis=2).mean() > 1.0
+    top = (T @ [100.0, 60.0, 90.0, 1.0])[:3].tolist()
+    seen = "p => { const { x, y } = wpcal.project(p); return wpcal.viewer.surfaceAt(x, y)?.p ?? null; }"
+    assert page.evaluate(seen, top) != pytest.approx(top, abs=DRAWN_MM)
+    page.get_by_label("cut the part").select_option("no cut")
+    assert page.evaluate(seen, top) == pytest.approx(top, abs=DRAWN_MM)
+
+
 def test_what_is_behind_the_part_does_not_answer(folder: Path, open_page: Any) -> None:
     found = open_page(folder / "report.html")
     hidden = seams(folder)[BEHIND]["frames"][FRAME]["p_mm"]
@@ -228,11 +312,8 @@ def test_hostile_names_show_as_text(folder: Path, tmp_path: Path, open_page: Any
     assert found.page.evaluate("window.hacked") is None
     assert found.page.locator("img").count() == 0
     assert found.page.locator("h1").inner_text() == HOSTILE
-    assert found.page.locator("#seams tbody tr").first.locator("td").all_inner_texts()[:3] == [
-        HOSTILE,
-        f"{HOSTILE} fillet",
-        HOSTILE,
-    ]
+    cells = found.page.locator("#seams tbody tr").first.locator("td").all_inner_texts()
+    assert [cells[0], *cells[3:5]] == [HOSTILE, f"{HOSTILE} fillet", HOSTILE]
     assert found.page.locator(".label", has_text=HOSTILE).count() > 0
     found.page.locator("canvas").first.scroll_into_view_if_needed()  # long notes stand above the view
     found.page.mouse.move(*found.project(records["seams"][SEAM]["frames"][FRAME]["p_mm"]))

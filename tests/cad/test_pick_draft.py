@@ -34,10 +34,10 @@ def test_every_change_is_on_disk_when_it_is_kept(out: Path) -> None:
 def test_a_draft_that_cannot_be_written_leaves_the_rows_in_memory(out: Path) -> None:
     shared = opened(out)
     draft_of(out).mkdir()
-    assert "is a directory" in kept(shared, FOUR)["warning"]
+    assert "is a folder" in kept(shared, FOUR)["warning"]
     assert shared.changes_since(-1)["table"]["keys"] == list(FOUR.keys)
     answer = saved(shared)
-    assert (answer["rows"], "is a directory" in answer["warning"]) == (4, True)
+    assert (answer["rows"], "is a folder" in answer["warning"]) == (4, True)
     draft_of(out).rmdir()
     assert names(opened(out).rows) == names(FOUR.rows)
 

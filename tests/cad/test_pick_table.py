@@ -12,13 +12,14 @@ import pytest
 from pick_tables import FOUR, kept, names, opened, saved, table_of
 
 import cad.pick.shared_table as module
-from cad.pick.draft import Draft, Keyed, draft_of, read_draft, sha256_of
+from cad.pick.draft import Draft, Keyed, draft_of, read_draft
 from cad.pick.part import PickPart
 from cad.pick.rows import NEW_COLUMNS, Rows, read_rows
 from cad.pick.shared_table import ConflictError, FileChangedError
 from wpcal.advise import advise
 from wpcal.advise.advice import template_csv
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import sha256_of
 
 CONCURRENT_SAVES = 60
 

@@ -19,6 +19,7 @@ SEAM_FRAMES = 2
 COMMANDS = {
     "calibrate": "tee.step taught.csv -o out",
     "advise": "tee.step --points 3",
+    "audit": "out",
     "bases": "cell/two-mh6.json touched.csv -o new",
     "correct": "joints.csv --robot mh6",
     "demo": "-o new",

@@ -194,7 +194,7 @@ def only_checks(path: Path) -> None:
     ("spoil", "says"),
     [
         (missing, "taught.csv: no such file"),
-        (directory, "taught.csv: is a directory"),
+        (directory, "taught.csv: is a folder"),
         (as_step, "taught.csv: is a STEP file"),
         (misspelt, "unknown column 'used'; did you mean use?"),
         (half_a_model, "missing column model_y_mm, model_z_mm"),

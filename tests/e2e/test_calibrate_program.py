@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.running import run_here
+from wpcal.core.rotations import rotation_from_zyx
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 FRAME = (500.0, 100.0, 50.0)
@@ -108,3 +109,28 @@ def test_options_for_programs_are_refused_with_a_table(tmp_path: Path) -> None:
     done = run_here("calibrate", TEE / "tee.step", TEE / "taught.csv", "-o", tmp_path / "out", "--tool", "0,0,1")
     assert done.returncode == 2
     assert "is not a controller program: --tool cannot be used with it" in done.stderr
+
+
+def test_a_program_touched_in_several_postures_shows_a_wrong_tool(tmp_path: Path) -> None:
+    """The tip is 1.2 mm beside the tool centre point of the controller, in a frame that is turned."""
+    rng, tip = np.random.default_rng(0), np.array([0.8, -0.8, 0.4])
+    frame = rotation_from_zyx(0.0, 0.0, np.pi / 2)
+    lines = ["DEFDAT TEACH", "BASE_DATA[7]={FRAME: X 500,Y 100,Z 50,A 90.0,B 0.0,C 0.0}"]
+    for row in csv.DictReader((TEE / "taught_exact.csv").read_text().splitlines()):
+        angles = np.radians([0, 90, 0]) + 0.4 * rng.normal(size=3)  # about x, y, z of the frame
+        shown = np.array([float(row[f"{axis}_mm"]) for axis in "xyz"]) + 0.05 * rng.normal(size=3)
+        shown = frame.T @ (shown - FRAME) - rotation_from_zyx(*angles) @ tip
+        c, b, a = np.degrees(angles)
+        place = ",".join(f"{axis} {v:.4f}" for axis, v in zip("XYZABC", [*shown, a, b, c], strict=True))
+        lines.append(f"DECL E6POS X{row['name']}={{{place},S 2,T 35}}")
+        lines.append(f'DECL FDAT F{row["name"]}={{TOOL_NO 1,BASE_NO 7,IPO_FRAME #BASE,POINT2[] " "}}')
+    program = tmp_path / "teach.dat"
+    program.write_text("\n".join([*lines, "ENDDAT", ""]))
+    for source in (program, tmp_path / "taught.csv"):
+        done = run_here("calibrate", TEE / "tee.step", source, "-o", tmp_path / f"out{source.suffix}")
+        assert done.returncode == 1
+        record = json.loads((tmp_path / f"out{source.suffix}" / "calibration.json").read_text())
+        found = record["tool_offset"]
+        assert np.linalg.norm(np.array(found["tip_mm"]) - tip) <= found["error_95_mm"] <= 0.5
+        assert record["judgement"]["sentence"].startswith("the tip is 1")
+        assert run_here("taught", program, "-o", tmp_path / "taught.csv", "--force").returncode == 0

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+import zlib
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -19,7 +20,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import FormatError
-from wpcal.core.records import read_bytes
+from wpcal.core.input_file import read_bytes
 
 FORMAT = "wpcal graph 1"
 """Name and version, stored as the array ``format``."""
@@ -74,7 +75,7 @@ def read_graph(path: Path) -> BrepGraph:
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
-    except (ValueError, EOFError, OSError, AttributeError, zipfile.BadZipFile):
+    except (ValueError, EOFError, OSError, AttributeError, NotImplementedError, zipfile.BadZipFile, zlib.error):
         raise FormatError("is not a saved graph: expected an .npz archive of plain arrays", path=str(path)) from None
     found = str(arrays.get("format", "no format"))
     if found != FORMAT:

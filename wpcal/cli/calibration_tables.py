@@ -10,6 +10,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from wpcal.calibrate.criteria import Criterion
+from wpcal.results.next_steps import HELP_PAGE, next_steps
+
 if TYPE_CHECKING:
     from wpcal.calibrate import CalibrationResult, Distrusted, HeldMotion, StartsEvidence
 
@@ -47,6 +50,11 @@ def show_calibration(result: CalibrationResult, console: Console) -> None:
     )
     if result.criterion_advice is not None:
         console.print(f"advice: {result.criterion_advice}", highlight=False, markup=False)
+    steps = next_steps(result.to_record())
+    for step in steps:
+        console.print(f"next: {step}", highlight=False, markup=False)
+    if steps:
+        console.print(f"help: {HELP_PAGE}", highlight=False, markup=False)
     for issue in result.issues:
         if issue.message not in result.judgement.sentence:
             console.print(f"warning: {issue.message}", highlight=False, markup=False)
@@ -54,6 +62,8 @@ def show_calibration(result: CalibrationResult, console: Console) -> None:
 
 def _points(result: CalibrationResult) -> Table:
     table = Table(title="Points (residual = taught - fitted, base frame)")
+    if result.criterion is Criterion.MINIMAX:
+        table.caption = "minimax: the largest residuals are equal by construction"
     table.add_column("point")
     for heading in ("x mm", "y mm", "z mm", "distance mm", "95 % error mm"):
         table.add_column(heading, justify="right")

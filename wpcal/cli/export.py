@@ -37,6 +37,7 @@ def export(
 
     Ends with code 1 unless the verdict of the calibration is PASS; the files are written and say so.
     """
+    from wpcal.audit.programs import check_written
     from wpcal.core.records import check_writable, new_directory
     from wpcal.formats.registry import exporter_named
 
@@ -48,6 +49,8 @@ def export(
     for target in targets.values():
         check_writable(target, overwrite=force)
     contents = {exporter.name: exporter.write(program) for exporter in exporters}
+    for name, files in contents.items():
+        check_written(files, program, name=name)
     for name, files in contents.items():
         with new_directory(targets[name], overwrite=force) as temporary:
             for file, data in files.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from wpcal.controllers.reachable_spin import ArmAtTool
     from wpcal.controllers.torch import TorchSettings
     from wpcal.results.folder import FinishedCalibration
+    from wpcal.seam.torch import TorchShape
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,21 +106,9 @@ class MotionFlags:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AirFlags:
-    """The shape of the torch, and how it goes from one seam to the next."""
+class TorchShapeFlags:
+    """The shape of the torch that is compared with the part."""
 
-    clearance_mm: float | None = option(
-        "--clearance-mm",
-        type=float,
-        help="Height of the tool above the part between seams.  [default: the torch is 50 mm above the part]",
-    )
-    up: str = option(
-        "--up",
-        metavar="X,Y,Z",
-        default="0,0,1",
-        show_default=True,
-        help="Direction away from the support of the part, in the base.",
-    )
     wire_mm: float = option(
         "--wire-mm", type=float, default=20.0, show_default=True, help="From the tip of the wire to the nozzle."
     )
@@ -133,18 +123,41 @@ class AirFlags:
         help="Length of the torch that is compared with the part.",
     )
 
-    def check(self, program: WeldProgram) -> WeldProgram:
+    def to_shape(self) -> TorchShape:
+        """Return the torch that is compared with the part."""
+        from wpcal.seam.torch import TorchShape
+
+        return TorchShape(self.wire_mm, self.nozzle_radius_mm, self.torch_length_mm)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AirFlags:
+    """How the torch goes from one seam to the next."""
+
+    clearance_mm: float | None = option(
+        "--clearance-mm",
+        type=float,
+        help="Height of the tool above the part between seams.  [default: the torch is 50 mm above the part]",
+    )
+    up: str = option(
+        "--up",
+        metavar="X,Y,Z",
+        default="0,0,1",
+        show_default=True,
+        help="Direction away from the support of the part, in the base.",
+    )
+
+    def check(self, program: WeldProgram, torch: TorchShape) -> WeldProgram:
         """Compare the program with the part and add the ways between the seams."""
         from wpcal.controllers.air_moves import AirSettings
         from wpcal.controllers.checked_program import check_program
         from wpcal.core.errors import InputError
-        from wpcal.seam.torch import TorchShape
+        from wpcal.core.numbers import parse_numbers
 
         try:
-            x, y, z = (float(cell) for cell in self.up.split(","))
+            x, y, z = parse_numbers(self.up)
         except ValueError:
             raise InputError(f"--up: expected X,Y,Z, got {self.up!r}") from None
-        torch = TorchShape(self.wire_mm, self.nozzle_radius_mm, self.torch_length_mm)
         return check_program(program, torch=torch, air=AirSettings(self.clearance_mm, (x, y, z)))
 
 
@@ -248,6 +261,7 @@ class WeldProgramFlags:
     torch: TorchFlags
     motion: MotionFlags
     air: AirFlags
+    shape: TorchShapeFlags
     controller: ControllerFlags
     arm: ArmFlags
 
@@ -265,6 +279,7 @@ class WeldProgramFlags:
         space = RobotSpace.NOMINAL if arm is None else arm.arm.space
         finished = self.selection.select(read_finished(folder, space=space))
         program = build_program(finished, torch=torch, motion=motion, controller=controller)
+        check = partial(self.air.check, torch=self.shape.to_shape())
         if arm is None:
-            return self.air.check(program)
-        return compensate_program(program_for_arm(program, arm, check=self.air.check), arm)
+            return check(program)
+        return compensate_program(program_for_arm(program, arm, check=check), arm)

@@ -11,8 +11,10 @@ import click
 from wpcal import __version__
 from wpcal.cli.signals import Stopped, stopped_like_interrupted
 from wpcal.cli.streams import protect_streams
+from wpcal.printable import printable
 
 ENTRY_POINT_GROUP = "wpcal.commands"
+OUR_PACKAGES = ("wpcal", "cad")
 EXIT_OUR_FAULT = 70
 EXIT_OF_SIGNAL = 128
 """As in a shell: 143 after SIGTERM, 129 after SIGHUP."""
@@ -29,7 +31,34 @@ class CommandsByEntryPoint(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import and return one command."""
         entry = _installed().get(cmd_name)
-        return None if entry is None else entry.load()
+        return None if entry is None else _loaded(entry)
+
+
+def _loaded(entry: EntryPoint) -> click.Command:
+    """Import a command. A package that hides ours, or that is not installed, is told by its name."""
+    from wpcal.core.errors import InputError
+
+    try:
+        command: click.Command = entry.load()
+    except ImportError as error:
+        raise InputError(_why_not_loaded(entry, error)) from error
+    return command
+
+
+def _why_not_loaded(entry: EntryPoint, error: ImportError) -> str:
+    from importlib.util import find_spec
+
+    root = entry.module.partition(".")[0]
+    ours = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+    found = find_spec(root)
+    places = () if found is None else (found.submodule_search_locations or [found.origin or ""])
+    place = next(iter(places), "")
+    if root in OUR_PACKAGES and os.path.dirname(os.path.abspath(place)) != ours:
+        return (
+            f"another package is called {root} and hides the one of wpcal: {place}; take its folder from PYTHONPATH, "
+            "or install wpcal in an environment of its own"
+        )
+    return f"the command {entry.name} cannot be loaded: {error}"
 
 
 def _installed() -> dict[str, EntryPoint]:
@@ -66,6 +95,7 @@ def run(arguments: list[str] | None = None) -> None:
 
 def _run(arguments: list[str] | None) -> int:
     try:
+        _require_unicode(sys.argv[1:] if arguments is None else arguments)
         with stopped_like_interrupted():
             code = wpcal.main(args=arguments, prog_name="wpcal", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -90,11 +120,24 @@ def _say_error(error: Exception) -> int:
         return _say(with_hint(error), error.exit_code)
     if os.environ.get("WPCAL_DEBUG"):
         raise error
+    if isinstance(error, OSError) and error.filename is not None:
+        return _say(f"{error.filename}: {(error.strerror or str(error)).lower()}", WpcalError.exit_code)
     kind = type(error).__name__
     return _say(f"internal error ({kind}: {error}); this is our fault: set WPCAL_DEBUG=1 to see where", EXIT_OUR_FAULT)
 
 
 def _say(message: str, code: int) -> int:
     """Print one line on stderr and return the exit code."""
-    click.echo("wpcal: " + " ".join(message.split()), err=True)
+    line = printable(" ".join(message.split()))
+    click.echo(f"wpcal: {line}", err=True)
     return code
+
+
+def _require_unicode(arguments: list[str]) -> None:
+    """Refuse an argument that is not text: it would be the name of a file, and records hold these names."""
+    for argument in arguments:
+        try:
+            argument.encode("utf-8")
+        except UnicodeEncodeError:
+            shown = os.fsencode(argument).decode("utf-8", errors="backslashreplace")
+            raise click.UsageError(f"{shown}: the name is not UTF-8 text; rename the file or the folder") from None

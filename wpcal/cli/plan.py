@@ -199,7 +199,7 @@ def _read_mesh(seams_json: Path) -> bytes | None:
         If the file cannot be read or is not such a mesh.
     """
     from wpcal.brep.mesh_glb import read_part_glb
-    from wpcal.core.records import read_bytes
+    from wpcal.core.input_file import read_bytes
 
     path = seams_json.with_name("part.glb")
     if not path.exists():

@@ -82,8 +82,9 @@ class ProgramFlags:
 
 def _numbers(text: str) -> list[float]:
     from wpcal.core.errors import InputError
+    from wpcal.core.numbers import parse_numbers
 
     try:
-        return [float(value) for value in text.split(",")]
-    except ValueError:
-        raise InputError(f"--tool: expected X,Y,Z in mm, got {text!r}") from None
+        return parse_numbers(text)
+    except InputError as error:
+        raise InputError(f"--tool: expected X,Y,Z in mm, got {text!r}: {error}") from None

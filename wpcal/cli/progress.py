@@ -16,6 +16,7 @@ from contextlib import contextmanager
 import click
 
 from wpcal.core.progress import Progress
+from wpcal.printable import printable
 
 USUAL_PATIENCE_S = 10.0
 """Most commands end sooner, and their last line on stderr is then their only one."""
@@ -43,11 +44,12 @@ def shown_progress(start: str) -> Iterator[Progress]:
         Takes one message per step.
     """
     if sys.stderr.isatty():
-        from rich.console import Console
         from rich.markup import escape
 
-        with Console(stderr=True).status(escape(start)) as status:
-            yield lambda text: status.update(escape(text))
+        from wpcal.cli.console import plain_console
+
+        with plain_console(stderr=True).status(escape(printable(start))) as status:
+            yield lambda text: status.update(escape(printable(text)))
         return
     lines = _Lines(start, _patience_s())
     try:
@@ -60,12 +62,14 @@ def shown_progress(start: str) -> Iterator[Progress]:
 def counted_progress(start: str) -> Iterator[CountedProgress]:
     """Yield a function that shows how much of each step is done; a bar on a terminal."""
     if sys.stderr.isatty():
-        from rich.console import Console
+        from rich.markup import escape
         from rich.progress import Progress as Bars
 
-        with Bars(console=Console(stderr=True), transient=True) as bar:
-            task = bar.add_task(start)
-            yield lambda what, done, of: bar.update(task, description=what, completed=done, total=of)
+        from wpcal.cli.console import plain_console
+
+        with Bars(console=plain_console(stderr=True), transient=True) as bar:
+            task = bar.add_task(escape(printable(start)))
+            yield lambda what, done, of: bar.update(task, description=escape(printable(what)), completed=done, total=of)
         return
     with shown_progress(start) as show:
         yield lambda what, done, of: show(f"{what}: {done} of {of}")

@@ -1,5 +1,7 @@
 """Standard output and error that never end a command: what they cannot take is lost, and the command can say so.
 
+Names from files are printed with their control characters as escapes.
+
 The exit code is the result's. ``wpcal calibrate … | true`` has a verdict, too, although nobody reads what it prints.
 """
 
@@ -8,6 +10,8 @@ from __future__ import annotations
 import io
 import os
 import sys
+
+from wpcal.printable import printable
 
 _OUTPUT, _ERRORS = 1, 2
 """Their file descriptors."""
@@ -27,6 +31,19 @@ class LossyFile(io.FileIO):
         except OSError as error:
             self.lost_because = self.lost_because or (error.strerror or str(error)).lower()
             return memoryview(data).nbytes  # type: ignore[arg-type]
+
+
+class PrintableText(io.TextIOWrapper):
+    """Text in which control characters are shown as escapes: names of files and solids cannot steer the terminal."""
+
+    def write(self, text: str, /) -> int:
+        """Write a text that may hold names from files."""
+        super().write(printable(text))
+        return len(text)
+
+    def write_styled(self, text: str) -> int:
+        """Write a text whose escape sequences are wpcal's own."""
+        return super().write(text)
 
 
 def protect_streams() -> LossyFile | None:
@@ -72,10 +89,10 @@ def _lossy(stream: object, descriptor: int) -> LossyFile | None:
         return None
 
 
-def _text_to(raw: LossyFile, stream: object) -> io.TextIOWrapper:
+def _text_to(raw: LossyFile, stream: object) -> PrintableText:
     """Return the text stream; a terminal without Greek letters shows question marks."""
     encoding = stream.encoding if isinstance(stream, io.TextIOWrapper) else "utf-8"
-    return io.TextIOWrapper(
+    return PrintableText(
         io.BufferedWriter(raw),
         encoding=encoding,
         errors="replace",

@@ -24,16 +24,14 @@ def taught(*, program: Path, out: Path | None, reading: ProgramFlags, force: boo
     """
     from wpcal.controllers.taught_program import require_program
     from wpcal.core.records import to_json, write_file
-    from wpcal.taught.table import taught_csv
+    from wpcal.taught.table import taught_csv, taught_record
 
     require_program(program)
     read = reading.read_taught(program)
     if out is not None:
         write_file(out, taught_csv(read), overwrite=force)
     if as_json:
-        rows = zip(read.names, read.p_base.tolist(), strict=True)
-        record = {"schema": "wpcal/taught/1", "points": [{"name": name, "p_base_mm": p} for name, p in rows]}
-        click.echo(to_json(record), nl=False)
+        click.echo(to_json(taught_record(read)), nl=False)
     elif out is None:
         click.echo(taught_csv(read), nl=False)
     else:

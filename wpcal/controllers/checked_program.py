@@ -9,7 +9,7 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.air_moves import MARGIN_MM, AirPlan, AirSettings, Ends, TorchAtTool, Way, plan_air_moves
-from wpcal.controllers.pose_check import check_weld_poses
+from wpcal.controllers.pose_check import find_weld_pose_in_material, refused
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.torch import wire_directions
 from wpcal.core.arrays import frozen
@@ -50,13 +50,18 @@ def check_program(
     part = TriangleMaterial.of(read_part_glb(program.part_glb), program.T_base_part)
     motion, axis, stick_out = program.motion, program.torch.tool_axis, program.torch.stick_out_mm
     back_mm = (motion.approach_mm, motion.retract_mm)
-    ends = []
+    ends, inside = list[Ends](), dict[str, str]()
     for path in program.paths:
         rows = path.weld_rows
         wire = wire_directions(path.R_base[rows], axis)
-        check_weld_poses(part, path.seam, path.p_base[rows] + stick_out * wire, -wire, torch, back_mm=back_mm)
+        tips = path.p_base[rows] + stick_out * wire
+        found = find_weld_pose_in_material(part, path.seam, tips, -wire, torch, back_mm=back_mm)
+        if found is not None:
+            inside[path.seam.name] = found
         at = [rows.start - 1, rows.stop]
         ends.append(Ends(path.seam.name, path.p_base[at], path.R_base[at]))
+    if inside:
+        raise refused(inside, [path.seam.name for path in program.paths], torch)
     plan = plan_air_moves(part, ends, TorchAtTool(torch, axis, stick_out), air)
     paths = [
         _with_ways(path, to_seam, from_seam)

@@ -1,15 +1,16 @@
-"""Refuse weld poses whose tip, wire or nozzle is inside the part, and straight pieces between them that lead there."""
+"""Find weld poses whose tip, wire or nozzle is inside the part, and straight pieces between them that lead there."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from wpcal.brep.material import Material
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError
-from wpcal.seam.judge.material import TorchPart, find_poses_in_material
+from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.seam import Seam
 from wpcal.seam.torch import TorchShape
@@ -17,9 +18,11 @@ from wpcal.seam.torch import TorchShape
 STEP_MM = 1.0
 """Between two points of a seam the torch is compared with the part at this step: less than the thinnest sheet that is
 welded as a rib, and small against the nozzle."""
+MOST_TOLD = 3
+"""Seams whose place is told; of the others the names: the message is one line."""
 
 
-def check_weld_poses(
+def find_weld_pose_in_material(
     part: Material,
     seam: Seam,
     tips: FloatArray,
@@ -27,8 +30,8 @@ def check_weld_poses(
     torch: TorchShape,
     *,
     back_mm: tuple[float, float],
-) -> None:
-    """Refuse a seam when the torch is inside material along it, or on its way along the wire to its ends.
+) -> str | None:
+    """Say where along a seam, or on its way along the wire to its ends, the torch is inside material.
 
     Parameters
     ----------
@@ -44,10 +47,11 @@ def check_weld_poses(
     back_mm : tuple of float
         How far the torch comes from along the wire at the first point, and goes at the last, mm.
 
-    Raises
-    ------
-    GeometryError
-        With the seam, the point (counted from 0, as in ``seams.csv``), what is inside and the solid.
+    Returns
+    -------
+    str or None
+        The seam, the first point (counted from 0, as in ``seams.csv``), what is inside and the solid; None if the torch
+        is free everywhere.
     """
     at = _places(tips)
     rows = np.minimum(at.astype(int), len(tips) - 2)
@@ -58,9 +62,13 @@ def check_weld_poses(
     more = np.zeros(len(p))
     more[0], more[-1] = back_mm
     found = find_poses_in_material(part, p, away, torch, start_mm=start_mm(seam), more_mm=more)
-    if len(found):
-        row = int(found.row[0])
-        raise _inside(seam, float(at[row]), found.part[0], found.solid[0], p[row], torch)
+    if len(found) == 0:
+        return None
+    x, y, z = p[found.row[0]]
+    place, row = float(at[found.row[0]]), math.floor(at[found.row[0]])
+    where = f"point {row}" if row == place else f"between points {row} and {row + 1}"
+    what = f"the {found.part[0].value} is inside {found.solid[0]!r}"
+    return f"seam {seam.name}: {where}, base {x:.1f}, {y:.1f}, {z:.1f} mm: {what}"
 
 
 def _places(tips: FloatArray) -> FloatArray:
@@ -69,14 +77,25 @@ def _places(tips: FloatArray) -> FloatArray:
     return np.concatenate([*(row + np.arange(count) / count for row, count in enumerate(steps)), [float(len(steps))]])
 
 
-def _inside(seam: Seam, at: float, what: TorchPart, solid: str, tip: FloatArray, torch: TorchShape) -> GeometryError:
-    x, y, z = tip
-    row = math.floor(at)
-    place = f"point {row}" if row == at else f"between points {row} and {row + 1}"
+def refused(found: Mapping[str, str], names: Sequence[str], torch: TorchShape) -> GeometryError:
+    """Return the error that names every seam with poses in material, and what can be done.
+
+    Parameters
+    ----------
+    found : mapping of str to str
+        What is inside material, by the name of the seam; at least one.
+    names : sequence of str
+        All seams of the program.
+    torch : TorchShape
+    """
+    told = [*found.values()][:MOST_TOLD]
+    more = [*found][MOST_TOLD:]
+    others = f"; also {len(more)} more: {', '.join(more)}" if more else ""
+    free = [name for name in names if name not in found]
+    leave_out = f"; the others can be written: --seams {','.join(free)}" if free else ""
     return GeometryError(
-        f"seam {seam.name}: {place}, base {x:.1f}, {y:.1f}, {z:.1f} mm: the {what.value} of {torch} is inside "
-        f"{solid!r}; no program is written. Cut the seam there (range_mm in seams.json), tilt the torch with "
-        "--work-angle-deg or --travel-angle-deg, state its shape (--nozzle-radius-mm, --wire-mm, --torch-length-mm), "
-        "or leave the seam out with --seams",
+        f"{'; '.join(told)}{others} ({torch}); no program is written. Cut it there (range_mm in seams.json), tilt "
+        "the torch with --work-angle-deg or --travel-angle-deg, or state its shape (--nozzle-radius-mm, --wire-mm, "
+        f"--torch-length-mm){leave_out}",
         code=ErrorCode.POSE_IN_MATERIAL,
     )

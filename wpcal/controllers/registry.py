@@ -52,6 +52,8 @@ class Controller:
         A function from `SyncProgram` to file names and contents.
     brands : tuple of str
         What people also call it, lower case: the maker. Taken wherever `name` is.
+    reads_back : bool
+        Whether `reader` also reads what `writer` writes. Programs are then read back before they are put in place.
 
     Raises
     ------
@@ -66,6 +68,7 @@ class Controller:
     reader: str | None = None
     sync_writer: str | None = None
     brands: tuple[str, ...] = ()
+    reads_back: bool = False
 
     def __post_init__(self) -> None:
         if (self.reader is None) != (not self.suffixes):

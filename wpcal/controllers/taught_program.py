@@ -7,7 +7,7 @@ from pathlib import Path
 
 from wpcal.controllers.registry import Controller, controller_of_file, controllers
 from wpcal.core.errors import InputError
-from wpcal.core.records import read_bytes, sha256_of
+from wpcal.core.input_file import read_bytes, sha256_of
 from wpcal.taught.programs import TaughtProgram
 from wpcal.taught.table import TaughtPoints
 from wpcal.taught.user_frames import ProgramReading, points_in_base

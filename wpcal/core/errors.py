@@ -70,6 +70,10 @@ class ErrorCode(StrEnum):
     """The port cannot be opened; the caller can choose another."""
 
 
+LONGEST_MESSAGE = 2000
+"""Characters of a message. The longest of wpcal's own have 500."""
+
+
 class WpcalError(Exception):
     """Anything that wpcal raises on purpose.
 
@@ -92,9 +96,16 @@ class WpcalError(Exception):
     code: str = ErrorCode.INPUT
 
     def __init__(self, message: str = "", *, code: str | None = None) -> None:
-        super().__init__(message)
+        super().__init__(_whole_text(message))
         if code is not None:
             self.code = code
+
+
+def _whole_text(message: str) -> str:
+    """Return a message that can be written: names in a file may be longer than any page, or no Unicode text."""
+    if len(message) > LONGEST_MESSAGE:
+        message = f"{message[:LONGEST_MESSAGE]}…"
+    return message if message.isascii() else message.encode("utf-8", errors="backslashreplace").decode("utf-8")
 
 
 class InputError(WpcalError, ValueError):

@@ -13,6 +13,7 @@ from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import listed
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +55,7 @@ class PointPairs:
             raise InputError(f"{len(names)} names, {len(p_source)} source and {len(p_target)} target points")
         if len(set(names)) < len(names):
             twice = sorted(name for name, count in Counter(names).items() if count > 1)
-            raise InputError(f"point names must be unique; more than once: {', '.join(twice)}")
+            raise InputError(f"point names must be unique; more than once: {listed(twice)}")
         object.__setattr__(self, "names", names)
         object.__setattr__(self, "p_source", p_source)
         object.__setattr__(self, "p_target", p_target)

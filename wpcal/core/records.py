@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import secrets
@@ -14,6 +13,8 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.errors import ErrorCode, FormatError, InputError
+from wpcal.core.input_file import read_bytes, require_name
+from wpcal.core.record_check import check_record
 from wpcal.core.whole_folder import MARK, flush, put_in_place, temporary_sibling
 
 
@@ -31,27 +32,8 @@ def _plain(value: object) -> object:
     raise TypeError(f"a record cannot hold a {type(value).__name__}")
 
 
-def read_bytes(path: Path) -> bytes:
-    """Return the bytes of a file.
-
-    Raises
-    ------
-    InputError
-        When it cannot be opened.
-    """
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
-
-
-def sha256_of(data: bytes) -> str:
-    """Return the SHA-256 of what was read from a file, hexadecimal: a second reading may find other bytes."""
-    return hashlib.sha256(data).hexdigest()
-
-
 def read_json(path: Path, *, schema: str) -> dict[str, Any]:
-    """Read a record and check its schema name and version.
+    """Read a record and check it against its schema (`wpcal.core.record_check`).
 
     Parameters
     ----------
@@ -64,18 +46,42 @@ def read_json(path: Path, *, schema: str) -> dict[str, Any]:
     InputError
         When the file cannot be opened.
     FormatError
-        When it is not a JSON object, or is of another schema.
+        When it is not a JSON object, is of another schema, or a value is not what the schema says.
+    """
+    record = parse_json(read_bytes(path), path=str(path))
+    found = record.get("schema") if isinstance(record, dict) else None
+    if not isinstance(record, dict) or found != schema:
+        what = f"expected a record of schema {schema}, found {found if isinstance(found, str) else 'none'}"
+        raise FormatError(what, path=str(path))
+    check_record(record, schema, path=str(path))
+    return record
+
+
+def parse_json(raw: bytes, *, path: str) -> Any:
+    """Return the value that the bytes of a JSON file hold. Its numbers and texts are not checked.
+
+    Parameters
+    ----------
+    raw : bytes
+        UTF-8, also with a byte order mark.
+    path : str
+        Name of the file in messages.
+
+    Raises
+    ------
+    FormatError
+        When it is not JSON.
     """
     try:
-        record = json.loads(read_bytes(path).decode("utf-8"))
+        return json.loads(raw.decode("utf-8-sig"))
     except UnicodeDecodeError:
-        raise FormatError("is not a UTF-8 text file", path=str(path)) from None
+        raise FormatError("is not a UTF-8 text file", path=path) from None
     except json.JSONDecodeError as error:
-        raise FormatError(f"is not JSON: {error.msg}", path=str(path), line=error.lineno, column=error.colno) from None
-    if not isinstance(record, dict) or record.get("schema") != schema:
-        found = record.get("schema") if isinstance(record, dict) else None
-        raise FormatError(f"expected a record of schema {schema}, found {found or 'none'}", path=str(path))
-    return record
+        raise FormatError(f"is not JSON: {error.msg}", path=path, line=error.lineno, column=error.colno) from None
+    except RecursionError:
+        raise FormatError("has too many lists or objects in one another", path=path) from None
+    except ValueError:  # Python refuses to convert it
+        raise FormatError("holds a whole number of thousands of digits", path=path) from None
 
 
 @contextmanager
@@ -123,6 +129,7 @@ def check_writable(path: Path, *, overwrite: bool) -> None:
     InputError
         When the path is a file, or a folder that is not empty and `overwrite` is false.
     """
+    require_name(path)
     if path.exists() and not path.is_dir():
         raise InputError(f"{path}: is a file, expected a folder to write into")
     if path.is_dir() and any(path.iterdir()) and not overwrite:
@@ -141,6 +148,7 @@ def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
     InputError
         When it exists and `overwrite` is false, or it cannot be written.
     """
+    require_name(path)
     exists = InputError(f"{path}: exists; allow overwriting to replace it", code=ErrorCode.EXISTS)
     if path.exists() and not overwrite:
         raise exists

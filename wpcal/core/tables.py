@@ -1,7 +1,8 @@
 """Text tables (CSV) with named columns. Errors name file, line and column.
 
-The reader accepts a byte order mark, CRLF line ends, blank lines, and a semicolon or tab as separator. It accepts a
-decimal comma if the separator is not a comma and no number of the table has a point.
+The reader accepts what spreadsheets write: a byte order mark, CRLF line ends, blank lines, a semicolon or tab as
+separator, empty columns at the right, a row of merged cells above the header, and units in brackets (``X [mm]``). How
+numbers may be typed is in `wpcal.core.cells`.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ import csv
 import difflib
 import io
 import math
+import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,12 +20,18 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.core.arrays import LARGEST_MM, FloatArray, frozen
+from wpcal.core.cells import UNIT_OF_COLUMN, column_name, decimal_sign, number_in_cell
 from wpcal.core.csv_text import without_mark
-from wpcal.core.errors import FormatError
-from wpcal.core.records import read_bytes
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import read_bytes
+from wpcal.core.numbers import NUMBER
+from wpcal.core.wording import listed, shown
 
 SEPARATORS = ";\t,"
 """In order of priority: a header with a semicolon or a tab is not separated by commas."""
+MOST_COLUMNS = 1000
+"""A table with more columns was not written for wpcal."""
+_PLAIN = re.compile(r"[0-9.eE+\-\n]*+")
 MISSPELT = 0.7
 """Similarity above which an unknown column counts as a misspelt one: ``used`` and ``use`` have 0.86."""
 
@@ -36,7 +45,7 @@ class Table:
     path : str
         The file as the user named it.
     columns : dict of str to list of str
-        Stripped cells; names in lower case, in the order of the file.
+        Stripped cells; names in lower case with their units (`wpcal.core.cells.column_name`), in the order of the file.
     lines : tuple of int
         Line of each row in the file, counted from 1.
     separator : str
@@ -64,7 +73,10 @@ class Table:
         """
         missing = [name for name in names if name not in self.columns]
         if missing:
-            what = f"missing column {', '.join(missing)}; found {', '.join(self.columns)}"
+            what = f"missing column {', '.join(missing)}; found {listed(self.columns)}"
+            bare = [name for name in missing if UNIT_OF_COLUMN.sub("", name) in self.columns]
+            if bare:
+                what += f"; write {bare[0]} instead of {UNIT_OF_COLUMN.sub('', bare[0])}: the unit is part of the name"
             raise FormatError(what, path=self.path, line=1)
 
     def refuse_misspelt(self, known: Sequence[str]) -> None:
@@ -79,7 +91,7 @@ class Table:
         for name in self.columns:
             near = [] if name in known else difflib.get_close_matches(name, absent, n=1, cutoff=MISSPELT)
             if near:
-                raise FormatError(f"unknown column {name!r}; did you mean {near[0]}?", path=self.path, line=1)
+                raise FormatError(f"unknown column {shown(name)}; did you mean {near[0]}?", path=self.path, line=1)
 
     def unique_names(self, column: str) -> tuple[str, ...]:
         """Return the cells of a column of names.
@@ -95,7 +107,7 @@ class Table:
             if not name:
                 raise FormatError("the name is empty", path=self.path, line=line, column=column)
             if name in seen:
-                what = f"the name {name!r} appears twice, first in line {seen[name]}"
+                what = f"the name {shown(name)} appears twice, first in line {seen[name]}"
                 raise FormatError(what, path=self.path, line=line, column=column)
             seen[name] = line
         return tuple(seen)
@@ -113,7 +125,7 @@ class Table:
         words = tuple((cell or default).lower() for cell in self.columns[column])
         for line, word in zip(self.lines, words, strict=True):
             if word not in allowed:
-                what = f"expected {' or '.join(allowed)}, got {word!r}"
+                what = f"expected {' or '.join(allowed)}, got {shown(word)}"
                 raise FormatError(what, path=self.path, line=line, column=column)
         return words
 
@@ -136,15 +148,14 @@ class Table:
         """
         self.require(names)
         values = np.empty((len(self), len(names)))
-        comma = self.separator != "," and self._has_decimal_comma_only(names)
-        for j, name in enumerate(names):
-            cells = [cell.replace(",", ".") for cell in self.columns[name]] if comma else self.columns[name]
-            try:
-                values[:, j] = np.array(cells, dtype=np.float64)
-            except ValueError:
-                values[:, j] = math.nan
-            if not (np.abs(values[:, j]) <= LARGEST_MM).all():  # NaN is not, either
-                self._refuse(name, cells)
+        slow = [j for j, name in enumerate(names) if not _all_plain(self.columns[name], values[:, j])]
+        decimal = self._decimal_sign(names) if slow else "."
+        for j in slow if decimal == "." else range(len(names)):
+            for i, cell in enumerate(self.columns[names[j]]):
+                try:
+                    values[i, j] = number_in_cell(cell, column=names[j], decimal=decimal)
+                except InputError as error:
+                    raise FormatError(str(error), path=self.path, line=self.lines[i], column=names[j]) from None
         return frozen(values)
 
     def numbers_where_given(self, names: Sequence[str]) -> FloatArray:
@@ -156,16 +167,9 @@ class Table:
         values[given] = Table(self.path, columns, tuple(self.lines[i] for i in given), self.separator).numbers(names)
         return frozen(values)
 
-    def _has_decimal_comma_only(self, names: Sequence[str]) -> bool:
-        cells = [cell for name in names for cell in self.columns[name]]
-        most = max((cell.count(",") for cell in cells), default=0)
-        return most == 1 and not any("." in cell for cell in cells)
-
-    def _refuse(self, name: str, cells: Sequence[str]) -> None:
-        for line, cell in zip(self.lines, cells, strict=True):
-            what = _fault(cell)
-            if what:
-                raise FormatError(what, path=self.path, line=line, column=name)
+    def _decimal_sign(self, names: Sequence[str]) -> str:
+        cells = (cell for name in names for cell in self.columns[name])
+        return decimal_sign(cells, comma_separates=self.separator == ",")
 
 
 def read_table(path: Path) -> Table:
@@ -207,8 +211,11 @@ def parse_table(raw: bytes, *, path: str) -> Table:
         raise FormatError("the file is empty; expected a header line and one row per point", path=path)
     if text.lstrip().startswith("ISO-10303-21"):
         raise FormatError("is a STEP file, expected a table with a header line; are two files swapped?", path=path)
-    separator = _separator(text.lstrip().splitlines()[0])
+    separator = _separator(text.lstrip().split("\n", 1)[0])
     lines, rows = _rows(text, separator, path)
+    if not rows:
+        raise FormatError("all cells are empty; expected a header line and one row per point", path=path)
+    lines, rows = _without_merged_cells(lines, _without_empty_columns(rows))
     header = _header(rows[0], path, lines[0])
     if len(rows) == 1:
         raise FormatError("has a header and no rows", path=path)
@@ -241,11 +248,33 @@ def _rows(text: str, separator: str, path: str) -> tuple[list[int], list[list[st
     return lines, rows
 
 
+def _without_empty_columns(rows: list[list[str]]) -> list[list[str]]:
+    """Drop the columns at the right that are empty in every row: a spreadsheet keeps them after a deletion."""
+    used = max(next((k for k in range(len(row), 0, -1) if row[k - 1].strip()), 0) for row in rows)
+    return [row[:used] if len(row) > used else row for row in rows]
+
+
+def _without_merged_cells(lines: list[int], rows: list[list[str]]) -> tuple[list[int], list[list[str]]]:
+    """Drop the row above the header that merged cells leave: it has empty cells, and the next row names all columns."""
+    if len(rows) < 3 or len(rows[0]) < 2 or all(cell.strip() for cell in rows[0]):
+        return lines, rows
+    names = [cell.strip() for cell in rows[1]]
+    if "" in names or len(set(names)) < len(names) or any(NUMBER.fullmatch(name) for name in names):
+        return lines, rows
+    return lines[1:], rows[1:]
+
+
 def _header(cells: Sequence[str], path: str, line: int) -> list[str]:
-    header = [without_mark(cell.strip()).lower() for cell in cells]
-    twice = sorted({name for name in header if header.count(name) > 1})
+    if len(cells) > MOST_COLUMNS:
+        raise FormatError(f"has {len(cells)} columns, expected at most {MOST_COLUMNS}", path=path, line=line)
+    header = [column_name(without_mark(cell.strip())) for cell in cells]
+    empty = [str(number) for number, name in enumerate(header, start=1) if not name]
+    if empty:
+        what = f"column {', '.join(empty)} has no name; write one row with a name for each column"
+        raise FormatError(what, path=path, line=line)
+    twice = [name for name, count in Counter(header).items() if count > 1]
     if twice:
-        raise FormatError(f"column {', '.join(map(repr, twice))} appears twice", path=path, line=line)
+        raise FormatError(f"column {listed(sorted(map(repr, twice)))} appears twice", path=path, line=line)
     return header
 
 
@@ -256,16 +285,12 @@ def _wrong_length(row: Sequence[str], header: Sequence[str], separator: str) -> 
     return what
 
 
-def _fault(cell: str) -> str | None:
-    """Say why a cell is not a finite number; None if it is one."""
-    if not cell:
-        return "the cell is empty, expected a number"
-    if "," in cell:
-        return f"{cell!r}: it is unclear whether the comma is a decimal sign; write a decimal point in every number"
+def _all_plain(cells: Sequence[str], values: FloatArray) -> bool:
+    """Read cells that hold plain numbers, all at once, into `values`. False if one of them needs a closer look."""
+    if not _PLAIN.fullmatch("\n".join(cells)):
+        return False
     try:
-        value = float(cell)
+        values[:] = np.array(cells, dtype=np.float64)
     except ValueError:
-        return f"expected a number, got {cell!r}"
-    if not math.isfinite(value):
-        return f"expected a finite number, got {cell!r}"
-    return None if abs(value) <= LARGEST_MM else f"expected a number of at most {LARGEST_MM:g}, got {cell!r}"
+        return False
+    return bool((np.abs(values) <= LARGEST_MM).all())

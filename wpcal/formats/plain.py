@@ -16,8 +16,8 @@ from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe
 from wpcal.core.csv_text import csv_text
 from wpcal.core.records import to_json
 from wpcal.core.rotations import quaternion_from_rotation
+from wpcal.core.schemas import schema_file, schema_text
 from wpcal.formats.registry import Exporter
-from wpcal.results.schemas import schema_file, schema_text
 
 NAMES = NameRules("plain text", 60)
 """For the name of the file."""

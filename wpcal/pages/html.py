@@ -17,6 +17,7 @@ from importlib.resources import files
 from typing import Any
 
 from wpcal.pages.packing import pack_glb
+from wpcal.printable import printable
 
 COMPRESSION = 6
 """Level of zlib: level 9 saves 2 % of a mesh and takes three times as long."""
@@ -64,7 +65,7 @@ def build_page(
         f'<meta http-equiv="Content-Security-Policy" content="{_policy(scripts, styles, connects=connects)}">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         '<link rel="icon" href="data:,">',
-        f"<title>{html.escape(title)}</title>",
+        f"<title>{html.escape(printable(title))}</title>",
         *(f"<style>{text}</style>" for text in styles),
         "</head>",
         "<body>",

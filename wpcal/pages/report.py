@@ -10,6 +10,7 @@ import numpy as np
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.errors import FormatError
 from wpcal.pages.html import build_page, json_blob
+from wpcal.results.next_steps import HELP_PAGE, next_steps
 
 BODY = """
 <main id="page"></main>
@@ -54,7 +55,8 @@ def build_report(
         title = f"{calibration['verdict']} {calibration.get('inputs', {}).get('part', {}).get('file', 'calibration')}"
     except (KeyError, TypeError, AttributeError) as error:
         raise FormatError(f"is not a complete seams file: {type(error).__name__} {error}", path=path) from None
-    data: dict[str, Any] = {"calibration": calibration, "seams": heads, "mesh": None}
+    steps = next_steps(calibration)
+    data: dict[str, Any] = {"calibration": calibration, "seams": heads, "mesh": None, "steps": steps, "help": HELP_PAGE}
     blobs = {"frames": json_blob(columns)}
     if part_glb is not None:
         data["mesh"] = {"deflection_mm": read_part_glb(part_glb).deflection_mm}

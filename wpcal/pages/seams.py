@@ -1,4 +1,8 @@
-"""The page of `wpcal seams --html`: the seams of a part, the candidates that were rejected, and the reasons."""
+"""The page of `wpcal seams --html`: the seams of a part, the refused candidates, the reasons, and an editor of seams.
+
+The page gives away a ``seams.json`` with decisions and without frames. The commands carry the decisions out when they
+get it with ``--seams``.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,6 @@ BODY = """
 <main id="page"></main>
 <noscript>This page needs JavaScript to draw the seams; wpcal seams --json lists them.</noscript>
 """
-SHOWN = ("name", "accepted", "joint", "weld", "solids", "length_mm", "confidence", "against")
 
 
 def build_seams_page(seams: dict[str, Any], part_glb: bytes | None, *, file_name: str) -> str:
@@ -32,7 +35,8 @@ def build_seams_page(seams: dict[str, Any], part_glb: bytes | None, *, file_name
     str
         A self-contained HTML file, the same for the same record.
     """
-    data = {"file": file_name, "seams": [{key: seam[key] for key in SHOWN} for seam in seams["seams"]]}
+    plain = [{key: value for key, value in seam.items() if key != "frames"} for seam in seams["seams"]]
+    data = {"file": file_name, "record": {**seams, "seams": plain}}
     columns = [seam_columns(seam["frames"]) for seam in seams["seams"]]
     blobs = {"frames": json_blob(columns)}
     if part_glb is not None:

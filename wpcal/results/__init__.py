@@ -1,7 +1,7 @@
 """A result folder: read, checked for agreement, compared; and the schema of every record."""
 
+from wpcal.core.schemas import schema_names, schema_text
 from wpcal.results.folder import FinishedCalibration, ResultFolder, read_finished, read_result_folder
-from wpcal.results.schemas import schema_names, schema_text
 
 __all__ = [
     "FinishedCalibration",

@@ -8,7 +8,7 @@ from typing import Any
 
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.errors import FormatError, FrameError
-from wpcal.core.records import read_bytes, sha256_of
+from wpcal.core.input_file import read_bytes, sha256_of
 from wpcal.core.transform import RigidTransform
 
 SAME_POSE_MM = 1e-9

@@ -10,11 +10,13 @@ from typing import Any
 from wpcal.calibrate.result import SCHEMA as CALIBRATION_SCHEMA
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import ErrorCode, FormatError, FrameError, InputError
-from wpcal.core.records import read_bytes, read_json, sha256_of
+from wpcal.core.input_file import read_bytes, sha256_of
+from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
+from wpcal.core.schemas import required_fields
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import listed
 from wpcal.results.agree import agreed_pose, check_same_part, check_same_run
-from wpcal.results.schemas import required_fields
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 from wpcal.seam.seam import Seam
 
@@ -86,7 +88,7 @@ class FinishedCalibration:
         known = [seam.name for seam in self.seams]
         unknown = [name for name in names or () if name not in known]
         if unknown:
-            raise InputError(f"unknown seam {', '.join(unknown)}; the file has {', '.join(known) or 'none'}")
+            raise InputError(f"unknown seam {listed(unknown)}; the file has {listed(known) or 'none'}")
         rows = [
             row
             for row, seam in enumerate(self.seams)

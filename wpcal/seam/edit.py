@@ -7,7 +7,8 @@ after a change elsewhere on the part.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,22 +17,28 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import LARGEST_MM, FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
+from wpcal.seam.edited_run import framed, is_loop, joined_run, judged_anew, marks_in, part_of
 from wpcal.seam.judge.leans import with_leans
 from wpcal.seam.options import SeamOptions
-from wpcal.seam.path.build import with_frames
-from wpcal.seam.path.cut import cut_run, middles
+from wpcal.seam.path.cut import middles
 from wpcal.seam.path.direction import Runs
-from wpcal.seam.path.turning import face_free_space
 from wpcal.seam.record import SEAMS_SCHEMA
-from wpcal.seam.seam import Candidate, Seam, SeamEdit, SeamPieces
+from wpcal.seam.seam import Candidate, JoinedStretch, Seam, SeamEdit, SeamPieces
 
 SAME_PLACE_MM = 0.1
 """A candidate is the one in the file if start, middle and length agree within this. Files hold all digits. Few seams of
 one part are nearer to each other (both rims of the hole of a pin are); the number decides between those."""
-EDIT_KEYS = ("accept", "reject", "reverse", "name", "range_mm")
+EDIT_KEYS = ("accept", "reject", "reverse", "name", "range_mm", "other_side", "join")
+
+
+STRETCH_KEYS = {"candidate", "range_mm"}
+LONGEST_NAME = 200
+"""Robot programs allow far shorter names, which their writers make from this one."""
+MOST_JOINED = 100
+"""Stretches in one seam. Each is tried at every end, so the time grows with the square; no torch runs through more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +101,7 @@ def candidate_from_record(record: Any, label: str, *, path: str) -> Candidate:
         x, y, z = start
         u, v, w = middle
         return Candidate(str(record["name"]), (x, y, z), (u, v, w), float(record["length_mm"]))
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         message = f"seam {label}: its edit needs a whole candidate (name, start_part_mm, middle_part_mm, length_mm)"
         raise FormatError(message, path=path) from None
 
@@ -116,7 +123,7 @@ def edit_from_record(record: Any, label: str, *, path: str) -> SeamEdit:
     for key in record:
         if key not in EDIT_KEYS:
             raise refuse(f"unknown key {key!r}; expected {', '.join(EDIT_KEYS)}")
-    for key in ("accept", "reject", "reverse"):
+    for key in ("accept", "reject", "reverse", "other_side"):
         if not isinstance(record.get(key, False), bool):
             raise refuse(f"{key} must be true or false, got {record[key]!r}")
     if record.get("accept") and record.get("reject"):
@@ -124,8 +131,33 @@ def edit_from_record(record: Any, label: str, *, path: str) -> SeamEdit:
     name = record.get("name")
     if name is not None and not (isinstance(name, str) and name.strip()):
         raise refuse(f"name must be a text, got {name!r}")
+    if name is not None and not (name.isprintable() and len(name) <= LONGEST_NAME):
+        raise refuse(f"name must be at most {LONGEST_NAME} characters without control characters, got {name[:80]!r}")
     accept = True if record.get("accept") else False if record.get("reject") else None
-    return SeamEdit(accept, bool(record.get("reverse", False)), name, _range(record.get("range_mm"), refuse))
+    return SeamEdit(
+        accept,
+        bool(record.get("reverse", False)),
+        name,
+        _range(record.get("range_mm"), refuse),
+        bool(record.get("other_side", False)),
+        _join(record.get("join", []), label, path),
+    )
+
+
+def _join(value: Any, label: str, path: str) -> tuple[JoinedStretch, ...]:
+    def refuse(message: str) -> FormatError:
+        return FormatError(f"edit of seam {label}: join: {message}", path=path)
+
+    if not isinstance(value, list) or not all(isinstance(one, dict) and one.keys() <= STRETCH_KEYS for one in value):
+        raise refuse(f"expected a list of objects with {' and '.join(sorted(STRETCH_KEYS))}")
+    if len(value) > MOST_JOINED:
+        raise refuse(f"expected at most {MOST_JOINED} stretches, got {len(value)}")
+    return tuple(
+        JoinedStretch(
+            candidate_from_record(one.get("candidate"), label, path=path), _range(one.get("range_mm"), refuse)
+        )
+        for one in value
+    )
 
 
 def _range(value: Any, refuse: Any) -> tuple[float, float] | None:
@@ -134,6 +166,8 @@ def _range(value: Any, refuse: Any) -> tuple[float, float] | None:
     is_pair = isinstance(value, list) and len(value) == 2
     if not is_pair or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in value):
         raise refuse(f"range_mm must be two lengths [from, to], got {value!r}")
+    if not all(abs(v) <= LARGEST_MM for v in value):
+        raise refuse(f"range_mm must be two lengths of at most {LARGEST_MM:g} mm")
     low, high = float(value[0]), float(value[1])
     if not 0 <= low < high:
         raise refuse(f"range_mm must rise from 0 or more, got [{low:g}, {high:g}]")
@@ -169,19 +203,48 @@ def apply_edits(
     Raises
     ------
     InputError
-        If the candidate of an edit is not on the part, a range is longer than its seam, or two seams get one name.
+        If the candidate of an edit is not on the part, a range is longer than its seam, joined seams do not meet, or
+        two seams get one name.
     """
-    edits_of: dict[int, list[PlacedEdit]] = {}
+    own: dict[int, list[PlacedEdit]] = {}
     for edit in edits:
-        edits_of.setdefault(_row_of(seams, edit), []).append(edit)
-    edited = []
+        own.setdefault(_row_of(seams, edit), []).append(edit)
+    taken = _rows_joined(seams, edits, own)
+    edited: list[Seam] = []
+    again: list[int] = []
     for row, seam in enumerate(seams):
-        edited += [_edited(graph, trimmed, seam, edit, options) for edit in edits_of.get(row, [])] or [seam]
-    names = [seam.name for seam in edited]
-    for name in names:
-        if names.count(name) > 1:
+        for edit in own.get(row, []):
+            if _needs_judging(edit.edit):
+                again.append(len(edited))
+            edited.append(_edited(graph, trimmed, seams, seam, edit, options))
+        if row not in own and row not in taken:
+            edited.append(seam)
+    judged = judged_anew(graph, trimmed, [edited[k] for k in again], options, has_marks=marks_in(seams))
+    for k, seam in zip(again, judged, strict=True):
+        edited[k] = seam
+    edited = [seam if seam.edit is None else _decided(seam, seam.edit) for seam in edited]
+    for name, count in Counter(seam.name for seam in edited).items():
+        if count > 1:
             raise InputError(f"{edits[0].path}: two seams would be called {name!r}; give each edit a different name")
     return with_leans(graph, trimmed, edited)
+
+
+def _rows_joined(
+    seams: Sequence[Seam], edits: Sequence[PlacedEdit], own: Mapping[int, list[PlacedEdit]]
+) -> dict[int, str]:
+    """Return the candidates that are welded as a part of another one, with the name of that one."""
+    taken: dict[int, str] = {}
+    for edit in edits:
+        for stretch in edit.edit.join:
+            row = _row_of(seams, replace(edit, candidate=stretch.candidate))
+            main = edit.edit.name or edit.candidate.name
+            if row in own and (stretch.range_mm is None or any(one.edit.range_mm is None for one in own[row])):
+                what = f"{stretch.candidate.name} is joined to {main} and cannot have an edit of its own"
+                raise InputError(f"{edit.path}: {what}")
+            if stretch.range_mm is None and row in taken:
+                raise InputError(f"{edit.path}: {stretch.candidate.name} is joined to {taken[row]} and to {main}")
+            taken[row] = main
+    return taken
 
 
 def _row_of(seams: Sequence[Seam], edit: PlacedEdit) -> int:
@@ -203,29 +266,49 @@ def _largest_difference(a: Candidate, b: Candidate) -> float:
     return float(np.abs(rows[0] - rows[1]).max())
 
 
-def _edited(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, placed: PlacedEdit, options: SeamOptions) -> Seam:
+def _needs_judging(edit: SeamEdit) -> bool:
+    """Tell whether an edit makes a seam about which the rules may say something else."""
+    return edit.range_mm is not None or edit.other_side or bool(edit.join)
+
+
+def _edited(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    seams: Sequence[Seam],
+    seam: Seam,
+    placed: PlacedEdit,
+    options: SeamOptions,
+) -> Seam:
+    """Return a candidate with the name, the run and the solids that an edit gives it."""
     edit = placed.edit
-    pieces, closed = seam.pieces, seam.closed
-    if edit.range_mm is not None:
-        low, high = edit.range_mm
-        if high > seam.length_mm + SAME_PLACE_MM:
-            ends = f"range_mm ends at {high:g}, but the seam at {seam.length_mm:.3f} mm"
-            raise InputError(f"{placed.path}: edit of seam {seam.name}: {ends}")
-        pieces, closed = cut_run(graph, pieces, low, min(high, seam.length_mm)), False
+    try:
+        pieces = part_of(graph, seam, edit.range_mm)
+        others = [(_row_of(seams, replace(placed, candidate=one.candidate)), one.range_mm) for one in edit.join]
+        if others:
+            runs = [(seams[row].name, part_of(graph, seams[row], range_mm)) for row, range_mm in others]
+            pieces = joined_run(graph, [(seam.name, pieces), *runs])
+    except InputError as error:
+        is_placed = str(error).startswith(placed.path)
+        raise error if is_placed else InputError(f"{placed.path}: {error}") from None
     if edit.reverse:
         pieces = pieces.backwards()
+    joined = f"joined by hand with {', '.join(seams[row].name for row, _ in others)}"
     changed = replace(
         seam,
         name=edit.name or seam.name,
+        solids=tuple(dict.fromkeys([*seam.solids, *(name for row, _ in others for name in seams[row].solids)])),
         pieces=pieces,
-        closed=closed,
-        accepted=not seam.inside and (seam.accepted if edit.accept is None else edit.accept),
-        reasons=(*seam.reasons, *_in_words(edit, seam)),
+        reasons=(*seam.reasons, joined) if others else seam.reasons,
+        closed=is_loop(graph, pieces) if _needs_judging(edit) else seam.closed,
         edit=edit,
     )
-    if pieces is seam.pieces:
-        return changed
-    return face_free_space(graph, trimmed, with_frames(graph, changed, options))
+    return framed(graph, trimmed, changed, options) if edit.reverse and not _needs_judging(edit) else changed
+
+
+def _decided(seam: Seam, edit: SeamEdit) -> Seam:
+    """Return a seam, judged by the rules, with the decision of the person."""
+    accepted = not seam.inside and (seam.accepted if edit.accept is None else edit.accept)
+    return replace(seam, accepted=accepted, reasons=(*seam.reasons, *_in_words(edit, seam)))
 
 
 def _in_words(edit: SeamEdit, seam: Seam) -> tuple[str, ...]:

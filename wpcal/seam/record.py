@@ -11,12 +11,23 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError
+from wpcal.core.record_check import check_record
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.path.position import WeldPositions, weld_positions
 from wpcal.seam.record_check import check_seams
-from wpcal.seam.seam import Candidate, JointType, Seam, SeamEdit, SeamFrames, SeamPieces, SeamSource, WeldType
+from wpcal.seam.seam import (
+    Candidate,
+    JoinedStretch,
+    JointType,
+    Seam,
+    SeamEdit,
+    SeamFrames,
+    SeamPieces,
+    SeamSource,
+    WeldType,
+)
 from wpcal.seam.torch import USUAL_TORCH
 
 SEAMS_SCHEMA = "wpcal/seams/1"
@@ -106,7 +117,16 @@ def _edit_record(edit: SeamEdit) -> dict[str, Any]:
         record["name"] = edit.name
     if edit.range_mm is not None:
         record["range_mm"] = list(edit.range_mm)
+    if edit.other_side:
+        record["other_side"] = True
+    if edit.join:
+        record["join"] = [_stretch_record(stretch) for stretch in edit.join]
     return record
+
+
+def _stretch_record(stretch: JoinedStretch) -> dict[str, Any]:
+    part = {} if stretch.range_mm is None else {"range_mm": list(stretch.range_mm)}
+    return {"candidate": _candidate_record(stretch.candidate), **part}
 
 
 def _frame_records(
@@ -202,6 +222,7 @@ def seams_from_record(record: dict[str, Any], *, path: str) -> tuple[Seam, ...]:
     except FormatError:
         raise
     except (KeyError, TypeError, ValueError, AttributeError) as error:
+        check_record(record, SEAMS_SCHEMA, path=path, is_complete=True)  # says what is missing, and where
         raise FormatError(f"is not a complete seams file: {type(error).__name__} {error}", path=path) from None
 
 

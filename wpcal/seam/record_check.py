@@ -43,18 +43,33 @@ def check_seams(record: Mapping[str, Any], *, path: str) -> None:
     FormatError
         With the seam, the point (counted from 0, as in ``seams.csv``) and the field.
     """
+    for place, problem in seam_faults(record):
+        raise FormatError(f"{place}: {problem}", path=path)
+
+
+def seam_faults(record: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield every value that is not what its field says: place, for example ``seam W1: point 3: R``, and what is wrong.
+
+    Parameters
+    ----------
+    record : mapping
+        The contents of ``seams.json``.
+    """
     seams = record["seams"]
     if not isinstance(seams, Sequence) or isinstance(seams, str):
-        raise FormatError("seams: expected a list", path=path)
+        yield "seams", "expected a list"
+        return
+    named: set[str] = set()
     for number, seam in enumerate(seams):
         if not isinstance(seam, Mapping) or not isinstance(seam.get("name"), str) or not seam["name"]:
-            raise FormatError(f"seam number {number}: name: expected a text", path=path)
+            yield f"seam number {number}: name", "expected a text"
+            continue
         for problem in _problems(seam):
-            raise FormatError(f"seam {seam['name']}: {problem}", path=path)
-    names = [seam["name"] for seam in seams]
-    for name in names:
-        if names.count(name) > 1:
-            raise FormatError(f"two seams are named {name}; expected a name per seam", path=path)
+            *place, what = problem.split(": ", 2 if problem.startswith("point ") else 1)
+            yield ": ".join((f"seam {seam['name']}", *place)), what
+        if seam["name"] in named:
+            yield f"seam {seam['name']}: name", f"two seams are named {seam['name']}; expected a name per seam"
+        named.add(seam["name"])
 
 
 def _problems(seam: Mapping[str, Any]) -> Iterator[str]:

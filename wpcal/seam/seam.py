@@ -165,6 +165,21 @@ class Candidate:
 
 
 @dataclass(frozen=True, slots=True)
+class JoinedStretch:
+    """A candidate, or a part of it, that another seam goes on along.
+
+    Parameters
+    ----------
+    candidate : Candidate
+    range_mm : tuple of float or None
+        Two lengths from the start of the candidate, mm; None for all of it.
+    """
+
+    candidate: Candidate
+    range_mm: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class SeamEdit:
     """What a person decided about a candidate.
 
@@ -177,12 +192,18 @@ class SeamEdit:
     name : str or None
     range_mm : tuple of float or None
         The part of it that is welded: two lengths from the start of the candidate, mm.
+    other_side : bool
+        Whether the torch comes from the other side: y and z are reversed.
+    join : tuple of JoinedStretch
+        Other candidates, or parts of them, that are welded with it in one run. Their ends meet.
     """
 
     accept: bool | None = None
     reverse: bool = False
     name: str | None = None
     range_mm: tuple[float, float] | None = None
+    other_side: bool = False
+    join: tuple[JoinedStretch, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

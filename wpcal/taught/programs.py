@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import InputError
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.numbers import parse_number
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.features.reference import ReferenceFeature
@@ -126,12 +127,38 @@ def unusable_point(name: str, line: int, fault: str, joints: JointValues | None 
 
 
 def joint_values(values: Sequence[object], *, in_pulses: bool = False) -> JointValues | None:
-    """Return joint values; None unless all are finite numbers (a file can hold asterisks or lack a joint)."""
+    """Return joint values; None unless all are numbers (a file can hold asterisks or lack a joint)."""
     try:
-        found = np.array([float(str(value)) for value in values])
-    except ValueError:
+        found = np.array([parse_number(str(value)) for value in values])
+    except InputError:
         return None
-    return JointValues(found, in_pulses) if len(found) >= LEAST_JOINTS and np.isfinite(found).all() else None
+    return JointValues(found, in_pulses) if len(found) >= LEAST_JOINTS else None
+
+
+def coordinates(cells: Sequence[tuple[str, str]], name: str, path: str, line: int) -> list[float]:
+    """Return the coordinates of a position that a file stores as text.
+
+    Parameters
+    ----------
+    cells : sequence of (str, str)
+        What each number is called on the pendant, and its text.
+    name : str
+        Of the point.
+    path, line :
+        Its place, for the message.
+
+    Raises
+    ------
+    FormatError
+        When one of them is not a finite number of at most `wpcal.core.arrays.LARGEST_MM`.
+    """
+    found = []
+    for key, text in cells:
+        try:
+            found.append(parse_number(text))
+        except InputError as error:
+            raise FormatError(f"{name}: {key}: {error}", path=path, line=line) from None
+    return found
 
 
 def frame_from_xyz_angles(values: Sequence[float]) -> RigidTransform:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,15 +13,17 @@ from numpy.typing import ArrayLike
 from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import read_bytes, sha256_of
 from wpcal.core.orientation_columns import ANGLE_COLUMNS, orientations_of_table
 from wpcal.core.pairs import PointPairs
-from wpcal.core.records import read_bytes, sha256_of
 from wpcal.core.robot_space import RobotSpace, space_of_table
 from wpcal.core.rotations import zyx_angles
 from wpcal.core.tables import Table, parse_table
 from wpcal.features.reference import ReferenceFeature, point_named
 from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS, USES, covariances_of_table
 from wpcal.taught.kinds import KINDS, TouchKind
+
+TAUGHT_SCHEMA = "wpcal/taught/1"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -312,6 +315,21 @@ def taught_csv(taught: TaughtPoints) -> str:
     for name, p, feature in zip(taught.names, taught.p_base, taught.features, strict=True):
         posture = [""] * len(angles)
         if name in postures:
-            posture = [f"{v:.4f}" for v in np.rad2deg(zyx_angles(postures[name])).round(4) + 0.0]
+            posture = [f"{v:.4f}" for v in _angles_deg(postures[name])]
         rows.append([name, *(f"{v:.6f}" for v in p), feature, *posture, *space])
     return csv_text(rows)
+
+
+def taught_record(taught: TaughtPoints) -> dict[str, Any]:
+    """Return the record ``wpcal/taught/1``: what `taught_csv` writes, as plain values."""
+    points = []
+    for name, p, feature in zip(taught.names, taught.p_base.tolist(), taught.features, strict=True):
+        posture = taught.postures.get(name)
+        angles = None if posture is None else _angles_deg(posture).tolist()
+        points.append({"name": name, "p_base_mm": p, "feature": feature, "rx_ry_rz_deg": angles})
+    return {"schema": TAUGHT_SCHEMA, "robot_space": taught.space.value, "points": points}
+
+
+def _angles_deg(R_base_tool: FloatArray) -> FloatArray:
+    """Return rx, ry, rz in degrees (R = Rz Ry Rx) to the digits of the table, without a negative zero."""
+    return np.asarray(np.rad2deg(zyx_angles(R_base_tool)).round(4) + 0.0)

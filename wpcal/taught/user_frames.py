@@ -11,8 +11,10 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import ErrorCode, FormatError, InputError
+from wpcal.core.numbers import NUMBER, parse_numbers
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import listed
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.taught.programs import BASE, JointValues, ProgramPoint, TaughtProgram
 from wpcal.taught.table import TaughtPoints
@@ -62,8 +64,10 @@ def parse_uframes(texts: Sequence[str]) -> dict[str, str | Sequence[float]]:
         if name.strip() in frames:
             raise InputError(f"user frame: {name.strip() or 'the frame without a name'} is given twice")
         try:
-            frames[name.strip()] = [float(value) for value in values.split(",")]
-        except ValueError:
+            frames[name.strip()] = parse_numbers(values)
+        except InputError as error:
+            if "," in values or NUMBER.match(values.strip()):
+                raise InputError(f"user frame {text!r}: {error}") from None
             frames[name.strip()] = values.strip()
     return frames
 
@@ -132,15 +136,16 @@ def _chosen(program: TaughtProgram, names: Sequence[str] | None) -> list[Program
     if not points:
         raise FormatError("holds no stored positions", path=path)
     lines: dict[str, int] = {}
+    wanted = None if names is None else set(names)
     for point in points:
-        if point.name in lines and (names is None or point.name in names):
+        if point.name in lines and (wanted is None or point.name in wanted):
             what = f"the point {point.name!r} appears twice, first in line {lines[point.name]}"
             raise FormatError(what, path=path, line=point.line)
         lines[point.name] = point.line
     missing = [name for name in names or () if name not in lines]
     if missing:
-        raise FormatError(f"has no point {', '.join(missing)}; it has {', '.join(lines)}", path=path)
-    return [point for point in points if names is None or point.name in names]
+        raise FormatError(f"has no point {listed(missing)}; it has {listed(lines)}", path=path)
+    return [point for point in points if wanted is None or point.name in wanted]
 
 
 class _Places:
@@ -210,7 +215,7 @@ class _Places:
         order = self.program.reader.pendant_order
         if frame is None:
             what = f"the file does not say its user frame; give it as {order} or as base"
-            what += f", or as one that the file contains: {', '.join(carried)}" if carried else ""
+            what += f", or as one that the file contains: {listed(carried)}" if carried else ""
         else:
             what = f"is in user frame {frame}, whose values the file does not contain; "
             what += f"give the user frame as {frame}={order}"
@@ -222,7 +227,7 @@ class _Places:
             if value == BASE:
                 return RigidTransform.identity(target="base", source="frame")
             if value not in carried:
-                known = ", ".join(carried) or "none"
+                known = listed(carried) or "none"
                 raise InputError(f"user frame {value!r}: the file contains no such frame; it contains {known}")
             return carried[value]
         try:

@@ -6,7 +6,9 @@ from dataclasses import asdict, dataclass
 import click
 from click.testing import CliRunner
 
+from wpcal.cli.export_options import TorchShapeFlags
 from wpcal.cli.option_groups import option, option_names, takes
+from wpcal.seam.torch import USUAL_TORCH
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,3 +55,12 @@ def test_the_help_has_the_order_of_the_fields():
         "--last",
     ]
     assert option_names(Outer) == ["names", "depth_mm", "is_loud"]
+
+
+def test_the_default_torch_of_the_options_is_the_one_that_is_assumed_everywhere() -> None:
+    @click.command()
+    @takes("shape", TorchShapeFlags)
+    def torch(*, shape: TorchShapeFlags) -> None:
+        click.echo(shape.to_shape())
+
+    assert CliRunner().invoke(torch).output.strip() == str(USUAL_TORCH)

@@ -115,10 +115,22 @@ def in_part(finished, *solids):
 @pytest.mark.parametrize(
     ("solid", "message"),
     [
-        (((40.5, -30, 30), (56, 30, 60)), r"seam W1: point 3, base .*: the nozzle of .* is inside 'block'"),
-        (((44, -5, 0), (46, 5, 9)), r"seam W1: between points 4 and 5, base .*: the tip of .* is inside 'block'"),
-        (((44, -5, 3), (46, 5, 9)), r"seam W1: between points 4 and 5, base .*: the wire of .* is inside 'block'"),
-        (((-900, -900, 0), (900, 900, 900)), r"seam W1: point 0, base .*: the tip of .* is inside 'block'"),
+        (
+            ((40.5, -30, 30), (56, 30, 60)),
+            r"seam W1: point 3, base .*: the nozzle is inside 'block' \(a straight torch",
+        ),
+        (
+            ((44, -5, 0), (46, 5, 9)),
+            r"seam W1: between points 4 and 5, base .*: the tip is inside 'block' \(a straight torch",
+        ),
+        (
+            ((44, -5, 3), (46, 5, 9)),
+            r"seam W1: between points 4 and 5, base .*: the wire is inside 'block' \(a straight torch",
+        ),
+        (
+            ((-900, -900, 0), (900, 900, 900)),
+            r"seam W1: point 0, base .*: the tip is inside 'block' \(a straight torch",
+        ),
     ],
 )
 def test_a_seam_that_runs_through_another_solid_is_refused(finished_folder, solid, message):

@@ -155,7 +155,7 @@ def test_a_comment_that_appears_twice_names_no_point(tmp_path):
         ("UF : 3", "UF : F", "does not say its user frame"),
         ("UT : 2,\t\tC", "UT : 0,\t\tC", "recorded without a tool"),
         ("X =    10.000  mm,\t", "", "lacks X"),
-        ("10.000", "1O.000", "is not a number"),
+        ("10.000", "1O.000", "expected a number"),
         ("10.000", "********", "was never taught"),
         ("X =    10.000  mm,\tY =    20.000  mm,\tZ", "RX =   10.000  mm,\tRY =   20.000  mm,\tRZ", "remote tool"),
         ("\tX =    10.000", "\tJ1=    10.000", "joint angles"),

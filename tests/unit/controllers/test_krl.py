@@ -131,7 +131,7 @@ def test_the_order_of_angles_is_a_b_c(tmp_path):
     ("old", "new", "message"),
     [
         ("Z -30.5,", "", "XP1 lacks Z"),
-        ("X 10.0", "X 1.0.0", "is not a number"),
+        ("X 10.0", "X 1.0.0", "expected a number"),
         ("BASE_NO 3,IPO_FRAME #BASE", "BASE_NO 3,IPO_FRAME #TCP", "fixed tool"),
         ("TOOL_NO 1,BASE_NO 3", "TOOL_NO 0,BASE_NO 0", "recorded without a tool"),
         ("DECL FDAT FP1", "DECL FDAT FP9", "does not say its user frame"),

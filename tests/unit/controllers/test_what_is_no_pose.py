@@ -18,8 +18,8 @@ BAD_FRAMES = {
     "two numbers": ("p_mm", [0, 0], "point 3: p_mm"),
     "text in p": ("p_mm", [0, 0, "1"], "point 3: p_mm"),
     "no numbers": ("p_mm", None, "point 3: p_mm"),
-    "a ragged R": ("R", [[1, 0, 0], [0, 1], [0, 0, 1]], "point 3: R: expected three rows"),
-    "nan in R": ("R", [[float("nan")] * 3] * 3, "point 3: R: expected three rows"),
+    "a ragged R": ("R", [[1, 0, 0], [0, 1], [0, 0, 1]], r"point 3: R\[1\]: expected 3 entries, got 2"),
+    "nan in R": ("R", [[float("nan")] * 3] * 3, r"point 3: R\[0\]\[0\]: expected a number"),
     "zero": ("R", np.zeros((3, 3)).tolist(), "point 3: R: is not a rotation"),
     "sheared": ("R", SHEARED, "point 3: R: is not a rotation"),
     "mirrored": ("R", MIRRORED, "point 3: R: is a mirror image"),
@@ -37,7 +37,7 @@ BAD_SEAMS = {
     "an infinite length": ("length_mm", float("inf"), "length_mm"),
     "a nameless seam": ("name", None, "name: expected a text"),
     "the name of another": ("name", "W2", "two seams are named W2"),
-    "frames that are no list": ("frames", 3, "is not a complete seams file"),
+    "frames that are no list": ("frames", 3, "seam W1: frames: expected a list, got 3"),
     "sure as text": ("confidence", "sure", "confidence: expected a number from 0 to 1"),
 }
 

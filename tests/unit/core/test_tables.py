@@ -50,8 +50,8 @@ def test_a_bad_cell_is_named_with_line_and_column(tmp_path, body, line, column, 
 
 
 def test_comma_beside_point_is_refused_as_doubtful(tmp_path):
-    with pytest.raises(FormatError, match="unclear whether the comma is a decimal sign"):
-        read(tmp_path, "name;x_mm;y_mm\na;1.037,5;2\n").numbers(["x_mm", "y_mm"])
+    with pytest.raises(FormatError, match="unclear whether the point is a decimal sign"):
+        read(tmp_path, "name;x_mm;y_mm\na;1.037,5;2.5\n").numbers(["x_mm", "y_mm"])
     with pytest.raises(FormatError, match="unclear whether the comma is a decimal sign"):
         read(tmp_path, "name;x_mm;y_mm\na;1,5;2.5\n").numbers(["x_mm", "y_mm"])
 

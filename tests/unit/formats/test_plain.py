@@ -8,8 +8,8 @@ import jsonschema
 import numpy as np
 import pytest
 
+from wpcal.core.schemas import schema_text
 from wpcal.formats.plain import write_program_csv, write_program_json
-from wpcal.results.schemas import schema_text
 
 
 def test_seams_json_follows_its_schema(finished_folder):

@@ -9,6 +9,7 @@ import pytest
 
 from tests.saddle import COARSE, saddle_problem, scan_coarsely
 from wpcal.core.records import to_json
+from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.closed_chain import PLACE, TRAVEL, WORK
 from wpcal.planning.cell.robot_cell import Shape
 from wpcal.planning.cell.singularity import LEAST_REGULARITY
@@ -20,7 +21,6 @@ from wpcal.planning.search.path_diagnosis import no_plan, path_obstacle
 from wpcal.planning.search.plan_seam import judge_paths
 from wpcal.planning.search.reachable_states import ReachablePlace, find_reachable_places
 from wpcal.planning.search.sweep import FIRST, sweep_paths
-from wpcal.results.schemas import schema_text
 
 BLOCKED = 4
 """Point of the coarse seam that a lug blocks: the last scanned points are 0, 2, 4, 5, 7 and 9."""

@@ -13,11 +13,11 @@ import pytest
 from wpcal.controllers.two_robots import build_sync_program, possible_programs, write_programs
 from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
+from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.robot_cell import Shape, part_in_world, tool_in_world
 from wpcal.planning.plan.run import build_run
 from wpcal.planning.plan.run_record import run_csv, run_record
 from wpcal.planning.plan.schedule import schedule_plan
-from wpcal.results.schemas import schema_text
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 RELATIVE = 1e-9

@@ -9,6 +9,7 @@ from tests.chain_error import chain_error
 from tests.saddle import COARSE, coarse_search, saddle_problem
 from wpcal.core.errors import ConvergenceError, InputError
 from wpcal.core.records import to_json
+from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.closed_chain import torch_on_seam
 from wpcal.planning.cell.robot_cell import CellState
 from wpcal.planning.search.ga_variation import PathEncoding
@@ -19,7 +20,6 @@ from wpcal.planning.search.pareto_record import failed_record, pareto_record
 from wpcal.planning.search.plan_seam import best_paths, judge_paths, plan_seam
 from wpcal.planning.search.problem import PlanningProblem
 from wpcal.planning.search.sweep import SWEEP
-from wpcal.results.schemas import schema_text
 
 SAME = 1e-9
 """Round-off of millimetres and angles that were added to nothing."""

@@ -43,7 +43,7 @@ def test_nothing_accepted_is_said(finished_folder):
         ("seams.json", "frame", "part", FrameError, "expected seams in the frame 'base', got 'part'"),
         ("seams.json", "robot_space", "identified", FrameError, "give the file of that robot"),
         ("calibration.json", "T_base_part", np.eye(4).tolist(), FormatError, "two calibrations"),
-        ("calibration.json", "T_base_part", [[1]], InputError, "4×4"),
+        ("calibration.json", "T_base_part", [[1]], InputError, "T_base_part: expected 4 entries, got 1"),
         ("seams.json", "schema", "wpcal/seams/9", FormatError, "expected a record of schema wpcal/seams/1"),
     ],
 )

@@ -9,7 +9,7 @@ import pytest
 
 from tests.record_checks import check_output
 from wpcal.core.errors import InputError
-from wpcal.results.schemas import required_fields, schema_file, schema_names, schema_text
+from wpcal.core.schemas import required_fields, schema_file, schema_names, schema_text
 
 ROOT = Path(__file__).parents[3]
 NAME_IN_SOURCE = re.compile(r"wpcal/[a-z]+(?:-[a-z]+)*/[0-9]+")

@@ -14,7 +14,7 @@ from tests.saved_graphs import saved_graph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
-from wpcal.results.schemas import schema_text
+from wpcal.core.schemas import schema_text
 from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
 from wpcal.seam.edit import apply_edits, read_edits
 from wpcal.seam.record import seams_from_record, seams_record
@@ -139,11 +139,11 @@ def test_an_edit_that_does_not_fit_the_part_is_refused(edit: Edit, message: str,
     [
         ({"acept": True}, "unknown key 'acept'; expected accept, reject, reverse, name, range_mm"),
         ({"accept": True, "reject": True}, "accept and reject exclude each other"),
-        ({"accept": "yes"}, "accept must be true or false, got 'yes'"),
-        ({"range_mm": [5]}, "range_mm must be two lengths [from, to], got [5]"),
+        ({"accept": "yes"}, "edit.accept: expected true or false, got 'yes'"),
+        ({"range_mm": [5]}, "edit.range_mm: expected 2 entries, got 1"),
         ({"range_mm": [5, 5]}, "range_mm must rise from 0 or more, got [5, 5]"),
         ({"name": " "}, "name must be a text, got ' '"),
-        (["reject"], "expected an object"),
+        (["reject"], "edit: expected an object"),
     ],
 )
 def test_an_edit_that_breaks_the_form_is_refused(value: Any, message: str, tmp_path: Path) -> None:
@@ -154,4 +154,4 @@ def test_an_edit_that_breaks_the_form_is_refused(value: Any, message: str, tmp_p
     with pytest.raises(FormatError) as caught:
         read_edits(path)
     assert message in str(caught.value)
-    assert "edit of seam W1" in str(caught.value)
+    assert "seam W1" in str(caught.value)

@@ -289,7 +289,8 @@ def _tool_offset(
     frames = np.array([postures[name] for name in posed.names])
     given = PosedRows(rows.q - moved, J, frames, rows.information, 3 * len(at), rows.scaled)
     wrong = [at.index(i) for i in found.sets[0] if i in at] if found.sets else []
-    tried = [wrong] if wrong else [[i] for i in range(len(at))]
+    worst = np.argsort(-np.linalg.norm(given.residuals, axis=1), kind="stable")[:MOST_COMPARED]
+    tried = [wrong] if wrong else [[int(i)] for i in worst]
     rests = [rows.select(np.delete(np.arange(len(at)), out)).sum_of_squares() for out in tried]
     return find_tool_offset(given, rival_squares=min(rests), rival_count=len(tried[0]))
 

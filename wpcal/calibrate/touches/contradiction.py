@@ -29,8 +29,8 @@ from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 
-MOST_PAIRED = 60
-"""Pairs are tried among this many touches, those with the largest residuals: 1770 pairs."""
+MOST_TRIED = 60
+"""Touches and pairs are tried among this many touches, those with the largest residuals: 1770 pairs."""
 FITTED_AGAIN = 12
 """Best sets that are fitted again: the sums of the others are those of the linear formula."""
 HELD = 1e-3
@@ -52,7 +52,7 @@ class _Rows:
     is_scaled: bool
     unit: float
     a: FloatArray
-    Q: FloatArray
+    U: FloatArray
     owner: IntArray
     J: FloatArray
 
@@ -68,7 +68,7 @@ class _Rows:
         U, S, _ = np.linalg.svd(J, full_matrices=False)
         U = U[:, HELD * S[0] < S]
         a = np.einsum("mi,mi->m", root, pose.at.d[owner])
-        return cls(touches, pose, stated or sigma_mm is not None, unit, a, np.eye(len(a)) - U @ U.T, owner, J)
+        return cls(touches, pose, stated or sigma_mm is not None, unit, a, U, owner, J)
 
     @property
     def total(self) -> float:
@@ -85,12 +85,12 @@ class _Rows:
     def without(self, left_out: Sequence[int]) -> tuple[float, int]:
         """Return by how much the sum of squares falls without touches, and how many numbers go; 0, 0 if not held."""
         K = np.flatnonzero(np.isin(self.owner, left_out))
-        block = self.Q[np.ix_(K, K)]
+        block = np.eye(len(K)) - self.U[K] @ self.U[K].T
         shown = float(np.linalg.eigvalsh(block)[0])
         if self.freedom - len(K) < 1 or shown < LEAST_SHOWN:
             return 0.0, 0
-        rest = np.linalg.svd(np.delete(self.J, K, axis=0), compute_uv=False)
-        if rest[-1] <= HELD * rest[0]:
+        held = np.linalg.eigvalsh(self.J.T @ self.J - self.J[K].T @ self.J[K])
+        if held[0] <= HELD**2 * held[-1]:
             return 0.0, 0
         return float(self.a[K] @ np.linalg.solve(block, self.a[K])), len(K)
 
@@ -207,7 +207,7 @@ def _sets(rows: _Rows, k: int) -> list[_Set]:
     """Leave out every touch, or every pair; the set that explains most comes first."""
     n = len(rows.touches)
     squares = np.bincount(rows.owner, weights=rows.a**2, minlength=n)
-    tried = np.sort(np.argsort(-squares, kind="stable")[: n if k == 1 else MOST_PAIRED])
+    tried = np.sort(np.argsort(-squares, kind="stable")[:MOST_TRIED])
     count = comb(n, k)
     linear = []
     for left_out in combinations(tried.tolist(), k):

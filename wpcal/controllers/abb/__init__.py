@@ -8,6 +8,7 @@ RAPID = Controller(
     writer="wpcal.controllers.abb.write:write_rapid",
     suffixes=(".mod", ".prg", ".sys"),
     reader="wpcal.controllers.abb.read:READER",
+    reads_back=True,
     sync_writer="wpcal.controllers.abb.sync:write_sync_rapid",
     brands=("abb",),
 )

@@ -14,9 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from wpcal.core.arrays import LARGEST_MM
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.numbers import parse_number
 from wpcal.core.rotations import rotation_from_quaternion
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import listed
 from wpcal.taught.programs import (
     BASE,
     JointValues,
@@ -29,13 +32,20 @@ from wpcal.taught.programs import (
 
 COMMENT_OR_STRING = re.compile(r'"(?:[^"\n]|"")*"|![^\n]*')
 DECLARATION = re.compile(
-    r"\b(?:CONST|PERS|VAR)\s+(?P<type>robtarget|jointtarget|wobjdata)\s+(?P<name>\w+)\s*(?P<array>\{[^}]*\})?\s*"
-    r":=(?P<value>[^;]*);",
+    r"\b(?:CONST|PERS|VAR)\s++(?P<type>robtarget|jointtarget|wobjdata)\s++(?P<name>\w++)\s*+"
+    r"(?:(?P<array>\{[^{}]*+\})\s*+)?+:=",
     re.IGNORECASE,
 )
-MOVE = re.compile(r"\b(?:Move|Arc|Search|Trigg)[A-Z]\w*(?P<arguments>[\s\\][^;]*);", re.IGNORECASE)
-WORK_OBJECT = re.compile(r"\\\s*WObj\s*:=\s*(\w+)", re.IGNORECASE)
-TOKEN = re.compile(r'[\[\],]|"[^"]*"|TRUE\b|FALSE\b|[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?|\S', re.IGNORECASE)
+"""The start of a declaration. Its quantifiers are possessive: the search takes time in proportion to the text."""
+MOVE = re.compile(r"\b(?:Move|Arc|Search|Trigg)[A-Z]\w*+(?=[\s\\])", re.IGNORECASE)
+WORK_OBJECT = re.compile(r"\\\s*+WObj\s*+:=\s*+(\w++)", re.IGNORECASE)
+TOKEN = re.compile(
+    r'[\[\],]|"[^"]*"|TRUE\b|FALSE\b|[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:E[-+]?[0-9]++)?+|\S', re.IGNORECASE
+)
+MOST_LEVELS = 8
+"""Brackets in one another: an array of work objects needs four."""
+NOT_CONNECTED = 9e9
+"""What a controller writes for an external axis that it does not have: the largest number in a target."""
 UNIT_QUATERNION_ATOL = 1e-3
 """Controllers print nine digits, people type four."""
 
@@ -63,9 +73,12 @@ def read_rapid(text: str, path: str) -> ProgramPoints:
     plain = COMMENT_OR_STRING.sub(_blank, text)
     targets: list[tuple[str, int, _Target]] = []
     frames: dict[str, RigidTransform | None] = {}
-    for match in DECLARATION.finditer(plain):
-        line = plain.count("\n", 0, match.start()) + 1
-        kind, name, value = match["type"].lower(), match["name"], _parse(match["value"], path, line)
+    for statement, first_line in _statements(plain):
+        match = DECLARATION.search(statement)
+        if match is None:
+            continue
+        line = first_line + statement.count("\n", 0, match.start())
+        kind, name, value = match["type"].lower(), match["name"], _parse(statement[match.end() :], path, line)
         for element, single in _elements(name, match["array"], value, path, line):
             if kind == "wobjdata":
                 frames[element] = _work_object(single, element, path, line)
@@ -73,8 +86,19 @@ def read_rapid(text: str, path: str) -> ProgramPoints:
             is_joint = kind == "jointtarget"
             targets.append((element, line, _joints(single) if is_joint else _robtarget(single, element, path, line)))
     uses = _find_uses(plain)
-    points = tuple(_point(*target, uses.get(target[0].split("{")[0].lower(), _Uses()), frames) for target in targets)
+    written = {name.lower(): name for name in frames}
+    points = tuple(
+        _point(*target, uses.get(target[0].split("{")[0].lower(), _Uses()), frames, written) for target in targets
+    )
     return ProgramPoints(points, {name: T for name, T in frames.items() if T is not None})
+
+
+def _statements(plain: str) -> Iterator[tuple[str, int]]:
+    """Yield what ends with a semicolon, and the line on which it begins."""
+    line = 1
+    for statement in plain.split(";")[:-1]:
+        yield statement, line
+        line += statement.count("\n")
 
 
 def _blank(match: re.Match[str]) -> str:
@@ -93,23 +117,22 @@ def _parse(text: str, path: str, line: int) -> Any:
     return value
 
 
-def _value(token: str, tokens: Iterator[str]) -> Any:
+def _value(token: str, tokens: Iterator[str], level: int = 0) -> Any:
     if token == "[":
+        if level == MOST_LEVELS:
+            raise ValueError(f"more than {MOST_LEVELS} brackets in one another")
         values: list[Any] = []
         for inner in tokens:
             if inner == "]":
                 return values
             if inner != ",":
-                values.append(_value(inner, tokens))
+                values.append(_value(inner, tokens, level + 1))
         raise ValueError("a closing ] is missing")
     if token.upper() in ("TRUE", "FALSE"):
         return token.upper() == "TRUE"
     if token.startswith('"'):
         return token[1:-1]
-    try:
-        return float(token)
-    except ValueError:
-        raise ValueError(f"expected a number, got {token or 'nothing'!r}") from None
+    return parse_number(token or "nothing", most=NOT_CONNECTED)
 
 
 def _elements(name: str, array: str | None, value: Any, path: str, line: int) -> list[tuple[str, Any]]:
@@ -146,6 +169,8 @@ def _joints(value: Any) -> JointValues | None:
 def _transform(place: np.ndarray[Any, Any], q_wxyz: np.ndarray[Any, Any]) -> RigidTransform:
     if place.shape != (3,) or q_wxyz.shape != (4,):
         raise InputError(f"got {place.size} and {q_wxyz.size} numbers")
+    if not np.abs(place).max() <= LARGEST_MM:
+        raise InputError(f"expected x, y, z of at most {LARGEST_MM:g} mm")
     if not abs(np.linalg.norm(q_wxyz) - 1.0) <= UNIT_QUATERNION_ATOL:
         raise InputError(f"the quaternion has length {np.linalg.norm(q_wxyz):.4g}")
     return RigidTransform(rotation_from_quaternion(np.roll(q_wxyz, -1)), place, "base", "frame")
@@ -165,8 +190,11 @@ def _work_object(value: Any, name: str, path: str, line: int) -> RigidTransform 
 def _find_uses(plain: str) -> dict[str, _Uses]:
     """Find the work objects and tools of every name that is in the place of a target in a Move."""
     uses: dict[str, _Uses] = {}
-    for match in MOVE.finditer(plain):
-        arguments = match["arguments"]
+    for statement, _ in _statements(plain):
+        match = MOVE.search(statement)
+        if match is None:
+            continue
+        arguments = statement[match.end() :]
         wobj = WORK_OBJECT.search(arguments)
         positional = [part.split("\\")[0].strip() for part in arguments.split(",")]
         tool = positional[-1].lower()
@@ -185,14 +213,14 @@ def _point(
     pose: _Target,
     uses: _Uses,
     frames: dict[str, RigidTransform | None],
+    written: dict[str, str],
 ) -> ProgramPoint:
     if isinstance(pose, str):
         return unusable_point(name, line, pose)
     if not isinstance(pose, RigidTransform):
         return unusable_point(name, line, "is a jointtarget; store it as a robtarget on the controller", pose)
     if len(uses.frames) > 1:
-        return unusable_point(name, line, f"is moved to in several work objects: {', '.join(sorted(uses.frames))}")
-    written = {known.lower(): known for known in frames}
+        return unusable_point(name, line, f"is moved to in several work objects: {listed(sorted(uses.frames))}")
     frame = next(iter(uses.frames), None)
     if frame is not None and frame in written and frames[written[frame]] is None:
         return unusable_point(name, line, f"is in {written[frame]}, which the robot or another unit carries")

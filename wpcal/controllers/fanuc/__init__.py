@@ -8,4 +8,5 @@ FANUC = Controller(
     writer="wpcal.controllers.fanuc.write:write_fanuc",
     suffixes=(".ls",),
     reader="wpcal.controllers.fanuc.read:READER",
+    reads_back=True,
 )

@@ -18,19 +18,23 @@ from wpcal.taught.programs import (
     ProgramPoint,
     ProgramPoints,
     ProgramReader,
+    coordinates,
     frame_from_xyz_angles,
     joint_values,
     unusable_point,
 )
 
-POSITION = re.compile(r"^P\[(?P<number>\d+)(?:\s*:\s*\"(?P<comment>[^\"]*)\")?\]\s*\{(?P<body>[^}]*)\}", re.MULTILINE)
+POSITION = re.compile(
+    r"^P\[(?P<number>[0-9]++)(?:\s*+:\s*+\"(?P<comment>[^\"\n]*+)\")?+\]\s*+\{(?P<body>[^{}]*+)\}", re.MULTILINE
+)
+"""All quantifiers are possessive, so that the search takes time in proportion to the text."""
 GROUP_1 = re.compile(r"GP1\s*:(?P<body>.*?)(?=GP\d+\s*:|\Z)", re.DOTALL)
 FRAME = re.compile(r"\bUF\s*:\s*(\w+)")
 TOOL = re.compile(r"\bUT\s*:\s*(\w+)")
-COORDINATE = re.compile(r"\b([XYZWPR])\s*=\s*(\S+?)\s*(?:mm|deg)\b")
+COORDINATE = re.compile(r"\b([XYZWPR])\s*+=\s*+([^\s,=]{1,40}?)\s*+(?:mm|deg)\b")
 REMOTE = re.compile(r"\bR[XYZ]\s*=")
 """Keys of a position with a remote tool: the robot holds the part, and the coordinates are those of the part."""
-JOINT = re.compile(r"\bJ([1-6])\s*=\s*([-+.\d*]+)")
+JOINT = re.compile(r"\bJ([1-6])\s*+=\s*+([^\s,=]{1,40}+)")
 
 
 def read_fanuc(text: str, path: str) -> ProgramPoints:
@@ -44,13 +48,14 @@ def read_fanuc(text: str, path: str) -> ProgramPoints:
     start = re.search(r"^/POS\b", text, re.MULTILINE)
     if start is None:
         raise FormatError("has no section /POS", path=path)
-    found = [match for match in POSITION.finditer(text) if match.start() > start.start()]
+    found = list(POSITION.finditer(text, start.end()))
     comments = Counter((match["comment"] or "").strip() for match in found)
-    points = []
+    points, line, counted = [], 1, 0
     for match in found:
+        line, counted = line + text.count("\n", counted, match.start()), match.start()
         comment = (match["comment"] or "").strip()
         name = comment if comment and comments[comment] == 1 else f"P{match['number']}"
-        points.append(_point(name, match["body"], path, text.count("\n", 0, match.start()) + 1))
+        points.append(_point(name, match["body"], path, line))
     return ProgramPoints(tuple(points))
 
 
@@ -70,10 +75,7 @@ def _point(name: str, body: str, path: str, line: int) -> ProgramPoint:
     missing = [key for key in "XYZWPR" if key not in values]
     if missing:
         raise FormatError(f"{name} lacks {', '.join(missing)}", path=path, line=line)
-    try:
-        x, y, z, *angles = (float(values[key]) for key in "XYZWPR")
-    except ValueError:
-        raise FormatError(f"{name} holds a coordinate that is not a number", path=path, line=line) from None
+    x, y, z, *angles = coordinates([(key, values[key]) for key in "XYZWPR"], name, path, line)
     alpha, beta, gamma = np.radians(angles)
     frame, tool = FRAME.search(group["body"]), TOOL.search(group["body"])
     number = frame[1] if frame and frame[1].isdigit() else None  # UF : F is the frame selected at run time

@@ -8,5 +8,6 @@ KRL = Controller(
     writer="wpcal.controllers.kuka.write:write_krl",
     suffixes=(".dat",),
     reader="wpcal.controllers.kuka.read:READER",
+    reads_back=True,
     brands=("kuka",),
 )

@@ -12,7 +12,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from wpcal.core.errors import FormatError
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.numbers import parse_whole_number
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.taught.programs import (
@@ -21,6 +22,7 @@ from wpcal.taught.programs import (
     ProgramPoint,
     ProgramPoints,
     ProgramReader,
+    coordinates,
     frame_from_xyz_angles,
     joint_values,
     unusable_point,
@@ -30,7 +32,7 @@ DECLARATION = re.compile(
     r"^\s*(?:DECL\s+)?(?:GLOBAL\s+)?(?:CONST\s+)?(?:(?P<type>\w+)\s+)?(?P<name>\$?\w+(?:\[\d+\])?)\s*=\s*\{(?P<body>.*)\}",
     re.IGNORECASE,
 )
-FIELD = re.compile(r"(?:^|,)\s*(\w+)\s+([-+]?[\d.]+(?:[eE][-+]?\d+)?|#\w+)")
+FIELD = re.compile(r"(?:^|,)\s*+(\w++)\s++([^\s,{}]++)")
 POSITION_TYPES = frozenset({"e6pos", "e3pos", "pos"})
 JOINT_TYPES = frozenset({"e6axis", "e3axis", "axis"})
 PLACE = ("x", "y", "z", "a", "b", "c")
@@ -63,7 +65,7 @@ def read_krl(text: str, path: str) -> ProgramPoints:
             positions.append((name, number, joint_values([fields.get(key, "") for key in AXES])))
         elif kind == "fdat":
             used[name.lower()] = fields
-    points = tuple(_point(name, line, pose, used.get(f"f{name[1:]}".lower())) for name, line, pose in positions)
+    points = tuple(_point(name, line, pose, used.get(f"f{name[1:]}".lower()), path) for name, line, pose in positions)
     return ProgramPoints(points, frames)
 
 
@@ -71,16 +73,13 @@ def _pose(fields: dict[str, str], name: str, path: str, line: int) -> RigidTrans
     missing = [key.upper() for key in PLACE if key not in fields]
     if missing:
         raise FormatError(f"{name} lacks {', '.join(missing)}", path=path, line=line)
-    try:
-        x, y, z, a, b, c = (float(fields[key]) for key in PLACE)
-    except ValueError:
-        raise FormatError(f"{name} holds a coordinate that is not a number", path=path, line=line) from None
+    x, y, z, a, b, c = coordinates([(key.upper(), fields[key]) for key in PLACE], name, path, line)
     alpha, beta, gamma = np.radians([c, b, a])
     return RigidTransform(rotation_from_zyx(alpha, beta, gamma), np.array([x, y, z]), "base", "frame")
 
 
 def _point(
-    name: str, line: int, pose: RigidTransform | JointValues | None, used: dict[str, str] | None
+    name: str, line: int, pose: RigidTransform | JointValues | None, used: dict[str, str] | None, path: str
 ) -> ProgramPoint:
     shown = name[1:] if used is not None and name[:1] in "Xx" else name
     if not isinstance(pose, RigidTransform):
@@ -88,7 +87,11 @@ def _point(
     if used is not None and used.get("ipo_frame", "#base").lower() == "#tcp":
         return unusable_point(shown, line, "was taught with a fixed tool (IPO_FRAME #TCP)")
     base, tool = (used or {}).get("base_no", "-1"), (used or {}).get("tool_no", "-1")
-    frame = BASE if base == "0" else base if int(base) > 0 else None  # -1: not set
+    try:
+        number = parse_whole_number(base)
+    except InputError as error:
+        raise FormatError(f"{shown}: BASE_NO: {error}", path=path, line=line) from None
+    frame = BASE if number == 0 else str(number) if number > 0 else None  # -1: not set
     return ProgramPoint(shown, line, pose.t_mm, pose.R, frame, at_flange=tool == "0")
 
 

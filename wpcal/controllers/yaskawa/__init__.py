@@ -8,6 +8,7 @@ INFORM = Controller(
     writer="wpcal.controllers.yaskawa.write:write_inform",
     suffixes=(".jbi",),
     reader="wpcal.controllers.yaskawa.read:READER",
+    reads_back=True,
     sync_writer="wpcal.controllers.yaskawa.sync:write_sync_inform",
     brands=("yaskawa", "motoman"),
 )

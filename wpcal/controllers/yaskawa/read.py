@@ -12,16 +12,19 @@ import numpy as np
 
 from wpcal.core.errors import FormatError
 from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.wording import shown
 from wpcal.taught.programs import (
     BASE,
     ProgramPoint,
     ProgramPoints,
     ProgramReader,
+    coordinates,
     frame_from_xyz_angles,
     joint_values,
     unusable_point,
 )
 
+AXES = ("X", "Y", "Z", "Rx", "Ry", "Rz")
 POSITION = re.compile(r"^(?P<name>[CP]\d{3,5})\s*=\s*(?P<values>\S.*)$")
 SETTING = re.compile(r"^///(?P<key>USER|POSTYPE|NPOS|RECTAN|PULSE)\b\s*(?P<value>.*)$")
 IN_PULSES = "is stored as pulses; convert the job to Cartesian positions (RECTAN) on the controller"
@@ -58,11 +61,11 @@ def _point(name: str, values: str, settings: dict[str, str], path: str, line: in
         return unusable_point(name, line, f"is in POSTYPE {kind or 'none'}; expected ROBOT, BASE or USER")
     if kind == "BASE" and _has_base_axes(settings.get("NPOS", "")):
         return unusable_point(name, line, "is in BASE of a robot that a base axis moves")
-    try:
-        x, y, z, *angles = (float(value) for value in values.split(","))
-        alpha, beta, gamma = np.radians(angles)
-    except ValueError:
-        raise FormatError(f"{name}: expected six numbers, got {values.strip()!r}", path=path, line=line) from None
+    cells = values.split(",")
+    if len(cells) != len(AXES):
+        raise FormatError(f"{name}: expected six numbers, got {shown(values.strip())}", path=path, line=line)
+    x, y, z, *angles = coordinates(list(zip(AXES, cells, strict=True)), name, path, line)
+    alpha, beta, gamma = np.radians(angles)
     frame = settings.get("USER") if kind == "USER" else BASE
     return ProgramPoint(name, line, np.array([x, y, z]), rotation_from_zyx(alpha, beta, gamma), frame)
 

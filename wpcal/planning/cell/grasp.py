@@ -12,6 +12,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.numbers import parse_numbers
 from wpcal.core.records import read_json
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell_file import CELL_SCHEMA, cell_from_record
@@ -72,10 +73,10 @@ def read_holding(path: Path, joints_deg: str) -> Holding:
 
 def _joints(text: str, cell: RobotCell) -> FloatArray:
     try:
-        q = np.radians([float(value) for value in text.split(",")])
+        q = np.radians(parse_numbers(text))
     except ValueError:
         q = np.zeros(0)
-    if q.shape != (JOINTS,) or not np.isfinite(q).all():
+    if q.shape != (JOINTS,):
         raise InputError(
             f"joints of the holder: expected {JOINTS} angles in degrees, separated by commas, got {text!r}"
         )

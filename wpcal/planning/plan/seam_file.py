@@ -8,6 +8,7 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace, common_space
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import listed
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
@@ -41,7 +42,7 @@ def read_seam_path(path: Path, name: str, cell: RobotCell) -> SeamPath:
     record = read_json(path, schema=SEAMS_SCHEMA)
     seams = {seam.name: seam for seam in seams_from_record(record, path=str(path))}
     if name not in seams:
-        raise InputError(f"{path}: no seam {name!r}; the file has {', '.join(seams) or 'none'}")
+        raise InputError(f"{path}: no seam {name!r}; the file has {listed(seams) or 'none'}")
     frames = seams[name].frames
     if frames.frame != "part":
         if record.get("T_base_part") is None:

@@ -10,6 +10,7 @@ import numpy as np
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError, UnitError
+from wpcal.core.numbers import parse_numbers
 from wpcal.core.orientation_columns import orientations_of_table
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
@@ -106,7 +107,8 @@ def _reflectors(table: Table) -> tuple[tuple[str, ...], np.ndarray[tuple[int, ..
     if "" in names:
         line = table.lines[cells.index("")]
         raise FormatError("the name is empty", path=table.path, line=line, column="reflector")
-    return names, np.array([names.index(cell) for cell in cells], dtype=np.int64)
+    rows = {name: row for row, name in enumerate(names)}
+    return names, np.array([rows[cell] for cell in cells], dtype=np.int64)
 
 
 def _refuse_twice(table: Table, joints: FloatArray, reflector: np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> None:
@@ -228,10 +230,10 @@ def parse_tool(text: str | None) -> tuple[RigidTransform, float | None]:
             raise FormatError("expected xyz_mm as three finite numbers", path=text)
         return RigidTransform(np.eye(3), values, "flange", "tool"), error
     try:
-        values = np.array([float(cell) for cell in text.split(",")])
-    except ValueError:
-        values = np.array([np.nan])
-    if values.shape not in ((3,), (6,)) or not np.isfinite(values).all():
+        values = np.array(parse_numbers(text))
+    except InputError:
+        values = np.zeros(0)
+    if values.shape not in ((3,), (6,)):
         raise InputError(f"a tool is three or six numbers x,y,z[,rx,ry,rz] in mm and degrees, got {text!r}")
     turn = np.deg2rad(values[3:]) if len(values) == 6 else np.zeros(3)
     return RigidTransform(rotation_from_zyx(*turn), values[:3], "flange", "tool"), None

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.robot_space import RobotSpace
+from wpcal.core.wording import listed
 from wpcal.robot.kinematics.chain import MDHChain
 from wpcal.robot.kinematics.forward import forward_kinematics, geometric_jacobian
 
@@ -102,11 +103,11 @@ class Arm:
             raise InputError(f"{self.name}: {len(self.chain)} links, but {len(self.joints)} joints")
         names = [joint.name for joint in self.joints]
         if len(set(names)) < len(names):
-            raise InputError(f"{self.name}: joint names must be unique, got {', '.join(names)}")
+            raise InputError(f"{self.name}: joint names must be unique, got {listed(names)}")
         for coupling in self.couplings:
             for name in (coupling.joint, coupling.adds):
                 if name not in names:
-                    raise InputError(f"{self.name}: a coupling names joint {name!r}; there are {', '.join(names)}")
+                    raise InputError(f"{self.name}: a coupling names joint {name!r}; there are {listed(names)}")
         if (self.space is RobotSpace.IDENTIFIED) != (self.nominal is not None):
             raise InputError(f"{self.name}: an identified arm, and only that, carries the nominal chain beside its own")
         mount = frozen(self.mount_mm)

@@ -17,14 +17,21 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import FormatError
-from wpcal.core.records import read_bytes
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import read_bytes
+from wpcal.core.numbers import parse_number
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import listed, shown
 from wpcal.robot.kinematics.arm import Arm, Joint
 from wpcal.robot.kinematics.chain import MDHChain
 
 MM_PER_M = 1000.0
+LARGEST_M = 1e6
+"""The largest coordinate of wpcal, in the unit of a URDF."""
+LARGEST_RAD = 1e6
+"""Limits of a joint, rad and rad/s. Files of joints that turn for ever state 1e16 at times; these are refused, since no
+robot arm has such a limit."""
 
 NEARLY_PARALLEL_SIN = 0.1
 """Axes closer than about 6° take Hayati's link: their common normal may lie metres away and move with every digit."""
@@ -77,7 +84,7 @@ def read_urdf(path: Path, *, base_link: str | None = None, tip_link: str | None 
     try:
         joints = {joint.child: joint for joint in map(_parse_joint, root.findall("joint"))}
         return _arm(root.get("name", path.stem), joints, base_link, tip_link)
-    except FormatError as error:
+    except InputError as error:
         raise FormatError(str(error), path=str(path)) from None
     except (AttributeError, TypeError, ValueError) as error:
         raise FormatError(f"a joint is not as the URDF format says: {error}", path=str(path)) from None
@@ -94,13 +101,15 @@ def _parse_joint(element: ET.Element) -> _UrdfJoint:
         T[:3, :3] = rotation_from_zyx(*_numbers(origin.get("rpy", "0 0 0")))
         T[:3, 3] = MM_PER_M * _numbers(origin.get("xyz", "0 0 0"))
     bounds, speed = (-np.pi, np.pi), None
+    kind = element.get("type", "?")
+    if limit is not None and kind == "revolute":  # limits of a continuous joint have no meaning
+        bounds = (_limit(limit, "lower", -np.pi, name), _limit(limit, "upper", np.pi, name))
     if limit is not None:
-        bounds = (float(limit.get("lower", -np.pi)), float(limit.get("upper", np.pi)))
-        speed = float(limit.get("velocity", 0.0)) or None
+        speed = _limit(limit, "velocity", 0.0, name) or None
     direction = _numbers("1 0 0" if axis is None else axis.get("xyz", "1 0 0"))
     return _UrdfJoint(
         name,
-        element.get("type", "?"),
+        kind,
         str(parent.get("link")),
         str(child.get("link")),
         T,
@@ -111,17 +120,25 @@ def _parse_joint(element: ET.Element) -> _UrdfJoint:
 
 
 def _numbers(text: str) -> FloatArray:
-    values = np.array(text.split(), dtype=np.float64)
+    values = np.array([parse_number(cell, most=LARGEST_M) for cell in text.split()])
     if values.shape != (3,):
-        raise FormatError(f"expected three numbers, got {text!r}")
+        raise FormatError(f"expected three numbers, got {shown(text)}")
     return values
+
+
+def _limit(element: ET.Element, key: str, usual: float, joint: str) -> float:
+    text = element.get(key)
+    try:
+        return usual if text is None else parse_number(text, most=LARGEST_RAD)
+    except InputError as error:
+        raise FormatError(f"joint {joint}: {key}: {error}") from None
 
 
 def _arm(name: str, joints: dict[str, _UrdfJoint], base_link: str | None, tip_link: str | None) -> Arm:
     links = {joint.parent for joint in joints.values()} | set(joints)
     roots = sorted(links - set(joints))
     if len(roots) != 1:
-        raise FormatError(f"expected one root link, found {', '.join(roots) or 'none'}")
+        raise FormatError(f"expected one root link, found {listed(roots) or 'none'}")
     base = base_link or ("base" if "base" in links else roots[0])
     tip = tip_link or ("tool0" if "tool0" in links else _end_of_chain(joints, roots[0]))
     for link in (base, tip):
@@ -151,9 +168,11 @@ def _way(joints: dict[str, _UrdfJoint], link: str) -> list[_UrdfJoint]:
     """Joints from the root to a link."""
     way: list[_UrdfJoint] = []
     while link in joints:
-        way.insert(0, joints[link])
+        way.append(joints[link])
         link = joints[link].parent
-    return way
+        if len(way) > len(joints):
+            raise FormatError(f"the joints form a circle at link {link!r}")
+    return way[::-1]
 
 
 def _fixed_pose(joints: dict[str, _UrdfJoint], link: str) -> FloatArray:
@@ -167,10 +186,13 @@ def _fixed_pose(joints: dict[str, _UrdfJoint], link: str) -> FloatArray:
 
 
 def _end_of_chain(joints: dict[str, _UrdfJoint], root: str) -> str:
+    children_of: dict[str, list[str]] = {}
+    for joint in joints.values():
+        children_of.setdefault(joint.parent, []).append(joint.child)
     link = root
-    while children := sorted(joint.child for joint in joints.values() if joint.parent == link):
+    while children := sorted(children_of.get(link, [])):
         if len(children) > 1:
-            raise FormatError(f"link {link!r} branches into {', '.join(children)}: name the tip link")
+            raise FormatError(f"link {link!r} branches into {listed(children)}: name the tip link")
         link = children[0]
     return link
 

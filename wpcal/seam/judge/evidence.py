@@ -53,6 +53,8 @@ AROUND = 0.1
 REACH_STATIONS = 5
 """Least number of places along a seam at which the reach is tested; on a long seam they are one nozzle apart."""
 
+FREE_WORDS, MISSED_WORDS = "of the torch's directions are free", "no torch gets there at"
+"""How the reasons about reach end and begin."""
 ASSUMED = (
     f" (assumed: {USUAL_TORCH}; if yours is bent or smaller, or gets there at another weld angle, accept the seam by "
     "an edit)"
@@ -77,7 +79,12 @@ class Evidence:
 
 
 def judge_seams(
-    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], options: SeamOptions, *, has_marks: bool
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    seams: Sequence[Seam],
+    options: SeamOptions,
+    *,
+    has_marks: bool | None = None,
 ) -> tuple[Seam, ...]:
     """Compute the confidence of every candidate, with the reasons.
 
@@ -88,8 +95,8 @@ def judge_seams(
     seams : sequence of Seam
         With frames in `part`.
     options : SeamOptions
-    has_marks : bool
-        Whether a person marked seams of this part: no other candidate is accepted then.
+    has_marks : bool, optional
+        Whether edges of the part are marked as seams; as in `seams` if it is not given.
 
     Returns
     -------
@@ -99,6 +106,8 @@ def judge_seams(
     if not seams:
         return ()
     shares = _free_shares(graph, trimmed, seams)
+    if has_marks is None:
+        has_marks = any(seam.source is SeamSource.MARKED for seam in seams)
     judge = _Judge.of(graph, trimmed, options, has_marks=has_marks)
     concave = _concave_evidence(graph, trimmed, seams) if options.concave is ConcaveEdges.AUTO else {}
     judged = []
@@ -143,8 +152,13 @@ def _felt_rows(seam: Seam) -> IntArray:
 def _reach_words(shares: FloatArray) -> tuple[str, ...]:
     """Say how well a torch gets to a seam, and at how many places it does not."""
     missed = int((shares < LEAST_FREE).sum())
-    words = f"{np.median(shares):.0%} of the torch's directions are free"
-    return (words, f"no torch gets there at {missed} of {len(shares)} places") if missed else (words,)
+    words = f"{np.median(shares):.0%} {FREE_WORDS}"
+    return (words, f"{MISSED_WORDS} {missed} of {len(shares)} places") if missed else (words,)
+
+
+def is_judgement(text: str, source: SeamSource) -> bool:
+    """Tell whether a reason was added by `judge_seams`, which is to judge again."""
+    return text == source.value or text.endswith(FREE_WORDS) or text.startswith(MISSED_WORDS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

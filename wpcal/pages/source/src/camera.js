@@ -1,5 +1,5 @@
 // The camera of the view: its lights, its controls, and the range of depth that it sees.
-import { AmbientLight, DirectionalLight, PerspectiveCamera } from "three";
+import { AmbientLight, DirectionalLight, PerspectiveCamera, Quaternion, Spherical, Vector3 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 const FIELD_OF_VIEW_DEG = 28; // narrow: parallel edges look parallel, as on a drawing
@@ -49,6 +49,58 @@ export function controlsOf(camera, canvas, wheel, onChange) {
     });
   }
   return controls;
+}
+
+const TURN_RAD = Math.PI / 24; // by one press of an arrow key
+const ZOOM = 1.15; // by one press of + or -
+const PAN = 0.06; // of the distance, by one press with Shift
+
+/**
+ * Keys on the canvas: arrows turn, with Shift they move the view; + and - zoom, Home shows everything.
+ *
+ * @param {function()} onHome
+ */
+export function listenToKeys(canvas, controls, onHome) {
+  const camera = controls.object;
+  const arm = new Vector3();
+  const sphere = new Spherical();
+  const upright = new Quaternion().setFromUnitVectors(camera.up, new Vector3(0, 1, 0));
+  const turn = (right, up) => {
+    arm.copy(camera.position).sub(controls.target).applyQuaternion(upright);
+    sphere.setFromVector3(arm);
+    sphere.theta += right * TURN_RAD;
+    sphere.phi -= up * TURN_RAD;
+    sphere.makeSafe();
+    arm.setFromSpherical(sphere).applyQuaternion(upright.clone().invert());
+    camera.position.copy(controls.target).add(arm);
+  };
+  const shift = (right, up) => {
+    const distance = camera.position.distanceTo(controls.target);
+    const move = new Vector3(right, up, 0).multiplyScalar(PAN * distance).applyQuaternion(camera.quaternion);
+    camera.position.add(move);
+    controls.target.add(move);
+  };
+  const zoom = (factor) => {
+    arm.copy(camera.position).sub(controls.target).multiplyScalar(factor);
+    camera.position.copy(controls.target).add(arm);
+  };
+  const ways = {
+    ArrowLeft: (move) => move(-1, 0),
+    ArrowRight: (move) => move(1, 0),
+    ArrowUp: (move) => move(0, 1),
+    ArrowDown: (move) => move(0, -1),
+    "+": () => zoom(1 / ZOOM),
+    "=": () => zoom(1 / ZOOM),
+    "-": () => zoom(ZOOM),
+    Home: onHome,
+  };
+  canvas.addEventListener("keydown", (event) => {
+    const { key } = event;
+    if (event.ctrlKey || event.metaKey || event.altKey || !(key in ways)) return;
+    ways[key](event.shiftKey ? shift : turn);
+    event.preventDefault();
+    controls.update();
+  });
 }
 
 /** Sets the range of depth to what is shown: a sphere around everything. */

@@ -1,6 +1,6 @@
 // The distance of the nearest face at every pixel: a place behind it is hidden. One drawing and one copy from the
 // graphics card answer for all places at once. Rays through every triangle of a large part would be too slow.
-import { DoubleSide, ShaderMaterial, Vector3, WebGLRenderTarget } from "three";
+import { DoubleSide, ShaderMaterial, Vector3, Vector4, WebGLRenderTarget } from "three";
 
 export const OCCLUDERS = 1; // layer of three.js for objects that can hide others
 
@@ -11,18 +11,23 @@ const NEIGHBOURS = [-1, 0, 1];
 /** Draws the distance along the view, between near and far, as three bytes. */
 const material = new ShaderMaterial({
   side: DoubleSide,
-  uniforms: { range: { value: new Vector3() } },
+  uniforms: { range: { value: new Vector3() }, plane: { value: new Vector4(0, 0, 0, 1) } },
   vertexShader: `
     varying float depth;
+    varying vec3 place;
     void main() {
+      place = (modelMatrix * vec4(position, 1.0)).xyz;
       vec4 seen = modelViewMatrix * vec4(position, 1.0);
       depth = -seen.z;
       gl_Position = projectionMatrix * seen;
     }`,
   fragmentShader: `
     varying float depth;
+    varying vec3 place;
     uniform vec3 range;
+    uniform vec4 plane;
     void main() {
+      if (dot(plane.xyz, place) + plane.w < 0.0) discard;
       float share = clamp((depth - range.x) / (range.y - range.x), 0.0, 0.999999);
       vec3 bytes = fract(share * vec3(1.0, 255.0, 65025.0));
       bytes.xy -= bytes.yz / 255.0;
@@ -35,6 +40,13 @@ export class DepthMap {
     this.viewer = viewer;
     this.target = new WebGLRenderTarget(1, 1);
     this.pixels = null;
+    this.plane = new Vector4(0, 0, 0, 1); // keeps everything
+  }
+
+  /** Faces outside a plane hide nothing; null takes the cut away. */
+  cut(plane) {
+    this.plane.set(...(plane ? [...plane.normal.toArray(), plane.constant] : [0, 0, 0, 1]));
+    this.outdate();
   }
 
   /** The camera or an object moved: the next question makes a new picture. */
@@ -46,6 +58,7 @@ export class DepthMap {
     const { renderer, scene, camera, width, height } = this.viewer;
     this.target.setSize(width, height);
     material.uniforms.range.value.set(camera.near, camera.far, 0);
+    material.uniforms.plane.value.copy(this.plane);
     const mask = camera.layers.mask;
     camera.layers.set(OCCLUDERS);
     scene.overrideMaterial = material;

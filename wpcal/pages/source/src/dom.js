@@ -42,6 +42,18 @@ export function short(value) {
   return size >= 1e5 || size < 1e-3 ? value.toExponential(0).replace("e+", "e") : String(Number(value.toPrecision(3)));
 }
 
+/** A row that answers to a click also answers to Enter and the space bar. */
+function byKeyboard(attributes) {
+  const { onclick } = attributes;
+  if (!onclick) return attributes;
+  const onkeydown = (event) => {
+    if ((event.key !== "Enter" && event.key !== " ") || event.target !== event.currentTarget) return;
+    event.preventDefault();
+    onclick(event);
+  };
+  return { tabindex: 0, onkeydown, ...attributes };
+}
+
 /** A table: columns {title, number?, cell: row => string | Node}; `rowOf(row)` gives attributes of its line. */
 export function table(columns, rows, { rowOf = () => ({}), caption = null } = {}) {
   const kind = ({ number }) => (number ? "number" : null);
@@ -53,12 +65,12 @@ export function table(columns, rows, { rowOf = () => ({}), caption = null } = {}
   const body = rows.map((row) =>
     el(
       "tr",
-      rowOf(row),
+      byKeyboard(rowOf(row)),
       columns.map((column) => el("td", { class: kind(column) }, column.cell(row))),
     ),
   );
   const parts = [caption && el("caption", {}, caption), el("thead", {}, head), el("tbody", {}, body)];
-  return el("div", { class: "table-scroll" }, el("table", {}, parts));
+  return el("div", { class: "table-scroll", tabindex: 0 }, el("table", {}, parts));
 }
 
 /** A list of term and description pairs. */

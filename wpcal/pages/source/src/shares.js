@@ -10,7 +10,7 @@ export function bar(value, tolerance) {
   return el("span", { class: "bar", "aria-hidden": "true" }, fill);
 }
 
-/** A figure with a bar that is full at the tolerance. */
+/** A figure with a bar that is full at the tolerance; `note` says where it is, or is null. */
 export function gauge(label, value, tolerance, note) {
   const percent = `${short(Math.round((100 * value) / tolerance))} % of the tolerance`;
   return el(
@@ -19,6 +19,6 @@ export function gauge(label, value, tolerance, note) {
     el("div", { class: "term" }, label),
     el("div", { class: "value" }, fixed(value, 3), el("small", {}, " mm")),
     bar(value, tolerance),
-    el("div", { class: "note" }, note, " · ", percent),
+    el("div", { class: "note" }, [note, percent].filter(Boolean).join(" · ")),
   );
 }

@@ -9,6 +9,7 @@ export class Targets {
     this.sets = [];
     this.onHover = () => {};
     this.onPick = () => {};
+    this.onClick = null; // takes all clicks while a tool is on
     this.current = null;
     this.listen(viewer.canvas);
   }
@@ -36,6 +37,10 @@ export class Targets {
       const isClick = pressed && Math.hypot(x - pressed[0], y - pressed[1]) < CLICK_PX;
       pressed = null;
       if (!isClick) return;
+      if (this.onClick) {
+        this.onClick(x, y);
+        return;
+      }
       const found = this.at(x, y);
       this.hover(found);
       this.onPick(found);

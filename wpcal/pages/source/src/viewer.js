@@ -3,7 +3,8 @@
 // Everything is in named layers, which are shown, hidden and moved as a whole. Lines, points and labels keep their size
 // in pixels. The view draws when something changed, never in a loop.
 import { Group, Matrix4, Raycaster, Scene, Sphere, Vector2, Vector3, WebGLRenderer } from "three";
-import { cameraWithLights, controlsOf, fitDepthRange, VIEWS } from "./camera.js";
+import { cameraWithLights, controlsOf, fitDepthRange, listenToKeys, VIEWS } from "./camera.js";
+import { Cut } from "./cut.js";
 import { DepthMap, OCCLUDERS } from "./depth.js";
 import { framed, placesOf, sphereAround } from "./framing.js";
 import { Labels } from "./labels.js";
@@ -13,6 +14,7 @@ import { Targets } from "./targets.js";
 
 export { BEYOND, colourOf, ramp } from "./colours.js";
 export { readBlob, readData, readJsonBlob } from "./embedded.js";
+export { distanceOf, snapped } from "./measure.js";
 export { decodePart } from "./part.js";
 
 const AXIS_COLOURS = ["#d63c3c", "#2f9e44", "#2f6fde"]; // x red, y green, z blue, as in most CAD programs
@@ -59,6 +61,8 @@ class Viewer {
     this.labels = overlay ? new Labels(this, overlay) : null;
     this.asked = false;
     this.controls = controlsOf(this.camera, canvas, wheel, () => this.render());
+    listenToKeys(canvas, this.controls, () => this.view());
+    this.cut = new Cut(this);
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
   }
@@ -120,6 +124,7 @@ class Viewer {
    */
   addPart(bytes, { name = "part", T = null } = {}) {
     const { mesh, edges, solids } = partObjects(bytes, this.colours);
+    this.cut.add(mesh, edges);
     this.layer(name).add(mesh);
     this.layer(`${name} edges`).add(edges);
     this.move(name, T);
@@ -217,7 +222,9 @@ class Viewer {
   surfaceAt(x, y, name = "part") {
     const group = this.layer(name);
     if (!group.visible) return null;
-    const [hit] = this.ray(x, y).intersectObject(group, true);
+    const hit = this.ray(x, y)
+      .intersectObject(group, true)
+      .find(({ point }) => !this.cut.removes(point.toArray()));
     if (!hit) return null;
     const solid = hit.object.userData.solids?.find(({ end }) => hit.faceIndex < end);
     const normal = hit.face.normal.clone().transformDirection(group.matrixWorld);
@@ -236,6 +243,11 @@ class Viewer {
     const v = new Vector3(...p).project(this.camera);
     const [x, y] = [((v.x + 1) / 2) * this.width, ((1 - v.y) / 2) * this.height];
     return { x, y, inside: Math.abs(v.x) <= 1 && Math.abs(v.y) <= 1 && Math.abs(v.z) <= 1 };
+  }
+
+  /** Takes all clicks as (x, y), in the place of `onPick`; null gives them back. */
+  onClick(callback) {
+    this.targets.onClick = callback;
   }
 
   /** Whether faces hide a place; a place on a face is not hidden by that face. */

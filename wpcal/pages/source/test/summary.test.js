@@ -4,13 +4,13 @@ import test from "node:test";
 import { mergedText } from "../src/pick/files.js";
 import { FAULTS } from "../src/pick/link.js";
 import { Rows } from "../src/pick/rows.js";
-import { gauges, seamTable, stateOf } from "../src/pick/summary.js";
+import { gauges, seamTables, stateOf } from "../src/pick/summary.js";
 import { texts } from "./document.js";
 
 const COLUMNS = ["name", "x_mm", "y_mm", "z_mm", "feature", "use"];
 const SEAMS = [
   { name: "W1", accepted: true, joint: "tee", weld: "fillet", length_mm: 100 },
-  { name: "W2", accepted: false, joint: "butt", weld: "groove", length_mm: 50 },
+  { name: "W2", accepted: false, joint: "butt", weld: "groove", length_mm: 50, against: [] },
 ];
 const ANSWER = {
   verdict: "UNSURE",
@@ -70,13 +70,23 @@ test("the figures are the worst point and the worst accepted seam", () => {
 });
 
 test("the table of seams follows the answers", () => {
-  const { element, show } = seamTable(SEAMS, 0.4, () => {});
-  const errors = () => texts(element, "tbody tr").map((text) => text.replace("W1tee fillet100.0", ""));
+  const { element, show } = seamTables(SEAMS, 0.4, () => {});
+  const errors = () =>
+    texts(element, "tbody tr")
+      .slice(0, 1)
+      .map((text) => text.replace("W1tee fillet100.0", ""));
   assert.deepEqual(errors(), ["–"]);
   show(ANSWER);
   assert.deepEqual(errors(), ["0.5000"]);
   show(null);
   assert.deepEqual(errors(), ["–"]);
+});
+
+test("refused seams are listed with the reason", () => {
+  const refused = { ...SEAMS[1], joint: "tee", weld: "fillet", accepted: false, against: ["no torch gets there"] };
+  const { element } = seamTables([SEAMS[0], refused, { ...refused, edit: { reject: true } }], 0.4, () => {});
+  const reasons = texts(element, ".refused tbody td:last-child");
+  assert.deepEqual(reasons, ["no torch gets there", "refused by hand; no torch gets there"]);
 });
 
 test("what a file brought is counted, and long lists are cut", () => {

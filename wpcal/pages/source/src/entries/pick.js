@@ -8,11 +8,13 @@ import { latestOnly, post } from "../pick/link.js";
 import { Rows } from "../pick/rows.js";
 import { Saving } from "../pick/saving.js";
 import { Scene } from "../pick/scene.js";
+import { PickerSeams } from "../pick/seams.js";
 import { Status } from "../pick/status.js";
-import { gauges, seamTable, stateOf } from "../pick/summary.js";
+import { gauges, seamTables, stateOf } from "../pick/summary.js";
 import { Table } from "../pick/table.js";
 import { theirsText } from "../pick/theirs.js";
 import { lookAtSeam } from "../report/scene.js";
+import { SeamEditor } from "../seams/editor.js";
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 
 const PAUSE_MS = 120; // without a key, before the page asks for a fit
@@ -38,14 +40,25 @@ class Picker {
       onName: (name) => this.showName(name),
     });
     this.saving = new Saving(this, start.saves_to);
-    this.seams = seamTable(data.seams, data.tolerance_mm, (row) => lookAtSeam(this.scene.viewer, frames[row]));
+    this.backend = new PickerSeams(data.seams_revision, (state) => this.editor.take(state));
+    this.editor = new SeamEditor({ seams: data.seams, frames }, this.backend, {
+      onState: (state) => this.takeSeams(state),
+      onSelect: (row) => {
+        this.scene.chooseSeam(row);
+        this.editor.element.scrollIntoView({ block: "nearest" });
+      },
+    });
+    this.seamsBox = el("div", { class: "seam-tables" });
+    this.tabulate(data.seams);
     this.layout = this.build();
     const { tolerance_mm: tolerance, seams } = data;
     const onPick = (feature) => this.table.pick(feature);
-    this.scene = new Scene(this.layout.view, { features, frames, part, seams, tolerance, onPick });
+    const onSeam = (row, s) => this.editor.select(row, s);
+    this.scene = new Scene(this.layout.view, { features, frames, part, seams, tolerance, onPick, onSeam });
     this.listen();
     this.show();
     if (this.rows.rows.length) this.fitting.ask();
+    this.backend.look(); // a reload shows what was decided since the start
   }
 
   build() {
@@ -54,7 +67,8 @@ class Picker {
       frameForm: this.files.frameForm,
       saveForm: this.saving.form,
       status: this.status.element,
-      seams: this.seams.element,
+      editor: this.editor.element,
+      seams: this.seamsBox,
     };
     return buildLayout(this.root, this.data, this.saving.savesTo, parts, {
       onSave: () => this.saving.save(),
@@ -81,7 +95,27 @@ class Picker {
   }
 
   get isIdle() {
-    return this.fitting.isIdle && this.files.isIdle && this.draft.isIdle;
+    return this.fitting.isIdle && this.files.isIdle && this.draft.isIdle && !this.editor.isBusy;
+  }
+
+  tabulate(seams) {
+    const focus = (row) => {
+      this.editor.select(row);
+      lookAtSeam(this.scene.viewer, this.editor.state.frames[row]);
+    };
+    this.seams = seamTables(seams, this.data.tolerance_mm, focus);
+    this.seamsBox.replaceChildren(this.seams.element);
+  }
+
+  /** A person decided about the seams, here or in another window: their errors are predicted anew. */
+  takeSeams(state) {
+    this.version += 1;
+    this.answered = { ...this.answered, answer: null };
+    this.tabulate(state.seams);
+    this.scene.takeSeams(state);
+    this.scene.chooseSeam(this.editor.selected);
+    this.show();
+    if (this.rows.rows.length) this.fitting.ask();
   }
 
   change() {
@@ -111,6 +145,10 @@ class Picker {
     const isEmpty = !this.rows.rows.some((row) => !this.rows.isWaiting(row));
     const { answer = null, fault = null } = isEmpty ? NOTHING : await post("fit", this.rows.toFit());
     if (version !== this.version) return; // the rows have changed since: another fit is already asked for
+    if (answer && answer.seams_revision !== this.backend.revision) {
+      await this.backend.look(); // another window changed the seams
+      return;
+    }
     this.answered = { answer, fault };
     this.show();
   }
@@ -118,14 +156,17 @@ class Picker {
   show() {
     const { answer, fault } = this.answered;
     const { data, layout } = this;
+    const { seams } = this.editor.state;
     this.root.classList.remove("stale");
     const state = stateOf(this.rows, this.answered);
     Object.assign(layout.state, { textContent: state.text, className: state.kind });
-    layout.gauges.replaceChildren(...gauges(answer, data.seams));
+    layout.gauges.replaceChildren(...gauges(answer, seams));
     this.table.show({ ...(answer ?? NOTHING), tolerance: data.tolerance_mm, fault });
     this.scene.show(this.rows, answer ?? NOTHING);
     this.seams.show(answer);
-    const notes = [answer?.criterion_advice, ...(answer?.notes ?? []), ...data.notes].filter(Boolean);
+    const notes = [...(answer?.steps ?? []), answer?.criterion_advice, ...(answer?.notes ?? []), ...data.notes].filter(
+      Boolean,
+    );
     layout.showNotes(notes, answer?.exchanges ?? []);
   }
 

@@ -1,6 +1,6 @@
 // The report of a calibration: report.html.
 import { el } from "../dom.js";
-import { buildScene, lookAtSeam } from "../report/scene.js";
+import { buildScene, lookAtPoint, lookAtSeam } from "../report/scene.js";
 import {
   criteriaSection,
   fitSection,
@@ -8,17 +8,19 @@ import {
   pointsSection,
   seamsSection,
   sourcesSection,
+  stepsSection,
 } from "../report/sections.js";
 import { verdict } from "../report/verdict.js";
 import { buildOrSayWhy } from "../stage.js";
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 
 async function main() {
-  const { calibration, seams, mesh } = readData();
+  const { calibration, seams, mesh, steps, help } = readData();
   const [frames, part] = await Promise.all([readJsonBlob("frames"), readBlob("part")]);
   const root = document.getElementById("page");
   const view = el("section", { id: "view", "aria-label": "3-D view" });
-  root.append(verdict(calibration, seams, frames), view);
+  const said = [verdict(calibration, seams, frames), stepsSection(steps, help), notesSection(calibration)];
+  root.append(...said.filter(Boolean), view);
   const viewer = buildOrSayWhy(view, () => buildScene(view, { calibration, seams, frames, part }));
   const focus = (row) => {
     const box = view.querySelector(`input[data-layer="${seams[row].accepted ? "seams" : "candidates"}"]`);
@@ -26,10 +28,13 @@ async function main() {
     if (viewer) lookAtSeam(viewer, frames[row]);
     view.scrollIntoView({ behavior: "smooth" });
   };
+  const focusPoint = ({ p_base_mm }) => {
+    if (viewer) lookAtPoint(viewer, p_base_mm);
+    view.scrollIntoView({ behavior: "smooth" });
+  };
   root.append(
     ...[
-      notesSection(calibration),
-      pointsSection(calibration),
+      pointsSection(calibration, focusPoint),
       seamsSection(seams, frames, calibration.tolerance_mm, focus),
       criteriaSection(calibration),
       fitSection(calibration),

@@ -1,61 +1,118 @@
-// The page of `wpcal seams --html`: the seams of a part, the candidates that were rejected, and the reasons.
+// The page of `wpcal seams --html`: the seams of a part, the candidates that were refused, and the reasons. What a
+// person decides here goes into a file, with which wpcal finds the seams again.
 import { sides, toggles, tooltip } from "../controls.js";
-import { el, facts, fixed, table } from "../dom.js";
+import { el, facts, fixed } from "../dom.js";
 import { lookAtSeam } from "../report/scene.js";
+import { decisionsOf } from "../seams/decisions.js";
+import { SeamEditor, verdictOf } from "../seams/editor.js";
+import { download, seamsFile } from "../seams/file.js";
+import { seamList } from "../seams/list.js";
+import { previewed } from "../seams/preview.js";
 import { buildOrSayWhy, buildStage, seeThroughBox } from "../stage.js";
+import { cutControl, measureBox } from "../view_tools.js";
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 import { plural } from "../words.js";
 
 const ACCEPTED = "#c2410c";
-const REJECTED = "#8a94a0";
+const REFUSED = "#8a94a0";
+const CHOSEN = "#1d5fa8";
+const LAYERS = ["seams", "candidates", "names"];
+const FILE = "seams.json";
 
-async function main() {
-  const { seams, file } = readData();
-  const [frames, part] = await Promise.all([readJsonBlob("frames"), readBlob("part")]);
-  const root = document.getElementById("page");
-  const accepted = seams.filter((seam) => seam.accepted).length;
-  const said = `${plural(accepted, "seam")} accepted, ${plural(seams.length - accepted, "candidate")} rejected`;
-  const view = el("section", { id: "view", "aria-label": "3-D view" });
-  root.append(el("header", {}, el("h1", {}, file), el("p", { "data-test": "count" }, said)), view);
-  const viewer = buildOrSayWhy(view, () => build(view, { seams, frames, part }));
-  const focus = (row) => {
-    const box = view.querySelector(`input[data-layer="${layerOf(seams[row])}"]`);
+class SeamsPage {
+  constructor(root, { file, record, frames, part }) {
+    Object.assign(this, { record, file });
+    this.count = el("p", { "data-test": "count" });
+    this.view = el("section", { id: "view", "aria-label": "3-D view" });
+    this.list = el("section", { id: "seams" });
+    const state = { seams: record.seams, frames };
+    const backend = {
+      change: async (before, operation) => ({ state: previewed(before, operation) }),
+      restore: async (before) => ({ state: before }),
+    };
+    this.editor = new SeamEditor(state, backend, { onState: () => this.show(), onSelect: (row) => this.look(row) });
+    this.saving = el("div", { class: "saving", hidden: true }, [
+      el("button", { type: "button", id: "download", onclick: () => this.save() }, `Save ${FILE}`),
+      el("p", {}, "Then: ", el("code", {}, `wpcal calibrate ${file} TAUGHT.csv -o RESULT --seams ${FILE}`)),
+    ]);
+    const tools = el("section", { id: "tools" }, this.editor.element, this.saving);
+    root.append(el("header", {}, el("h1", {}, file), this.count), this.view, tools, this.list);
+    this.viewer = buildOrSayWhy(this.view, () => this.build(part));
+    this.show();
+  }
+
+  save() {
+    download(FILE, `${JSON.stringify(seamsFile(this.record, this.editor.state.seams), null, 1)}\n`);
+  }
+
+  build(part) {
+    const { viewer, stage } = buildStage(this.view, "3-D view of the part and its seams");
+    const solid = part && viewer.addPart(part, {});
+    const tip = tooltip(stage);
+    viewer.onHover((found) => (found ? tip.show(words(found.data.seam), found) : tip.hide()));
+    viewer.onPick((found) => found && this.editor.select(found.data.row, found.data.s[found.index]));
+    const layers = [
+      part && { label: "part", layers: ["part"], on: true },
+      part && { label: "edges", layers: ["part edges"], on: true },
+      { label: "seams", layers: ["seams"], on: true },
+      { label: "refused", layers: ["candidates"], on: false },
+      { label: "names", layers: ["names"], on: true },
+    ].filter(Boolean);
+    const tools = [part && seeThroughBox(solid), measureBox(viewer), part && cutControl(viewer)];
+    this.view.append(el("div", { class: "panel" }, toggles(viewer, layers), tools));
+    stage.append(sides(viewer));
+    this.draw(viewer);
+    viewer.view("iso");
+    return viewer;
+  }
+
+  show() {
+    const { seams } = this.editor.state;
+    const accepted = seams.filter((seam) => seam.accepted).length;
+    const refused = plural(seams.length - accepted, "candidate");
+    this.count.textContent = `${plural(accepted, "seam")} accepted, ${refused} refused`;
+    this.saving.hidden = !this.editor.done.length && !decisionsOf(seams).length;
+    this.list.replaceChildren(seamList(seams, (row) => this.choose(row), this.editor.selected));
+    if (this.viewer) this.draw(this.viewer);
+  }
+
+  draw(viewer) {
+    for (const layer of [...LAYERS, "chosen"]) viewer.clear(layer);
+    const { state, selected } = this.editor;
+    state.seams.forEach((seam, row) => {
+      const { p, s } = state.frames[row];
+      viewer.addPaths(layerOf(seam), [{ points: p, color: seam.accepted ? ACCEPTED : REFUSED }], {
+        width: seam.accepted ? 6 : 3,
+      });
+      viewer.addTargets(layerOf(seam), p, { seam, row, s });
+      const middle = p[Math.floor(p.length / 2)];
+      if (seam.accepted) viewer.addLabels("names", [{ p: middle, text: seam.name }], { className: "of-seam" });
+    });
+    if (selected !== null) this.mark(viewer, selected);
+  }
+
+  /** A line over the chosen seam, and a point where it starts. */
+  mark(viewer, row) {
+    const { p } = this.editor.state.frames[row];
+    viewer.addPaths("chosen", [{ points: p, color: CHOSEN }], { width: 9, opacity: 0.6 });
+    viewer.addPoints("chosen", [{ p: p[0], color: CHOSEN }], { size: 14 });
+  }
+
+  choose(row) {
+    this.editor.select(row);
+    if (this.viewer) lookAtSeam(this.viewer, this.editor.state.frames[row]);
+  }
+
+  look(row) {
+    const box = this.view.querySelector(`input[data-layer="${layerOf(this.editor.state.seams[row])}"]`);
     if (box && !box.checked) box.click();
-    if (viewer) lookAtSeam(viewer, frames[row]);
-    view.scrollIntoView({ behavior: "smooth" });
-  };
-  root.append(el("section", { id: "seams" }, list(seams, focus)));
-  window.wpcal = { viewer, project: (p) => viewer.project(p), ready: true };
+    this.show();
+    this.view.scrollIntoView({ behavior: "smooth" });
+  }
 }
 
 function layerOf({ accepted }) {
   return accepted ? "seams" : "candidates";
-}
-
-function build(host, { seams, frames, part }) {
-  const { viewer, stage } = buildStage(host, "3-D view of the part and its seams");
-  const solid = part && viewer.addPart(part, {});
-  seams.forEach((seam, row) => {
-    const { p } = frames[row];
-    const path = { points: p, color: seam.accepted ? ACCEPTED : REJECTED };
-    viewer.addPaths(layerOf(seam), [path], { width: seam.accepted ? 6 : 3 });
-    viewer.addTargets(layerOf(seam), p, { seam });
-    const middle = p[Math.floor(p.length / 2)];
-    if (seam.accepted) viewer.addLabels("names", [{ p: middle, text: seam.name }], { className: "of-seam" });
-  });
-  const tip = tooltip(stage);
-  viewer.onHover((found) => (found ? tip.show(words(found.data.seam), found) : tip.hide()));
-  const layers = [
-    part && { label: "part", layers: ["part"], on: true },
-    part && { label: "edges", layers: ["part edges"], on: true },
-    { label: "seams", layers: ["seams"], on: true },
-    { label: "rejected", layers: ["candidates"], on: false },
-    { label: "names", layers: ["names"], on: true },
-  ].filter(Boolean);
-  host.append(el("div", { class: "panel" }, toggles(viewer, layers), part && seeThroughBox(solid)));
-  stage.append(sides(viewer));
-  viewer.view("iso");
-  return viewer;
 }
 
 function words(seam) {
@@ -68,23 +125,16 @@ function words(seam) {
       ["joins", seam.solids.join(" + ")],
       ["length", `${fixed(seam.length_mm)} mm`],
       ["confidence", `${Math.round(100 * seam.confidence)} %`],
-      ...seam.against.map((reason) => ["against", reason]),
+      ["verdict", verdictOf(seam)],
     ]),
   );
 }
 
-function list(seams, focus) {
-  const columns = [
-    { title: "seam", cell: ({ name }) => name },
-    { title: "joint", cell: ({ joint }) => joint },
-    { title: "weld", cell: ({ weld }) => weld },
-    { title: "joins", cell: ({ solids }) => solids.join(" + ") },
-    { title: "length mm", number: true, cell: ({ length_mm }) => fixed(length_mm) },
-    { title: "confidence", number: true, cell: ({ confidence }) => `${Math.round(100 * confidence)} %` },
-    { title: "reasons against it", cell: ({ against }) => against.join("; ") },
-  ];
-  const row = (seam) => ({ class: seam.accepted ? "link" : "link dim", onclick: () => focus(seams.indexOf(seam)) });
-  return table(columns, seams, { rowOf: row });
+async function main() {
+  const { record, file } = readData();
+  const [frames, part] = await Promise.all([readJsonBlob("frames"), readBlob("part")]);
+  const page = new SeamsPage(document.getElementById("page"), { file, record, frames, part });
+  window.wpcal = { viewer: page.viewer, project: (p) => page.viewer.project(p), ready: true };
 }
 
 main();

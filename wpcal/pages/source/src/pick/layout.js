@@ -8,7 +8,7 @@ import { el } from "../dom.js";
  * @param {object} data  of the page
  * @param {string} savesTo  the file that the page saves
  * @param {{table: HTMLElement, frameForm: HTMLElement, saveForm: HTMLElement, status: HTMLElement,
- *   seams: HTMLElement}} parts
+ *   editor: HTMLElement, seams: HTMLElement}} parts
  * @param {{onSave: function, onAdd: function, onSuggest: function, onFiles: function(File[]), onCopy: function}} on
  */
 export function buildLayout(root, data, savesTo, parts, on) {
@@ -42,7 +42,7 @@ export function buildLayout(root, data, savesTo, parts, on) {
       el("header", {}, el("h1", {}, data.file), state, gauges),
       notes,
       el("section", { id: "points" }, parts.table, buttons, parts.frameForm, parts.status, parts.saveForm),
-      el("section", { id: "seams" }, parts.seams),
+      el("section", { id: "seams" }, parts.seams, parts.editor),
     ),
   );
   const exchangeButton = ({ row, feature }) =>

@@ -4,6 +4,7 @@ import { el, facts, fixed } from "../dom.js";
 import { legend, pointTip, seamTip } from "../report/explain.js";
 import { arrow, fittingFactor } from "../residuals.js";
 import { buildStage, checkBox, seeThroughBox } from "../stage.js";
+import { cutControl, measureBox } from "../view_tools.js";
 import { colourOf } from "../viewer.js";
 
 const KINDS = {
@@ -23,12 +24,13 @@ const CHECKED = "#6d7682";
 const WAITING = "#d99a1c";
 const UNKNOWN_ERROR = "#c2410c";
 const CANDIDATE = "#8a94a0";
+const CHOSEN = "#1d5fa8";
 const REACH_PX = 48; // from the pointer to the nearest feature
 const SEAM_REACH_PX = 7;
 const COLOUR_STEPS = 100; // from zero to the tolerance
 
 export class Scene {
-  constructor(host, { features, seams, frames, part, tolerance, onPick }) {
+  constructor(host, { features, seams, frames, part, tolerance, onPick, onSeam }) {
     const label = "3-D view of the part; click a feature to add its row";
     const { viewer, stage, overlay } = buildStage(host, label, { wheel: "always" });
     Object.assign(this, { viewer, stage });
@@ -39,9 +41,10 @@ export class Scene {
     const letters = Object.keys(KINDS).filter((letter) => places.some((feature) => feature.letter === letter));
     letters.forEach((letter) => this.addFeatures(letter, places));
     this.addSeams();
-    this.answerToPointer(onPick);
+    this.answerToPointer(onPick, onSeam);
     this.factor = el("span", { class: "factor", "data-test": "factor" });
-    host.append(this.panel(letters, overlay, part, solid));
+    this.panelElement = this.panel(letters, overlay, part, solid);
+    host.append(this.panelElement);
     this.legend = el("div", { hidden: true }, legend(tolerance)); // there are no errors yet
     this.stage.append(sides(this.viewer), this.legend, this.factor);
     this.viewer.view("iso");
@@ -61,12 +64,21 @@ export class Scene {
     const items = [
       ...letters.map((letter) => ({ label: KINDS[letter], layers: [letter], on: SHOWN_AT_FIRST.includes(letter) })),
       { label: "seams", layers: ["seams"], on: true },
+      { label: "refused", layers: ["refused"], on: false },
     ];
     const named = checkBox("names", (isOn) => (overlay.hidden = !isOn), { checked: true });
-    return el("div", { class: "panel" }, toggles(this.viewer, items), named, part && seeThroughBox(solid));
+    return el(
+      "div",
+      { class: "panel" },
+      toggles(this.viewer, items),
+      named,
+      part && seeThroughBox(solid),
+      measureBox(this.viewer),
+      part && cutControl(this.viewer),
+    );
   }
 
-  answerToPointer(onPick) {
+  answerToPointer(onPick, onSeam) {
     const tip = tooltip(this.stage);
     this.viewer.onHover((found) => {
       this.viewer.clear("hovered");
@@ -78,6 +90,7 @@ export class Scene {
       return tip.show(el("div", {}, feature && wordsOf(feature), pick?.point && pointTip(pick.point)), found);
     });
     this.viewer.onPick((found) => {
+      if (found?.data.seam) return onSeam(found.data.row, this.frames[found.data.row].s[found.index]);
       const feature = found && this.featureOf(found);
       if (feature) onPick(feature);
     });
@@ -96,7 +109,26 @@ export class Scene {
     return seamTip(seam, { ...this.frames[row], u95: this.u95?.[row] ?? null }, index);
   }
 
-  /** Lines, names and targets of the seams, made once; errors only change the colours of the lines. */
+  /** Other seams than those before: after a decision. */
+  takeSeams({ seams, frames }) {
+    Object.assign(this, { seams, frames, u95: null });
+    for (const layer of ["seams", "refused", "chosen seam"]) this.viewer.clear(layer);
+    this.addSeams();
+    this.legend.hidden = true; // until the errors of these seams are there
+  }
+
+  /** A line over the seam that is edited, and a point where it starts. */
+  chooseSeam(row) {
+    this.viewer.clear("chosen seam");
+    if (row === null) return;
+    const { p } = this.frames[row];
+    this.viewer.addPaths("chosen seam", [{ points: p, color: CHOSEN }], { width: 9, opacity: 0.6 });
+    this.viewer.addPoints("chosen seam", [{ p: p[0], color: CHOSEN }], { size: 14 });
+    const box = this.panelElement.querySelector("input[data-layer=refused]");
+    if (!this.seams[row].accepted && !box.checked) box.click();
+  }
+
+  /** Lines, names and targets of the seams; errors only change the colours of the lines. */
   addSeams() {
     this.accepted = this.seams
       .map((seam, row) => ({ seam, row, p: this.frames[row].p }))
@@ -106,6 +138,11 @@ export class Scene {
       this.viewer.addLabels("seams", [{ p: p[Math.floor(p.length / 2)], text: seam.name }], { className: "of-seam" });
     }
     this.lines = this.viewer.addPaths("seams", this.seamPaths(), { width: 5 });
+    const refused = this.seams.map((seam, row) => ({ seam, row })).filter(({ seam }) => !seam.accepted);
+    const paths = refused.map(({ row }) => ({ points: this.frames[row].p, color: CANDIDATE }));
+    if (paths.length) this.viewer.addPaths("refused", paths, { width: 3 });
+    for (const { seam, row } of refused)
+      this.viewer.addTargets("refused", this.frames[row].p, { seam, row }, { priority: -1, radius: SEAM_REACH_PX });
   }
 
   seamPaths() {

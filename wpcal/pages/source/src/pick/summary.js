@@ -1,5 +1,6 @@
 // What the rows are worth: the verdict, the two figures, what is wrong or missing, and the error of every seam.
 import { el, fixed, table } from "../dom.js";
+import { reasonsOf } from "../seams/list.js";
 import { bar, gauge } from "../shares.js";
 import { plural, verdictText } from "../words.js";
 import { FAULTS } from "./link.js";
@@ -57,8 +58,14 @@ export function gauges(answer, seams) {
   ].filter(Boolean);
 }
 
-/** The table of seams, made once: {element, show(answer)}. */
-export function seamTable(seams, tolerance, focus) {
+/**
+ * The tables of accepted and of refused seams, made once for these seams: {element, show(answer)}.
+ *
+ * @param {object[]} seams
+ * @param {number} tolerance  mm
+ * @param {function(number)} focus  gets the row of a seam that was clicked
+ */
+export function seamTables(seams, tolerance, focus) {
   const cells = new Map(); // row -> the elements that an answer changes
   const newCells = () => ({ error: el("span", {}, "–"), share: el("span", {}) });
   const cellsOf = (row) => cells.get(row) ?? cells.set(row, newCells()).get(row);
@@ -80,8 +87,24 @@ export function seamTable(seams, tolerance, focus) {
       share.replaceChildren(...(errors.has(row) ? [bar(errors.get(row), tolerance)] : []));
     }
   };
-  if (!rows.length) return { element: el("p", { class: "none" }, "wpcal found no seam on this part."), show };
-  return { element: table(columns, rows, { rowOf: ({ name }) => ({ "data-name": name }) }), show };
+  const rowOf = ({ name }) => ({ "data-name": name });
+  const accepted = rows.length
+    ? table(columns, rows, { rowOf })
+    : el("p", { class: "none" }, seams.length ? "No seam is accepted." : "wpcal found no seam on this part.");
+  return { element: el("div", {}, accepted, refusedTable(seams, button, rowOf)), show };
+}
+
+/** The candidates that are not welded, with the reasons; null if there are none. */
+function refusedTable(seams, button, rowOf) {
+  const rows = seams.map((seam, row) => ({ ...seam, row })).filter(({ accepted }) => !accepted);
+  if (!rows.length) return null;
+  const columns = [
+    { title: "refused", cell: button },
+    { title: "joint", cell: ({ joint, weld }) => `${joint} ${weld}` },
+    { title: "length mm", number: true, cell: ({ length_mm }) => fixed(length_mm, 1) },
+    { title: "reason", cell: reasonsOf },
+  ];
+  return el("div", { class: "refused" }, table(columns, rows, { rowOf }));
 }
 
 function worstOfSeams({ u95_mm }, seams) {

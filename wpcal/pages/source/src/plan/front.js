@@ -41,13 +41,9 @@ export function buildFront(data, onPick) {
 function planTable({ plans, names, titles }, onPick) {
   const rows = plans.map((plan, row) => ({ plan, row }));
   const element = table(columns(names, titles), rows, {
-    rowOf: ({ row }) => ({ "data-row": row, tabindex: 0, class: "link" }),
+    rowOf: ({ row }) => ({ "data-row": row, class: "link", onclick: () => onPick(row) }),
   });
   const lines = [...element.querySelectorAll("tbody tr")];
-  lines.forEach((line, row) => {
-    line.addEventListener("click", () => onPick(row));
-    line.addEventListener("keydown", (event) => event.key === "Enter" && onPick(row));
-  });
   return { element, lines };
 }
 

@@ -3,6 +3,7 @@ import { sides, toggles, tooltip } from "../controls.js";
 import { el } from "../dom.js";
 import { arrow, FACTORS, fittingFactor } from "../residuals.js";
 import { buildStage, seeThroughBox } from "../stage.js";
+import { cutControl, measureBox } from "../view_tools.js";
 import { colourOf } from "../viewer.js";
 import { legend, pointTip, seamTip } from "./explain.js";
 
@@ -11,6 +12,7 @@ const CHECKED = "#6d7682";
 const CANDIDATE = "#8a94a0";
 const MOST_TRIADS = 600; // more would cover the part
 const TRIAD_PART = 0.035; // of the radius of everything
+const OBLIQUE = [-0.62, -0.68, 0.5]; // from the front, the left and above
 const AROUND_SEAM = 0.15; // of the radius of everything: shown around a seam that the view looks at
 
 /** Builds the view inside `host` and returns it. */
@@ -31,6 +33,8 @@ export function buildScene(host, { calibration, seams, frames, part }) {
     toggles(viewer, layersOf(seams, part)),
     part && seeThroughBox(solid),
     residuals,
+    measureBox(viewer),
+    part && cutControl(viewer),
   );
   stage.append(sides(viewer), legend(calibration.tolerance_mm));
   host.append(panel);
@@ -50,7 +54,14 @@ export function lookAtSeam(viewer, { p, R }) {
   ]);
   const around = p.flatMap((place) => steps.map((step) => place.map((v, i) => v + step[i])));
   const aside = [0, 1, 2].map((row) => R[0][row][0]); // seen from straight ahead, edges hide each other
-  viewer.lookAt(around, isRound ? [-0.62, -0.68, 0.5] : outward.map((v, i) => v + 0.35 * aside[i]));
+  viewer.lookAt(around, isRound ? OBLIQUE : outward.map((v, i) => v + 0.35 * aside[i]));
+}
+
+/** Shows one taught point with its surroundings. */
+export function lookAtPoint(viewer, p) {
+  const room = AROUND_SEAM * viewer.extent().radius;
+  const around = [-room, room].flatMap((d) => [0, 1, 2].map((axis) => p.map((v, i) => (i === axis ? v + d : v))));
+  viewer.lookAt(around, OBLIQUE);
 }
 
 function layersOf(seams, part) {

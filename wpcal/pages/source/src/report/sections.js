@@ -6,6 +6,10 @@ import { annealingPlot, errorPlot } from "./plots.js";
 
 const CRITERIA = { minimax: "minimax", least_squares: "least squares", weighted: "weighted", robust: "robust" };
 
+const EQUAL =
+  "Minimax makes its largest residuals equal by construction: they do not show which point is worst. " +
+  "The notes name a point that the others contradict.";
+
 function section(id, title, ...content) {
   return el("section", { id, "aria-labelledby": `${id}-title` }, el("h2", { id: `${id}-title` }, title), content);
 }
@@ -15,13 +19,13 @@ export function seamsSection(seams, frames, tolerance, focus) {
   const worst = ({ u95 }) => (u95 ? Math.max(...u95) : null);
   const columns = [
     { title: "seam", cell: ({ name }) => el("strong", {}, name) },
+    { title: "95 % error mm", number: true, cell: (row) => fixed(worst(row), 3) },
+    { title: "", cell: (row) => (worst(row) === null ? "" : bar(worst(row), tolerance)) },
     { title: "joint", cell: ({ joint, weld }) => `${joint} ${weld}` },
     { title: "joins", cell: ({ solids }) => solids.join(" + ") },
     { title: "length mm", number: true, cell: ({ length_mm }) => fixed(length_mm, 1) },
     { title: "frames", number: true, cell: ({ s }) => String(s.length) },
     { title: "position", cell: ({ position }) => [...new Set(position ?? [])].filter(Boolean).join(", ") || "–" },
-    { title: "95 % error mm", number: true, cell: (row) => fixed(worst(row), 3) },
-    { title: "", cell: (row) => (worst(row) === null ? "" : bar(worst(row), tolerance)) },
   ];
   const rowOf = ({ row, accepted }) => ({
     class: accepted ? "link" : "link dim",
@@ -33,22 +37,33 @@ export function seamsSection(seams, frames, tolerance, focus) {
   return section("seams", "Seams", rows.length ? table(columns, rows, { rowOf }) : el("p", {}, none), plot);
 }
 
-export function pointsSection({ points, tolerance_mm }) {
+export function pointsSection({ points, tolerance_mm, criterion }, focus = null) {
   const columns = [
     { title: "point", cell: ({ name }) => el("strong", {}, name) },
     { title: "use", cell: ({ use }) => (use === "check" ? "check" : "fit") },
-    ...[0, 1, 2].map((axis) => ({
-      title: `${"xyz"[axis]} mm`,
-      number: true,
-      cell: ({ residual_mm }) => signed(residual_mm[axis], 4),
-    })),
+    { title: "95 % error mm", number: true, cell: ({ error_95_mm }) => fixed(error_95_mm, 4) },
     { title: "distance mm", number: true, cell: ({ distance_mm }) => fixed(distance_mm, 4) },
     { title: "", cell: ({ distance_mm }) => bar(distance_mm, tolerance_mm) },
-    { title: "95 % error mm", number: true, cell: ({ error_95_mm }) => fixed(error_95_mm, 4) },
+    ...vector("taught ", ({ p_base_mm }) => p_base_mm.map((v) => fixed(v, 3))),
+    ...vector("residual ", ({ residual_mm }) => residual_mm.map((v) => signed(v, 4))),
   ];
-  const rowOf = ({ distance_mm }) => ({ class: distance_mm > tolerance_mm ? "bad" : null });
-  const caption = "Residual: taught place minus fitted place, in the base frame. The bar is full at the tolerance.";
+  const rowOf = (point) => ({
+    class: [point.distance_mm > tolerance_mm && "bad", focus && "link"].filter(Boolean).join(" ") || null,
+    title: focus && "show in the view",
+    onclick: focus && (() => focus(point)),
+  });
+  const caption =
+    "Taught: as read from the robot. Residual: taught place minus fitted place. Both in the base frame. " +
+    `The bar is full at the tolerance.${criterion === "minimax" ? ` ${EQUAL}` : ""}`;
   return section("points", "Taught points", table(columns, points, { rowOf, caption }));
+}
+
+function vector(word, texts) {
+  return [0, 1, 2].map((axis) => ({
+    title: `${word}${"xyz"[axis]} mm`,
+    number: true,
+    cell: (row) => texts(row)[axis],
+  }));
 }
 
 export function criteriaSection({ criteria, criterion }) {
@@ -100,6 +115,18 @@ export function fitSection(record) {
     "The dotted line is the final answer.";
   const figure = trace && el("figure", {}, trace, el("figcaption", { class: "caption" }, legend));
   return section("fit", "Fit", el("div", { class: "beside" }, numbers, figure));
+}
+
+/** What to do now; null if the verdict asks for nothing. */
+export function stepsSection(steps = [], help = "") {
+  if (!steps.length) return null;
+  const list = el(
+    "ol",
+    {},
+    steps.map((step) => el("li", {}, step)),
+  );
+  const more = el("p", { class: "caption" }, "Every verdict sentence is explained in ", el("code", {}, help), ".");
+  return section("steps", "What to do now", list, more);
 }
 
 export function notesSection({ issues }) {

@@ -17,6 +17,7 @@ function worstSeam(seams, frames) {
 export function verdict(calibration, seams, frames) {
   const { tolerance_mm: tolerance, points, inputs = {} } = calibration;
   const point = worstPoint(points);
+  const where = calibration.suspect ? null : `at ${point.name}`; // a wrong point makes residuals at right ones, too
   const seam = worstSeam(seams, frames);
   const accepted = seams.filter((one) => one.accepted);
   const length = accepted.reduce((sum, one) => sum + one.length_mm, 0);
@@ -45,7 +46,7 @@ export function verdict(calibration, seams, frames) {
     el(
       "div",
       { class: "gauges" },
-      gauge("largest residual", point.distance_mm, tolerance, `at ${point.name}`),
+      gauge("largest residual", point.distance_mm, tolerance, where),
       seam && gauge("largest 95 % error of a seam", seam.u95, tolerance, `on ${seam.name}`),
     ),
   );

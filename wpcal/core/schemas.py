@@ -1,7 +1,8 @@
 """The JSON Schema of every record that wpcal writes, found by the name that the record states.
 
-The file ``schemas/plan-1.schema.json`` (JSON Schema, draft 2020-12) describes the record ``wpcal/plan/1``. There is no
-list beside the files, so no schema can be forgotten.
+The file ``wpcal/results/schemas/plan-1.schema.json`` (JSON Schema, draft 2020-12) describes the record
+``wpcal/plan/1``. There is no list beside the files, so no schema can be forgotten. Records are read with them, too
+(`wpcal.core.record_check`); readers are in every layer, so this module is in the lowest.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from importlib.resources import files
 
 from wpcal.core.errors import InputError
 
-_FOLDER = files("wpcal.results") / "schemas"
+_FOLDER = files("wpcal") / "results" / "schemas"
 _ENDING = ".schema.json"
 _NAME = re.compile(r"wpcal/([a-z]+(?:-[a-z]+)*)/([1-9][0-9]*)")
 
@@ -38,11 +39,16 @@ def schema_file(name: str) -> str:
     InputError
         When there is no schema of that name.
     """
-    found = _NAME.fullmatch(name)
-    file = f"{found[1]}-{found[2]}{_ENDING}" if found else ""
-    if not (file and (_FOLDER / file).is_file()):
+    if not has_schema(name):
         raise InputError(f"no schema {name!r}; known: {', '.join(schema_names())}")
-    return file
+    _, kind, version = name.split("/")
+    return f"{kind}-{version}{_ENDING}"
+
+
+def has_schema(name: str) -> bool:
+    """Tell whether a record of this name has a schema here."""
+    found = _NAME.fullmatch(name)
+    return found is not None and (_FOLDER / f"{found[1]}-{found[2]}{_ENDING}").is_file()
 
 
 def schema_text(name: str) -> str:

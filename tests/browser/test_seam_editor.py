@@ -1,0 +1,136 @@
+"""A technician sets a wrong part right by hand: click by click, in the picker and on the page of seams."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
+MOST_S = 120.0
+"""A person has two minutes. The walk below has his clicks; a machine's test must not need longer."""
+
+
+def seams_on(opened: Any) -> dict[str, bool]:
+    """Whether the seams of the page are accepted, by name."""
+    rows = opened.page.locator("#seams tbody tr").all()
+    refused = opened.page.locator("#seams .refused tbody tr, #seams tr.dim").all()
+    out = {row.get_attribute("data-name") for row in refused}
+    return {name: name not in out for name in (row.get_attribute("data-name") for row in rows)}
+
+
+def choose(opened: Any, name: str) -> None:
+    opened.page.locator(f"#seams tr[data-name='{name}'] .name").click()
+
+
+def click(opened: Any, text: str) -> None:
+    opened.page.locator("#seam-editor").get_by_role("button", name=text, exact=True).click()
+
+
+def said(opened: Any, text: str) -> None:
+    opened.wait(f"document.querySelector('.seam-said').textContent.includes({json.dumps(text)})")
+
+
+def walk(opened: Any) -> None:
+    """One seam refused, one turned, one cut in the middle, two joined round a corner, one named; one slip undone."""
+    choose(opened, "W4")
+    click(opened, "Refuse")
+    said(opened, "W4 is not welded")
+    choose(opened, "W3")
+    click(opened, "Turn")
+    said(opened, "W3 runs the other way")
+    opened.page.fill("#seam-editor [name=cut]", "60")
+    click(opened, "Cut")
+    said(opened, "W3 is cut")
+    choose(opened, "W3b")
+    click(opened, "Refuse")
+    said(opened, "W3b is not welded")
+    choose(opened, "W2")
+    opened.page.select_option("#seam-editor [name=join]", label="W1")
+    click(opened, "Join")
+    said(opened, "W2 and W1 are one seam")
+    opened.page.fill("#seam-editor [name=name]", "front and end")
+    click(opened, "Rename")
+    said(opened, "renamed to front and end")
+    click(opened, "Refuse")
+    said(opened, "front and end is not welded")
+    click(opened, "Undo")
+    said(opened, "undone")
+
+
+def listed(folder: Path, file: Path) -> dict[str, Any]:
+    command = [sys.executable, "-m", "wpcal", "seams", str(TEE), "--seams", str(file), "--json"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True, timeout=300)
+    return {seam["name"]: seam for seam in json.loads(done.stdout)["seams"]}
+
+
+def check_walked(seams: dict[str, Any]) -> None:
+    """What wpcal made of the walk on the part."""
+    accepted = {name: seam["accepted"] for name, seam in seams.items()}
+    assert accepted == {"front and end": True, "W3a": True, "W3b": False, "W4": False}
+    assert seams["front and end"]["length_mm"] == pytest.approx(158.0)
+    assert seams["W3a"]["length_mm"] == pytest.approx(60.0)
+    first, last = seams["W3a"]["frames"][0]["p_mm"], seams["W3a"]["frames"][-1]["p_mm"]
+    assert (first, last) == (pytest.approx([175, 64, 10]), pytest.approx([115, 64, 10]))
+
+
+def test_a_wrong_part_is_set_right_in_the_picker(start: Any, open_page: Any, tmp_path: Path) -> None:
+    picker = start(TEE)
+    opened = open_page(picker.url)
+    second = open_page(picker.url)
+    begun = time.monotonic()
+    walk(opened)
+    assert time.monotonic() - begun < MOST_S
+    expected = {"front and end": True, "W3a": True, "W3b": False, "W4": False}
+    assert seams_on(opened) == expected
+    assert "refused by hand" in opened.page.inner_text(".refused tr[data-name='W4']")
+    second.wait("Boolean(document.querySelector('tr[data-name=\"front and end\"]'))")
+    opened.page.reload()
+    opened.wait("Boolean(document.querySelector('tr[data-name=\"front and end\"]'))")
+    assert seams_on(opened) == expected
+    check_walked(listed(tmp_path, tmp_path / "tee.seams.json"))
+    choose(opened, "W3a")
+    click(opened, "Other side")  # the torch would come through the plate
+    opened.wait("document.querySelector('.refused tr[data-name=W3a]') !== null")
+    assert "inside" in opened.page.inner_text(".refused tr[data-name='W3a']")
+    assert opened.said == second.said == []
+
+
+def test_the_errors_follow_the_seams_that_were_decided(start: Any, open_page: Any, tmp_path: Path) -> None:
+    opened = open_page(start(TEE, TEE.parent / "taught.csv", "-o", "t.csv").url)
+    opened.wait("window.wpcal.idle && document.querySelectorAll('#seams .bar').length === 4")
+    choose(opened, "W4")
+    click(opened, "Refuse")
+    opened.wait("window.wpcal.idle && document.querySelectorAll('#seams .bar').length === 3")
+    click(opened, "Undo")
+    opened.wait("window.wpcal.idle && document.querySelectorAll('#seams .bar').length === 4")
+    click(opened, "Redo")
+    opened.wait("window.wpcal.idle && document.querySelectorAll('#seams .bar').length === 3")
+    opened.page.click("#save")
+    opened.wait("document.querySelector('#save-state').textContent.startsWith('saved')")
+    assert "--seams tee.seams.json" in opened.page.inner_text("#save-state code")
+    assert opened.said == []
+
+
+def test_a_wrong_part_is_set_right_on_the_page_of_seams(open_page: Any, tmp_path: Path) -> None:
+    page = tmp_path / "seams.html"
+    command = [sys.executable, "-m", "wpcal", "seams", str(TEE), "--html", str(page)]
+    subprocess.run(command, capture_output=True, check=True, timeout=300)
+    opened = open_page(page)
+    assert not opened.page.locator("#download").is_visible()
+    walk(opened)
+    assert seams_on(opened) == {"front and end": True, "W3a": True, "W3b": False, "W4": False}
+    assert opened.page.inner_text("[data-test=count]") == "2 seams accepted, 2 candidates refused"
+    with opened.page.expect_download() as caught:
+        opened.page.click("#download")
+    file = tmp_path / caught.value.suggested_filename
+    caught.value.save_as(file)
+    assert file.name == "seams.json"
+    check_walked(listed(tmp_path, file))
+    assert opened.asked == [page.as_uri()] or all(one.startswith(("file:", "blob:")) for one in opened.asked)
+    assert opened.said == []

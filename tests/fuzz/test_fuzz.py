@@ -1,0 +1,87 @@
+"""A short fuzz in CI: every reader, a few hundred wrong inputs each, and every input that was a finding once."""
+
+import random
+from pathlib import Path
+
+import pytest
+
+from tests.fuzz.judge import judge
+from tests.fuzz.mutate import mutated
+from tests.fuzz.targets import HERE, targets
+
+INPUTS = 150
+"""For each reader: all readers together take about 3 s."""
+FINDINGS = sorted(path.relative_to(HERE / "findings").as_posix() for path in (HERE / "findings").glob("*/*"))
+N = 300_000
+"""Bytes of a large input. The readers before took more than 10 s for it, or for ten times as much."""
+LARGE = {
+    "mod": {
+        "declarations without an end": "CONST robtarget a:=" * (N // 19),
+        "moves without an end": "MoveL a " * (N // 8),
+        "many targets": "".join(f"CONST robtarget p{i}:=[[1,2,3],[1,0,0,0]];\n" for i in range(N // 45)),
+        "brackets": "CONST robtarget a:=" + "[" * N + ";",
+        "blanks": "CONST robtarget a" + " " * N + "x;",
+        "arrays": "CONST robtarget a{" * (N // 18) + ";",
+    },
+    "ls": {
+        "points without an end": "/POS\n" + "P[1]{\n" * (N // 6),
+        "a coordinate without an end": "/POS\nP[1]{GP1:" + "X=" * (N // 2) + "}",
+        "many points": "/POS\n" + "".join(f"P[{i}]{{\nGP1:\n}};\n" for i in range(N // 16)),
+        "line ends": "/POS\nP[1]" + "\n" * N,
+    },
+    "dat": {
+        "one line": "DECL E6POS XP1={" + "X 1," * (N // 4) + "}",
+        "a word": "a" * N + "={",
+        "blanks": "DECL" + " " * N,
+    },
+    "jbi": {"commas": "//POS\n///POSTYPE ROBOT\nC00000=" + "," * N},
+    "taught": {
+        "columns": "name,x_mm,y_mm,z_mm," + ",".join(f"c{i}" for i in range(N // 8)) + "\n1",
+        "separators": "," * N,
+        "a quote": '"' * N,
+        "a long cell": "name,x_mm,y_mm,z_mm\nA," + "1" * 100_000 + ",2,3\n",
+        "a long unit": "a " * 50_000 + "[mm]\n1",
+    },
+    "poses": {
+        "many reflectors": "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,reflector\n"
+        + "".join(f"{i % 60},{i // 60 % 60},10,20,{i / 3600},40,1000,2,3,r{i}\n" for i in range(N // 40)),
+    },
+    "seams": {
+        "lists in lists": '{"schema": "wpcal/seams/1", "x": ' + "[" * 100_000 + "]" * 100_000 + "}",
+        "lists in a list": '{"schema": "wpcal/seams/1", "x": ' + "[" * 900 + "]" * 900 + "}",
+        "a long integer": '{"schema": "wpcal/seams/1", "x": ' + "9" * 5000 + "}",
+        "an integer beyond float64": '{"schema": "wpcal/seams/1", "x": ' + "9" * 400 + "}",
+        "half a surrogate pair": '{"schema": "wpcal/seams/1", "x": "\\ud800"}',
+        "a key of half a pair": '{"schema": "wpcal/seams/1", "\\ud800": 1}',
+    },
+    "step": {
+        "blanks": "ISO-10303-21;HEADER;ENDSEC;DATA;" + " " * N + "#1=A();ENDSEC;",
+        "a comment": "ISO-10303-21;HEADER;ENDSEC;DATA;/*" + "x" * N + "*/#1=A();ENDSEC;",
+        "a long number": "ISO-10303-21;HEADER;ENDSEC;DATA;#" + "1" * N + "=A();ENDSEC;",
+        "a long reference": "ISO-10303-21;HEADER;ENDSEC;DATA;#1=PRODUCT_DEFINITION(#" + "1" * 5000 + ");ENDSEC;",
+        "lists in lists": "ISO-10303-21;HEADER;ENDSEC;DATA;#1=PRODUCT_DEFINITION" + "(" * N + ");ENDSEC;",
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", targets())
+def test_wrong_input_is_refused_in_one_clear_way(name: str, tmp_path: Path) -> None:
+    target, rng = targets()[name], random.Random(name)
+    for data in target.seeds:
+        assert judge(target, data, tmp_path).was_read
+    judged = [judge(target, mutated(rng.choice(target.seeds), target.seeds, rng), tmp_path) for _ in range(INPUTS)]
+    assert {one.fault for one in judged} == {""}
+    assert not all(one.was_read for one in judged)
+
+
+@pytest.mark.parametrize("finding", FINDINGS)
+def test_a_finding_stays_mended(finding: str, tmp_path: Path) -> None:
+    name = finding.partition("/")[0]
+    assert judge(targets()[name], (HERE / "findings" / finding).read_bytes(), tmp_path).fault == ""
+
+
+@pytest.mark.parametrize(("name", "case"), [(name, case) for name, cases in LARGE.items() for case in cases])
+def test_large_input_takes_time_in_proportion(name: str, case: str, tmp_path: Path) -> None:
+    """`judge` ends a reader that takes longer than 10 s."""
+    judged = judge(targets()[name], LARGE[name][case].encode(), tmp_path)
+    assert judged.fault == ""

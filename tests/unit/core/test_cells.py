@@ -1,0 +1,82 @@
+"""Tables as people and spreadsheets write them: accepted where they can mean one thing only."""
+
+import numpy as np
+import pytest
+
+from wpcal.core.errors import FormatError
+from wpcal.core.tables import parse_table
+
+COLUMNS = ("x_mm", "y_mm")
+
+
+def numbers(text: str, encoding: str = "utf-8") -> list[list[float]]:
+    table = parse_table(text.encode(encoding), path="points.csv")
+    found: list[list[float]] = table.numbers(COLUMNS).tolist()
+    return found
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "name,x_mm,y_mm\nA,1812.5,-2.25\n",
+        "\ufeffname;x_mm;y_mm\r\n\r\nA;1812,5;-2,25\r\n;;\r\n",
+        "name\tx_mm\ty_mm\nA\t1812.5\t-2.25\n",
+        "name,x_mm,y_mm\nA,1812.5 mm,-2.25mm\n",
+        "name,x_mm,y_mm\nA,1 812.5,-2.25\n",
+        "name,x_mm,y_mm\nA,1\u00a0812.5,\u22122.25\n",
+        "name;x_mm;y_mm\nA;1'812.5;-2.25\n",
+        'name,x_mm,y_mm\nA,"1,812.5",-2.25\n',
+        "name;x_mm;y_mm\nA;1.812,5;-2,25\n",
+        "Name,X [mm],Y (mm)\nA,1812.5,-2.25\n",
+        "name,x_mm,y_mm,,\nA,1812.5,-2.25,,\n",
+        ",Position,\nname,x_mm,y_mm\nA,1812.5,-2.25\n",
+    ],
+    ids=[
+        "plain", "German Excel", "tabs", "units", "blank groups", "hard blanks", "Swiss groups", "English groups",
+        "German groups", "units in the header", "empty columns", "merged cells",
+    ],
+)  # fmt: skip
+def test_one_point_in_many_ways(text: str) -> None:
+    assert numbers(text) == [[1812.5, -2.25]]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("name,x_mm,y_mm\nA,1.8 m,2\n", "line 2, column x_mm: '1.8 m' is in m; type the number in mm"),
+        ("name,x_mm,y_mm\nA,71.3 in,2\n", "'71.3 in' is in in; type the number in mm"),
+        ("name;x_mm;y_mm\nA;1,812;2.5\n", "unclear whether the comma is a decimal sign"),
+        ("name;x_mm;y_mm\nA;1.812,5;2.500\n", "unclear whether the point is a decimal sign"),
+        ('name,x_mm,y_mm\nA,"1,812",2\n', "unclear whether the comma is a decimal sign"),
+        ("name,x_mm,y_mm\nA,812,5,2,25\n", "expected 3 cells, got 5; a decimal comma needs ; between the cells"),
+        ("name,x_mm,y_mm\nA,nan,2\n", "line 2, column x_mm: expected a finite number, got 'nan'"),
+        ("name,x_mm,y_mm\nA,81_2,2\n", "line 2, column x_mm: expected a number, got '81_2'"),
+        ("name,x_mm,y_mm\nA,１２,2\n", "expected a number, got '１２'"),
+        ("name,x_mm,y_mm\nA,2e9,2\n", "expected a number of at most 1e+09"),
+        ("name,x_mm,y_mm\nA,TRUE,2\n", "expected a number, got 'TRUE'"),
+        ("name,x_mm,y_mm\nA,1 81.5,2\n", "expected a number, got '1 81.5'"),
+        ("name,x,y\nA,1,2\n", "missing column x_mm, y_mm; found name, x, y; write x_mm instead of x"),
+        ("name,,x_mm\nA,1,2\n", "line 1: column 2 has no name; write one row with a name for each column"),
+        (",,\n,,\n", "all cells are empty; expected a header line"),
+        ("name," + ",".join(f"c{i}" for i in range(1200)) + "\n1", "has 1201 columns, expected at most 1000"),
+    ],
+)
+def test_what_to_type_instead_is_one_line(text: str, says: str) -> None:
+    with pytest.raises(FormatError) as caught:
+        numbers(text)
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_degrees_and_other_units() -> None:
+    table = parse_table("q1_deg,q2_deg,use\n10°,-20 deg,yes\n".encode(), path="p.csv")
+    assert table.numbers(("q1_deg", "q2_deg")).tolist() == [[10.0, -20.0]]
+    with pytest.raises(FormatError, match=r"'0\.5 rad' is in rad; type the number in deg"):
+        parse_table(b"q1_deg\n0.5 rad\n", path="p.csv").numbers(("q1_deg",))
+
+
+def test_plain_numbers_take_the_short_way_to_the_same_numbers() -> None:
+    values = np.random.default_rng(1).normal(0, 1e3, (200, 2))
+    plain = "x_mm,y_mm\n" + "".join(f"{x!r},{y!r}\n" for x, y in values.tolist())
+    with_units = "x_mm,y_mm\n" + "".join(f"{x!r} mm,{y!r} mm\n" for x, y in values.tolist())
+    assert numbers(plain) == numbers(with_units) == values.tolist()

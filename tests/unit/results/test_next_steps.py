@@ -1,0 +1,86 @@
+"""What to do now: concrete steps for every reason of a verdict."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wpcal.calibrate import Solver, TeachingError, calibrate
+from wpcal.calibrate.verdict import VerdictReason
+from wpcal.core import PointPairs
+from wpcal.core.tangent import exp_rotation
+from wpcal.results import next_steps as steps_module
+from wpcal.results.next_steps import next_steps
+
+BODY = np.array([[0, 0, 0], [200, 0, 0], [200, 120, 10], [0, 120, 0], [20, 50, 90], [180, 62, 90.0]])
+FEATURES = {f"V{i}": p for i, p in enumerate(BODY)} | {"V9": np.array([200.0, 120, 0])}
+R = exp_rotation([0.3, -1.2, 0.4])
+
+
+def fitted(off=(), *, n=6, noise_mm=0.1, seed=0, **options):
+    q = BODY[:n] + noise_mm * np.random.default_rng(seed).normal(size=(n, 3))
+    for row, vector in off:
+        q[row] += vector
+    pairs = PointPairs(tuple(FEATURES)[:n], BODY[:n], q @ R.T + [1000, -200, 300])
+    return calibrate(pairs, solver=Solver.EXACT, **options).to_record()
+
+
+def test_a_pass_needs_no_step():
+    record = fitted(tolerance_mm=2.0)
+    assert record["verdict"] == "PASS"
+    assert next_steps(record) == []
+
+
+def test_every_reason_but_within_has_steps():
+    assert set(steps_module._STEPS) == {reason.value for reason in VerdictReason} - {"within"}
+
+
+def test_the_help_page_explains_every_reason():
+    text = (Path(__file__).parents[3] / steps_module.HELP_PAGE).read_text(encoding="utf-8")
+    for reason in VerdictReason:
+        assert reason is VerdictReason.WITHIN or f"(`{reason.value}`)" in text
+
+
+def test_the_row_to_touch_again_is_named_and_what_leaving_it_out_would_give():
+    steps = next_steps(fitted([(4, [0, 0, 4.0])]))
+    assert steps[0].startswith("Touch V4 again")
+    assert "write no into its column use: the seams are then predicted within 0." in steps[1]
+    assert steps[-1] == "Then calibrate again."
+
+
+def test_the_feature_to_write_is_named():
+    steps = next_steps(fitted([(2, [0, 0, -10.0])], features=FEATURES))
+    assert steps[0] == "If V9 was touched, write V9 as the feature of row V2. If not, touch V2 again."
+
+
+def test_the_sigma_that_would_be_enough_is_stated():
+    record = fitted(teaching=TeachingError(sigma_mm=0.5), tolerance_mm=0.5)
+    assert (record["verdict"], record["judgement"]["reason"]) == ("UNSURE", "error")
+    step = next(step for step in next_steps(record) if "carefully" in step)
+    enough = float(step.split(": ")[1].split(" mm")[0])
+    again = fitted(teaching=TeachingError(sigma_mm=0.95 * enough), tolerance_mm=0.5, noise_mm=0.02)
+    assert again["verdict"] == "PASS"
+
+
+def test_the_sigma_to_state_is_that_of_the_residuals():
+    record = fitted(teaching=TeachingError(sigma_mm=0.11), noise_mm=0.2, seed=5)
+    assert record["judgement"]["reason"] == "stated-error"
+    step = next(step for step in next_steps(record) if "--sigma-mm" in step)
+    assert 0.1 <= float(step.split("--sigma-mm ")[1].split(")")[0]) <= 0.4
+
+
+def test_a_sigma_that_is_stated_too_small_may_blame_a_point_and_that_is_said():
+    record = fitted(teaching=TeachingError(sigma_mm=0.11), noise_mm=0.2)
+    assert record["judgement"]["reason"] == "contradiction"
+    assert any("--sigma-mm" in step for step in next_steps(record))
+    assert not any("--sigma-mm" in step for step in next_steps(fitted([(4, [0, 0, 9.0])])))
+
+
+def test_the_feature_to_touch_next_is_named():
+    record = fitted(n=3, suggest=lambda: "V20", tolerance_mm=0.3)
+    assert next_steps(record)[0].startswith("Touch V20 as well")
+
+
+@pytest.mark.parametrize("record", [{}, {"verdict": "FAIL"}, {"verdict": "FAIL", "judgement": {"reason": None}}])
+def test_an_older_record_has_no_steps(record):
+    assert next_steps(record) == []

@@ -1,0 +1,107 @@
+"""Seams that a person cut, joined or turned: computed and judged anew, never taken over."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.saved_graphs import saved_graph
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.errors import InputError
+from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.edit import PlacedEdit, apply_edits
+from wpcal.seam.seam import Candidate, JoinedStretch, SeamEdit
+
+ROUND_OFF_MM = 1e-9
+
+
+@cache
+def found(name: str) -> tuple[Seam, ...]:
+    return detect_seams(saved_graph(name), SeamOptions())
+
+
+def candidate(name: str, part: str = "tee") -> Candidate:
+    (own,) = (seam.candidate for seam in found(part) if seam.name == name)
+    assert own is not None
+    return own
+
+
+def joined(name: str, range_mm: tuple[float, float] | None = None) -> JoinedStretch:
+    return JoinedStretch(candidate(name), range_mm)
+
+
+def after(*edits: tuple[str, SeamEdit], part: str = "tee") -> dict[str, Seam]:
+    graph = saved_graph(part)
+    placed = [PlacedEdit(candidate(name, part), edit, "edits.json") for name, edit in edits]
+    return {seam.name: seam for seam in apply_edits(graph, TrimmedFaces.of(graph), found(part), placed, SeamOptions())}
+
+
+def ends(seam: Seam) -> tuple[list[float], list[float]]:
+    first, last = np.round(seam.frames.p[[0, -1]], 9).tolist()
+    return first, last
+
+
+def test_cut_pieces_joined_again_are_the_seam() -> None:
+    whole = found("tee")[1]
+    seams = after(("W2", SeamEdit(range_mm=(0.0, 60.0), join=(joined("W2", (60.0, 150.0)),))))
+    assert seams["W2"].length_mm == pytest.approx(whole.length_mm, rel=0, abs=ROUND_OFF_MM)
+    assert ends(seams["W2"]) == ends(whole)
+
+
+def test_seams_are_joined_in_any_order_and_keep_the_direction_of_the_first() -> None:
+    for order in (("W1", "W3", "W4"), ("W4", "W3", "W1")):
+        seams = after(("W2", SeamEdit(join=tuple(joined(name) for name in order))))
+        assert list(seams) == ["W2"]
+        loop = seams["W2"]
+        assert (loop.closed, round(loop.length_mm, 9), loop.accepted) == (True, 316.0, True)
+        assert (np.diff(loop.frames.s_mm) > 0).all()
+        along = loop.frames.R[np.isclose(loop.frames.p[:, 1], 56.0), 0, 0]
+        assert np.median(along) == pytest.approx(1.0)  # W2 runs along x
+    backwards = after(("W2", SeamEdit(reverse=True, join=(joined("W1"),))))["W2"]
+    assert ends(backwards) == ([175.0, 56.0, 10.0], [25.0, 64.0, 10.0])
+
+
+def test_an_end_of_a_seam_is_joined_and_the_rest_is_a_seam_of_its_own() -> None:
+    rest = SeamEdit(name="rest", range_mm=(50.0, 150.0))
+    seams = after(("W1", SeamEdit(join=(joined("W2", (0.0, 50.0)),))), ("W2", rest))
+    assert {name: round(seam.length_mm, 9) for name, seam in seams.items()} == {
+        "W1": 58.0,
+        "rest": 100.0,
+        "W3": 150.0,
+        "W4": 8.0,
+    }
+
+
+@pytest.mark.parametrize(
+    ("edits", "said"),
+    [
+        ([("W2", SeamEdit(join=(joined("W3"),)))], "W3 does not meet W2: their nearest ends are 8.0 mm apart"),
+        ([("W2", SeamEdit(join=(joined("W1", (0.0, 9.0)),)))], "range_mm ends at 9, but the seam at 8.000 mm"),
+        ([("W2", SeamEdit(join=(joined("W1"),))), ("W1", SeamEdit(accept=False))], "W1 is joined to W2 and cannot"),
+        ([("W2", SeamEdit(join=(joined("W1"),))), ("W3", SeamEdit(join=(joined("W1"),)))], "is joined to W2 and to W3"),
+    ],
+)
+def test_what_cannot_be_joined_is_said(edits: list[tuple[str, SeamEdit]], said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        after(*edits)
+    assert said in str(caught.value)
+    assert str(caught.value).startswith("edits.json: ")
+
+
+def test_the_other_side_is_turned_about_the_direction_of_travel_and_stays_refused_inside_material() -> None:
+    plain = found("tee")[1].frames
+    turned = after(("W2", SeamEdit(other_side=True, accept=True)))["W2"]
+    np.testing.assert_allclose(turned.frames.R, plain.R * [1.0, -1.0, -1.0], rtol=0, atol=1e-12)
+    assert not turned.accepted
+    assert turned.inside
+    assert any("no torch welds inside material" in text for text in turned.reasons)
+
+
+def test_reach_is_felt_on_the_stretch_and_not_taken_from_the_whole() -> None:
+    """A refused seam of the frame stays refused in parts, and what a person accepts says so."""
+    name, length_mm = next((seam.name, seam.length_mm) for seam in found("frame") if not seam.reachable)
+    kept = after((name, SeamEdit(range_mm=(0.0, length_mm / 2))), part="frame")[name]
+    assert (kept.accepted, kept.reachable) == (False, False)
+    assert len([text for text in kept.reasons if text.endswith("directions are free")]) == 1
+    taken = after((name, SeamEdit(accept=True, range_mm=(0.0, length_mm / 2))), part="frame")[name]
+    assert (taken.accepted, taken.reasons[-1]) == (True, "accepted by hand")

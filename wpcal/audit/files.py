@@ -1,0 +1,160 @@
+"""Audit a file or a folder: which kind each file is, and what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from wpcal.audit.fault import AuditReport, Fault, FileAudit
+from wpcal.audit.programs import Surroundings, audit_program
+from wpcal.audit.read_back import is_weld_program
+from wpcal.audit.records import audit_record
+from wpcal.audit.tables import audit_table
+from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.core.errors import FormatError, InputError, WpcalError
+from wpcal.core.input_file import read_bytes
+from wpcal.core.robot_space import RobotSpace
+from wpcal.results.folder import (
+    CALIBRATION_FILE,
+    PART_FILE,
+    SEAMS_FILE,
+    FinishedCalibration,
+    read_finished,
+    read_record,
+)
+from wpcal.robot.kinematics.urdf import read_urdf
+from wpcal.seam.judge.stations import start_mm
+
+TABLE_SUFFIXES = (".csv", ".tsv", ".txt")
+MOST_LEVELS = 4
+"""Folders in folders: the programs of a result folder are one level below it."""
+
+
+def audit_path(path: Path, around: Surroundings | None = None) -> AuditReport:
+    """Audit a file, or every file of a folder and the folders in it.
+
+    Parameters
+    ----------
+    path : Path
+    around : Surroundings, optional
+        The torch, the tool and the arm of programs. The part and its place come from the result folder that holds a
+        program.
+
+    Returns
+    -------
+    AuditReport
+
+    Raises
+    ------
+    InputError
+        When there is no such file, or no file of a kind that wpcal knows.
+    """
+    if not path.exists():
+        raise InputError(f"{path}: no such file or folder")
+    audit = _Audit(around or Surroundings())
+    paths = sorted(_files_in(path, MOST_LEVELS)) if path.is_dir() else [path]
+    found = [(one, audit.file(one)) for one in paths]
+    report = AuditReport(
+        tuple(file for _, file in found if file is not None), tuple(str(one) for one, file in found if file is None)
+    )
+    if not report.files:
+        what = "holds no file" if path.is_dir() else "is not a file"
+        raise InputError(f"{path}: {what} of a kind that wpcal reads or writes; nothing is audited")
+    return report
+
+
+def _files_in(folder: Path, levels: int) -> Iterator[Path]:
+    try:
+        entries = sorted(folder.iterdir())
+    except OSError as error:
+        raise InputError(f"{folder}: {(error.strerror or str(error)).lower()}") from None
+    for path in entries:
+        if path.name.startswith("."):
+            continue
+        if path.is_dir() and not path.is_symlink():
+            if levels:
+                yield from _files_in(path, levels - 1)
+        else:
+            yield path
+
+
+def _result_folder_of(folder: Path) -> Path | None:
+    """Return the result folder in which a folder is, or that it is itself."""
+    return next((one for one in (folder, *folder.absolute().parents[:2]) if (one / CALIBRATION_FILE).is_file()), None)
+
+
+class _Audit:
+    """Audits files one by one, and reads each result folder once."""
+
+    def __init__(self, around: Surroundings) -> None:
+        self.around = around
+        self.of_folder: dict[Path, Surroundings] = {}
+
+    def file(self, path: Path) -> FileAudit | None:
+        """Audit one file; None for a kind that wpcal does not know."""
+        try:
+            found = self._found(path)
+        except WpcalError as error:
+            found = FileAudit(str(path), path.suffix[1:].lower() or "file", (Fault.of(error, str(path)),))
+        return found
+
+    def _found(self, path: Path) -> FileAudit | None:
+        suffix = path.suffix.lower()
+        if suffix == ".json":
+            record = audit_record(read_bytes(path), path)
+            if record is not None and not record[1] and path.name == CALIBRATION_FILE:
+                record = (record[0], _faults_of_folder(path.parent))
+            return None if record is None else FileAudit(str(path), record[0], tuple(record[1]))
+        if suffix in TABLE_SUFFIXES:
+            table = audit_table(read_bytes(path), path)
+            return None if table is None else FileAudit(str(path), table[0], tuple(table[1]))
+        if path.name == PART_FILE:
+            read_part_glb(read_bytes(path), path=str(path))
+            return FileAudit(str(path), "triangles of the part")
+        if suffix == ".urdf":
+            read_urdf(path)
+            return FileAudit(str(path), "robot description")
+        if is_weld_program(path):
+            around = self._with_part(_result_folder_of(path.parent))
+            faults = audit_program(read_bytes(path), path, around)
+            return FileAudit(str(path), f"program ({suffix})", tuple(faults), str(around))
+        return None
+
+    def _with_part(self, result: Path | None) -> Surroundings:
+        """Add the part as calibrated; without it if its own files have faults, which their own audit lists."""
+        if result is None or self.around.part is not None:
+            return self.around
+        if result not in self.of_folder:
+            try:
+                self.of_folder[result] = self._of(result)
+            except WpcalError:
+                self.of_folder[result] = self.around
+        return self.of_folder[result]
+
+    def _of(self, result: Path) -> Surroundings:
+        finished = _finished(result)
+        start = max((start_mm(seam) for seam in finished.seams), default=self.around.start_mm)
+        part = None
+        is_corrected = RobotSpace.parse(finished.calibration["robot_space"]) is RobotSpace.IDENTIFIED
+        if finished.part_glb is not None and not is_corrected:  # corrected targets are not where the torch will be
+            part = TriangleMaterial.of(read_part_glb(finished.part_glb), finished.T_base_part)
+        return replace(self.around, T_base_part=finished.T_base_part, part=part, start_mm=start)
+
+
+def _finished(folder: Path) -> FinishedCalibration:
+    space = RobotSpace.parse(read_record(folder, SEAMS_FILE)["robot_space"])
+    return read_finished(folder, space=space)
+
+
+def _faults_of_folder(folder: Path) -> list[Fault]:
+    """Return what does not agree among the files of a result folder."""
+    if not (folder / SEAMS_FILE).is_file():
+        return []
+    try:
+        _finished(folder)
+    except WpcalError as error:
+        path = error.path if isinstance(error, FormatError) and error.path else str(folder / SEAMS_FILE)
+        return [replace(Fault.of(error, path), field=Path(path).name)]
+    return []

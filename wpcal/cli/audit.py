@@ -1,0 +1,108 @@
+"""`wpcal audit`: find the faults of files, and repair what has one answer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from wpcal.cli.export_options import TorchShapeFlags
+from wpcal.cli.option_groups import takes
+
+if TYPE_CHECKING:
+    from wpcal.audit import AuditReport
+    from wpcal.audit.programs import Surroundings
+    from wpcal.seam.torch import TorchShape
+
+
+@click.command()
+@click.argument("path", metavar="FILE|DIR", type=click.Path(path_type=Path))
+@click.option("--fix", is_flag=True, help="Repair what has one answer; the rest is listed. Needs -o.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="With --fix: the repaired file to write.")
+@click.option("--robot", metavar="ARM", help="Arm: poses of programs must be inside its limits. Needs --tool.")
+@click.option("--tool", metavar="X,Y,Z[,RX,RY,RZ]", help="With --robot: tool as set in the controller, mm and deg.")
+@click.option("--tool-axis", type=click.Choice(["z", "x"]), default="z", show_default=True, help="Along the wire.")
+@click.option("--stick-out-mm", type=float, default=0.0, show_default=True, help="Tool centre point back from the tip.")
+@takes("shape", TorchShapeFlags)
+@click.option("--force", is_flag=True, help="Replace the file that is written.")
+@click.option("--json", "as_json", is_flag=True, help="Print the record of the audit on stdout.")
+def audit(
+    *,
+    path: Path,
+    fix: bool,
+    output: Path | None,
+    robot: str | None,
+    tool: str | None,
+    tool_axis: str,
+    stick_out_mm: float,
+    shape: TorchShapeFlags,
+    force: bool,
+    as_json: bool,
+) -> int:
+    """List every fault of a file, or of the files in a folder, with its place.
+
+    Reads tables, programs, result folders, seams.json and the other records of wpcal, robot and cell files, part.glb.
+    Programs in a result folder are read back, and each pose is compared with the part. Ends with code 1 if a fault is
+    left.
+    """
+    from wpcal.audit import audit_path
+    from wpcal.core.errors import InputError
+
+    if fix != (output is not None):
+        raise InputError("--fix and -o belong together: the repaired file is written to -o, never in place")
+    around = _surroundings(robot, tool, tool_axis, stick_out_mm, shape.to_shape())
+    report = audit_path(path, around)
+    if output is not None:
+        from wpcal.audit.repair import repair_file
+
+        done = repair_file(path, output, report.files[0].faults, overwrite=force)
+        report = audit_path(output, around)
+        _show(report, as_json=as_json, repaired=tuple(done))
+    else:
+        _show(report, as_json=as_json)
+    return 1 if report.fault_count else 0
+
+
+def _surroundings(
+    robot: str | None, tool: str | None, tool_axis: str, stick_out_mm: float, torch: TorchShape
+) -> Surroundings:
+    from wpcal.audit.programs import Surroundings
+    from wpcal.controllers.torch import ToolAxis
+    from wpcal.core.errors import InputError
+
+    if (robot is None) != (tool is None):
+        raise InputError("--robot and --tool belong together; --tool 0,0,0 if the poses are those of the flange")
+    around = Surroundings(torch=torch, tool_axis=ToolAxis(tool_axis), stick_out_mm=stick_out_mm)
+    if robot is None:
+        return around
+    from wpcal.robot.identify.poses_file import parse_tool
+    from wpcal.robot.kinematics.arm_file import find_arm
+
+    return replace(around, arm=find_arm(robot), T_flange_tool=parse_tool(tool)[0])
+
+
+def _show(report: AuditReport, *, as_json: bool, repaired: tuple[str, ...] = ()) -> None:
+    from wpcal.core.records import to_json
+
+    if as_json:
+        click.echo(to_json({**report.to_record(), "repaired": list(repaired)}), nl=False)
+        return
+    for words in repaired:
+        click.echo(f"repaired: {words}")
+    for file in report.files:
+        click.echo(f"{file.path}: {file.kind}: {_count(len(file.faults))}")
+        for fault in file.faults:
+            place = f"{fault.place}: " if fault.place else ""
+            repair = f" [--fix writes {fault.repair}]" if fault.repair else ""
+            click.echo(f"  {place}{fault.message}{repair}")
+    if report.not_audited:
+        click.echo(f"not audited, other kinds of files: {', '.join(Path(one).name for one in report.not_audited)}")
+    for checked in sorted({file.checked for file in report.files if file.checked}):
+        click.echo(f"poses of programs: {checked}")
+    click.echo(f"{_count(len(report.files), 'file')}, {_count(report.fault_count)}")
+
+
+def _count(number: int, word: str = "fault") -> str:
+    return f"no {word}" if number == 0 else f"{number} {word}{'s' if number > 1 else ''}"

@@ -1,0 +1,118 @@
+"""Read the files that a user names: regular files up to a size limit, under names that can be written down.
+
+Every reader gets its bytes here. A pipe could keep a command waiting for ever, and a link to a device without an end
+would fill the memory; both are refused before anything is read.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import stat
+from contextlib import suppress
+from pathlib import Path
+
+from wpcal.core.errors import InputError
+
+LIMIT_VARIABLE = "WPCAL_MOST_MB"
+"""Environment variable that replaces the size limits below, MB."""
+MOST_MB = 200.0
+"""Tables, programs, records and meshes. The seams of a structure of 30 000 faces take 25 MB."""
+MOST_STEP_MB = 2000.0
+"""STEP files. The largest real part that was tried has 170 MB."""
+BYTES_PER_MB = 1_000_000
+_KINDS = {
+    stat.S_IFDIR: "is a folder",
+    stat.S_IFIFO: "is a pipe",
+    stat.S_IFSOCK: "is a socket",
+    stat.S_IFCHR: "is a device",
+    stat.S_IFBLK: "is a device",
+}
+
+
+def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None, expected: str = "a file") -> bytes:
+    """Return the bytes of a file.
+
+    Parameters
+    ----------
+    path : Path
+        The file as the user named it.
+    most_mb : float
+        Largest size, MB; the environment variable `LIMIT_VARIABLE` replaces it.
+    first : int, optional
+        Read only so many bytes. The size limit is checked all the same.
+    expected : str
+        What the file should be, for the message about a folder, pipe or device.
+
+    Raises
+    ------
+    InputError
+        When it cannot be opened, is not a regular file, is larger than the limit, or its name is not UTF-8 text.
+    """
+    require_name(path)
+    most = _limit_mb(most_mb)
+    try:
+        _require_regular(path, path.stat().st_mode, expected)  # opening some devices has effects
+        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        with os.fdopen(descriptor, "rb") as file:
+            found = os.fstat(descriptor)
+            _require_regular(path, found.st_mode, expected)
+            if found.st_size > most * BYTES_PER_MB:
+                raise InputError(f"{path}: has {found.st_size / BYTES_PER_MB:.4g} MB, {_over(most)}")
+            if first is not None:
+                return file.read(first)
+            data = file.read(int(most * BYTES_PER_MB) + 1)
+    except OSError as error:
+        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+    if len(data) > most * BYTES_PER_MB:  # it grew, or its file system does not know its size
+        raise InputError(f"{path}: has more than {most:g} MB, {_over(most)}")
+    return data
+
+
+def sha256_of(data: bytes) -> str:
+    """Return the SHA-256 of what was read from a file, hexadecimal: a second reading may find other bytes."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def require_name(path: Path) -> None:
+    """Refuse a path that no file can have, or whose name cannot be written into a record.
+
+    Raises
+    ------
+    InputError
+        When the path is not UTF-8 text, holds a null character, or is too long for the file system.
+    """
+    shown = os.fsencode(path).decode("utf-8", errors="backslashreplace")
+    try:
+        str(path).encode("utf-8")
+        with suppress(FileNotFoundError, NotADirectoryError, PermissionError):
+            os.lstat(path)
+    except UnicodeEncodeError:
+        raise InputError(f"{shown}: the name is not UTF-8 text; rename the file or the folder") from None
+    except ValueError:
+        what = "the name holds a null character"
+        raise InputError(f"{shown!r}: {what}") from None
+    except OSError as error:
+        raise InputError(f"{shown}: {(error.strerror or str(error)).lower()}") from None
+
+
+def _require_regular(path: Path, mode: int, expected: str) -> None:
+    if not stat.S_ISREG(mode):
+        kind = _KINDS.get(stat.S_IFMT(mode), "is not a regular file")
+        what = f"{kind}, expected {expected}"
+        if kind == "is a pipe":
+            what += "; write its data to a file and give that"
+        raise InputError(f"{path}: {what}")
+
+
+def _limit_mb(usual: float) -> float:
+    text = os.environ.get(LIMIT_VARIABLE, "")
+    if not text:
+        return usual
+    if not (text.isascii() and text.isdigit() and int(text[:10]) > 0 and len(text) < 10):
+        raise InputError(f"{LIMIT_VARIABLE}: expected a size in MB as a whole number, got {text!r}")
+    return float(text)
+
+
+def _over(most: float) -> str:
+    return f"more than the limit of {most:g} MB; to read it, set the environment variable {LIMIT_VARIABLE}"

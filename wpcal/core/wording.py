@@ -1,0 +1,27 @@
+"""How a message shows a value or names that came from a file: short, however long they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+LONGEST_SHOWN = 40
+"""Characters of a wrong text that a message repeats."""
+MOST_LISTED = 20
+"""Names that a message lists."""
+
+
+def shown(value: object) -> str:
+    """Return a wrong value for a message, cut where it is long."""
+    if isinstance(value, Sequence | Mapping) and not isinstance(value, str):
+        return f"a {'list' if isinstance(value, Sequence) else 'record'} of {len(value)} entries"
+    if isinstance(value, int) and abs(value) >= 10**LONGEST_SHOWN:
+        return f"a number of more than {LONGEST_SHOWN} digits"
+    text = repr(value[: LONGEST_SHOWN + 1] if isinstance(value, str) else value)
+    return text if len(text) <= LONGEST_SHOWN + 2 else f"{text[:LONGEST_SHOWN]}…"
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return names for a message, separated by commas; where there are many, the first of them and their number."""
+    found = list(names)
+    text = ", ".join(name if len(name) <= LONGEST_SHOWN else f"{name[:LONGEST_SHOWN]}…" for name in found[:MOST_LISTED])
+    return f"{text} and {len(found) - MOST_LISTED} more" if len(found) > MOST_LISTED else text

@@ -1,0 +1,50 @@
+// The seams of the picker: decisions go to the server, which carries them out and keeps them in a file.
+import { decisionsAfter, decisionsOf, Refusal } from "../seams/decisions.js";
+import { post } from "./link.js";
+
+const POLL_MS = 1000; // how late this window shows what was decided in another
+
+export class PickerSeams {
+  /**
+   * @param {number} revision  of the seams in the page
+   * @param {function({seams, frames})} onTheirs  another window decided something
+   */
+  constructor(revision, onTheirs) {
+    Object.assign(this, { revision, onTheirs, isAsking: false });
+    setInterval(() => document.hidden || this.look(), POLL_MS);
+  }
+
+  change(state, operation) {
+    return this.decide(decisionsAfter(state.seams, operation));
+  }
+
+  restore(state) {
+    return this.decide(decisionsOf(state.seams));
+  }
+
+  async decide(decisions) {
+    this.isAsking = true;
+    const { answer, fault } = await post("decide", { decisions, revision: this.revision });
+    this.isAsking = false;
+    if (fault) throw new Refusal(fault.message);
+    this.revision = answer.revision;
+    if (!answer.is_stale) return { state: stateOf(answer), warning: answer.warning };
+    this.onTheirs(stateOf(answer));
+    throw new Refusal("Another window changed the seams at the same moment. Here they are; decide again.");
+  }
+
+  /** Shows the seams of the server, if they are others. */
+  async look() {
+    if (this.isAsking) return;
+    this.isAsking = true;
+    const { answer } = await post("seams", { revision: this.revision });
+    this.isAsking = false;
+    if (!answer?.seams) return;
+    this.revision = answer.revision;
+    this.onTheirs(stateOf(answer));
+  }
+}
+
+function stateOf({ seams, frames }) {
+  return { seams, frames };
+}
