@@ -57,7 +57,7 @@ class TorchPoses:
         return len(self.p)
 
     def select(self, rows: IntArray | BoolArray | slice) -> TorchPoses:
-        """Return the poses at `rows`."""
+        """Return the poses at `rows`: integers, a slice, or a mask of shape (n,)."""
         return TorchPoses(self.owner[rows], self.p[rows], self.back[rows], self.start_mm[rows], self.end_mm[rows])
 
     @property
