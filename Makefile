@@ -37,6 +37,11 @@ lowest: ## every command at the lowest versions that pyproject.toml allows
 deep: $(VENV)/ready ## the slow tests
 	$(PYTEST) -n 2 -m deep
 
+.PHONY: fuzz
+fuzz: $(VENV)/ready ## wrong input for every reader, SECONDS=600 in all; findings go to tests/fuzz/findings and are tested
+	$(BIN)/python -m tests.fuzz --seconds $(or $(SECONDS),600)
+	$(BIN)/python -m tests.fuzz.kernel --inputs $(or $(FILES),300)
+
 bench: $(VENV)/ready ## ratios against named peers, measured in this run
 	$(BIN)/python -m tests.benchmarks
 

@@ -17,13 +17,14 @@ if TYPE_CHECKING:
     "-o", "--out", required=True, metavar="SHEET", type=click.Path(path_type=Path), help=".pdf, .svg, .dxf or .png"
 )
 @click.option(
-    "--points",
+    "--touch",
+    "points",
     metavar="N|V1,H3",
     default="4",
     show_default=True,
     help="Number of points that `wpcal advise` picks, or the features to touch, in this order.",
 )
-@click.option("--paper", type=click.Choice(["A3", "A4"]), default="A3", show_default=True)
+@click.option("--paper", type=click.Choice(["A3", "A4"]), default="A3", show_default=True, help="Size of the drawing.")
 @click.option("--force", is_flag=True, help="Overwrite SHEET.")
 @click.option("--json", "as_json", is_flag=True, help="Print what is on the sheet as JSON on stdout.")
 def sheet(*, part_step: Path, out: Path, points: str, paper: str, force: bool, as_json: bool) -> int:
@@ -68,9 +69,9 @@ def _options(out: Path, points: str, paper: str) -> SheetOptions:
         raise InputError(f"a {suffix} sheet needs matplotlib: install wpcal[plots], or write .svg or .dxf")
     names = tuple(name.strip() for name in points.split(",") if name.strip())
     if not names:
-        raise InputError("--points: expected a number or names of features, got nothing")
+        raise InputError("--touch: expected a number or names of features, got nothing")
     if len(names) == 1 and names[0].isdecimal():
         return SheetOptions(suffix, PAPERS[paper], count=int(names[0]))
     if len({name.lower() for name in names}) < len(names):
-        raise InputError(f"--points: a feature is named twice in {points}")
+        raise InputError(f"--touch: a feature is named twice in {points}")
     return SheetOptions(suffix, PAPERS[paper], names=names)

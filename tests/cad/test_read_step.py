@@ -8,6 +8,7 @@ import pytest
 
 from cad.kernel.geometry import vertex_points
 from cad.kernel.topology import EDGE, FACE, SHELL, SOLID, compound, sub_shapes
+from cad.step.open_text import read_step_text
 from cad.step.read import read_step
 from wpcal.core.errors import FormatError, InputError
 
@@ -206,3 +207,29 @@ def test_oddities_of_real_files_are_issues(
 def test_odd_files_are_one_line(shared_step: Path, name: str, message: str) -> None:
     with pytest.raises((InputError, FormatError), match=message):
         read_step(shared_step / name)
+
+
+def test_a_byte_order_mark_before_the_text(tmp_path: Path) -> None:
+    plain = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
+    marked = tmp_path / "tee.step"
+    marked.write_bytes(b"\xef\xbb\xbf" + plain.read_bytes())
+    part, expected = read_step(marked), read_step(plain)
+    assert [solid.name for solid in part.solids] == [solid.name for solid in expected.solids]
+    assert part.text == expected.text
+    assert part.sha256 == hashlib.sha256(marked.read_bytes()).hexdigest()
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        ("#" + "1" * 5000 + "=A();", "an instance number has more than 18 digits"),
+        ("#1=SHAPE_DEFINITION_REPRESENTATION(#" + "1" * 5000 + ",#2);", "a reference has more than 18 digits"),
+        ("#1=SHAPE_DEFINITION_REPRESENTATION(" + "1" * 5000 + ",#2);", "an integer has more than 18 digits"),
+    ],
+    ids=["instance", "reference", "integer"],
+)
+def test_numbers_of_thousands_of_digits_are_refused(data: str, says: str, tmp_path: Path) -> None:
+    path = tmp_path / "part.step"
+    path.write_text(f"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n{data}\nENDSEC;\nEND-ISO-10303-21;\n")
+    with pytest.raises(FormatError, match=f"line 5: {says}"):
+        list(read_step_text(path).instances("SHAPE_DEFINITION_REPRESENTATION"))

@@ -354,12 +354,12 @@ def test_odd_files_of_others(folder: Path, name: str) -> None:
     ("options", "says"),
     [
         (("-o", "sheet.doc"), "unknown kind of sheet '.doc'; known: .pdf, .svg, .dxf, .png"),
-        (("-o", "sheet.svg", "--points", "V99"), "the part has no feature 'V99'"),
-        (("-o", "sheet.svg", "--points", "V2,v2"), "named twice"),
-        (("-o", "sheet.svg", "--points", "2"), "at least 3 points"),
-        (("-o", "sheet.svg", "--points", ","), "expected a number or names"),
-        (("-o", "nowhere/sheet.svg", "--points", "V2"), "nowhere/sheet.svg: cannot be written"),
-        (("-o", "taught.csv/sheet.svg", "--points", "V2"), "cannot be written"),
+        (("-o", "sheet.svg", "--touch", "V99"), "the part has no feature 'V99'"),
+        (("-o", "sheet.svg", "--touch", "V2,v2"), "named twice"),
+        (("-o", "sheet.svg", "--touch", "2"), "at least 3 points"),
+        (("-o", "sheet.svg", "--touch", ","), "expected a number or names"),
+        (("-o", "nowhere/sheet.svg", "--touch", "V2"), "nowhere/sheet.svg: cannot be written"),
+        (("-o", "taught.csv/sheet.svg", "--touch", "V2"), "cannot be written"),
     ],
 )
 def test_a_sheet_that_cannot_be_drawn(folder: Path, options: tuple[str, ...], says: str) -> None:

@@ -154,10 +154,16 @@ def _robtarget(value: Any, name: str, path: str, line: int) -> RigidTransform | 
 def _pose(value: Any, name: str, path: str, line: int) -> RigidTransform:
     """Read ``[[x,y,z],[q1,q2,q3,q4]]``, mm and w first."""
     try:
-        place, q = np.array(value[0], dtype=np.float64), np.array(value[1], dtype=np.float64)
-        return _transform(place, q)
+        return _transform(_vector(value[0]), _vector(value[1]))
     except (InputError, TypeError, ValueError, IndexError) as error:
         raise FormatError(f"{name}: expected [x,y,z],[q1,q2,q3,q4]: {error}", path=path, line=line) from None
+
+
+def _vector(values: Any) -> np.ndarray[Any, Any]:
+    """Return a list of numbers as an array. A list can also hold TRUE, FALSE and strings."""
+    if not isinstance(values, list) or not all(isinstance(value, float) for value in values):
+        raise InputError("expected numbers in brackets")
+    return np.array(values, dtype=np.float64)
 
 
 def _joints(value: Any) -> JointValues | None:

@@ -27,6 +27,8 @@ from wpcal.robot.kinematics.arm import Arm, Joint
 from wpcal.robot.kinematics.chain import MDHChain
 
 MM_PER_M = 1000.0
+LEAST_AXIS = 1e-6
+"""Length of an axis. A URDF states unit vectors; one that is nearly zero has no direction."""
 LARGEST_M = 1e6
 """The largest coordinate of wpcal, in the unit of a URDF."""
 LARGEST_RAD = 1e6
@@ -107,13 +109,16 @@ def _parse_joint(element: ET.Element) -> _UrdfJoint:
     if limit is not None:
         speed = _limit(limit, "velocity", 0.0, name) or None
     direction = _numbers("1 0 0" if axis is None else axis.get("xyz", "1 0 0"))
+    length = float(np.linalg.norm(direction))
+    if length < LEAST_AXIS:
+        raise FormatError(f"joint {name}: expected an axis of length 1, got one of length {length:g}")
     return _UrdfJoint(
         name,
         kind,
         str(parent.get("link")),
         str(child.get("link")),
         T,
-        direction / np.linalg.norm(direction),
+        direction / length,
         bounds,
         speed,
     )
