@@ -119,13 +119,19 @@ def on_the_way(page: Any, folder: Path) -> None:
     page.evaluate("window.wpcal.seek(12)")
 
 
+def open_details(page: Any, folder: Path) -> None:
+    """Unfold the details of the fit."""
+    page.locator("#fit summary").click()
+
+
 SHOTS = (
     Shot("pick", picker_of_tee, width=1366, height=768, act=hover_a_feature),
     Shot("report", report_of("tee")),
     Shot("report-seam", report_of("tee"), act=hover_a_seam, element="#view"),
     Shot("report-points", report_of("tee"), element="#points"),
     Shot("report-seams", report_of("tee"), element="#seams"),
-    Shot("report-fit", report_of("tee"), element="#fit"),
+    Shot("report-pose", report_of("tee"), element="#pose"),
+    Shot("report-fit", report_of("tee"), act=open_details, element="#fit"),
     Shot("report-frame", report_of("frame"), act=see_through, element="#view"),
     Shot("report-fail", report_of("tee", off_mm=2.5), height=1150),
     Shot("report-phone", report_of("saddle"), width=390, height=844),

@@ -165,7 +165,9 @@ class AirFlags:
 class ControllerFlags:
     """Names and numbers of the program, the tool and the user frame in the controller."""
 
-    program_name: str = option("--program-name", default="WPCAL", show_default=True)
+    program_name: str = option(
+        "--program-name", default="WPCAL", show_default=True, help="Name of the program in the controller."
+    )
     tool_name: str = option(
         "--tool-name", default="tTorch", show_default=True, help="If the controller's tools have names."
     )

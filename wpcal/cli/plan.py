@@ -46,7 +46,11 @@ class WeldFlags:
         help="Largest deviation of the torch from its target angles.",
     )
     speed_mm_s: float = option(
-        "--speed-mm-s", type=click.FloatRange(min=0, min_open=True), default=6.0, show_default=True
+        "--speed-mm-s",
+        type=click.FloatRange(min=0, min_open=True),
+        default=6.0,
+        show_default=True,
+        help="Of the tip along the seam.",
     )
 
     def to_targets(self) -> WeldTargets:
