@@ -99,7 +99,7 @@ def picker_of_tee(folder: Path) -> str:
     table.write_text("\n".join([*lines[:-1], "H1,,,,yes", ""]), encoding="utf-8")
     part = read_pick_part(FIXTURES / "tee" / "tee.step", options=SeamOptions(), choice=SeamChoice())
     session = PickSession(part)
-    shared, _ = start_table(find_table(table), part, part_step=FIXTURES / "tee" / "tee.step")
+    shared, _ = start_table(find_table(Path(table.name)), part, part_step=FIXTURES / "tee" / "tee.step")
     server = PickServer(session, shared, build_pick_page(part, session.options))
     threading.Thread(target=server.run, daemon=True).start()
     return server.url
@@ -152,7 +152,7 @@ def browser() -> Iterator[Any]:
 
 
 def take(shot: Shot, running: Any) -> None:
-    with tempfile.TemporaryDirectory() as name:
+    with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):  # pages show names as a person types them
         folder = Path(name)
         page = running.new_page(viewport={"width": shot.width, "height": shot.height})
         page.goto(shot.page(folder))

@@ -23,6 +23,9 @@ SECTIONS: Mapping[str, Sequence[str]] = {
 }
 """The help lists the commands in this order; those of other packages come last."""
 
+WHOLE_SENTENCE = 1000
+"""Letters: the first sentence of a command's help is wrapped and never cut."""
+
 RENAMED_EVERYWHERE: Mapping[str, str] = {"--output": "--out"}
 RENAMED: Mapping[str, Mapping[str, str]] = {
     "advise": {"--points": "--count"},
@@ -64,7 +67,7 @@ class CommandsByEntryPoint(click.Group):
         width = max(map(len, installed))
         for title, names in sections.items():
             rows = [
-                (name.ljust(width), command.get_short_help_str(formatter.width - width - 6))
+                (name.ljust(width), command.get_short_help_str(WHOLE_SENTENCE))
                 for name in names
                 if name in installed and (command := self.get_command(ctx, name)) is not None
             ]

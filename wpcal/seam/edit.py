@@ -21,6 +21,7 @@ from wpcal.core.arrays import LARGEST_MM, FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.seam.edited_run import framed, is_loop, joined_run, judged_anew, marks_in, part_of
+from wpcal.seam.judge.leans import with_leans
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.cut import middles
 from wpcal.seam.path.direction import Runs
@@ -196,7 +197,8 @@ def apply_edits(
     Returns
     -------
     tuple of Seam
-        In the order of the candidates.
+        In the order of the candidates. Seams that were accepted or changed by an edit have the torch's leans; they are
+        not cut where no torch gets to them.
 
     Raises
     ------
@@ -224,7 +226,7 @@ def apply_edits(
     for name, count in Counter(seam.name for seam in edited).items():
         if count > 1:
             raise InputError(f"{edits[0].path}: two seams would be called {name!r}; give each edit a different name")
-    return tuple(edited)
+    return with_leans(graph, trimmed, edited)
 
 
 def _rows_joined(
@@ -255,7 +257,7 @@ def _row_of(seams: Sequence[Seam], edit: PlacedEdit) -> int:
     raise InputError(
         f"{edit.path}: seam {wanted.name}, {wanted.length_mm:.1f} mm long from ({place}) in part coordinates, is not "
         "found on this part: the part has changed there, the options differ, or the seam is now cut where it goes "
-        "through another solid; run wpcal seams again"
+        "through another solid or where no torch gets to it; run wpcal seams again"
     )
 
 
