@@ -9,6 +9,7 @@ from importlib.metadata import EntryPoint, entry_points
 import click
 
 from wpcal import __version__
+from wpcal.cli.number_options import with_strict_numbers
 from wpcal.cli.signals import Stopped, stopped_like_interrupted
 from wpcal.cli.streams import protect_streams
 from wpcal.printable import printable
@@ -42,7 +43,7 @@ def _loaded(entry: EntryPoint) -> click.Command:
         command: click.Command = entry.load()
     except ImportError as error:
         raise InputError(_why_not_loaded(entry, error)) from error
-    return command
+    return with_strict_numbers(command)
 
 
 def _why_not_loaded(entry: EntryPoint, error: ImportError) -> str:
