@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/python -m pytest
 
-.PHONY: demo test check js other-pythons lowest deep bench docs fixtures viewer shots lint clean
+.PHONY: demo test check js other-pythons lowest attack deep bench docs fixtures viewer shots lint clean
 
 demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 	rm -rf out
@@ -36,6 +36,9 @@ lowest: ## every command at the lowest versions that pyproject.toml allows
 
 deep: $(VENV)/ready ## the slow tests
 	$(PYTEST) -n 2 -m deep
+
+attack: $(VENV)/ready ## kills, signals, full disks and two writers against a running calibration; some minutes
+	$(BIN)/python -m tests.attack
 
 .PHONY: fuzz
 fuzz: $(VENV)/ready ## wrong input for every reader, SECONDS=600 in all; findings go to tests/fuzz/findings and are tested

@@ -79,7 +79,7 @@ def hover_a_seam(page: Any, folder: Path) -> None:
 
 def see_through(page: Any, folder: Path) -> None:
     """Make the part transparent."""
-    page.locator(".toggle-alone input").check()
+    page.locator(".toggle-alone input").first.check()
     page.wait_for_timeout(300)
 
 
@@ -99,7 +99,7 @@ def picker_of_tee(folder: Path) -> str:
     table.write_text("\n".join([*lines[:-1], "H1,,,,yes", ""]), encoding="utf-8")
     part = read_pick_part(FIXTURES / "tee" / "tee.step", options=SeamOptions(), choice=SeamChoice())
     session = PickSession(part)
-    shared, _ = start_table(find_table(table), part, part_step=FIXTURES / "tee" / "tee.step")
+    shared, _ = start_table(find_table(Path(table.name)), part, part_step=FIXTURES / "tee" / "tee.step")
     server = PickServer(session, shared, build_pick_page(part, session.options))
     threading.Thread(target=server.run, daemon=True).start()
     return server.url
@@ -119,13 +119,19 @@ def on_the_way(page: Any, folder: Path) -> None:
     page.evaluate("window.wpcal.seek(12)")
 
 
+def open_details(page: Any, folder: Path) -> None:
+    """Unfold the details of the fit."""
+    page.locator("#fit summary").click()
+
+
 SHOTS = (
     Shot("pick", picker_of_tee, width=1366, height=768, act=hover_a_feature),
     Shot("report", report_of("tee")),
     Shot("report-seam", report_of("tee"), act=hover_a_seam, element="#view"),
     Shot("report-points", report_of("tee"), element="#points"),
     Shot("report-seams", report_of("tee"), element="#seams"),
-    Shot("report-fit", report_of("tee"), element="#fit"),
+    Shot("report-pose", report_of("tee"), element="#pose"),
+    Shot("report-fit", report_of("tee"), act=open_details, element="#fit"),
     Shot("report-frame", report_of("frame"), act=see_through, element="#view"),
     Shot("report-fail", report_of("tee", off_mm=2.5), height=1150),
     Shot("report-phone", report_of("saddle"), width=390, height=844),
@@ -146,7 +152,7 @@ def browser() -> Iterator[Any]:
 
 
 def take(shot: Shot, running: Any) -> None:
-    with tempfile.TemporaryDirectory() as name:
+    with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):  # pages show names as a person types them
         folder = Path(name)
         page = running.new_page(viewport={"width": shot.width, "height": shot.height})
         page.goto(shot.page(folder))

@@ -23,7 +23,7 @@ class AdviseFlags:
     """How many points are advised, for which seams, and from which features."""
 
     points: int = option(
-        "--points", type=int, default=4, show_default=True, help="Number of points to teach, with --have."
+        "--count", type=int, default=4, show_default=True, help="Number of points to teach, with --have."
     )
     seams: tuple[str, ...] = option(
         "--seams",

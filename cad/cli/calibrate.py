@@ -10,6 +10,7 @@ import click
 
 from cad.cli.holder import HolderFlags
 from cad.cli.options import CalibrateFlags, SeamChoiceFlags
+from wpcal.cli.fit_help import DETAILS_HELP
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.program_options import ProgramFlags
 
@@ -29,6 +30,7 @@ class OutputFlags:
     )
     force: bool = option("--force", is_flag=True, help="Write into a folder that is not empty.")
     accept_unsure: bool = option("--accept-unsure", is_flag=True, help="End with code 0 if the verdict is UNSURE.")
+    details: bool = option("--details", is_flag=True, help=DETAILS_HELP)
     as_json: bool = option("--json", is_flag=True, help="Print calibration.json on stdout.")
 
 
@@ -94,11 +96,11 @@ def calibrate(
 
         click.echo(to_json(written.record), nl=False)
     else:
-        show_written(written, out)
+        show_written(written, out, details=output.details)
     return exit_code(written.result, accept_unsure=output.accept_unsure)
 
 
-def show_written(written: WrittenCalibration, out: Path) -> None:
+def show_written(written: WrittenCalibration, out: Path, *, details: bool = False) -> None:
     """Print the points, the seams, the verdict and what was written."""
     from cad.cli.tables import seams_table
     from wpcal.cli.calibration_tables import show_calibration
@@ -109,7 +111,7 @@ def show_written(written: WrittenCalibration, out: Path) -> None:
     refused = sum(not seam.accepted for seam in written.seams)
     if refused:
         console.print(f"{refused} candidates were not accepted as welds; wpcal seams lists them with the reasons")
-    show_calibration(written.result, console)
+    show_calibration(written.result, console, details=details)
     if "left_out" in written.record:
         listed = ", ".join(written.record["left_out"])
         console.print(f"note: left out by hand (use no): {listed}", highlight=False, markup=False)

@@ -8,7 +8,14 @@ import click
 
 
 @click.command()
-@click.option("-o", "--out", default="wpcal-demo", show_default=True, type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--out",
+    default="wpcal-demo",
+    show_default=True,
+    type=click.Path(path_type=Path),
+    help="Folder to write into.",
+)
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
 @click.option("--json", "as_json", is_flag=True, help="Print calibration.json on stdout.")
 def demo(*, out: Path, force: bool, as_json: bool) -> int:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from cad.cli.options import KIND_LETTERS
+
+if TYPE_CHECKING:
+    from wpcal.features import ReferenceFeature
 
 
 @click.command()
@@ -15,6 +20,7 @@ from cad.cli.options import KIND_LETTERS
 @click.option("--solid", metavar="NAME", help="Only on this solid; * matches any characters.")
 @click.option("--min-diameter-mm", type=float, help="Only round features at least this large.")
 @click.option("--near", metavar="X,Y,Z", help="List the features nearest to this point of the part first.")
+@click.option("--all", "show_all", is_flag=True, help="Also those that are hard to touch: hidden, vague, indirect.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
 def features(
     *,
@@ -23,6 +29,7 @@ def features(
     solid: str | None,
     min_diameter_mm: float | None,
     near: str | None,
+    show_all: bool,
     as_json: bool,
 ) -> int:
     """List the reference features of PART.step, with the names that `wpcal calibrate` accepts.
@@ -30,6 +37,7 @@ def features(
     V: corners. C: circular rims (centre). H: holes (centre of the entry rim). S: sphere centres. M: edge midpoints.
     B: bosses, pins and the outsides of pipes. L: slots. X: corners that a round replaced. E: ends of edges that are not
     corners. P: datum planes. A: cylinder axes. The easiest to touch come first: sharp, round, hidden, vague, indirect.
+    The last three are listed with --all or --kind, and always in --json.
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.features import FeatureKind, choose_features
@@ -50,10 +58,21 @@ def features(
         from cad.cli.tables import features_table
         from wpcal.cli.console import plain_console, show_notes
 
+        shown = chosen if show_all or kinds else _easy(chosen, ease)
         console = plain_console()
-        console.print(features_table(chosen, part_step.name, ease))
+        console.print(features_table(shown, part_step.name, ease))
+        if len(shown) < len(chosen):
+            console.print(f"{len(chosen) - len(shown)} more are hard to touch; --all lists them")
         show_notes(issues, console)
     return 0
+
+
+def _easy(chosen: Sequence[ReferenceFeature], ease: Mapping[str, str]) -> Sequence[ReferenceFeature]:
+    """Return the features that can be touched well; all if there are none."""
+    from wpcal.features import Ease
+
+    easy = {Ease.SHARP.word, Ease.ROUND.word}
+    return [feature for feature in chosen if ease[feature.name] in easy] or chosen
 
 
 def _place(text: str) -> list[float]:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from wpcal.cli.progress import shown_progress
+from wpcal.core.input_file import MOST_STEP_MB, STDIN, read_bytes
 
+FROM_STDIN = "stdin.step"
+"""Name of a part that comes from standard input, and so of its results."""
 STARTING = "starting the CAD kernel"
 """What is done until the first message of the kernel's process."""
 
@@ -22,6 +26,7 @@ def run_on_part(target: str, part_step: Path, arguments: Mapping[str, Any], *, w
     target : str
         ``package.module:function``. The file is its argument `step`.
     part_step : Path
+        ``-`` is standard input.
     arguments : mapping
         The other keyword arguments.
     what : str
@@ -41,6 +46,11 @@ def run_on_part(target: str, part_step: Path, arguments: Mapping[str, Any], *, w
     """
     from cad.step.open_text import require_step_file
 
+    if str(part_step) == STDIN:
+        with TemporaryDirectory() as folder:
+            copy = Path(folder, FROM_STDIN)
+            copy.write_bytes(read_bytes(part_step, most_mb=MOST_STEP_MB))
+            return run_on_part(target, copy, arguments, what=what)
     require_step_file(part_step)
     from cad.kernel.child import run_in_child
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from wpcal.cli.fit_help import CRITERION_HELP, SOLVER_HELP
 from wpcal.cli.option_groups import option
 from wpcal.cli.teaching_options import TeachingFlags
 
@@ -131,8 +132,11 @@ class FitFlags:
         type=click.Choice(["minimax", "least_squares", "weighted", "robust"]),
         default="minimax",
         show_default=True,
+        help=CRITERION_HELP,
     )
-    solver: str = option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True)
+    solver: str = option(
+        "--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True, help=SOLVER_HELP
+    )
     seed: int = option(
         "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers."
     )

@@ -13,30 +13,33 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
+@click.argument("taught", required=False, metavar="[TAUGHT.csv]", type=click.Path(path_type=Path))
 @click.option(
     "-o", "--out", required=True, metavar="SHEET", type=click.Path(path_type=Path), help=".pdf, .svg, .dxf or .png"
 )
 @click.option(
-    "--points",
+    "--touch",
+    "points",
     metavar="N|V1,H3",
-    default="4",
-    show_default=True,
-    help="Number of points that `wpcal advise` picks, or the features to touch, in this order.",
+    help="Number of points that `wpcal advise` picks, or the features to touch, in this order.  [default: 4]",
 )
-@click.option("--paper", type=click.Choice(["A3", "A4"]), default="A3", show_default=True)
+@click.option("--paper", type=click.Choice(["A3", "A4"]), default="A3", show_default=True, help="Size of the drawing.")
 @click.option("--force", is_flag=True, help="Overwrite SHEET.")
 @click.option("--json", "as_json", is_flag=True, help="Print what is on the sheet as JSON on stdout.")
-def sheet(*, part_step: Path, out: Path, points: str, paper: str, force: bool, as_json: bool) -> int:
+def sheet(
+    *, part_step: Path, taught: Path | None, out: Path, points: str | None, paper: str, force: bool, as_json: bool
+) -> int:
     """Draw PART.step with the points to touch, numbered, and a table to fill in by hand.
 
     Front, left side, top and a view from above, without hidden lines. The points have the names that `wpcal features`,
-    `advise` and `calibrate` use.
+    `advise` and `calibrate` use. The points are those of TAUGHT.csv, for example a table that `wpcal advise -o` wrote;
+    without it they are chosen anew.
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.cli.outputs import require_new
     from wpcal.core.records import write_file
 
-    options = _options(out, points, paper)
+    options = _options(out, points, taught, paper)
     require_new(out, overwrite=force)
     made: Sheet = run_on_part("cad.sheet:make_sheet", part_step, {"options": options}, what=f"drawing {part_step}")
     write_file(out, made.data, overwrite=force)
@@ -52,7 +55,7 @@ def sheet(*, part_step: Path, out: Path, points: str, paper: str, force: bool, a
     return 0
 
 
-def _options(out: Path, points: str, paper: str) -> SheetOptions:
+def _options(out: Path, points: str | None, taught: Path | None, paper: str) -> SheetOptions:
     from importlib.util import find_spec
 
     from cad.sheet import SHEET_SUFFIXES, SheetOptions
@@ -66,11 +69,19 @@ def _options(out: Path, points: str, paper: str) -> SheetOptions:
         )
     if suffix in (".pdf", ".png") and find_spec("matplotlib") is None:
         raise InputError(f"a {suffix} sheet needs matplotlib: install wpcal[plots], or write .svg or .dxf")
+    if taught is not None:
+        from wpcal.taught.table import read_features_to_touch
+
+        if points is not None:
+            raise InputError("give either TAUGHT.csv or --touch")
+        return SheetOptions(suffix, PAPERS[paper], names=read_features_to_touch(taught))
+    if points is None:
+        return SheetOptions(suffix, PAPERS[paper])
     names = tuple(name.strip() for name in points.split(",") if name.strip())
     if not names:
-        raise InputError("--points: expected a number or names of features, got nothing")
+        raise InputError("--touch: expected a number or names of features, got nothing")
     if len(names) == 1 and names[0].isdecimal():
         return SheetOptions(suffix, PAPERS[paper], count=int(names[0]))
     if len({name.lower() for name in names}) < len(names):
-        raise InputError(f"--points: a feature is named twice in {points}")
+        raise InputError(f"--touch: a feature is named twice in {points}")
     return SheetOptions(suffix, PAPERS[paper], names=names)

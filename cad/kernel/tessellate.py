@@ -16,16 +16,12 @@ from OCP.TopLoc import TopLoc_Location
 
 from cad.kernel.call import KernelObject, kernel_call
 from cad.kernel.topology import EDGE, FACE, is_reversed, sub_shapes
-from wpcal.brep.mesh import PartMesh, Rgb, SolidMesh
+from wpcal.brep.mesh import PartMesh, Rgb, SolidMesh, usual_deflection_mm
 from wpcal.brep.mesh_glb import write_part_glb
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import KernelError
 from wpcal.core.issue import Issue
 
-DEFLECTION_PART = 2e-4
-"""Relative to the part's diagonal: a fifth of a pixel when the whole part fills a screen of 1000 pixels."""
-FINEST_MM, COARSEST_MM = 0.02, 2.0
-"""Finer than the first makes no difference to a robot. Coarser than the second, a weld is visibly beside its edge."""
 ANGLE_RAD = 0.6
 """34° as the kernel counts, which gives about 20 sides per full circle: it looks round, and the mesh stays small."""
 MANY_FACES, COARSE_RAD = 3000, 1.0
@@ -43,9 +39,9 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
     Returns
     -------
     PartMesh
-        Its deflection is `DEFLECTION_PART` of the diagonal of all solids, within `FINEST_MM` … `COARSEST_MM`; its angle
-        is `ANGLE_RAD`, or `COARSE_RAD` for parts of `MANY_FACES`. Faces that the kernel cannot mesh are left out, as
-        are solids without any meshed face.
+        Its deflection is `usual_deflection_mm` of the diagonal of all solids; its angle is `ANGLE_RAD`, or `COARSE_RAD`
+        for parts of `MANY_FACES`. Faces that the kernel cannot mesh are left out, as are solids without any meshed
+        face.
 
     Raises
     ------
@@ -100,10 +96,7 @@ def deflection_mm(shapes: Iterable[KernelObject]) -> float:
     box = Bnd_Box()
     for shape in shapes:
         BRepBndLib.Add_s(shape, box, False)
-    if box.IsVoid():
-        return FINEST_MM
-    low, high = box.CornerMin(), box.CornerMax()
-    return float(np.clip(DEFLECTION_PART * low.Distance(high), FINEST_MM, COARSEST_MM))
+    return usual_deflection_mm(0.0 if box.IsVoid() else box.CornerMin().Distance(box.CornerMax()))
 
 
 def _solid_mesh(name: str, shape: KernelObject, color: Rgb | None) -> SolidMesh | None:

@@ -215,6 +215,15 @@ def crossed_tee() -> Solids:
     ]
 
 
+def _tee_beside_block() -> Solids:
+    """Return a web on a base, 200 mm long; over 40 mm of it a block stands so near that only the wire has room."""
+    return [
+        ("base", box(240, 120, 10, (0, 0, 0))),
+        ("web", box(200, 8, 60, (20, 46, 10))),
+        ("block", box(40, 20, 80, (100, 5, 10))),
+    ]
+
+
 def _gusseted_bracket() -> Solids:
     """Return an upright plate on the rear of a base, with two gussets of 8 mm, one of them leaning by 45 degrees."""
     gusset = prism([(30, 92, 8), (30, 42, 8), (30, 92, 58)], (8, 0, 0))
@@ -287,6 +296,7 @@ GRAPHS: dict[str, Callable[[], Solids]] = {
     "disc-of-arcs": _disc_of_short_arcs,
     "crossed-tee": crossed_tee,
     "gusseted-bracket": _gusseted_bracket,
+    "tee-beside-block": _tee_beside_block,
     "boss-with-ribs": _boss_with_ribs,
     "pipe-through-plates": _pipe_through_plates,
     "tee-beside-bolt": _tee_beside_bolt,

@@ -208,7 +208,7 @@ def test_the_changed_file_is_opened_and_what_was_typed_comes_back(start: Any, op
 def test_the_advised_template_is_a_list_of_what_to_touch_until_all_is_touched(
     start: Any, open_page: Any, tmp_path: Path
 ) -> None:
-    advise = [sys.executable, "-m", "wpcal", "advise", str(TEE / "tee.step"), "--points", "4", "-o", "taught.csv"]
+    advise = [sys.executable, "-m", "wpcal", "advise", str(TEE / "tee.step"), "--count", "4", "-o", "taught.csv"]
     subprocess.run(advise, cwd=tmp_path, check=True, capture_output=True, timeout=300)
     picker = start(TEE / "tee.step")
     opened = open_page(picker.url)

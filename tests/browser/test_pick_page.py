@@ -116,7 +116,7 @@ def test_points_are_suggested_and_wait_for_their_coordinates(start: Any, open_pa
     opened = open_page(start(TEE / "tee.step", "--sigma-mm", "0.3").url)
     opened.page.click("#suggest")
     opened.wait("document.querySelectorAll('#points tbody tr').length === 4")
-    command = [sys.executable, "-m", "wpcal", "advise", str(TEE / "tee.step"), "--points", "4", "--json"]
+    command = [sys.executable, "-m", "wpcal", "advise", str(TEE / "tee.step"), "--count", "4", "--json"]
     advice = json.loads(subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout)
     assert list(shown(opened)) == advice["chosen"]["features"]
     assert f"at most {advice['chosen']['error_95_mm']:.3f} mm, on {advice['chosen']['seam']}" in opened.page.inner_text(

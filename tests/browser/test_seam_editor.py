@@ -117,6 +117,20 @@ def test_the_errors_follow_the_seams_that_were_decided(start: Any, open_page: An
     assert opened.said == []
 
 
+def test_a_click_on_the_chosen_seam_is_the_place_of_the_cut(start: Any, open_page: Any) -> None:
+    """Also between its frames, and beside a feature, whose row a click would add otherwise."""
+    opened = open_page(start(TEE).url)
+    choose(opened, "W2")
+    opened.page.evaluate("() => window.wpcal.viewer.draw()")  # the view has turned to the seam
+    for s in (44.0, 73.0):
+        opened.page.mouse.click(*opened.project([25.0 + s, 56.0, 10.0]))
+        opened.wait(f"Math.abs(document.querySelector('#seam-editor [name=cut]').value - {s}) < 3")
+    click(opened, "Cut")
+    said(opened, "W2 is cut")
+    assert opened.page.locator("#points tbody tr").count() == 0
+    assert opened.said == []
+
+
 def test_a_wrong_part_is_set_right_on_the_page_of_seams(open_page: Any, tmp_path: Path) -> None:
     page = tmp_path / "seams.html"
     command = [sys.executable, "-m", "wpcal", "seams", str(TEE), "--html", str(page)]

@@ -132,9 +132,10 @@ def test_only_what_the_page_uses_is_there(running: Running) -> None:
         {"revision": 1, "window": "w", "number": 0, "table": {**EMPTY, "keys": ["a"]}},
         {"revision": True},
         {"revision": 1, "name": 3},
+        {"revision": "1", "decisions": [{"candidate": {}, "edit": {}}]},
     ],
 )
-@pytest.mark.parametrize("name", ["fit", "save", "read", "keep", "open"])
+@pytest.mark.parametrize("name", ["fit", "save", "read", "keep", "open", "decide"])
 def test_nonsense_is_one_line(running: Running, name: str, body: Any) -> None:
     status, answer = running.post(name, body)
     assert status == 200

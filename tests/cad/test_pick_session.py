@@ -58,7 +58,7 @@ def test_the_numbers_are_those_of_calibrate(
     (tmp_path / "saved.csv").write_text(rows.to_csv(), encoding="utf-8")
     expected = calibrate_workpiece(TEE / "tee.step", tmp_path / "saved.csv", options=options)
     record = expected.to_record()
-    for key in ("T_base_part", "objective_mm", "lower_bound_mm", "verdict", "criterion"):
+    for key in ("T_base_part", "objective_mm", "lower_bound_mm", "verdict", "criterion", "criterion_advice"):
         assert found[key] == record[key], key
     for point, other in zip(found["points"], record["points"], strict=True):
         assert {key: point[key] for key in other} == other

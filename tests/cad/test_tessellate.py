@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from cad.kernel import tessellate as module
-from cad.kernel.tessellate import ANGLE_RAD, FINEST_MM, mesh_part, tessellate
+from cad.kernel.tessellate import ANGLE_RAD, mesh_part, tessellate
 from cad.samples.parts import box, cut, cylinder
 from cad.step.read import read_step
-from wpcal.brep.mesh import SolidMesh, vertex_normals
+from wpcal.brep.mesh import FINEST_MM, SolidMesh, vertex_normals
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import KernelError

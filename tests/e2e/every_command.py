@@ -18,7 +18,7 @@ SEAM_FRAMES = 2
 
 COMMANDS = {
     "calibrate": "tee.step taught.csv -o out",
-    "advise": "tee.step --points 3",
+    "advise": "tee.step --count 3",
     "audit": "out",
     "bases": "cell/two-mh6.json touched.csv -o new",
     "correct": "joints.csv --robot mh6",
@@ -33,7 +33,7 @@ COMMANDS = {
     "plan": "cell/two-mh6.json seams.json --seam W1 -o new",
     "report": "out --force",
     "seams": "tee.step --png seams.png --html seams.html",
-    "sheet": "tee.step -o sheet.pdf --points V2,V4,V16",
+    "sheet": "tee.step -o sheet.pdf --touch V2,V4,V16",
     "study": "table1.csv --trials 20",
     "taught": "points.mod --uframe base",
     "tcp": "joints.csv --robot mh6",

@@ -354,12 +354,14 @@ def test_odd_files_of_others(folder: Path, name: str) -> None:
     ("options", "says"),
     [
         (("-o", "sheet.doc"), "unknown kind of sheet '.doc'; known: .pdf, .svg, .dxf, .png"),
-        (("-o", "sheet.svg", "--points", "V99"), "the part has no feature 'V99'"),
-        (("-o", "sheet.svg", "--points", "V2,v2"), "named twice"),
-        (("-o", "sheet.svg", "--points", "2"), "at least 3 points"),
-        (("-o", "sheet.svg", "--points", ","), "expected a number or names"),
-        (("-o", "nowhere/sheet.svg", "--points", "V2"), "nowhere/sheet.svg: cannot be written"),
-        (("-o", "taught.csv/sheet.svg", "--points", "V2"), "cannot be written"),
+        (("-o", "sheet.svg", "--touch", "V99"), "the part has no feature 'V99'"),
+        (("-o", "sheet.svg", "--touch", "V2,v2"), "named twice"),
+        (("-o", "sheet.svg", "--touch", "2"), "at least 3 points"),
+        (("-o", "sheet.svg", "--touch", ","), "expected a number or names"),
+        (("taught.csv", "-o", "sheet.svg", "--touch", "4"), "either TAUGHT.csv or --touch"),
+        (("none.csv", "-o", "sheet.svg"), "none.csv"),
+        (("-o", "nowhere/sheet.svg", "--touch", "V2"), "nowhere/sheet.svg: cannot be written"),
+        (("-o", "taught.csv/sheet.svg", "--touch", "V2"), "cannot be written"),
     ],
 )
 def test_a_sheet_that_cannot_be_drawn(folder: Path, options: tuple[str, ...], says: str) -> None:
@@ -369,7 +371,10 @@ def test_a_sheet_that_cannot_be_drawn(folder: Path, options: tuple[str, ...], sa
 def test_a_sheet_is_not_overwritten_without_force(folder: Path) -> None:
     (folder / "sheet.svg").write_text("mine")
     assert_refused(folder, "sheet", "tee.step", "-o", "sheet.svg", says="--force")
-    done = run_here("sheet", "tee.step", "-o", "sheet.svg", "--force", "--json")
+    (folder / "advised.csv").write_text(
+        "name,x_mm,y_mm,z_mm,use,where\nV4,,,,yes,here\nH1,,,,no,\nV16,,,,check,\nV2,,,,,\n"
+    )
+    done = run_here("sheet", "tee.step", "advised.csv", "-o", "sheet.svg", "--force", "--json")
     assert (done.returncode, done.stderr) == (0, "")
-    assert [point["name"] for point in json.loads(done.stdout)["points"]] == ["V2", "V4", "V16", "H2"]
+    assert [point["name"] for point in json.loads(done.stdout)["points"]] == ["V4", "V16", "V2"]
     assert (folder / "sheet.svg").read_text().startswith("<?xml")

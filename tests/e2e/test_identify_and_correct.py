@@ -201,9 +201,10 @@ def test_taught_joints_become_points_that_are_read_as_taught(tmp_path, capsys, r
     q = np.deg2rad([[10, 20, -30, 20, 40, 50], [12, 22, -33, 22, 44, 55]])
     wanted = read_arm(robot).forward(q) @ [0, 0, 300, 1]
     np.testing.assert_allclose(read.p_base, wanted[:, :3], rtol=0, atol=1e-6)  # written with six decimals
+    np.testing.assert_allclose(read.R_base_tool, read_arm(robot).forward(q)[:, :3, :3], rtol=0, atol=1e-5)
     code, text, _ = wpcal(capsys, "correct", taught, "--robot", robot)
     assert code == 0
-    assert text.startswith("name,x_mm,y_mm,z_mm,robot_space,feature\n")
+    assert text.startswith("name,x_mm,y_mm,z_mm,robot_space,rx_deg,ry_deg,rz_deg,feature\n")
     code, _, error = wpcal(capsys, "correct", taught, "--robot", robot, "-o", points)
     assert code == 2
     assert "--force" in error

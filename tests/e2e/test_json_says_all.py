@@ -30,10 +30,10 @@ OUTPUT_OPTIONS = ("-o",)
 NO_RECORD = {"pick": "it serves a page until Ctrl-C; the page has the records"}
 
 ODD = {
-    "advise": "cm.step --points 3",
+    "advise": "cm.step --count 3",
     "features": "cm.step",
     "seams": "cm.step",
-    "sheet": "cm.step -o new.dxf --points V2,V4,V16",
+    "sheet": "cm.step -o new.dxf --touch V2,V4,V16",
     "calibrate": "tee.step odd.csv -o new",
     "fit": "table1.csv --tolerance-mm 0.01",
     "identify": "mh6 --plan 20 -o new",

@@ -53,7 +53,7 @@ def audit_path(path: Path, around: Surroundings | None = None) -> AuditReport:
     """
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
-    audit = _Audit(around or Surroundings())
+    audit = _Audit(around or Surroundings(), is_named=not path.is_dir())
     paths = sorted(_files_in(path, MOST_LEVELS)) if path.is_dir() else [path]
     found = [(one, audit.file(one)) for one in paths]
     report = AuditReport(
@@ -88,8 +88,8 @@ def _result_folder_of(folder: Path) -> Path | None:
 class _Audit:
     """Audits files one by one, and reads each result folder once."""
 
-    def __init__(self, around: Surroundings) -> None:
-        self.around = around
+    def __init__(self, around: Surroundings, *, is_named: bool) -> None:
+        self.around, self.is_named = around, is_named
         self.of_folder: dict[Path, Surroundings] = {}
 
     def file(self, path: Path) -> FileAudit | None:
@@ -108,7 +108,7 @@ class _Audit:
                 record = (record[0], _faults_of_folder(path.parent))
             return None if record is None else FileAudit(str(path), record[0], tuple(record[1]))
         if suffix in TABLE_SUFFIXES:
-            table = audit_table(read_bytes(path), path)
+            table = audit_table(read_bytes(path), path, is_named=self.is_named)
             return None if table is None else FileAudit(str(path), table[0], tuple(table[1]))
         if path.name == PART_FILE:
             read_part_glb(read_bytes(path), path=str(path))

@@ -76,7 +76,8 @@ def read_poses_back(raw: bytes, path: Path, T_base_part: RigidTransform | None) 
     InputError
         When no reader knows the suffix.
     FormatError
-        When the file breaks its format, or a point cannot be used. Points that are stored as joint values are left out.
+        When the file breaks its format, or a point of a weld program cannot be used. Joint values are left out, and so
+        are points of other programs that have no coordinates.
     """
     suffix = path.suffix.lower()
     if suffix == URSCRIPT:
@@ -86,7 +87,7 @@ def read_poses_back(raw: bytes, path: Path, T_base_part: RigidTransform | None) 
     program = parse_program(raw, path)
     poses = []
     for point in program.found.points:
-        if point.joints is not None:
+        if point.joints is not None or (point.fault and T_base_part is None):
             continue
         if point.fault:
             raise FormatError(f"point {point.name}: {point.fault}", path=str(path), line=point.line)

@@ -38,17 +38,18 @@ def read_numbers(path: Path) -> None:
             table.numbers_where_given([name])
 
 
+TAUGHT = TableKind("taught points", ("name", *TAUGHT_COLUMNS), read_taught)
 TABLES = (
     TableKind("point pairs", REAL_COLUMNS, read_pairs),
     TableKind("points touched by two robots", (*BASE1_COLUMNS, *BASE2_COLUMNS), read_base_points),
     TableKind("frames of seams", ("seam", "point", "s_mm"), read_numbers),
     TableKind("measured poses or joint angles", ("q1_deg",), read_numbers),
-    TableKind("taught points", ("name", *TAUGHT_COLUMNS), read_taught),
+    TAUGHT,
 )
 """A table is of the first kind of whose columns it has all, or all but one."""
 
 
-def audit_table(raw: bytes, path: Path) -> tuple[str, list[Fault]] | None:
+def audit_table(raw: bytes, path: Path, *, is_named: bool) -> tuple[str, list[Fault]] | None:
     """Return the kind of a table and its faults; None for a table of another program.
 
     Parameters
@@ -57,8 +58,10 @@ def audit_table(raw: bytes, path: Path) -> tuple[str, list[Fault]] | None:
         Of the file.
     path : Path
         The file; its name goes into messages.
+    is_named : bool
+        Whether a person named this file: if its columns tell no kind, it should hold taught points.
     """
-    found = _kind_of(raw)
+    found = _kind_of(raw) or (TAUGHT if is_named else None)
     return None if found is None else (found.kind, faults_by_line(raw, path, found.read))
 
 

@@ -8,6 +8,11 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
 
+DEFLECTION_PART = 2e-4
+"""Relative to the part's diagonal: a fifth of a pixel when the whole part fills a screen of 1000 pixels."""
+FINEST_MM, COARSEST_MM = 0.02, 0.5
+"""Finer than the first makes no difference to a robot. Coarser than the second, a weld is visibly beside its edge."""
+
 Rgb = tuple[float, float, float]
 """A colour as in files: sRGB, 0…1."""
 
@@ -87,3 +92,14 @@ def vertex_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     length = np.linalg.norm(total, axis=1, keepdims=True)
     flat = np.broadcast_to([0.0, 0.0, 1.0], total.shape)
     return np.where(length > 0.0, total / np.where(length > 0.0, length, 1.0), flat)
+
+
+def usual_deflection_mm(size_mm: float) -> float:
+    """Return the largest allowed distance of a triangle from its face on a part of a size (diagonal, mm), in mm.
+
+    Examples
+    --------
+    >>> usual_deflection_mm(1000.0), usual_deflection_mm(10.0)
+    (0.2, 0.02)
+    """
+    return min(max(DEFLECTION_PART * size_mm, FINEST_MM), COARSEST_MM)

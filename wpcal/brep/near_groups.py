@@ -48,33 +48,33 @@ def first_rows(owner: IntArray, way: FloatArray) -> IntArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearFaces:
-    """The faces near each of g groups.
+    """The faces near each of g groups, by their boxes (`TrimmedFaces.patch_boxes`).
 
     Parameters
     ----------
-    face : ndarray of int, shape (k,)
-        The faces of group i are ``face[start[i]:start[i + 1]]``.
+    box : ndarray of int, shape (k,)
+        The boxes of group i are ``box[start[i]:start[i + 1]]``.
     start : ndarray of int, shape (g + 1,)
     """
 
-    face: IntArray
+    box: IntArray
     start: IntArray
 
     @property
     def counts(self) -> IntArray:
-        """Number of faces near each group, shape (g,)."""
+        """Number of boxes near each group, shape (g,)."""
         return np.diff(self.start)
 
     def pairs(self, group: IntArray) -> tuple[IntArray, IntArray]:
-        """Return pairs of a row of `group` (shape (m,)) and a face near its group; two arrays (k,), by row."""
+        """Return pairs of a row of `group` (shape (m,)) and a box near its group; two arrays (k,), by row."""
         counts = self.counts[group]
         row = np.repeat(np.arange(len(group)), counts)
         step = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
-        return row, self.face[self.start[group][row] + step]
+        return row, self.box[self.start[group][row] + step]
 
 
 def find_near_faces(
-    graph: BrepGraph, trimmed: TrimmedFaces, p0: FloatArray, p1: FloatArray, first: IntArray
+    graph: BrepGraph, trimmed: TrimmedFaces, p0: FloatArray, p1: FloatArray, first: IntArray, *, within_mm: float = 0.0
 ) -> NearFaces:
     """Find the faces that segments of groups may meet.
 
@@ -87,6 +87,8 @@ def find_near_faces(
         Ends of the segments in `part`, mm, sorted by group.
     first : ndarray of int, shape (g,)
         The first segment of each group; every group has at least one.
+    within_mm : float
+        How far beside the segments of a group faces are also near.
 
     Returns
     -------
@@ -96,11 +98,11 @@ def find_near_faces(
     none = np.zeros(0, dtype=np.int64)
     if len(first) == 0:
         return NearFaces(none, np.zeros(1, dtype=np.int64))
-    boxes = _Boxes.around(p0, p1, first)
-    group, face = trimmed.box_tree.search(len(first), boxes.meets)
-    kept = ~boxes.is_beside_plane(graph, group, face)
-    group, face = group[kept], face[kept]
-    return NearFaces(face, np.searchsorted(group, np.arange(len(first) + 1)))
+    boxes = _Boxes.around(p0, p1, first, within_mm)
+    group, box = trimmed.patch_boxes.tree.search(len(first), boxes.meets)
+    kept = ~boxes.is_beside_plane(graph, group, trimmed.patch_boxes.face[box])
+    group, box = group[kept], box[kept]
+    return NearFaces(box, np.searchsorted(group, np.arange(len(first) + 1)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,7 +116,7 @@ class _Boxes:
     high_xyz: FloatArray
 
     @classmethod
-    def around(cls, p0: FloatArray, p1: FloatArray, first: IntArray) -> _Boxes:
+    def around(cls, p0: FloatArray, p1: FloatArray, first: IntArray, within_mm: float) -> _Boxes:
         counts = np.diff(first, append=len(p0))
         last = first + counts - 1
         along = _unit(np.add.reduceat(p1 - p0, first), np.array([0.0, 0.0, 1.0]))
@@ -128,10 +130,11 @@ class _Boxes:
         axes = np.stack([along, side, np.cross(along, side)], axis=1)
         frame = np.repeat(axes, counts, axis=0)
         ends = [np.einsum("mij,mj->mi", frame, p) for p in (p0, p1)]
-        low = np.minimum.reduceat(np.minimum(*ends), first) - THIN_MM
-        high = np.maximum.reduceat(np.maximum(*ends), first) + THIN_MM
-        low_xyz = np.minimum.reduceat(np.minimum(p0, p1), first).T - THIN_MM
-        high_xyz = np.maximum.reduceat(np.maximum(p0, p1), first).T + THIN_MM
+        grow = THIN_MM + within_mm
+        low = np.minimum.reduceat(np.minimum(*ends), first) - grow
+        high = np.maximum.reduceat(np.maximum(*ends), first) + grow
+        low_xyz = np.minimum.reduceat(np.minimum(p0, p1), first).T - grow
+        high_xyz = np.maximum.reduceat(np.maximum(p0, p1), first).T + grow
         return cls(axes, low, high, np.ascontiguousarray(low_xyz), np.ascontiguousarray(high_xyz))
 
     def meets(self, group: IntArray, low: FloatArray, high: FloatArray) -> BoolArray:
@@ -194,33 +197,48 @@ def find_hits_near(
     -------
     RayHits
     """
-    low, high = trimmed.face_box
+    boxes = trimmed.patch_boxes
     none = np.zeros(0, dtype=np.int64)
     found = [(none, none, np.zeros(0), none)]
     chunk = np.cumsum(near.counts[group]) // PAIRS
     for rows in np.split(np.arange(len(group)), np.flatnonzero(np.diff(chunk)) + 1):
-        row, face = near.pairs(group[rows])
+        row, box = near.pairs(group[rows])
         ray = rows[row]
-        o, d, length = origins[ray], rays[ray], length_mm[ray]
         with np.errstate(divide="ignore", invalid="ignore"):
-            enter, leave = passage(o.T, d.T, length, low[face].T, high[face].T)
+            enter, leave = passage(origins[ray].T, rays[ray].T, length_mm[ray], boxes.low[box].T, boxes.high[box].T)
         met = np.flatnonzero(leave > enter)
-        pair, at, way = through_faces(graph, trimmed, face[met], o[met], d[met], length[met], enter[met], leave[met])
-        found.append((ray[met[pair]], face[met[pair]], at, way))
+        ray, face, enter, leave = _joined(ray[met], boxes.face[box[met]], enter[met], leave[met])
+        pair, at, way = through_faces(graph, trimmed, face, origins[ray], rays[ray], length_mm[ray], enter, leave)
+        found.append((ray[pair], face[pair], at, way))
     ray, face, at, way = (np.concatenate(column) for column in zip(*found, strict=True))
     order = np.lexsort((at, ray))
     return RayHits(ray[order], face[order], at[order], way[order])
 
 
-def are_blocked(
+def _joined(
+    ray: IntArray, face: IntArray, enter: FloatArray, leave: FloatArray
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Join intervals of one ray and one face that overlap, so that no crossing is found twice."""
+    order = np.lexsort((enter, face, ray))
+    ray, face, enter, leave = ray[order], face[order], enter[order], leave[order]
+    if len(ray) == 0:
+        return ray, face, enter, leave
+    number = np.cumsum(np.append(False, (np.diff(ray) != 0) | (np.diff(face) != 0)))
+    base = number * (2.0 * float(leave.max()) + 1.0)
+    until = np.maximum.accumulate(base + leave)
+    first = np.flatnonzero(np.append(True, base[1:] + enter[1:] > until[:-1]))
+    return ray[first], face[first], enter[first], np.maximum.reduceat(leave, first)
+
+
+def first_faces(
     graph: BrepGraph,
     trimmed: TrimmedFaces,
     owner: IntArray,
     origins: FloatArray,
     rays: FloatArray,
     length_mm: FloatArray,
-) -> BoolArray:
-    """Tell which bundles of parallel rays hit a face of the part with at least one ray.
+) -> IntArray:
+    """Return the face that each bundle of rays meets first, or -1.
 
     Parameters
     ----------
@@ -230,34 +248,28 @@ def are_blocked(
         What the bundles belong to, ascending: neighbours of one owner are searched together.
     origins : ndarray, shape (n, k, 3)
         Starts in `part`, mm.
-    rays : ndarray, shape (n, 3)
-        Unit directions in `part`, one per bundle.
-    length_mm : ndarray, shape (n,)
+    rays : ndarray, shape (n, 3) or (n, k, 3)
+        Unit directions in `part`: one per bundle, or one per ray. Groups are divided by the first of each bundle.
+    length_mm : ndarray, shape (n,) or (n, k)
         Length of the rays.
 
     Returns
     -------
-    ndarray of bool, shape (n,)
+    ndarray of int, shape (n,)
     """
     n, k = origins.shape[:2]
-    blocked = np.zeros(n, dtype=bool)
+    found = np.full(n, -1)
     if n == 0:
-        return blocked
-    first = first_rows(owner, rays)
+        return found
+    each = np.broadcast_to(rays if rays.ndim == 3 else rays[:, None], origins.shape).reshape(-1, 3)
+    length = np.broadcast_to(length_mm if length_mm.ndim == 2 else length_mm[:, None], (n, k)).ravel()
     p0 = origins.reshape(-1, 3)
-    p1 = (origins + (length_mm[:, None] * rays)[:, None]).reshape(-1, 3)
-    near = find_near_faces(graph, trimmed, p0, p1, k * first)
+    first = first_rows(owner, each[::k])
+    near = find_near_faces(graph, trimmed, p0, p0 + length[:, None] * each, k * first)
     group = np.repeat(np.arange(len(first)), np.diff(first, append=n))
     rows = np.flatnonzero(near.counts[group])
     ray = (rows[:, None] * k + np.arange(k)).ravel()
-    hits = find_hits_near(
-        graph,
-        trimmed,
-        near,
-        np.repeat(group[rows], k),
-        p0[ray],
-        np.repeat(rays[rows], k, axis=0),
-        length_mm=np.repeat(length_mm[rows], k),
-    )
-    blocked[rows[hits.ray // k]] = True
-    return blocked
+    hits = find_hits_near(graph, trimmed, near, np.repeat(group[rows], k), p0[ray], each[ray], length_mm=length[ray])
+    order = np.argsort(-hits.at_mm, kind="stable")  # the nearest of each bundle is written last
+    found[rows[hits.ray[order] // k]] = hits.face[order]
+    return found

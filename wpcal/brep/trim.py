@@ -16,6 +16,7 @@ import numpy as np
 from wpcal.brep.boxes import BoxTree
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.patch_boxes import PatchBoxes
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -104,7 +105,10 @@ class TrimmedFaces:
             np.minimum.at(low, face, p)
             np.maximum.at(high, face, p)
         closed = np.isin(graph.face_kind, CLOSED)
-        reach = graph.face_param[closed].sum(axis=1)[:, None]
+        across = np.sqrt(np.maximum(1.0 - graph.face_frame[closed, 3] ** 2, 0.0))  # of the circle about the axis
+        ring = (graph.face_kind[closed] == SurfaceKind.TORUS)[:, None]
+        major, minor = graph.face_param[closed, :1], graph.face_param[closed, 1:2]
+        reach = np.where(ring, major * across + minor, major)
         low[closed], high[closed] = graph.face_frame[closed, 0] - reach, graph.face_frame[closed, 0] + reach
         bare = (graph.face_kind == SurfaceKind.NURBS) & (np.diff(self.start) == 0)
         for closed_face in np.flatnonzero(bare):  # closed on itself along seam edges only
@@ -117,6 +121,11 @@ class TrimmedFaces:
     def box_tree(self) -> BoxTree:
         """The boxes of the faces in a tree."""
         return BoxTree.of(*self.face_box)
+
+    @cached_property
+    def patch_boxes(self) -> PatchBoxes:
+        """Boxes of the faces, those of free-form faces divided into patches."""
+        return PatchBoxes.of(self.graph, *self.face_box)
 
     def _bulge(self) -> FloatArray:
         """How far a NURBS face may extend beyond the box of its boundary, mm, (F, 1)."""

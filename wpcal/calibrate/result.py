@@ -20,6 +20,7 @@ from wpcal.calibrate.verdict import Verdict, VerdictKind
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
+from wpcal.core.pendant import NOTATIONS
 from wpcal.core.transform import RigidTransform
 
 SCHEMA = "wpcal/calibration/1"
@@ -184,6 +185,7 @@ class CalibrationResult:
             "certified": self.certified,
             "rms_mm": self.rms_mm,
             "T_base_part": self.T_base_part.matrix.tolist(),
+            "pendant": {notation.maker: notation.record(self.T_base_part) for notation in NOTATIONS},
             "correction": {
                 "T_base_nominal": self.T_base_nominal.matrix.tolist(),
                 "T_nominal_part": self.T_nominal_part.matrix.tolist(),

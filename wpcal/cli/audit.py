@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("path", metavar="FILE|DIR", type=click.Path(path_type=Path))
 @click.option("--fix", is_flag=True, help="Repair what has one answer; the rest is listed. Needs -o.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="With --fix: the repaired file to write.")
+@click.option("-o", "--out", "output", type=click.Path(path_type=Path), help="With --fix: the repaired file to write.")
 @click.option("--robot", metavar="ARM", help="Arm: poses of programs must be inside its limits. Needs --tool.")
 @click.option("--tool", metavar="X,Y,Z[,RX,RY,RZ]", help="With --robot: tool as set in the controller, mm and deg.")
 @click.option("--tool-axis", type=click.Choice(["z", "x"]), default="z", show_default=True, help="Along the wire.")

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from wpcal.calibrate.criteria import Criterion
+from wpcal.core.pendant import NOTATIONS
 from wpcal.results.next_steps import HELP_PAGE, next_steps
 
 if TYPE_CHECKING:
@@ -31,10 +32,23 @@ def exit_code(result: CalibrationResult, *, accept_unsure: bool = False) -> int:
     return 0 if result.verdict == "PASS" or (accept_unsure and result.verdict == "UNSURE") else 1
 
 
-def show_calibration(result: CalibrationResult, console: Console) -> None:
-    """Print a calibration: one row per point, the proof, the correction, the criteria and the warnings."""
+def show_calibration(result: CalibrationResult, console: Console, *, details: bool = False) -> None:
+    """Print a calibration: one row per point, the pose as pendants show it, the criteria and the warnings.
+
+    Parameters
+    ----------
+    result : CalibrationResult
+        To print.
+    console : Console
+        Printed on.
+    details : bool
+        Also print how the answer was found and proved, and the correction in radians.
+    """
     console.print(_points(result))
-    console.print(_verdict(result))
+    console.print(_fit(result))
+    console.print(_pose(result))
+    if details:
+        console.print(_details(result))
     if result.touches is not None:
         console.print(_motions(result.touches.motions))
     if result.criteria is not None:
@@ -84,20 +98,34 @@ def _points(result: CalibrationResult) -> Table:
     return table
 
 
-def _verdict(result: CalibrationResult) -> Table:
+def _fit(result: CalibrationResult) -> Table:
     table = Table(title="Fit", show_header=False)
-    six = result.T_base_nominal.six_tuple
     table.add_row("criterion", result.criterion.value)
+    if result.touches is not None:
+        table.add_row("starts that agree", _evidence(result.touches.starts))
+    table.add_row("95 % errors rest on", result.sigma.describe())
+    table.add_row("RMS", f"{result.rms_mm:.6f} mm")
+    return table
+
+
+def _pose(result: CalibrationResult) -> Table:
+    table = Table(title="Pose as the pendants show it (base frame)", show_header=False)
+    x, y, z = result.T_base_part.t_mm + 0.0
+    table.add_row("all", f"X {x:.3f}  Y {y:.3f}  Z {z:.3f} mm")
+    for notation in NOTATIONS:
+        table.add_row(notation.maker, notation.orientation_text(result.T_base_part))
+    return table
+
+
+def _details(result: CalibrationResult) -> Table:
+    table = Table(title="Details of the fit", show_header=False)
+    six = result.T_base_nominal.six_tuple
     table.add_row("objective", f"{result.objective_mm:.9f} mm")
     if result.solver.annealed_objective_mm is not None:
         table.add_row("annealed, before the polish", f"{result.solver.annealed_objective_mm:.9f} mm")
     if result.touches is None:
         table.add_row("no rigid fit is below", f"{result.lower_bound_mm:.9f} mm")
         table.add_row("gap", f"{result.gap_mm:.2e} mm ({'certified' if result.certified else 'not certified'})")
-    else:
-        table.add_row("starts that agree", _evidence(result.touches.starts))
-    table.add_row("95 % errors rest on", result.sigma.describe())
-    table.add_row("RMS", f"{result.rms_mm:.6f} mm")
     table.add_row("correction x, y, z", f"{six.x_mm:.6f}, {six.y_mm:.6f}, {six.z_mm:.6f} mm")
     table.add_row("correction α, β, γ", f"{six.alpha_rad:.8f}, {six.beta_rad:.8f}, {six.gamma_rad:.8f} rad")
     return table

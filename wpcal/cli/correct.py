@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("taught_csv", metavar="TAUGHT_JOINTS.csv", type=click.Path(path_type=Path))
 @click.option("--robot", required=True, help="Arm file, as written by `wpcal identify`, or the name of a shipped arm.")
-@click.option("-o", "--output", metavar="POINTS.csv", type=click.Path(path_type=Path), help="File; stdout by default.")
+@click.option(
+    "-o", "--out", "output", metavar="POINTS.csv", type=click.Path(path_type=Path), help="File; stdout by default."
+)
 @click.option(
     "--tool",
     metavar="X,Y,Z[,RX,RY,RZ]|TOOL.json",
@@ -46,7 +48,8 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
     issues = _doubts(arm.name, bias_mm) if bias_mm and tool_error_mm is None else []
     for issue in issues:
         click.echo(f"note: {issue.message}", err=True)
-    text = corrected_table(names, points, others, arm.space, tcp_bias_mm=bias_mm)
+    postures = arm.forward(joints)[:, :3, :3] @ T_flange_tool.R
+    text = corrected_table(names, points, others, arm.space, tcp_bias_mm=bias_mm, postures=postures)
     if output is not None:
         write_file(output, text, overwrite=force)
     shifts = points - correct_points(arm.as_nominal(), joints, T_flange_tool=T_flange_tool)

@@ -165,7 +165,9 @@ class AirFlags:
 class ControllerFlags:
     """Names and numbers of the program, the tool and the user frame in the controller."""
 
-    program_name: str = option("--program-name", default="WPCAL", show_default=True)
+    program_name: str = option(
+        "--program-name", default="WPCAL", show_default=True, help="Name of the program in the controller."
+    )
     tool_name: str = option(
         "--tool-name", default="tTorch", show_default=True, help="If the controller's tools have names."
     )
@@ -214,7 +216,7 @@ class ArmFlags:
         "identified arm corrected targets are written, with which it reaches the true poses.",
     )
     near: str | None = option(
-        "--near",
+        "--near-joints",
         metavar="Q1,…,Q6",
         help="With --robot: shown joint angles near the seam, deg; they choose the branch.",
     )
@@ -245,7 +247,9 @@ class ArmFlags:
         except ValueError:
             near = np.zeros(0)
         if near.shape != (6,) or not np.isfinite(near).all():
-            raise InputError(f"--robot needs --near: six joint angles in degrees near the seam, got {self.near!r}")
+            raise InputError(
+                f"--robot needs --near-joints: six joint angles in degrees near the seam, got {self.near!r}"
+            )
         if self.tool is None:
             raise InputError(
                 "--robot needs --tool: the tool as set in the controller; 0,0,0 if it is the flange itself"

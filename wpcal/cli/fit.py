@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from wpcal.cli.fit_help import CRITERION_HELP, DETAILS_HELP, SOLVER_HELP
 from wpcal.cli.option_groups import takes
 from wpcal.cli.teaching_options import TeachingFlags
 
@@ -17,11 +18,18 @@ from wpcal.cli.teaching_options import TeachingFlags
     type=click.Choice(["minimax", "least_squares", "weighted", "robust"]),
     default="minimax",
     show_default=True,
-    help="What is minimised: the largest distance (the published criterion), the sum of squares, the sum of "
-    "squares weighted by the stated errors of the points, or the sum of squares over the points that agree.",
+    help=CRITERION_HELP,
 )
-@click.option("--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True)
-@click.option("--schedule", type=click.Choice(["default", "yin2003"]), default="default", show_default=True)
+@click.option(
+    "--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True, help=SOLVER_HELP
+)
+@click.option(
+    "--schedule",
+    type=click.Choice(["default", "yin2003"]),
+    default="default",
+    show_default=True,
+    help="Cooling of the annealing: ours, or that of the paper.",
+)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
 @click.option(
     "--tolerance-mm",
@@ -33,6 +41,7 @@ from wpcal.cli.teaching_options import TeachingFlags
 @takes("teaching", TeachingFlags)
 @click.option("--certify", is_flag=True, help="Close the gap to the lower bound by branch and bound (slow).")
 @click.option("--accept-unsure", is_flag=True, help="End with code 0 if the verdict is UNSURE.")
+@click.option("--details", is_flag=True, help=DETAILS_HELP)
 @click.option("--json", "as_json", is_flag=True, help="Print the record of calibration.json on stdout.")
 def fit(
     *,
@@ -45,6 +54,7 @@ def fit(
     teaching: TeachingFlags,
     certify: bool,
     accept_unsure: bool,
+    details: bool,
     as_json: bool,
 ) -> int:
     """Fit the rigid transform of the point pairs in PAIRS.csv.
@@ -86,5 +96,5 @@ def fit(
     else:
         from wpcal.cli.console import plain_console
 
-        show_calibration(result, plain_console())
+        show_calibration(result, plain_console(), details=details)
     return exit_code(result, accept_unsure=accept_unsure)

@@ -18,7 +18,7 @@ HINTS: Mapping[str, str] = {
     ErrorCode.ROBOT_SPACE: "--robot",
     ErrorCode.NO_SEAM: "--concave always",
     ErrorCode.NOTHING_ACCEPTED: "--all",
-    ErrorCode.FEATURES_NOT_CHOSEN: "--points",
+    ErrorCode.FEATURES_NOT_CHOSEN: "--touch",
     ErrorCode.MARK_UNKNOWN: "--marked",
     ErrorCode.EDGE_UNKNOWN: "--edge",
     ErrorCode.PORT_UNUSABLE: "--port",
@@ -26,10 +26,10 @@ HINTS: Mapping[str, str] = {
 """By the code of an error: the options that help."""
 
 
-def with_hint(error: WpcalError) -> str:
+def with_hint(error: BaseException, message: str) -> str:
     """Return the message of an error, with the options that help against it in parentheses."""
-    hint = HINTS.get(error.code)
-    return str(error) if hint is None else f"{error} ({hint})"
+    hint = HINTS.get(error.code) if isinstance(error, WpcalError) else None
+    return message if hint is None else f"{message} ({hint})"
 
 
 @contextmanager

@@ -22,7 +22,11 @@ class FitFlags:
     """What is identified, by which solver, and how it is judged."""
 
     solver: str = option(
-        "--solver", type=click.Choice(["least-squares", "ga-tabu"]), default="least-squares", show_default=True
+        "--solver",
+        type=click.Choice(["least-squares", "ga-tabu"]),
+        default="least-squares",
+        show_default=True,
+        help="How the parameters are found: least squares, or the published genetic and tabu search, to compare.",
     )
     unknown_base: bool = option(
         "--unknown-base", is_flag=True, help="The frame of the measurement is not the robot's base: identify it, too."
@@ -137,10 +141,12 @@ class PosePlanFlags:
 @click.command()
 @click.argument("robot", metavar="ROBOT")
 @click.argument("poses_csv", metavar="[POSES.csv]", type=click.Path(path_type=Path), required=False)
-@click.option("-o", "--output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Folder to write.")
+@click.option(
+    "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Folder to write."
+)
 @takes("fit", FitFlags)
 @takes("plan", PosePlanFlags)
-@click.option("--charts/--no-charts", default=True, show_default=True)
+@click.option("--charts/--no-charts", default=True, show_default=True, help="Draw charts; needs matplotlib.")
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
 @click.option(
     "--json", "as_json", is_flag=True, help="Print the record of identification.json, or the poses of --plan."

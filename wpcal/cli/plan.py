@@ -46,7 +46,11 @@ class WeldFlags:
         help="Largest deviation of the torch from its target angles.",
     )
     speed_mm_s: float = option(
-        "--speed-mm-s", type=click.FloatRange(min=0, min_open=True), default=6.0, show_default=True
+        "--speed-mm-s",
+        type=click.FloatRange(min=0, min_open=True),
+        default=6.0,
+        show_default=True,
+        help="Of the tip along the seam.",
     )
 
     def to_targets(self) -> WeldTargets:
@@ -93,7 +97,7 @@ class GeneticFlags:
 @click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
 @click.argument("seams_json", metavar="[SEAMS.json]", required=False, type=click.Path(path_type=Path))
 @click.option("--seam", metavar="NAME", help="Which seam of the file: W1, W2, …")
-@click.option("-o", "--output", metavar="DIR", type=click.Path(path_type=Path), help="Folder to write.")
+@click.option("-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), help="Folder to write.")
 @click.option(
     "--check",
     "check_only",

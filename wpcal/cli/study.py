@@ -18,7 +18,7 @@ BAR_WIDTH = 40
 @click.command()
 @click.argument("pairs_csv", metavar="PAIRS.csv", type=click.Path(path_type=Path))
 @click.option("--bound-mm", type=float, default=0.5, show_default=True, help="Largest error of a taught coordinate.")
-@click.option("--trials", type=click.IntRange(min=1), default=10_000, show_default=True)
+@click.option("--trials", type=click.IntRange(min=1), default=10_000, show_default=True, help="Number of fits.")
 @click.option(
     "--at",
     "place",
@@ -27,9 +27,17 @@ BAR_WIDTH = 40
     show_default=True,
     help="Errors anywhere in the cube, on its corners, or the same for all points.",
 )
-@click.option("--criterion", type=click.Choice(["minimax", "least_squares"]), default="minimax", show_default=True)
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the distribution to this JSON file.")
+@click.option(
+    "--criterion",
+    type=click.Choice(["minimax", "least_squares"]),
+    default="minimax",
+    show_default=True,
+    help="What is minimised: the largest distance (the published criterion) or the sum of squares.",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
+@click.option(
+    "-o", "--out", "output", type=click.Path(path_type=Path), help="Write the distribution to this JSON file."
+)
 @click.option("--force", is_flag=True, help="Overwrite the file.")
 @click.option("--json", "as_json", is_flag=True, help="Print the distribution as JSON on stdout.")
 def study(

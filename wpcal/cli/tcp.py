@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("touches_csv", metavar="TOUCHES.csv", type=click.Path(path_type=Path))
 @click.option("--robot", required=True, help="Arm file, as written by `wpcal identify`, or the name of a shipped arm.")
-@click.option("-o", "--output", metavar="TOOL.json", type=click.Path(path_type=Path), help="File for `correct --tool`.")
+@click.option(
+    "-o", "--out", "output", metavar="TOOL.json", type=click.Path(path_type=Path), help="File for `correct --tool`."
+)
 @click.option("--force", is_flag=True, help="Overwrite the file.")
 @click.option("--json", "as_json", is_flag=True, help="Print the record on stdout.")
 def tcp(*, touches_csv: Path, robot: str, output: Path | None, force: bool, as_json: bool) -> int:

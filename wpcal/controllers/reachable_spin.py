@@ -187,7 +187,7 @@ class _Seam:
     @classmethod
     def of(cls, path: WeldPath, program: WeldProgram, arm: ArmAtTool) -> _Seam:
         torch, rows = program.torch, path.weld_rows
-        R = tool_rotations(path.seam.frames.R, torch)
+        R = tool_rotations(path.seam.frames.R, torch, path.seam.lean_rad)
         swing, twist = swing_and_twist(R, torch.tool_axis)
         free = -np.concatenate([[0.0], np.cumsum(twist)])
         e = possible_offsets(free, torch.spin_range_rad)

@@ -73,7 +73,7 @@ class TorchSettings:
             raise InputError(f"stick-out: expected 0 or more mm, got {self.stick_out_mm:g}")
 
 
-def tool_rotations(R_seam: ArrayLike, torch: TorchSettings) -> FloatArray:
+def tool_rotations(R_seam: ArrayLike, torch: TorchSettings, lean_rad: FloatArray | None = None) -> FloatArray:
     r"""Return the axes of the tool on every frame of a seam.
 
     At zero angles the tool is the seam frame rotated by π about x. In general
@@ -85,6 +85,9 @@ def tool_rotations(R_seam: ArrayLike, torch: TorchSettings) -> FloatArray:
     R_seam : array_like, shape (n, 3, 3)
         Columns are x (travel), y and z (out of the joint) of the seam, in any frame.
     torch : TorchSettings
+    lean_rad : ndarray, shape (n, 2), optional
+        Work and travel angle at every frame (`Seam.lean_rad`). They replace those of `torch` where they are not zero:
+        there a straight torch meets the part. NaN: unknown.
 
     Returns
     -------
@@ -92,7 +95,10 @@ def tool_rotations(R_seam: ArrayLike, torch: TorchSettings) -> FloatArray:
         Columns are the tool's axes in the same frame. With ``ToolAxis.X`` the tool's x is the wire direction, y is the
         same, and z points against the travel.
     """
-    turn = rotation_from_zyx(torch.work_rad, 0.0, 0.0) @ rotation_from_zyx(0.0, -torch.travel_rad, 0.0)
+    lean = np.zeros((1, 2)) if lean_rad is None else np.nan_to_num(lean_rad)
+    leans = lean.any(axis=1)
+    work, travel = np.where(leans, lean[:, 0], torch.work_rad), np.where(leans, lean[:, 1], torch.travel_rad)
+    turn = rotation_from_zyx(work, 0.0, 0.0) @ rotation_from_zyx(0.0, -travel, 0.0)
     R = np.asarray(R_seam, dtype=np.float64) @ (turn @ np.diag([1.0, -1.0, -1.0]))
     if torch.tool_axis is ToolAxis.X:
         return np.stack([R[..., 2], R[..., 1], -R[..., 0]], axis=-1)

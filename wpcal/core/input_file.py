@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
+import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -21,6 +22,8 @@ MOST_MB = 200.0
 MOST_STEP_MB = 2000.0
 """STEP files. The largest real part that was tried has 170 MB."""
 BYTES_PER_MB = 1_000_000
+STDIN = "-"
+"""As the name of a file: standard input."""
 _KINDS = {
     stat.S_IFDIR: "is a folder",
     stat.S_IFIFO: "is a pipe",
@@ -36,7 +39,7 @@ def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None
     Parameters
     ----------
     path : Path
-        The file as the user named it.
+        The file as the user named it; ``-`` is standard input.
     most_mb : float
         Largest size, MB; the environment variable `LIMIT_VARIABLE` replaces it.
     first : int, optional
@@ -52,6 +55,8 @@ def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None
     require_name(path)
     most = _limit_mb(most_mb)
     try:
+        if str(path) == STDIN:
+            return _within(sys.stdin.buffer.read(int(most * BYTES_PER_MB) + 1), path, most)
         _require_regular(path, path.stat().st_mode, expected)  # opening some devices has effects
         descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         with os.fdopen(descriptor, "rb") as file:
@@ -64,7 +69,11 @@ def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None
             data = file.read(int(most * BYTES_PER_MB) + 1)
     except OSError as error:
         raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
-    if len(data) > most * BYTES_PER_MB:  # it grew, or its file system does not know its size
+    return _within(data, path, most)  # it may have grown, or its file system does not know its size
+
+
+def _within(data: bytes, path: Path, most: float) -> bytes:
+    if len(data) > most * BYTES_PER_MB:
         raise InputError(f"{path}: has more than {most:g} MB, {_over(most)}")
     return data
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.errors import FormatError
+from wpcal.core.pendant import NOTATIONS
+from wpcal.core.transform import RigidTransform
 from wpcal.pages.html import build_page, json_blob
 from wpcal.results.next_steps import HELP_PAGE, next_steps
 
@@ -52,11 +54,18 @@ def build_report(
     try:
         heads = [{key: value for key, value in seam.items() if key != "frames"} for seam in seams["seams"]]
         columns = [seam_columns(seam["frames"]) for seam in seams["seams"]]
+        T_base_part = RigidTransform.from_matrix(calibration["T_base_part"], target="base", source="part")
         title = f"{calibration['verdict']} {calibration.get('inputs', {}).get('part', {}).get('file', 'calibration')}"
     except (KeyError, TypeError, AttributeError) as error:
         raise FormatError(f"is not a complete seams file: {type(error).__name__} {error}", path=path) from None
-    steps = next_steps(calibration)
-    data: dict[str, Any] = {"calibration": calibration, "seams": heads, "mesh": None, "steps": steps, "help": HELP_PAGE}
+    data: dict[str, Any] = {
+        "calibration": calibration,
+        "seams": heads,
+        "mesh": None,
+        "pendant": {notation.maker: notation.orientation_text(T_base_part) for notation in NOTATIONS},
+        "steps": next_steps(calibration),
+        "help": HELP_PAGE,
+    }
     blobs = {"frames": json_blob(columns)}
     if part_glb is not None:
         data["mesh"] = {"deflection_mm": read_part_glb(part_glb).deflection_mm}

@@ -16,6 +16,7 @@ from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.judge.evidence import judge_seams
 from wpcal.seam.judge.stretches import cut_at_material
+from wpcal.seam.judge.unreached import cut_where_unreached
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.chain import rounded
@@ -79,9 +80,27 @@ def detect_seams(
     if beads is not None:
         found += build_seams(graph, beads, options, SeamSource.BEAD)
     found = cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
-    found.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
-    named = [replace(seam, name=f"W{number}") for number, seam in enumerate(found, 1)]
-    return judge_seams(graph, trimmed, with_candidates(graph, named), options)
+    judged = _reached(graph, trimmed, found, options)
+    judged.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
+    return with_candidates(graph, [replace(seam, name=f"W{number}") for number, seam in enumerate(judged, 1)])
+
+
+def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: list[Seam], options: SeamOptions) -> list[Seam]:
+    """Judge seams, cut those that are accepted where no torch gets to them, and judge the stretches."""
+    has_marks = any(seam.source is SeamSource.MARKED for seam in found)
+    judged = list(judge_seams(graph, trimmed, found, options, has_marks=has_marks))
+    accepted = [row for row, seam in enumerate(judged) if seam.accepted]
+    parts = dict(
+        zip(accepted, cut_where_unreached(graph, trimmed, [found[row] for row in accepted], options), strict=True)
+    )
+    kept, stretches = [], []
+    for row, seam in enumerate(judged):
+        first, *others = parts.get(row, [seam])
+        if others or first.blocked_by:
+            stretches += parts[row]
+        else:
+            kept.append(replace(seam, frames=first.frames, lean_rad=first.lean_rad))
+    return [*kept, *judge_seams(graph, trimmed, stretches, options, has_marks=has_marks)]
 
 
 def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions) -> list[Seam]:

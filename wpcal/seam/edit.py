@@ -21,6 +21,7 @@ from wpcal.core.arrays import LARGEST_MM, FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.seam.edited_run import framed, is_loop, joined_run, judged_anew, marks_in, part_of
+from wpcal.seam.judge.leans import with_leans
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.cut import middles
 from wpcal.seam.path.direction import Runs
@@ -34,6 +35,10 @@ EDIT_KEYS = ("accept", "reject", "reverse", "name", "range_mm", "other_side", "j
 
 
 STRETCH_KEYS = {"candidate", "range_mm"}
+LONGEST_NAME = 200
+"""Robot programs allow far shorter names, which their writers make from this one."""
+MOST_JOINED = 100
+"""Stretches in one seam. Each is tried at every end, so the time grows with the square; no torch runs through more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +131,8 @@ def edit_from_record(record: Any, label: str, *, path: str) -> SeamEdit:
     name = record.get("name")
     if name is not None and not (isinstance(name, str) and name.strip()):
         raise refuse(f"name must be a text, got {name!r}")
+    if name is not None and not (name.isprintable() and len(name) <= LONGEST_NAME):
+        raise refuse(f"name must be at most {LONGEST_NAME} characters without control characters, got {name[:80]!r}")
     accept = True if record.get("accept") else False if record.get("reject") else None
     return SeamEdit(
         accept,
@@ -143,6 +150,8 @@ def _join(value: Any, label: str, path: str) -> tuple[JoinedStretch, ...]:
 
     if not isinstance(value, list) or not all(isinstance(one, dict) and one.keys() <= STRETCH_KEYS for one in value):
         raise refuse(f"expected a list of objects with {' and '.join(sorted(STRETCH_KEYS))}")
+    if len(value) > MOST_JOINED:
+        raise refuse(f"expected at most {MOST_JOINED} stretches, got {len(value)}")
     return tuple(
         JoinedStretch(
             candidate_from_record(one.get("candidate"), label, path=path), _range(one.get("range_mm"), refuse)
@@ -188,7 +197,8 @@ def apply_edits(
     Returns
     -------
     tuple of Seam
-        In the order of the candidates.
+        In the order of the candidates. Seams that were accepted or changed by an edit have the torch's leans; they are
+        not cut where no torch gets to them.
 
     Raises
     ------
@@ -216,7 +226,7 @@ def apply_edits(
     for name, count in Counter(seam.name for seam in edited).items():
         if count > 1:
             raise InputError(f"{edits[0].path}: two seams would be called {name!r}; give each edit a different name")
-    return tuple(edited)
+    return with_leans(graph, trimmed, edited)
 
 
 def _rows_joined(
@@ -247,7 +257,7 @@ def _row_of(seams: Sequence[Seam], edit: PlacedEdit) -> int:
     raise InputError(
         f"{edit.path}: seam {wanted.name}, {wanted.length_mm:.1f} mm long from ({place}) in part coordinates, is not "
         "found on this part: the part has changed there, the options differ, or the seam is now cut where it goes "
-        "through another solid; run wpcal seams again"
+        "through another solid or where no torch gets to it; run wpcal seams again"
     )
 
 

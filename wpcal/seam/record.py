@@ -58,7 +58,7 @@ def seams_record(
     dict
         The columns of ``R`` are the axes x, y, z of the seam in `frame`; quaternions are x, y, z, w with w >= 0. Frames
         in `base` have the weld position, with gravity along -z of `base`; the rotation is null for vertical travel.
-        ``torch`` is the one with which reach was felt.
+        ``torch`` is the one with which reach was felt; ``lean_deg`` is how it leans at a frame to meet nothing.
     """
     return {
         "schema": SEAMS_SCHEMA,
@@ -92,10 +92,11 @@ def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatAr
         "reasons": list(seam.reasons),
         "against": list(seam.against),
         "inside": list(seam.inside),
+        "blocked_by": list(seam.blocked_by),
         "gap_mm": {"min": least, "mean": mean, "max": largest},
         **({} if seam.candidate is None else {"candidate": _candidate_record(seam.candidate)}),
         **({} if seam.edit is None else {"edit": _edit_record(seam.edit)}),
-        "frames": _frame_records(frames, u95_mm, positions),
+        "frames": _frame_records(frames, u95_mm, positions, seam.lean_rad),
     }
 
 
@@ -129,7 +130,7 @@ def _stretch_record(stretch: JoinedStretch) -> dict[str, Any]:
 
 
 def _frame_records(
-    frames: SeamFrames, u95_mm: FloatArray | None, positions: WeldPositions | None
+    frames: SeamFrames, u95_mm: FloatArray | None, positions: WeldPositions | None, lean_rad: FloatArray | None
 ) -> list[dict[str, Any]]:
     q = quaternion_from_rotation(frames.R)
     angle = np.degrees(frames.angle_rad)
@@ -142,6 +143,8 @@ def _frame_records(
             "q_xyzw": q[i].tolist(),
             "angle_deg": float(angle[i]),
         }
+        if lean_rad is not None:
+            record["lean_deg"] = _lean_record(lean_rad[i])
         if u95_mm is not None:
             record["u95_mm"] = float(u95_mm[i])
         if positions is not None:
@@ -151,6 +154,19 @@ def _frame_records(
             record["position"] = positions.name[i]
         records.append(record)
     return records
+
+
+def _lean_record(lean_rad: FloatArray) -> dict[str, float] | None:
+    """Return the work and travel angle in degrees; None where no torch gets."""
+    work, travel = np.degrees(lean_rad).tolist()
+    return None if np.isnan(work) else {"work": work, "travel": travel}
+
+
+def _lean_from_record(rows: Sequence[dict[str, Any]]) -> FloatArray | None:
+    if not rows or any("lean_deg" not in row for row in rows):
+        return None
+    leans = [row["lean_deg"] or {"work": np.nan, "travel": np.nan} for row in rows]
+    return np.radians([[lean["work"], lean["travel"]] for lean in leans])
 
 
 def seams_csv(record: dict[str, Any]) -> str:
@@ -239,4 +255,6 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         float(seam.get("confidence", 1.0)),
         tuple(seam.get("against", ())),
         inside=tuple(seam.get("inside", ())),
+        blocked_by=tuple(seam.get("blocked_by", ())),
+        lean_rad=_lean_from_record(rows),
     )

@@ -21,6 +21,8 @@ ROTATION_ATOL = 1e-6
 """wpcal writes all digits (1e-15); numbers with seven digits still pass. 1e-6 moves a tip at 2 m by 0.002 mm."""
 QUATERNION_ATOL = 1e-6
 """A quaternion that differs by more from its matrix shows that only one of the two was edited."""
+MOST_LEAN_DEG = 60.0
+"""At a square fillet a torch that leans by 45 degrees from the bisector lies on a plate."""
 LONGEST_MM = 1e6
 """Largest length of a seam: a seam of 1 km is a mistake."""
 FLAGS = ("closed", "accepted", "reachable")
@@ -102,6 +104,9 @@ def _frame_problems(frame: Mapping[str, Any], before_mm: float) -> Iterator[str]
     yield from _number(frame["angle_deg"], "angle_deg", low=0.0, high=360.0)
     if frame.get("u95_mm") is not None:
         yield from _number(frame["u95_mm"], "u95_mm", low=0.0, high=FARTHEST_MM)
+    if frame.get("lean_deg") is not None:
+        for field in ("work", "travel"):
+            yield from _number(frame["lean_deg"][field], f"lean_deg {field}", low=-MOST_LEAN_DEG, high=MOST_LEAN_DEG)
     if R is not None and "q_xyzw" in frame:
         q = _numbers(frame["q_xyzw"], (4,))
         if q is None or 1.0 - abs(float(q @ quaternion_from_rotation(R))) > QUATERNION_ATOL:

@@ -134,6 +134,10 @@ class SeamFrames:
         own = slice(first, end)
         return SeamFrames(self.s_mm[own], self.p[own], self.R[own], self.angle_rad[own], self.frame)
 
+    def select(self, rows: IntArray | BoolArray) -> SeamFrames:
+        """Return the frames at `rows`: integers, or a mask of shape (n,)."""
+        return SeamFrames(self.s_mm[rows], self.p[rows], self.R[rows], self.angle_rad[rows], self.frame)
+
     def moved(self, transform: RigidTransform) -> SeamFrames:
         """Return the frames in the target frame of `transform`."""
         return SeamFrames(
@@ -236,6 +240,11 @@ class Seam:
         What a person decided about it.
     inside : tuple of str
         Names of the solids in whose material the tip or the wire would be. Such a stretch is never welded.
+    blocked_by : tuple of str
+        Names of the solids that a torch meets at this stretch with every lean that was tried.
+    lean_rad : ndarray, shape (n, 2), or None
+        Work and travel angle at each of the n frames with which the torch meets nothing; NaN where it always meets
+        something. None: not felt.
     """
 
     name: str
@@ -257,6 +266,8 @@ class Seam:
     candidate: Candidate | None = None
     edit: SeamEdit | None = None
     inside: tuple[str, ...] = ()
+    blocked_by: tuple[str, ...] = ()
+    lean_rad: FloatArray | None = None
 
     @property
     def gap_mm(self) -> tuple[float, float, float]:

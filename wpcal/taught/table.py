@@ -163,6 +163,37 @@ def read_taught(path: Path) -> TaughtPoints:
     return replace(taught_from_table(parse_table(raw, path=str(path))), sha256=sha256_of(raw))
 
 
+def read_features_to_touch(path: Path) -> tuple[str, ...]:
+    """Return the features that the rows of a table name, in its order; rows may still lack their coordinates.
+
+    Rows whose use is ``no`` and rows without a feature are left out.
+
+    Parameters
+    ----------
+    path : Path
+        A table as `read_taught` reads it, or one that `wpcal advise` wrote.
+
+    Returns
+    -------
+    tuple of str
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened.
+    FormatError
+        When it has no column ``name``, an unknown use, or no row names a feature.
+    """
+    table = parse_table(read_bytes(path), path=str(path))
+    table.require(("name",))
+    named = table.columns["feature" if table.has("feature") else "name"]
+    use = table.choices("use", USES, default="yes")
+    names = tuple(dict.fromkeys(name for name, word in zip(named, use, strict=True) if name and word != "no"))
+    if not names:
+        raise FormatError("no row names a feature", path=table.path)
+    return names
+
+
 def taught_from_table(table: Table) -> TaughtPoints:
     """Return the taught points of a table; columns and errors are those of `read_taught`."""
     table.require(("name", *TAUGHT_COLUMNS))

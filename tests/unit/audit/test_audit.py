@@ -123,6 +123,9 @@ def test_a_missing_or_misspelt_column_is_found(tmp_path: Path) -> None:
     path.write_text("name,x_mm,y_mm,zz_mm\nV1,1,2,3\n", encoding="utf-8")
     (found,) = audit_path(path).files
     assert "z_mm" in found.faults[0].message
+    path.write_text("point;x;y;z\nV1;1;2;3\n", encoding="utf-8")
+    (found,) = audit_path(path).files
+    assert "x_mm" in found.faults[0].message
 
 
 def test_files_of_two_runs_in_one_folder_are_found(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.running import run_here
@@ -14,8 +15,11 @@ from wpcal.audit import audit_path
 from wpcal.audit.programs import WrittenWrongError, check_written
 from wpcal.controllers.checked_program import check_program
 from wpcal.controllers.program import ControllerSettings, WeldProgram, build_program
+from wpcal.controllers.registry import controller_named
+from wpcal.controllers.sync_program import SyncProgram
 from wpcal.formats.registry import exporter_named
 from wpcal.results.folder import read_finished
+from wpcal.robot.kinematics.arm_file import find_arm
 
 FIXTURES = Path(__file__).parents[3] / "fixtures"
 WRITERS = ("rapid", "krl", "fanuc", "inform", "urscript", "val3")
@@ -63,6 +67,16 @@ def test_a_changed_number_is_found(name: str, by_mm: float) -> None:
 
 
 @pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize("by_mm", [float("nan"), 2e5])
+def test_an_audit_finds_a_number_that_is_no_coordinate(name: str, by_mm: float, tmp_path: Path) -> None:
+    for file, text in exporter_named(name).write(program()).items():
+        (tmp_path / file).write_bytes(moved(str(text), name, by_mm).encode("utf-8"))
+    faults = [fault for file in audit_path(tmp_path).files for fault in file.faults]
+    assert faults
+    assert all(fault.line is not None or fault.field is not None or name == "val3" for fault in faults)
+
+
+@pytest.mark.parametrize("name", WRITERS)
 def test_an_audit_finds_a_pose_inside_the_part(name: str, tmp_path: Path) -> None:
     folder = tmp_path / "out"
     shutil.copytree(FIXTURES / "tee" / "golden", folder)
@@ -106,3 +120,12 @@ def test_a_program_that_reads_back_differently_is_not_put_in_place(
     assert ended.returncode == 70
     assert "rapid: the pose at base" in ended.stderr
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["rapid", "inform"])
+def test_programs_of_two_robots_which_hold_joints_are_clean(name: str, tmp_path: Path) -> None:
+    arms = (find_arm("irb1600_6_12"), find_arm("mh6"))
+    moves = SyncProgram("W1", arms, (np.zeros((4, 6)), np.zeros((4, 6))), np.ones(3), 1, 2)
+    for file, text in controller_named(name).write_sync(moves).items():
+        (tmp_path / file).write_text(text, encoding="utf-8", newline="")
+    assert audit_path(tmp_path).fault_count == 0

@@ -5,7 +5,7 @@ import pytest
 
 from tests.saved_graphs import saved_graph
 from wpcal.brep.hits import find_hits
-from wpcal.brep.near_groups import are_blocked, find_hits_near, find_near_faces, first_rows
+from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_faces, first_rows
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 
@@ -39,7 +39,7 @@ def test_groups_lose_no_hit_and_add_none(name: str) -> None:
     np.testing.assert_array_equal(found.ray, alone.ray)
     np.testing.assert_array_equal(found.way, alone.way)
     np.testing.assert_allclose(found.at_mm, alone.at_mm, rtol=0, atol=ROUND_OFF_MM)
-    blocked = are_blocked(graph, trimmed, owner, origins, way, length)
+    blocked = first_faces(graph, trimmed, owner, origins, way, length) >= 0
     np.testing.assert_array_equal(np.flatnonzero(blocked), np.unique(alone.ray // 5))
 
 

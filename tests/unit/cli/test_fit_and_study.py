@@ -1,9 +1,12 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.running import run_here, run_process
+from wpcal.core.pendant import NOTATIONS
+from wpcal.core.transform import RigidTransform
 
 TABLE1 = Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv"
 HEADER = TABLE1.read_text(encoding="utf-8").splitlines()[0]
@@ -23,6 +26,27 @@ def test_fit_prints_the_record_of_a_calibration():
     assert record["solver"]["evaluations"] > 0
     assert len(record["solver"]["trace"]["best_f_mm"]) == record["solver"]["temperatures"]
     assert {"criteria", "versions", "seed", "issues", "verdict"} <= record.keys()
+
+
+def test_the_pose_in_the_record_is_that_of_the_pendants():
+    record = json.loads(run_here("fit", TABLE1, "--json").stdout)
+    assert list(record["pendant"]) == [notation.maker for notation in NOTATIONS]
+    for notation in NOTATIONS:
+        shown = record["pendant"][notation.maker]
+        assert tuple(shown) == notation.labels
+        back = notation.transform(list(shown.values()), target="base", source="part")
+        np.testing.assert_allclose(back.matrix, record["T_base_part"], rtol=0, atol=1e-9)
+
+
+def test_the_console_has_the_pose_and_only_on_request_the_proof():
+    short, long = (run_here("fit", TABLE1, *details).stdout for details in ((), ("--details",)))
+    record = json.loads(run_here("fit", TABLE1, "--json").stdout)
+    T = RigidTransform.from_matrix(record["T_base_part"], target="base", source="part")
+    for notation in NOTATIONS:
+        assert notation.orientation_text(T) in short
+    for word in ("objective", "annealed", "gap", "rad │"):
+        assert word in long
+        assert word not in short.replace(notation.orientation_text(T), "")
 
 
 def test_the_same_fit_in_two_processes_is_the_same_bytes():

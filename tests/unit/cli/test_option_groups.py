@@ -7,6 +7,7 @@ import click
 from click.testing import CliRunner
 
 from wpcal.cli.export_options import TorchShapeFlags
+from wpcal.cli.main import wpcal
 from wpcal.cli.option_groups import option, option_names, takes
 from wpcal.seam.torch import USUAL_TORCH
 
@@ -55,6 +56,15 @@ def test_the_help_has_the_order_of_the_fields():
         "--last",
     ]
     assert option_names(Outer) == ["names", "depth_mm", "is_loud"]
+
+
+def test_every_option_of_every_command_has_a_help_text():
+    context = click.Context(wpcal)
+    for name in wpcal.list_commands(context):
+        found = wpcal.get_command(context, name)
+        assert found is not None
+        without = [p.opts[0] for p in found.params if isinstance(p, click.Option) and not p.help]
+        assert without == [], name
 
 
 def test_the_default_torch_of_the_options_is_the_one_that_is_assumed_everywhere() -> None:

@@ -56,7 +56,7 @@ def test_a_missed_tolerance_ends_with_one_and_the_files_say_so(finished_folder, 
         (["-f", "rapid", "--all", "--seams", "W1"], "either --seams or --all"),
         (["-f", "rapid", "--work-angle-deg", "80"], "work angle: expected -60 to 60 deg, got 80"),
         (["-f", "rapid", "--speed-mm-s", "0"], "speed_mm_s: expected a positive number"),
-        (["-f", "rapid", "--robot", "mh6", "--near", "0,0,0,0,0,0"], "--robot needs --tool"),
+        (["-f", "rapid", "--robot", "mh6", "--near-joints", "0,0,0,0,0,0"], "--robot needs --tool"),
     ],
 )
 def test_wrong_use_ends_with_two_in_one_line_and_writes_nothing(finished_folder, capsys, options, message):

@@ -64,8 +64,8 @@ def test_corrected_at_one_end_only_is_refused(finished_folder, space, says):
 def test_the_configuration_is_never_guessed(finished_folder):
     folder = marked(finished_folder(), "identified")
     done = CliRunner().invoke(wpcal, ["export", str(folder), "-f", "rapid", "--robot", "mh6"])
-    assert "--robot needs --near" in str(done.exception)
-    near = ["--near", "0,0,0,0,60,0"]
+    assert "--robot needs --near-joints" in str(done.exception)
+    near = ["--near-joints", "0,0,0,0,60,0"]
     done = CliRunner().invoke(wpcal, ["export", str(folder), "-f", "rapid", "--robot", "mh6", *near])
     assert "--robot needs --tool" in str(done.exception)
     assert not (folder / "rapid").exists()

@@ -14,6 +14,8 @@ from click.testing import CliRunner
 
 from wpcal.cli.report import report
 from wpcal.core.errors import FormatError, FrameError, InputError, WpcalError
+from wpcal.core.pendant import NOTATIONS
+from wpcal.core.transform import RigidTransform
 from wpcal.pages.report import build_report
 from wpcal.results.folder import read_result_folder
 
@@ -124,3 +126,11 @@ def test_files_that_do_not_fit_are_refused(folder: Path, spoil: Any, kind: type[
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such folder"):
         read_result_folder(tmp_path / "none")
+
+
+def test_the_pose_is_there_in_the_notation_of_every_pendant(folder: Path) -> None:
+    files = read_result_folder(folder)
+    found = re.search(r'id="data">(.*?)</script>', build_report(files.calibration, files.seams))
+    assert found is not None
+    T_base_part = RigidTransform.from_matrix(files.calibration["T_base_part"], target="base", source="part")
+    assert json.loads(found[1])["pendant"] == {n.maker: n.orientation_text(T_base_part) for n in NOTATIONS}

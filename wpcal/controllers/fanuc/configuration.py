@@ -37,7 +37,7 @@ def config(posture: Posture) -> list[str]:
     refuse_first(
         beyond,
         "joint 1, 4, 5 or 6 is beyond 180 deg, and public sources do not agree on the turn numbers (another "
-        "--near may keep the joints within it)",
+        "--near-joints may keep the joints within it)",
     )
     flips = np.sin(posture.joints[:, 4]) > 0.0
     return [

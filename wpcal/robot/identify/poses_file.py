@@ -11,10 +11,10 @@ from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError, UnitError
 from wpcal.core.numbers import parse_numbers
-from wpcal.core.orientation_columns import orientations_of_table
+from wpcal.core.orientation_columns import ANGLE_COLUMNS, QUATERNION_COLUMNS, orientations_of_table
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
-from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.rotations import rotation_from_zyx, zyx_angles
 from wpcal.core.tables import Table, read_table
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.identify.observations import PoseObservations
@@ -164,8 +164,11 @@ def corrected_table(
     space: RobotSpace,
     *,
     tcp_bias_mm: float = 0.0,
+    postures: FloatArray | None = None,
 ) -> str:
     """Return the CSV of corrected points: ``name,x_mm,y_mm,z_mm,robot_space,tcp_bias_mm`` and the columns passed on.
+
+    ``rx_deg,ry_deg,rz_deg`` follow if the postures are given and no column that is passed on says them.
 
     Parameters
     ----------
@@ -177,13 +180,19 @@ def corrected_table(
     space : RobotSpace
     tcp_bias_mm : float
         Error of the tool centre point that all points share (95 %), mm; the column is left out at zero.
+    postures : ndarray, shape (N, 3, 3), optional
+        The axes of the tool in the base, as columns.
     """
     rest = list(others[0]) if others else []
+    columns: tuple[str, ...] = ()
+    angles: FloatArray = np.empty((len(names), 0))
+    if postures is not None and not {*ANGLE_COLUMNS, *QUATERNION_COLUMNS} & set(rest):
+        columns, angles = ANGLE_COLUMNS, np.rad2deg(zyx_angles(postures)).round(4) + 0.0
     bias = {"tcp_bias_mm": f"{tcp_bias_mm:.6f}"} if tcp_bias_mm else {}
-    rows = [["name", *POSITION_COLUMNS, "robot_space", *bias, *rest]]
-    for name, point, cells in zip(names, points, others, strict=True):
-        place = (f"{value:.6f}" for value in point)
-        rows.append([name, *place, space.value, *bias.values(), *(cells[key] for key in rest)])
+    rows = [["name", *POSITION_COLUMNS, "robot_space", *bias, *columns, *rest]]
+    for name, point, turn, cells in zip(names, points, angles, others, strict=True):
+        place, posture = (f"{value:.6f}" for value in point), (f"{value:.4f}" for value in turn)
+        rows.append([name, *place, space.value, *bias.values(), *posture, *(cells[key] for key in rest)])
     return csv_text(rows)
 
 

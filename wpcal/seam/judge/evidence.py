@@ -21,6 +21,7 @@ from wpcal.seam.judge.fasteners import Fastener, find_fasteners, is_named_fasten
 from wpcal.seam.judge.reach import LEAST_FREE, free_share
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.judge.stretches import in_material_words
+from wpcal.seam.judge.unreached import blocked_words
 from wpcal.seam.limits import LEAST_CONFIDENCE
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.seam import Seam, SeamSource
@@ -118,8 +119,9 @@ def judge_seams(
         judged.append(
             replace(
                 seam,
-                reachable=share >= LEAST_FREE,
-                accepted=not seam.inside and (confidence >= LEAST_CONFIDENCE or seam.source is SeamSource.MARKED),
+                reachable=share >= LEAST_FREE and not seam.blocked_by,
+                accepted=not (seam.inside or seam.blocked_by)
+                and (confidence >= LEAST_CONFIDENCE or seam.source is SeamSource.MARKED),
                 confidence=confidence,
                 reasons=(seam.source.value, *seam.reasons, *_reach_words(felt)),
                 against=tuple(item.text for item in against),
@@ -182,6 +184,8 @@ class _Judge:
         held = [self.fasteners[solid] for solid in solids if solid in self.fasteners]
         if seam.inside:
             yield Evidence(IN_MATERIAL, in_material_words(seam))
+        elif seam.blocked_by:
+            yield Evidence(NOT_REACHED, f"{blocked_words(seam)}{ASSUMED}")
         elif share < LEAST_FREE:
             yield Evidence(NOT_REACHED, f"no torch gets there: {share:.0%} of its directions are free{ASSUMED}")
         for solid in solids:

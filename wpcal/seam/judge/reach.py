@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.near_groups import are_blocked
+from wpcal.brep.near_groups import first_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.rotations import rotation_from_zyx
@@ -62,7 +62,7 @@ def free_share(
     owner = np.add.outer(np.arange(k) * (n and seam[-1] + 1), seam).ravel()
     free = np.ones(len(owner), dtype=bool)
     wire = (origins + start[:, None] * ways)[:, None]
-    free &= ~are_blocked(graph, trimmed, owner, wire, ways, np.maximum(USUAL_TORCH.wire_mm - start, 0.0))
+    free &= first_faces(graph, trimmed, owner, wire, ways, np.maximum(USUAL_TORCH.wire_mm - start, 0.0)) < 0
     rows = np.flatnonzero(free)
     across = np.cross(ways[rows], side[rows])
     across /= np.linalg.norm(across, axis=1, keepdims=True)
@@ -72,7 +72,6 @@ def free_share(
     slant, other = np.sqrt(0.5) * (across + side), np.sqrt(0.5) * (across - side)
     offsets = [0.0 * side, *(sign * rim for rim in (across, side, slant, other) for sign in (1.0, -1.0))]
     bundle = np.stack([mouth + radius * offset for offset in offsets], axis=1)
-    free[rows] = ~are_blocked(
-        graph, trimmed, owner[rows], bundle, ways[rows], np.full(len(rows), USUAL_TORCH.length_mm)
-    )
+    length = np.full(len(rows), USUAL_TORCH.length_mm)
+    free[rows] = first_faces(graph, trimmed, owner[rows], bundle, ways[rows], length) < 0
     return np.asarray(free.reshape(k, n).mean(axis=0), dtype=np.float64)

@@ -49,7 +49,11 @@ def cut_at_material(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Sea
         if len(stretches) == 1:
             found.append(_inside(graph, seam, stretches[0]))
         else:
-            found += _cut(graph, trimmed, seam, stretches, options)
+            solids = frozenset().union(*(stretch.solids for stretch in stretches))
+            names = ", ".join(graph.solid_names[solid] for solid in sorted(solids))
+            reason = f"cut from a seam of {seam.length_mm:.1f} mm, which goes through {names}"
+            pieces = cut_at(graph, trimmed, seam, stretches, options, reason)
+            found += [_inside(graph, own, stretch) for own, stretch in pieces]
     return found
 
 
@@ -58,22 +62,41 @@ def _inside(graph: BrepGraph, seam: Seam, stretch: Stretch) -> Seam:
     return replace(seam, inside=names) if names else seam
 
 
-def _cut(
-    graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, stretches: list[Stretch], options: SeamOptions
-) -> list[Seam]:
+def cut_at(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    seam: Seam,
+    stretches: Sequence[Stretch],
+    options: SeamOptions,
+    reason: str,
+) -> list[tuple[Seam, Stretch]]:
+    """Make stretches of a seam seams of their own.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    seam : Seam
+    stretches : sequence of Stretch
+        From start to end. In a closed seam the last and the first are joined if both are free, or neither is.
+    options : SeamOptions
+    reason : str
+        Added to the reasons of each.
+
+    Returns
+    -------
+    list of (Seam, Stretch)
+    """
+    stretches = list(stretches)
     runs = [cut_run(graph, seam.pieces, stretch.low_mm, stretch.high_mm) for stretch in stretches]
     if seam.closed and bool(stretches[0].solids) == bool(stretches[-1].solids):
         runs[0] = SeamPieces.joined([runs.pop(), runs[0]])
         last = stretches.pop()
         stretches[0] = replace(stretches[0], solids=stretches[0].solids | last.solids)
-    solids = frozenset().union(*(stretch.solids for stretch in stretches))
-    names = ", ".join(graph.solid_names[solid] for solid in sorted(solids))
-    reason = f"cut from a seam of {seam.length_mm:.1f} mm, which goes through {names}"
     found = []
     for pieces, stretch in zip(_directed(graph, runs), stretches, strict=True):
         own = replace(seam, pieces=pieces, closed=False, reasons=(*seam.reasons, reason))
-        own = face_free_space(graph, trimmed, with_frames(graph, own, options))
-        found.append(_inside(graph, own, stretch))
+        found.append((face_free_space(graph, trimmed, with_frames(graph, own, options)), stretch))
     return found
 
 
@@ -86,8 +109,13 @@ def _directed(graph: BrepGraph, runs: list[SeamPieces]) -> list[SeamPieces]:
 
 def in_material_words(seam: Seam) -> str:
     """Say in which solids a stretch is, and where, for people."""
+    return f"the wire would be inside {', '.join(seam.inside)}, {place_words(seam)}"
+
+
+def place_words(seam: Seam) -> str:
+    """Say where a seam begins and ends, and how long it is, for people."""
     first, last = (_place(p) for p in seam.frames.p[[0, -1]])
-    return f"the wire would be inside {', '.join(seam.inside)}, from {first} to {last} mm in part coordinates"
+    return f"from {first} to {last} mm in part coordinates"
 
 
 def _place(p: FloatArray) -> str:

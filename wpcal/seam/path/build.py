@@ -106,7 +106,7 @@ def with_frames(graph: BrepGraph, seam: Seam, options: SeamOptions) -> Seam:
     """Return a seam with new length and frames, computed from its pieces."""
     runs = Runs(seam.pieces, np.array([0, len(seam.pieces)]))
     (frames,), lengths, _ = measured(graph, runs, np.array([seam.closed]), options)
-    return replace(seam, length_mm=float(lengths[0]), frames=frames)
+    return replace(seam, length_mm=float(lengths[0]), frames=frames, lean_rad=None)
 
 
 def _longest_joint(joined: JoinedPieces, rows: IntArray, length_mm: FloatArray) -> JointType:

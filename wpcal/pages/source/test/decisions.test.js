@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 import { changesBy, decisionsAfter, decisionsOf, Refusal } from "../src/seams/decisions.js";
-import { meetingRows } from "../src/seams/ends.js";
+import { meetingRows, placesAlong } from "../src/seams/ends.js";
 import { seamsFile } from "../src/seams/file.js";
 import { previewed } from "../src/seams/preview.js";
 
@@ -120,6 +120,11 @@ test("the preview turns the frames, and never accepts what is inside material", 
   ]);
   const inside = { seam: { ...A.seam, accepted: false, inside: ["block"] }, frames: A.frames };
   assert.equal(previewed(stateOf(inside), { kind: "accept", row: 0 }).seams[0].accepted, false);
+});
+
+test("a pointer on a seam is between its frames, too", () => {
+  const { p, s, rows } = placesAlong(A.frames);
+  assert.deepEqual([s[4], p[4], rows[4], rows[5], s.length], [40, [40, 0, 0], 0, 1, 11]);
 });
 
 test("the file has decisions and no frames", () => {

@@ -6,6 +6,7 @@ import {
   fitSection,
   notesSection,
   pointsSection,
+  poseSection,
   seamsSection,
   sourcesSection,
   stepsSection,
@@ -15,7 +16,7 @@ import { buildOrSayWhy } from "../stage.js";
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 
 async function main() {
-  const { calibration, seams, mesh, steps, help } = readData();
+  const { calibration, seams, pendant, mesh, steps, help } = readData();
   const [frames, part] = await Promise.all([readJsonBlob("frames"), readBlob("part")]);
   const root = document.getElementById("page");
   const view = el("section", { id: "view", "aria-label": "3-D view" });
@@ -34,6 +35,7 @@ async function main() {
   };
   root.append(
     ...[
+      poseSection(calibration, pendant),
       pointsSection(calibration, focusPoint),
       seamsSection(seams, frames, calibration.tolerance_mm, focus),
       criteriaSection(calibration),

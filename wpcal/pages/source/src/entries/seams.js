@@ -5,6 +5,7 @@ import { el, facts, fixed } from "../dom.js";
 import { lookAtSeam } from "../report/scene.js";
 import { decisionsOf } from "../seams/decisions.js";
 import { SeamEditor, verdictOf } from "../seams/editor.js";
+import { placesAlong } from "../seams/ends.js";
 import { download, seamsFile } from "../seams/file.js";
 import { seamList } from "../seams/list.js";
 import { previewed } from "../seams/preview.js";
@@ -93,7 +94,10 @@ class SeamsPage {
 
   /** A line over the chosen seam, and a point where it starts. */
   mark(viewer, row) {
-    const { p } = this.editor.state.frames[row];
+    const { seams, frames } = this.editor.state;
+    const { p } = frames[row];
+    const places = placesAlong(frames[row]);
+    viewer.addTargets("chosen", places.p, { seam: seams[row], row, s: places.s }, { priority: 1 });
     viewer.addPaths("chosen", [{ points: p, color: CHOSEN }], { width: 9, opacity: 0.6 });
     viewer.addPoints("chosen", [{ p: p[0], color: CHOSEN }], { size: 14 });
   }

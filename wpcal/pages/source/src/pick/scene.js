@@ -3,6 +3,7 @@ import { sides, toggles, tooltip } from "../controls.js";
 import { el, facts, fixed } from "../dom.js";
 import { legend, pointTip, seamTip } from "../report/explain.js";
 import { arrow, fittingFactor } from "../residuals.js";
+import { placesAlong } from "../seams/ends.js";
 import { buildStage, checkBox, seeThroughBox } from "../stage.js";
 import { cutControl, measureBox } from "../view_tools.js";
 import { colourOf } from "../viewer.js";
@@ -90,7 +91,7 @@ export class Scene {
       return tip.show(el("div", {}, feature && wordsOf(feature), pick?.point && pointTip(pick.point)), found);
     });
     this.viewer.onPick((found) => {
-      if (found?.data.seam) return onSeam(found.data.row, this.frames[found.data.row].s[found.index]);
+      if (found?.data.seam) return onSeam(found.data.row, (found.data.s ?? this.frames[found.data.row].s)[found.index]);
       const feature = found && this.featureOf(found);
       if (feature) onPick(feature);
     });
@@ -105,8 +106,8 @@ export class Scene {
     return data.features?.[index] ?? data.picks?.[index].feature ?? null;
   }
 
-  wordsOfSeam({ data: { seam, row }, index }) {
-    return seamTip(seam, { ...this.frames[row], u95: this.u95?.[row] ?? null }, index);
+  wordsOfSeam({ data: { seam, row, rows }, index }) {
+    return seamTip(seam, { ...this.frames[row], u95: this.u95?.[row] ?? null }, rows ? rows[index] : index);
   }
 
   /** Other seams than those before: after a decision. */
@@ -122,6 +123,9 @@ export class Scene {
     this.viewer.clear("chosen seam");
     if (row === null) return;
     const { p } = this.frames[row];
+    const places = placesAlong(this.frames[row]);
+    const data = { seam: this.seams[row], row, ...places };
+    this.viewer.addTargets("chosen seam", places.p, data, { priority: 2, radius: SEAM_REACH_PX });
     this.viewer.addPaths("chosen seam", [{ points: p, color: CHOSEN }], { width: 9, opacity: 0.6 });
     this.viewer.addPoints("chosen seam", [{ p: p[0], color: CHOSEN }], { size: 14 });
     const box = this.panelElement.querySelector("input[data-layer=refused]");

@@ -14,6 +14,12 @@ function section(id, title, ...content) {
   return el("section", { id, "aria-labelledby": `${id}-title` }, el("h2", { id: `${id}-title` }, title), content);
 }
 
+/** Why a candidate is not a seam; nothing for an accepted one. */
+export function whyNot({ accepted, against = [], edit }) {
+  if (accepted) return "";
+  return [...(edit?.accept === false ? ["rejected by hand"] : []), ...against].join("; ");
+}
+
 export function seamsSection(seams, frames, tolerance, focus) {
   const rows = seams.map((seam, row) => ({ ...seam, row, ...frames[row] }));
   const worst = ({ u95 }) => (u95 ? Math.max(...u95) : null);
@@ -27,6 +33,9 @@ export function seamsSection(seams, frames, tolerance, focus) {
     { title: "frames", number: true, cell: ({ s }) => String(s.length) },
     { title: "position", cell: ({ position }) => [...new Set(position ?? [])].filter(Boolean).join(", ") || "–" },
   ];
+  if (seams.some(({ accepted }) => !accepted)) {
+    columns.push({ title: "not accepted because", cell: whyNot });
+  }
   const rowOf = ({ row, accepted }) => ({
     class: accepted ? "link" : "link dim",
     title: accepted ? "show in the view" : "a candidate that was not accepted as a seam",
@@ -84,14 +93,44 @@ export function criteriaSection({ criteria, criterion }) {
   return section("criteria", "Criteria on the same data", table(columns, criteria.rows), el("p", {}, why));
 }
 
+/** The pose of the part as the pendants of the makers show it; `orientations` has one text per maker. */
+export function poseSection({ T_base_part }, orientations) {
+  const [x, y, z] = T_base_part.map((row) => fixed(row[3], 3));
+  const columns = [
+    { title: "pendant", cell: ([maker]) => el("strong", {}, maker) },
+    { title: "position", cell: () => `X ${x}  Y ${y}  Z ${z} mm` },
+    { title: "orientation", cell: ([, text]) => text },
+  ];
+  const caption = "Where the part is in the robot's base, in the numbers of each pendant.";
+  return section("pose", "Pose of the part", table(columns, Object.entries(orientations), { caption }));
+}
+
 export function fitSection(record) {
-  const { solver, correction, T_base_part } = record;
-  const c = correction.six_tuple;
+  const { solver, rms_mm } = record;
   const rows = [
     ["criterion", CRITERIA[record.criterion] ?? record.criterion],
+    ["RMS", `${fixed(rms_mm, 4)} mm`],
+    ["solver", `${solver.method}, seed ${record.seed}`],
+  ];
+  const trace = solver.trace && annealingPlot(solver.trace, record.objective_mm);
+  const legend =
+    "Annealing: the largest distance at the end of each temperature (faint) and the best so far. " +
+    "The dotted line is the final answer.";
+  const figure = trace && el("figure", {}, trace, el("figcaption", { class: "caption" }, legend));
+  const details = el(
+    "details",
+    {},
+    el("summary", {}, "Details"),
+    el("div", { class: "beside" }, fitDetails(record), figure),
+  );
+  return section("fit", "Fit", facts(rows), details);
+}
+
+function fitDetails(record) {
+  const c = record.correction.six_tuple;
+  const rows = [
     ["objective", `${fixed(record.objective_mm, 6)} mm`],
     ["no rigid fit is below", `${fixed(record.lower_bound_mm, 6)} mm${record.certified ? " (certified)" : ""}`],
-    ["solver", `${solver.method}, seed ${record.seed}`],
     ["correction x, y, z", `${[c.x_mm, c.y_mm, c.z_mm].map((v) => fixed(v, 4)).join(", ")} mm`],
     ["correction α, β, γ", `${[c.alpha_rad, c.beta_rad, c.gamma_rad].map((v) => fixed(v, 7)).join(", ")} rad`],
   ];
@@ -99,22 +138,10 @@ export function fitSection(record) {
   const matrix = el(
     "table",
     { class: "matrix" },
-    T_base_part.map((row) => el("tr", {}, cells(row))),
+    record.T_base_part.map((row) => el("tr", {}, cells(row))),
   );
-  const trace = solver.trace && annealingPlot(solver.trace, record.objective_mm);
   const pose = "T_base_part: the columns are the axes of the part in the robot's base, then its origin in mm.";
-  const numbers = el(
-    "div",
-    {},
-    facts(rows),
-    el("p", { class: "caption" }, pose),
-    el("div", { class: "table-scroll" }, matrix),
-  );
-  const legend =
-    "Annealing: the largest distance at the end of each temperature (faint) and the best so far. " +
-    "The dotted line is the final answer.";
-  const figure = trace && el("figure", {}, trace, el("figcaption", { class: "caption" }, legend));
-  return section("fit", "Fit", el("div", { class: "beside" }, numbers, figure));
+  return el("div", {}, facts(rows), el("p", { class: "caption" }, pose), el("div", { class: "table-scroll" }, matrix));
 }
 
 /** What to do now; null if the verdict asks for nothing. */

@@ -1,4 +1,5 @@
-// Which seams meet: seams can be joined where their ends are at one place.
+// Places on seams: where two of them meet, and between the frames.
+const BETWEEN = 10; // places from one frame to the next; on the screen they are a few pixels apart
 const MEETING_MM = 1; // as `MEETING_MM` of wpcal.seam.edited_run, which decides
 
 function ends({ p }) {
@@ -15,4 +16,22 @@ export function meetingRows({ seams, frames }, row) {
 
 export function distance(p, q) {
   return Math.hypot(...p.map((v, i) => v - q[i]));
+}
+
+/**
+ * Places along a seam, closer to each other than its frames: for a pointer on the seam.
+ *
+ * @returns {{p: number[][], s: number[], rows: number[]}}  `rows` are the nearest frames
+ */
+export function placesAlong({ s, p }) {
+  const found = { p: [p[0]], s: [s[0]], rows: [0] };
+  for (let i = 0; i + 1 < s.length; i += 1) {
+    for (let k = 1; k <= BETWEEN; k += 1) {
+      const share = k / BETWEEN;
+      found.p.push(p[i].map((v, axis) => v + share * (p[i + 1][axis] - v)));
+      found.s.push(s[i] + share * (s[i + 1] - s[i]));
+      found.rows.push(share < 0.5 ? i : i + 1);
+    }
+  }
+  return found;
 }

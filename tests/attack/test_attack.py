@@ -1,0 +1,54 @@
+"""The short form of `make attack`: a command without the kernel, so that many faults cost little."""
+
+import random
+import signal
+from collections import Counter
+
+import pytest
+
+from tests.attack.__main__ import NEVER
+from tests.attack.faults import Job, fill_disk, forbid_writing, kill_at_every_change, kill_at_random, write_twice
+from tests.e2e.every_command import write_inputs
+
+DISKS_KB = (8, 5000)
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
+    folder = tmp_path_factory.mktemp("attack")
+    write_inputs(folder)
+    rows = (folder / "touched.csv").read_text()
+    (folder / "other.csv").write_text(rows.replace("700.0", "700.2"))
+    return Job(
+        folder,
+        {"old": ["bases", "cell/two-mh6.json", "touched.csv"], "new": ["bases", "cell/two-mh6.json", "other.csv"]},
+    )
+
+
+def harm(found: Counter[str]) -> dict[str, int]:
+    return {what: found[what] for what in NEVER if found[what]}
+
+
+def test_killed_at_every_change_of_a_folder(job: Job) -> None:
+    found = kill_at_every_change(job)
+    assert harm(found) == {}
+    assert set(found) == {"old", "new"}
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_killed_at_random_moments(job: Job, number: signal.Signals) -> None:
+    assert harm(kill_at_random(job, number, 3, random.Random(15))) == {}
+
+
+def test_no_disk_and_nowhere_to_write(job: Job) -> None:
+    found = fill_disk(job, DISKS_KB)
+    assert harm(found) == {}
+    assert (found["new"], found["temporary folder left"]) == (1, 0)
+    assert forbid_writing(job)["refused in one line"] == 3
+
+
+@pytest.mark.parametrize("force", [True, False])
+def test_two_writers(job: Job, force: bool) -> None:
+    found = write_twice(job, 1, force=force)
+    assert harm(found) == {}
+    assert found["temporary folder left"] == 0

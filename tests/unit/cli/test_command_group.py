@@ -1,0 +1,120 @@
+"""Mistyped commands, old names of options, the order of the help, errors as data, and standard input."""
+
+import io
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.running import run_here
+from wpcal.cli.command_group import RENAMED, SECTIONS, CommandsByEntryPoint
+from wpcal.cli.main import wpcal
+
+TABLE = Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv"
+
+
+@pytest.mark.parametrize(
+    ("typed", "says"),
+    [
+        ("calibrat", "did you mean calibrate?"),
+        ("feature", "did you mean features?"),
+        ("Sheet", "did you mean sheet?"),
+        ("exprot", "did you mean export or report?"),
+        ("qqqq", "`wpcal --help` lists them"),
+    ],
+)
+def test_a_mistyped_command_gets_the_near_ones(typed: str, says: str) -> None:
+    done = run_here(typed, "part.step")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert re.fullmatch(f"wpcal: there is no command '{typed}'; .*{re.escape(says)}\n", done.stderr)
+
+
+def test_the_help_lists_every_command_once_in_the_order_of_the_work() -> None:
+    done = run_here("--help")
+    listed = re.findall(r"^  ([a-z]+)  ", done.stdout, re.MULTILINE)
+    installed = set(CommandsByEntryPoint().list_commands(None))  # type: ignore[arg-type]  # unused
+    assert sorted(listed) == sorted(installed)
+    assert listed.index("features") < listed.index("pick") < listed.index("calibrate") < listed.index("plan")
+    assert [title for title in SECTIONS if f"{title}:" in done.stdout] == list(SECTIONS)
+    assert "..." not in done.stdout
+
+
+def test_every_output_is_called_out() -> None:
+    context = wpcal.make_context("wpcal", ["--help"], resilient_parsing=True)
+    for name in wpcal.list_commands(context):
+        command = wpcal.get_command(context, name)
+        assert command is not None
+        short = [parameter for parameter in command.params if "-o" in parameter.opts]
+        assert all("--out" in parameter.opts for parameter in short), name
+
+
+def test_an_old_name_works_and_says_the_new_one(tmp_path: Path) -> None:
+    for words in (["--output", str(tmp_path / "a.json")], [f"--output={tmp_path / 'b.json'}"]):
+        done = run_here("study", TABLE, "--trials", "5", *words)
+        assert (done.returncode, done.stderr) == (
+            0,
+            "wpcal: --output is now --out; the next version knows only that name\n",
+        )
+    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
+
+
+def test_the_new_names_exist() -> None:
+    context = wpcal.make_context("wpcal", ["--help"], resilient_parsing=True)
+    for name, renamed in RENAMED.items():
+        command = wpcal.get_command(context, name)
+        assert command is not None
+        flags = {flag for parameter in command.params for flag in parameter.opts}
+        assert set(renamed.values()) <= flags
+        assert not set(renamed) & flags
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (
+            "name,model_x_mm,model_y_mm,model_z_mm,real_x_mm,real_y_mm,real_z_mm\nA,1,2,x,4,5,6\n",
+            {"code": "format", "file": "bad.csv", "line": 2, "column": "model_z_mm"},
+        ),
+        (
+            None,
+            {"code": "input", "file": "bad.csv", "line": None, "column": None, "message": "no such file or directory"},
+        ),
+    ],
+)
+def test_an_error_is_also_json(
+    content: str | None, expected: dict[str, object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    if content is not None:
+        Path("bad.csv").write_text(content)
+    done = run_here("fit", "bad.csv", "--json")
+    record = json.loads(done.stdout)
+    assert {key: record[key] for key in expected} == expected
+    assert (record["exit_code"], done.returncode, done.stderr.count("\n")) == (2, 2, 1)
+    assert record["message"] in done.stderr
+
+
+def test_a_hint_and_wrong_use_are_data_too(tmp_path: Path) -> None:
+    (tmp_path / "out.json").touch()
+    exists = json.loads(run_here("study", TABLE, "-o", tmp_path / "out.json", "--json").stdout)
+    assert (exists["code"], exists["hint"], exists["file"]) == ("exists", "--force", str(tmp_path / "out.json"))
+    wrong = json.loads(run_here("fit", "--json", "--wrong").stdout)
+    assert (wrong["code"], wrong["hint"]) == ("usage", None)
+
+
+def test_a_minus_is_standard_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(TABLE.read_bytes())))
+    assert run_here("fit", "-").stdout == run_here("fit", TABLE).stdout
+
+
+@pytest.mark.parametrize(
+    ("typed", "word", "expected"), [("wpcal cal", 1, "calibrate"), ("wpcal fit --crit", 2, "--criterion")]
+)
+def test_a_shell_can_complete(typed: str, word: int, expected: str) -> None:
+    from click.shell_completion import BashComplete
+
+    words = typed.split()
+    complete = BashComplete(wpcal, {}, "wpcal", "_WPCAL_COMPLETE")
+    assert expected in [item.value for item in complete.get_completions(words[1:word], words[word])]

@@ -1,0 +1,107 @@
+"""Seams are cut where the nozzle has no room, and at every station that stays the torch with its lean meets nothing."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.saved_graphs import saved_graph
+from wpcal.brep.material import ExactMaterial
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
+from wpcal.core.records import to_json
+from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
+from wpcal.seam.judge.leans import LEANS_RAD, back_directions
+from wpcal.seam.judge.material import find_poses_in_material
+from wpcal.seam.judge.stations import start_mm
+from wpcal.seam.record import seams_from_record, seams_record
+
+PARTS = ("tee-beside-block", "crossed-tee", "gusseted-bracket", "boss-with-ribs", "tee-beside-bolt", "frame", "saddle")
+BETWEEN_MM = 0.7
+"""The torch is checked at this step between stations, which is not the step with which it was felt."""
+CUT_MM = 1.01
+"""Stretches end within this, on the free side, plus round-off."""
+
+
+def poses_between(seam: Seam) -> tuple[np.ndarray, np.ndarray]:
+    """Tips and directions of the torch along a seam as a program moves it: linear from station to station."""
+    assert seam.lean_rad is not None
+    back = back_directions(seam.frames.R, seam.lean_rad)
+    s = np.arange(0.0, seam.length_mm, BETWEEN_MM)
+    p, way = (
+        np.stack([np.interp(s, seam.frames.s_mm, column) for column in rows.T], axis=1)
+        for rows in (seam.frames.p, back)
+    )
+    return p, way / np.linalg.norm(way, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_the_torch_meets_nothing_along_accepted_seams(name: str) -> None:
+    graph = saved_graph(name)
+    material = ExactMaterial(graph, TrimmedFaces.of(graph))
+    seams = [seam for seam in detect_seams(graph) if seam.accepted]
+    assert seams
+    for seam in seams:
+        assert len(find_poses_in_material(material, *poses_between(seam), start_mm=start_mm(seam))) == 0
+
+
+def test_a_block_beside_the_joint_leaves_the_stretches_at_its_ends() -> None:
+    graph = saved_graph("tee-beside-block")
+    material = ExactMaterial(graph, TrimmedFaces.of(graph))
+    on = [seam for seam in detect_seams(graph) if seam.frames.p[0, 1] == seam.frames.p[-1, 1] == 46.0]
+    assert [seam.accepted for seam in on] == [True, False, True]
+    before, blocked, after = sorted(on, key=lambda seam: float(seam.frames.p[0, 0]))
+    assert blocked.blocked_by == ("block",)
+    assert not blocked.inside
+    low, high = blocked.frames.p[[0, -1], 0]
+    assert low + high == pytest.approx(240.0, abs=CUT_MM)  # the block is in the middle, from 100 to 140
+    assert 90.0 < low < 110.0
+    assert "with every lean it meets block, from (" in blocked.against[0]
+    assert any("30.0 mm of which no torch reaches: block is in its way" in reason for reason in before.reasons)
+    assert before.length_mm + blocked.length_mm + after.length_mm == pytest.approx(200.0, abs=1e-6)
+    inner = blocked.frames.p + np.clip(120.0 - blocked.frames.p[:, :1], -CUT_MM, CUT_MM) * [1.0, 0.0, 0.0]
+    for lean in LEANS_RAD:
+        back = back_directions(blocked.frames.R, lean)
+        assert len(find_poses_in_material(material, inner, back)) == len(inner)
+
+
+def test_the_torch_leans_away_from_a_wall_and_is_straight_elsewhere() -> None:
+    seams = {s.name: s for s in detect_seams(saved_graph("crossed-tee")) if s.accepted}
+    (first,) = [s for s in seams.values() if s.frames.p[-1].tolist() == [80.0, 46.0, 10.0]]  # it ends at the block
+    assert first.lean_rad is not None
+    assert first.lean_rad[-1, 1] > 0  # push: the torch stays behind the wire
+    assert first.lean_rad[-1, 0] == 0
+    assert not first.lean_rad[:-3].any()
+    assert any(np.array_equal(first.lean_rad[-1], lean) for lean in LEANS_RAD)
+
+
+def test_coarse_stations_are_felt_between_them() -> None:
+    coarse = SeamOptions(steps=StepOptions(chord_mm=1.0, max_step_mm=500.0))
+    for options in (SeamOptions(), coarse):
+        seams = detect_seams(saved_graph("tee-beside-block"), options)
+        blocked = [seam for seam in seams if seam.blocked_by]
+        assert [round(seam.length_mm) for seam in blocked] == [30]
+
+
+def test_leans_are_kept_in_the_record_and_taken_by_programs() -> None:
+    found = [seam for seam in detect_seams(saved_graph("tee-beside-block")) if seam.accepted or seam.blocked_by]
+    read = seams_from_record(json.loads(to_json(seams_record(found))), path="seams.json")
+    for seam, again in zip(found, read, strict=True):
+        assert again.blocked_by == seam.blocked_by
+        assert (again.lean_rad is None) == (seam.lean_rad is None)
+        if seam.lean_rad is not None:
+            np.testing.assert_allclose(again.lean_rad, seam.lean_rad, rtol=0, atol=1e-12)
+            torch = TorchSettings()
+            wire = wire_directions(tool_rotations(again.frames.R, torch, again.lean_rad), torch.tool_axis)
+            back = back_directions(seam.frames.R, seam.lean_rad)
+            np.testing.assert_allclose(wire, -back, rtol=0, atol=1e-12)
+
+
+def test_a_lean_replaces_the_angles_of_the_user_only_where_there_is_one() -> None:
+    R = np.tile(np.eye(3), (3, 1, 1))
+    torch = TorchSettings(work_rad=0.1, travel_rad=-0.2)
+    lean = np.array([[0.0, 0.0], [0.0, 0.3], [np.nan, np.nan]])
+    found = tool_rotations(R, torch, lean)
+    np.testing.assert_array_equal(found[[0, 2]], tool_rotations(R[:2], torch))
+    np.testing.assert_array_equal(found[1:2], tool_rotations(R[:1], replace(torch, work_rad=0.0, travel_rad=0.3)))

@@ -1,0 +1,81 @@
+"""Boxes around the patches of free-form faces: a long bent tube fills little of the box around the whole face."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from wpcal.brep.boxes import BoxTree
+from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.nurbs import NurbsSurface
+from wpcal.core.arrays import FloatArray, IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PatchBoxes:
+    """Boxes that together contain each face: one for most faces, one per patch for those with many patches.
+
+    Parameters
+    ----------
+    face : ndarray of int, shape (m,)
+    low, high : ndarray, shape (m, 3)
+        Corners of the boxes, mm.
+    tree : BoxTree
+        Of the same boxes.
+    """
+
+    face: IntArray
+    low: FloatArray
+    high: FloatArray
+    tree: BoxTree
+
+    @classmethod
+    def of(cls, graph: BrepGraph, low: FloatArray, high: FloatArray) -> PatchBoxes:
+        """Divide the boxes of free-form faces.
+
+        Parameters
+        ----------
+        graph : BrepGraph
+        low, high : ndarray, shape (F, 3)
+            Corners of a box around each face, mm. A box of a patch is cut off at the box of its face.
+
+        Notes
+        -----
+        With positive weights a patch is within the box of the poles on which it depends.
+        """
+        free_form = graph.face_kind == SurfaceKind.NURBS
+        whole = np.flatnonzero(~free_form)
+        faces, lows, highs = [whole], [low[whole]], [high[whole]]
+        for face in np.flatnonzero(free_form).tolist():
+            own_low, own_high = _boxes(graph.nurbs_surfaces[graph.face_nurbs[face]])
+            own_low, own_high = np.maximum(own_low, low[face]), np.minimum(own_high, high[face])
+            real = (own_low <= own_high).all(axis=1)
+            faces.append(np.full(int(real.sum()), face))
+            lows.append(own_low[real])
+            highs.append(own_high[real])
+        every_low, every_high = np.concatenate(lows), np.concatenate(highs)
+        return cls(np.concatenate(faces), every_low, every_high, BoxTree.of(every_low, every_high))
+
+
+def _boxes(surface: NurbsSurface) -> tuple[FloatArray, FloatArray]:
+    first_u, last_u, first_v, last_v = surface.bounds
+    at_u = _spans(surface.knots_u, surface.degrees[0], first_u, last_u)
+    at_v = _spans(surface.knots_v, surface.degrees[1], first_v, last_v)
+    du, dv = surface.degrees
+    low, high = [], []
+    for i in at_u:
+        rows = surface.poles[i - du : i + 1]
+        low_v, high_v = rows.min(axis=0), rows.max(axis=0)
+        for j in at_v:
+            low.append(low_v[j - dv : j + 1].min(axis=0))
+            high.append(high_v[j - dv : j + 1].max(axis=0))
+    return np.reshape(low, (-1, 3)), np.reshape(high, (-1, 3))
+
+
+def _spans(knots: FloatArray, degree: int, first: float, last: float) -> list[int]:
+    """Return the numbers of the knot spans that have a length and hold parameters of the used part."""
+    inner = range(degree, len(knots) - degree - 1)
+    ends = list(pairwise(knots[degree : len(knots) - degree].tolist()))
+    return [i for i, (a, b) in zip(inner, ends, strict=True) if a < b and a <= last and b >= first]

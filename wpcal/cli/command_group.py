@@ -1,0 +1,134 @@
+"""The commands of `wpcal`: found by entry point, listed in the order of the work, and near names for a mistyped one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from difflib import get_close_matches
+from importlib.metadata import EntryPoint, entry_points
+
+import click
+
+from wpcal.cli.number_options import with_strict_numbers
+
+ENTRY_POINT_GROUP = "wpcal.commands"
+OUR_PACKAGES = ("wpcal", "cad")
+
+SECTIONS: Mapping[str, Sequence[str]] = {
+    "Begin": ("demo",),
+    "Look at the part": ("features", "seams", "advise", "sheet"),
+    "Teach": ("pick", "taught", "match"),
+    "Calibrate": ("calibrate", "report", "export", "audit", "diff"),
+    "Without a part": ("fit", "study"),
+    "A better robot": ("identify", "tcp", "correct"),
+    "Two robots": ("bases", "plan"),
+}
+"""The help lists the commands in this order; those of other packages come last."""
+
+WHOLE_SENTENCE = 1000
+"""Letters: the first sentence of a command's help is wrapped and never cut."""
+
+RENAMED_EVERYWHERE: Mapping[str, str] = {"--output": "--out"}
+RENAMED: Mapping[str, Mapping[str, str]] = {
+    "advise": {"--points": "--count"},
+    "sheet": {"--points": "--touch"},
+    "export": {"--near": "--near-joints"},
+}
+"""By command: old names of options. They work in this version, with one line on stderr."""
+
+
+class CommandsByEntryPoint(click.Group):
+    """A group whose commands are entry points `wpcal.commands`; a command's module is imported when it is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all installed commands in the order of the work."""
+        installed = _installed()
+        ours = [name for names in SECTIONS.values() for name in names if name in installed]
+        return [*ours, *sorted(set(installed) - set(ours))]
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import and return one command."""
+        entry = _installed().get(cmd_name)
+        return None if entry is None else _loaded(entry)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command; say which names are near if there is none, and take old names of its options."""
+        name = args[0]
+        if not name.startswith("-") and name not in _installed():
+            raise click.UsageError(_unknown(name))
+        found, command, rest = super().resolve_command(ctx, args)
+        return found, command, rest if command is None else _with_new_names(command, rest)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands under the headings of `SECTIONS`."""
+        installed = self.list_commands(ctx)
+        ours = [name for names in SECTIONS.values() for name in names]
+        sections = {**SECTIONS, "From other packages": [name for name in installed if name not in ours]}
+        width = max(map(len, installed))
+        for title, names in sections.items():
+            rows = [
+                (name.ljust(width), command.get_short_help_str(WHOLE_SENTENCE))
+                for name in names
+                if name in installed and (command := self.get_command(ctx, name)) is not None
+            ]
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
+
+
+def _installed() -> dict[str, EntryPoint]:
+    return {entry.name: entry for entry in entry_points(group=ENTRY_POINT_GROUP)}
+
+
+def _unknown(name: str) -> str:
+    near = get_close_matches(name.lower(), _installed(), n=3, cutoff=0.5)
+    hint = f"did you mean {' or '.join(near)}?" if near else "`wpcal --help` lists them"
+    return f"there is no command {name!r}; {hint}"
+
+
+def _with_new_names(command: click.Command, words: Sequence[str]) -> list[str]:
+    """Replace old names of options, and say so."""
+    known = {flag for parameter in command.params for flag in (*parameter.opts, *parameter.secondary_opts)}
+    renamed = {**RENAMED_EVERYWHERE, **RENAMED.get(command.name or "", {})}
+    return list(_replaced(words, {old: new for old, new in renamed.items() if old not in known and new in known}))
+
+
+def _replaced(words: Sequence[str], renamed: Mapping[str, str]) -> Iterator[str]:
+    for place, word in enumerate(words):
+        if word == "--":
+            yield from words[place:]
+            return
+        flag, equals, value = word.partition("=")
+        if flag in renamed:
+            click.echo(f"wpcal: {flag} is now {renamed[flag]}; the next version knows only that name", err=True)
+            flag = renamed[flag]
+        yield f"{flag}{equals}{value}"
+
+
+def _loaded(entry: EntryPoint) -> click.Command:
+    """Import a command. A package that hides ours, or that is not installed, is told by its name."""
+    from wpcal.core.errors import InputError
+
+    try:
+        command: click.Command = entry.load()
+    except ImportError as error:
+        raise InputError(_why_not_loaded(entry, error)) from error
+    return with_strict_numbers(command)
+
+
+def _why_not_loaded(entry: EntryPoint, error: ImportError) -> str:
+    from importlib.util import find_spec
+
+    root = entry.module.partition(".")[0]
+    ours = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+    found = find_spec(root)
+    places = () if found is None else (found.submodule_search_locations or [found.origin or ""])
+    place = next(iter(places), "")
+    if root in OUR_PACKAGES and os.path.dirname(os.path.abspath(place)) != ours:
+        return (
+            f"another package is called {root} and hides the one of wpcal: {place}; take its folder from PYTHONPATH, "
+            "or install wpcal in an environment of its own"
+        )
+    return f"the command {entry.name} cannot be loaded: {error}"

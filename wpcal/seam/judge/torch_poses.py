@@ -1,0 +1,171 @@
+"""What a whole torch meets at poses along seams: wire, nozzle and neck as lines against exact faces.
+
+The lines are on circles around the wire. The outermost circle is a little wider than the torch, so that no plane
+reaches in between two of them. Spokes across the mouth of the nozzle find a wall along the torch that is longer than
+the torch. Programs are checked against triangles (`material.find_poses_in_material`), so wire and nozzle are felt wider
+by the error of the triangles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.mesh import usual_deflection_mm
+from wpcal.brep.near_groups import find_near_faces, first_faces, first_rows
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.judge.material import WIRE_RADIUS_MM
+from wpcal.seam.torch import USUAL_TORCH
+
+MOST_WIDER_MM = 0.15
+"""The wire is felt wider by at most this: otherwise it would meet the plates of a joint of 60 degrees."""
+AROUND = 16
+"""Lines on the outermost circle: 4 mm apart on a nozzle of 22 mm. There are half as many on the circle inside it."""
+CHUNK = 4000
+"""Poses handled in one array: some 50 MB."""
+SMALL_TURN_RAD = 0.2
+"""Between two poses that differ by less, the end of the torch stays within 1.5 mm of the straight way."""
+BULGE_MM = 2.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TorchPoses:
+    """n poses of a torch along seams.
+
+    Parameters
+    ----------
+    owner : ndarray of int, shape (n,)
+        Number of the seam, ascending.
+    p : ndarray, shape (n, 3)
+        Tips of the wire in `part`, mm.
+    back : ndarray, shape (n, 3)
+        Unit directions in `part` from the tip along the wire.
+    start_mm, end_mm : ndarray, shape (n,)
+        Between these distances from the tip the torch is felt.
+    """
+
+    owner: IntArray
+    p: FloatArray
+    back: FloatArray
+    start_mm: FloatArray
+    end_mm: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.p)
+
+    def select(self, rows: IntArray | BoolArray | slice) -> TorchPoses:
+        """Return the poses at `rows`: integers, a slice, or a mask of shape (n,)."""
+        return TorchPoses(self.owner[rows], self.p[rows], self.back[rows], self.start_mm[rows], self.end_mm[rows])
+
+    @property
+    def mouth_mm(self) -> FloatArray:
+        """Distance of the nozzle from the tip, mm, shape (n,)."""
+        return np.maximum(USUAL_TORCH.wire_mm, self.start_mm)
+
+
+def felt_radii_mm(graph: BrepGraph) -> tuple[float, float]:
+    """Return the radii with which wire and nozzle are felt, mm."""
+    wider = usual_deflection_mm(graph.size_mm)
+    return WIRE_RADIUS_MM + min(wider, MOST_WIDER_MM), USUAL_TORCH.nozzle_radius_mm + wider
+
+
+def find_solids_met(
+    graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, is_between: bool = False
+) -> IntArray:
+    """Return the solid that the torch meets at each pose, or -1; shape (n,).
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    poses : TorchPoses
+    is_between : bool
+        Whether the poses are between others that were felt: the axis and the outermost circle are then enough.
+    """
+    found = [
+        _solids_met(graph, trimmed, poses.select(slice(first, first + CHUNK)), is_between=is_between)
+        for first in range(0, len(poses), CHUNK)
+    ]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *found])
+
+
+def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, is_between: bool) -> IntArray:
+    start, mouth = poses.start_mm, poses.mouth_mm
+    wire_mm, nozzle_mm = felt_radii_mm(graph)
+    around = _circle(poses.back, wire_mm, 4 if is_between else AROUND // 2)
+    wire = (poses.p + start[:, None] * poses.back)[:, None] + around
+    face = first_faces(graph, trimmed, poses.owner, wire, poses.back, mouth - start)
+    for stage in (_first_lines, _other_lines):  # most of what is in the way is met by the first few lines
+        rows = np.flatnonzero(face < 0)
+        left = poses.select(rows)
+        rim = _circle(left.back, nozzle_mm / np.cos(np.pi / AROUND), AROUND)
+        face[rows] = stage(graph, trimmed, left, rim, is_between=is_between)
+    return np.where(face < 0, -1, graph.face_solid[face])
+
+
+def _first_lines(
+    graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, rim: FloatArray, *, is_between: bool
+) -> IntArray:
+    """Return the faces that the axis and the lines on the rim meet: all lines between stations, elsewhere four."""
+    lines = np.concatenate([rim if is_between else rim[:, ::4], np.zeros((len(rim), 1, 3))], axis=1)
+    origins = (poses.p + poses.mouth_mm[:, None] * poses.back)[:, None] + lines
+    return first_faces(graph, trimmed, poses.owner, origins, poses.back, poses.end_mm - poses.mouth_mm)
+
+
+def _other_lines(
+    graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, rim: FloatArray, *, is_between: bool
+) -> IntArray:
+    """Return the faces that the other lines and the spokes meet; between stations there are none."""
+    if is_between:
+        return np.full(len(poses), -1)
+    others = np.delete(rim, np.s_[::4], axis=1)
+    lines = np.concatenate([others, rim[:, ::2] / 2.0], axis=1)
+    centre = (poses.p + poses.mouth_mm[:, None] * poses.back)[:, None]
+    spoke = np.linalg.norm(rim, axis=2)
+    origins = np.concatenate([centre + lines, np.broadcast_to(centre, rim.shape)], axis=1)
+    rays = np.concatenate([np.broadcast_to(poses.back[:, None], lines.shape), rim / spoke[..., None]], axis=1)
+    far = np.broadcast_to((poses.end_mm - poses.mouth_mm)[:, None], lines.shape[:2])
+    return first_faces(graph, trimmed, poses.owner, origins, rays, np.concatenate([far, spoke], axis=1))
+
+
+def _circle(back: FloatArray, radius_mm: float, count: int) -> FloatArray:
+    """Return places on circles around directions, relative to their centres, mm; shape (n, count, 3)."""
+    u = np.cross(back, np.eye(3)[np.argmin(np.abs(back), axis=1)])
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    w = np.cross(back, u)
+    turn = np.arange(count) * 2.0 * np.pi / count
+    return np.asarray(radius_mm * (np.cos(turn)[:, None] * u[:, None] + np.sin(turn)[:, None] * w[:, None]))
+
+
+def are_steps_clear(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> BoolArray:
+    """Tell for each pose whether nothing is near the torch on its way to the next pose; shape (n,).
+
+    No line is sent: the answer is quick, and a step that is not clear may still be free.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    poses : TorchPoses
+    """
+    n = len(poses)
+    first = first_rows(poses.owner, poses.back)
+    turn = np.linalg.norm(np.diff(poses.back, axis=0, append=poses.back[-1:]), axis=1)
+    has_next = np.append(poses.owner[1:] == poses.owner[:-1], False) & (turn <= SMALL_TURN_RAD)
+    size = np.diff(first, append=n)
+    more = has_next[first + size - 1]  # the pose after the group belongs to its last step
+    counts = size + more
+    row = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + np.repeat(first, counts)
+    start, mouth, end = (values[row, None] for values in (poses.start_mm, poses.mouth_mm, poses.end_mm))
+    wire_mm, nozzle_mm = felt_radii_mm(graph)
+    p, back, begin = poses.p[row], poses.back[row], np.cumsum(counts) - counts
+    wire = find_near_faces(graph, trimmed, p + start * back, p + mouth * back, begin, within_mm=wire_mm)
+    k = 4
+    rim = _circle(back, nozzle_mm * np.sqrt(2.0), k)
+    low, high = ((p + at * back)[:, None] + rim for at in (mouth, end))
+    nozzle = find_near_faces(graph, trimmed, low.reshape(-1, 3), high.reshape(-1, 3), k * begin, within_mm=BULGE_MM)
+    empty = np.repeat((wire.counts == 0) & (nozzle.counts == 0), size)
+    return np.asarray(empty & (turn <= SMALL_TURN_RAD), dtype=bool)

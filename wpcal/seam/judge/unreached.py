@@ -1,0 +1,149 @@
+"""Seams cut where no torch gets to them: the stretches that it reaches, and those at which something is in its way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.seam.judge.leans import STEP_MM, Felt, feel_seams
+from wpcal.seam.judge.stations import Stretch
+from wpcal.seam.judge.stretches import FELT_CHORD_MM, cut_at, place_words
+from wpcal.seam.limits import LEAST_CANDIDATE_MM
+from wpcal.seam.options import SeamOptions
+from wpcal.seam.path.build import with_frames
+from wpcal.seam.path.turning import face_free_space
+from wpcal.seam.seam import Seam
+
+ROUNDS = 3
+"""A stretch gets frames of its own, which differ a little from those at which it was felt, so it is felt again. What is
+still not free after so many rounds is refused."""
+
+
+def cut_where_unreached(
+    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], options: SeamOptions
+) -> list[list[Seam]]:
+    """Cut seams where no torch gets to them, whatever its lean.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    seams : sequence of Seam
+        n seams with frames in `part`.
+    options : SeamOptions
+
+    Returns
+    -------
+    list of list of Seam, length n
+        A seam that is free all along is one stretch. The torch's leans are in `Seam.lean_rad`; stretches that no torch
+        reaches name the solids in its way (`Seam.blocked_by`). Cuts are within `STEP_MM`, on the free side. With a
+        chord error above `FELT_CHORD_MM` the seam itself is free; the chords between its stations need not be.
+    """
+    done: list[list[Seam]] = [[] for _ in seams]
+    todo = list(enumerate(seams))
+    is_coarse = options.steps.chord_mm > FELT_CHORD_MM
+    for _ in range(ROUNDS):
+        held = []
+        for (row, seam), felt in zip(todo, feel_seams(graph, trimmed, [seam for _, seam in todo]), strict=True):
+            if felt.is_free:
+                done[row].append(replace(seam, lean_rad=felt.lean_rad))
+            else:
+                held.append((row, seam, felt))
+        todo = []
+        finer = _felt_finer(graph, trimmed, [(seam, felt) for _, seam, felt in held], options)
+        for (row, seam, felt), (dense, solid) in zip(held, finer, strict=True):
+            if is_coarse and (solid < 0).all():
+                done[row].append(replace(seam, lean_rad=felt.lean_rad))
+                continue
+            for piece in _pieces(graph, trimmed, seam, dense, solid, options):
+                if piece.blocked_by:
+                    done[row].append(piece)
+                else:
+                    todo.append((row, piece))
+    for (row, seam), felt in zip(todo, feel_seams(graph, trimmed, [seam for _, seam in todo]), strict=True):
+        free = replace(seam, lean_rad=felt.lean_rad)
+        done[row].append(free if felt.is_free else _blocked(graph, seam, felt.solids))
+    return done
+
+
+def _felt_finer(
+    graph: BrepGraph, trimmed: TrimmedFaces, held: Sequence[tuple[Seam, Felt]], options: SeamOptions
+) -> list[tuple[Seam, IntArray]]:
+    """Return seams with dense stations, and at each of these the solid that a torch meets whatever its lean, or -1.
+
+    Only the steps in which a free stretch begins or ends are felt again.
+    """
+    dense = [_dense(graph, trimmed, seam, options) for seam, _ in held]
+    solids, unsure = [], []
+    for fine, (seam, felt) in zip(dense, held, strict=True):
+        step = np.clip(np.searchsorted(seam.frames.s_mm, fine.frames.s_mm, side="right") - 1, 0, len(felt.solid) - 2)
+        ends = felt.solid[:-1], felt.solid[1:]
+        solids.append(np.maximum(*ends)[step])
+        is_mixed = ((ends[0] < 0) != (ends[1] < 0)) | (felt.solid_after >= 0)
+        unsure.append(np.flatnonzero(is_mixed[step]))
+    asked = [number for number, rows in enumerate(unsure) if len(rows)]
+    parts = [replace(dense[number], frames=dense[number].frames.select(unsure[number])) for number in asked]
+    for number, felt in zip(asked, feel_seams(graph, trimmed, parts, is_dense=True), strict=True):
+        solids[number][unsure[number]] = felt.solid
+    return list(zip(dense, solids, strict=True))
+
+
+def _dense(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, options: SeamOptions) -> Seam:
+    chord_mm, min_step_mm = min(options.steps.chord_mm, FELT_CHORD_MM), min(options.steps.min_step_mm, STEP_MM / 2)
+    steps = replace(options.steps, chord_mm=chord_mm, max_step_mm=STEP_MM, min_step_mm=min_step_mm)
+    return face_free_space(graph, trimmed, with_frames(graph, seam, replace(options, steps=steps)))
+
+
+def _pieces(
+    graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, dense: Seam, solid: IntArray, options: SeamOptions
+) -> list[Seam]:
+    """Return the free and the blocked stretches of a seam that was felt at dense stations."""
+    stretches = _stretches(dense.frames.s_mm, solid)
+    if len(stretches) == 1:  # it is free at stations that are near to each other, or nowhere
+        whole = stretches[0]
+        return [_blocked(graph, seam, whole.solids) if whole.solids else dense]
+    found = cut_at(graph, trimmed, seam, stretches, options, _cut_reason(graph, seam, stretches))
+    return [_blocked(graph, piece, stretch.solids) if stretch.solids else piece for piece, stretch in found]
+
+
+def _stretches(s_mm: FloatArray, solid: IntArray) -> list[Stretch]:
+    """Divide stations at these lengths into free and blocked stretches, which take turns."""
+    is_free = (solid[:-1] < 0) & (solid[1:] < 0)
+    ends = [0, *(np.flatnonzero(np.diff(is_free)) + 1).tolist(), len(s_mm) - 1]
+    found: list[Stretch] = []
+    for first, last in pairwise(ends):
+        low, high = float(s_mm[first]), float(s_mm[last])
+        is_short = is_free[first] and high - low < LEAST_CANDIDATE_MM and len(ends) > 2
+        solids = _numbers(solid if is_short else solid[first : last + 1])
+        if found and bool(found[-1].solids) == bool(solids):
+            before = found.pop()
+            low, solids = before.low_mm, before.solids | solids
+        found.append(Stretch(low, high, solids))
+    return found
+
+
+def _numbers(solid: IntArray) -> frozenset[int]:
+    return frozenset(solid[solid >= 0].tolist())
+
+
+def _cut_reason(graph: BrepGraph, seam: Seam, stretches: Sequence[Stretch]) -> str:
+    solids = frozenset().union(*(stretch.solids for stretch in stretches))
+    names = ", ".join(graph.solid_names[solid] for solid in sorted(solids))
+    lost = sum(stretch.high_mm - stretch.low_mm for stretch in stretches if stretch.solids)
+    return f"cut from a seam of {seam.length_mm:.1f} mm, {lost:.1f} mm of which no torch reaches: {names} is in its way"
+
+
+def _blocked(graph: BrepGraph, seam: Seam, solids: frozenset[int]) -> Seam:
+    return replace(seam, blocked_by=tuple(graph.solid_names[solid] for solid in sorted(solids)))
+
+
+def blocked_words(seam: Seam) -> str:
+    """Say what is in the way of a torch at a stretch, and where, for people."""
+    names = ", ".join(seam.blocked_by)
+    return f"no torch gets there: with every lean it meets {names}, {place_words(seam)}"
