@@ -1,4 +1,4 @@
-"""README and tour, typed as they are into a new folder.
+"""README, tour and the page of the first part, typed as they are into a new folder.
 
 A block of shell commands is marked ``sh``; every line of it is run. Three things are not literal:
 
@@ -6,7 +6,8 @@ A block of shell commands is marked ``sh``; every line of it is run. Three thing
 * ``<!-- not run: why -->`` before a block: the block is not run.
 * ``wpcal pick`` gets ``--no-browser``, and Ctrl-C when the page can be opened.
 
-`brought` is what a reader has and wpcal cannot know: a program from the controller, pairs of points, measured poses.
+`brought` is what a reader has and wpcal cannot know: a part, a program from the controller, pairs of points, measured
+poses.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ FEWEST_COMMANDS = {"README.md": 13, "docs/tour.md": 8, "docs/how-to/first-part.m
 
 def brought(folder: Path) -> None:
     """Write the files that a reader brings."""
+    shutil.copy(ROOT / "fixtures" / "tee" / "tee.step", folder / "part.step")
     shutil.copy(ROOT / "fixtures" / "yin2003" / "table1.csv", folder / "pairs.csv")
     (folder / "poses.csv").write_text(pose_rows())
     lines = ["MODULE TOUCHED"]

@@ -11,8 +11,6 @@ CHUNK = 200_000
 """Pairs of a tube and a triangle in one array: some 50 MB."""
 LINES_MM = 4.0
 """Neighbouring lines of a tube are at most this far apart: less than the thinnest rod that is welded."""
-THIN_MM = 1.0
-"""A tube of a smaller radius is one line."""
 
 
 def tube_triangles(
@@ -60,7 +58,9 @@ def tube_triangles(
 
 
 def tube_lines(back: FloatArray, radius_mm: float) -> FloatArray:
-    """Return where the lines of tubes begin: on the axis, and on circles around it up to the radius.
+    """Return where the lines of tubes begin: on the axis, and on circles around it.
+
+    The outermost circle is wider than the tube, so that no plane reaches into the tube between two lines.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def tube_lines(back: FloatArray, radius_mm: float) -> FloatArray:
     ndarray, shape (n, k, 3)
         Relative to the axis, mm; the axis first.
     """
-    circles = 0 if radius_mm < THIN_MM else int(np.ceil(1.05 * radius_mm / LINES_MM))
+    circles = int(np.ceil(1.05 * radius_mm / LINES_MM))
     u = np.cross(back, np.eye(3)[np.argmin(np.abs(back), axis=1)])
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     w = np.cross(back, u)
@@ -81,7 +81,8 @@ def tube_lines(back: FloatArray, radius_mm: float) -> FloatArray:
     for circle in range(1, circles + 1):
         turn = np.arange(6 * circle)[:, None] * (2.0 * np.pi / (6 * circle))
         rim = np.cos(turn) * u[:, None] + np.sin(turn) * w[:, None]
-        lines.append(radius_mm * circle / circles * rim)
+        wider = 1.0 / np.cos(np.pi / (6 * circle)) if circle == circles else 1.0
+        lines.append(wider * radius_mm * circle / circles * rim)
     return np.concatenate(lines, axis=1)
 
 

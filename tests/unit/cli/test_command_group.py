@@ -38,7 +38,7 @@ def test_the_help_lists_every_command_once_in_the_order_of_the_work() -> None:
     assert sorted(listed) == sorted(installed)
     assert listed.index("features") < listed.index("pick") < listed.index("calibrate") < listed.index("plan")
     assert [title for title in SECTIONS if f"{title}:" in done.stdout] == list(SECTIONS)
-    assert "..." not in done.stdout
+    assert "..." not in done.stdout.partition("Begin:")[2]
 
 
 def test_every_output_is_called_out() -> None:
