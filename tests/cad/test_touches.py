@@ -14,11 +14,20 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.brep import SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, calibrate
+from wpcal.calibrate import (
+    CalibrationResult,
+    Criterion,
+    SigmaSource,
+    Solver,
+    TeachingError,
+    VerdictKind,
+    calibrate,
+)
 from wpcal.calibrate.touches.contradiction import find_contradicted
 from wpcal.calibrate.touches.covariance import propagate_covariance
 from wpcal.calibrate.touches.fit import Pose, fit_minimax, fit_squares
 from wpcal.calibrate.touches.touches import Touches
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core import GeometryError, InputError, RigidTransform
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation
@@ -233,9 +242,11 @@ def test_a_touch_that_says_it_is_unsure_is_not_distrusted(tee: Workpiece) -> Non
     assert fit(touched(tee, MIXED, off, sigma), tee, solver=Solver.EXACT).distrusted is None
 
 
-def test_six_touches_need_a_stated_error_of_the_rows_or_of_all(tee: Workpiece) -> None:
-    with pytest.raises(InputError, match="as many as the freedoms"):
-        fit(touched(tee, PLANES), tee, teaching=TeachingError(), solver=Solver.EXACT)
+def test_six_touches_without_a_stated_error_are_unsure_under_an_assumed_one(tee: Workpiece) -> None:
+    result = fit(touched(tee, PLANES), tee, teaching=TeachingError(), solver=Solver.EXACT)
+    assert (result.sigma.mm, result.sigma.source) == (USUAL_SIGMA_MM, SigmaSource.ASSUMED)
+    assert result.verdict is VerdictKind.UNSURE
+    assert "assumed" in result.judgement.sentence
     result = fit(touched(tee, PLANES, 0.0, np.full(6, SIGMA_MM)), tee, teaching=TeachingError(), solver=Solver.EXACT)
     assert result.degrees_of_freedom == np.inf
 

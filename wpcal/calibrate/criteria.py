@@ -64,6 +64,8 @@ class CriterionFit:
         Indices of the observations that were fitted.
     has_heavy_tails : bool
         Whether the residuals have heavier tails than the criterion's covariance assumes, so that it was widened.
+    equal : tuple of RigidTransform
+        Other fits that are exactly as good, or the furthest of them if they are a whole family.
     """
 
     criterion: Criterion
@@ -74,6 +76,7 @@ class CriterionFit:
     sigma: Sigma
     rows: IntArray
     has_heavy_tails: bool = False
+    equal: tuple[RigidTransform, ...] = ()
 
     @property
     def degrees_of_freedom(self) -> float:

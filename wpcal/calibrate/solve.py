@@ -121,8 +121,7 @@ def calibrate(
     FrameError
         When pairs or the nominal place are in other frames than ``part``, ``base`` and ``nominal``.
     InputError
-        When the tolerance is not a positive length, the weighted criterion finds no covariances, or the touches are
-        exactly as many as the freedoms and no teaching error is stated.
+        When the tolerance is not a positive length, or the weighted criterion finds no covariances.
 
     Notes
     -----
@@ -157,7 +156,7 @@ def calibrate(
             )
         points_checked = check if isinstance(check, PointPairs) else None
         places = FeaturePlaces.of(features) if features else None
-        problem = PointProblem(observed, model, seed, minimax, points_checked, places, postures or {})
+        problem = PointProblem(observed, model, seed, minimax, points_checked, places, postures or {}, nominal)
     fit = problem.fit(criterion)
     pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
     points = pairs.p_source if seam_points is None else as_points(seam_points, name="seam points")

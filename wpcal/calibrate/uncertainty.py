@@ -23,6 +23,10 @@ from wpcal.core.tangent import point_jacobian, translation_adjoint
 
 USUAL_SIGMA_MM = 0.3
 """Teaching error per axis if none is stated: a careful touch with a worn wire tip."""
+RESOLUTION_MM = 0.01
+"""Last digit that a controller shows. No point is known better than that."""
+RESOLUTION_SIGMA_MM = RESOLUTION_MM / math.sqrt(12.0)
+"""Least teaching error per axis: that of rounding to the last digit. Exact residuals do not show a smaller one."""
 COVERAGE = 0.95
 """Share of the errors that stay below the predicted error."""
 
@@ -93,7 +97,8 @@ class SigmaSource(Enum):
     ESTIMATED = "estimated"
     """From the residuals."""
     ASSUMED = "assumed"
-    """The usual teaching error, because the residuals show too little."""
+    """The usual teaching error, because the residuals show too little; or the last digit of a controller, because they
+    are smaller than it explains."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +122,8 @@ class Sigma:
     def estimated(cls, mm: float, degrees_of_freedom: float) -> Sigma:
         """Take the estimate from residuals, or `USUAL_SIGMA_MM` where few degrees of freedom predict a smaller error.
 
+        It is never below `RESOLUTION_SIGMA_MM`.
+
         Parameters
         ----------
         mm : float
@@ -127,7 +134,16 @@ class Sigma:
             seen = mm * math.sqrt(float(fdtri(3.0, degrees_of_freedom, COVERAGE)))
             if seen < USUAL_SIGMA_MM * math.sqrt(float(chdtri(3.0, 1.0 - COVERAGE)) / 3.0):
                 return cls(USUAL_SIGMA_MM, SigmaSource.ASSUMED)
+        if mm < RESOLUTION_SIGMA_MM:
+            return cls(RESOLUTION_SIGMA_MM, SigmaSource.ASSUMED)
         return cls(mm, SigmaSource.ESTIMATED, degrees_of_freedom)
+
+    @classmethod
+    def stated(cls, mm: float) -> Sigma:
+        """Take a stated error per axis, mm, or `RESOLUTION_SIGMA_MM` if it is smaller."""
+        if mm < RESOLUTION_SIGMA_MM:
+            return cls(RESOLUTION_SIGMA_MM, SigmaSource.ASSUMED)
+        return cls(mm, SigmaSource.STATED)
 
     @classmethod
     def of_each(cls, covariances: FloatArray) -> Sigma:
@@ -140,6 +156,8 @@ class Sigma:
         if self.source is SigmaSource.ESTIMATED:
             count = f"{self.degrees_of_freedom:g} degree{'' if self.degrees_of_freedom == 1 else 's'} of freedom"
             how = f"estimated from the residuals with {count}"
+        elif self.source is SigmaSource.ASSUMED and self.mm == RESOLUTION_SIGMA_MM:
+            how = f"assumed: a controller shows {RESOLUTION_MM:g} mm"
         return f"teaching error {self.mm:.2g} mm per axis, {how}"
 
     def to_record(self) -> dict[str, Any]:

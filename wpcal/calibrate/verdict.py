@@ -239,7 +239,7 @@ def _matters(evidence: VerdictEvidence, issue: Issue, error_mm: float) -> bool:
         return evidence.largest_mm > evidence.tolerance_mm
     if issue.code not in (BLUNDER, NEIGHBOUR) or found is None:
         return True
-    return found.shift_mm + found.without_them.seam_error_95_mm > evidence.tolerance_mm
+    return found.shift_mm > evidence.tolerance_mm
 
 
 def _contradicting_check(evidence: VerdictEvidence) -> tuple[VerdictReason, str] | None:
@@ -289,9 +289,9 @@ def _doubt(evidence: VerdictEvidence, seam: str, error_mm: float) -> tuple[Verdi
     if evidence.residuals.unchecked:
         sentence = f"nothing tests {_listed(evidence.residuals.unchecked)}; if one is wrong, no residual shows it"
         return VerdictReason.UNCHECKED, sentence, ""
-    unnamed = [issue.message for issue in evidence.issues if issue.code in (NEIGHBOUR, NOT_NAMED)]
-    if unnamed and evidence.distrusted is None:
-        return VerdictReason.CONTRADICTION, unnamed[0], "no seam is shown to be outside"
+    doubted = _doubted_observations(evidence)
+    if doubted is not None:
+        return doubted
     is_stated = fit.sigma.source is SigmaSource.STATED
     if not is_stated and evidence.largest_mm > tolerance and evidence.residuals.contradicts(USUAL_SIGMA_MM):
         sentence = (
@@ -305,6 +305,22 @@ def _doubt(evidence: VerdictEvidence, seam: str, error_mm: float) -> tuple[Verdi
         if off.largest_mm > tolerance:
             sentence = f"check {word} {off.worst} is off by {off.largest_mm:.3g} mm, which its own error may explain"
             return VerdictReason.CHECK, sentence, "touch it again"
+    return None
+
+
+def _doubted_observations(evidence: VerdictEvidence) -> tuple[VerdictReason, str, str] | None:
+    """Return which observations the others contradict, if that may carry a seam out of the tolerance, or None."""
+    found = evidence.distrusted
+    if found is not None and found.shift_mm + found.without_them.seam_error_95_mm > evidence.tolerance_mm:
+        those = "it" if len(found.names) == 1 else "them"
+        sentence = (
+            f"the others contradict {_listed(found.names)}; the seams move by {found.shift_mm:.3g} mm if the fit "
+            f"leaves {those} out"
+        )
+        return VerdictReason.CONTRADICTION, sentence, f"touch {those} again"
+    unnamed = [issue.message for issue in evidence.issues if issue.code in (NEIGHBOUR, NOT_NAMED)]
+    if unnamed and found is None:
+        return VerdictReason.CONTRADICTION, unnamed[0], "no seam is shown to be outside"
     return None
 
 

@@ -14,7 +14,6 @@ HINTS: Mapping[str, str] = {
     ErrorCode.ARM_MISSING: "--robot and --tool, or --points",
     ErrorCode.POINT_UNUSABLE: "--points",
     ErrorCode.NOMINAL_MISSING: "--nominal",
-    ErrorCode.TEACHING_ERROR_MISSING: "--sigma-mm",
     ErrorCode.ROBOT_SPACE: "--robot",
     ErrorCode.NO_SEAM: "--concave always",
     ErrorCode.NOTHING_ACCEPTED: "--all",

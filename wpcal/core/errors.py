@@ -44,8 +44,6 @@ class ErrorCode(StrEnum):
     """A program stores a point without a usable position; the caller can name the points to read."""
     NOMINAL_MISSING = "nominal-missing"
     """The nominal place of the part would resolve this; the caller must give it."""
-    TEACHING_ERROR_MISSING = "teaching-error-missing"
-    """The touches do not tell how exact they are; the caller must state the teaching error."""
     ROBOT_SPACE = "robot-space"
     """A result was taught through an identified robot and is used without it, or the other way round."""
     NO_SEAM = "no-seam"

@@ -144,7 +144,12 @@ def _check(calibration: Mapping[str, Any], _: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _rival(_: Mapping[str, Any], __: Mapping[str, Any]) -> list[str]:
+def _rival(calibration: Mapping[str, Any], _: Mapping[str, Any]) -> list[str]:
+    if "touches" not in calibration:
+        return [
+            "Check the names of the points: some may be exchanged, or the part is mirrored.",
+            "Touch one more point that is not symmetric to the others.",
+        ]
     return ["Touch one more face, of another direction.", "Or give the rough place of the part (--nominal)."]
 
 

@@ -21,13 +21,15 @@ from wpcal.seam.judge.stations import find_stretches
 from wpcal.seam.judge.stretches import FELT_CHORD_MM
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.build import CLOSED_MM, with_frames
-from wpcal.seam.path.cut import cut_run
+from wpcal.seam.path.cut import cut_run, piece_lengths
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.path.turning import face_free_space
 from wpcal.seam.seam import Seam, SeamPieces, SeamSource
 
 SAME_PLACE_MM = 0.1
 """A range may end this far beyond its seam: files of other programs round."""
+CORNER_MM = 1.0
+"""At a corner between joined seams the torch turns on this length. On a longer way the wire would cut the corner."""
 MEETING_MM = 1.0
 """Ends nearer than this meet: an arc goes on over a gap of 1 mm, and the torch goes straight from one to the other."""
 
@@ -64,7 +66,7 @@ def joined_run(graph: BrepGraph, runs: Sequence[tuple[str, SeamPieces]]) -> Seam
     InputError
         If the ends of a run do not meet those of the others within `MEETING_MM`.
     """
-    (first, run), *left = runs
+    (first, run), *left = [(name, _with_end_pieces(graph, pieces)) for name, pieces in runs]
     while left:
         ways = [way for row, (_, other) in enumerate(left) for way in _ways(graph, run, other, row)]
         gap_mm, row, together = min(ways, key=lambda way: way[:2])
@@ -74,6 +76,15 @@ def joined_run(graph: BrepGraph, runs: Sequence[tuple[str, SeamPieces]]) -> Seam
         run = SeamPieces.joined(together)
         del left[row]
     return run
+
+
+def _with_end_pieces(graph: BrepGraph, run: SeamPieces) -> SeamPieces:
+    """Return a run with short pieces of its own at both ends: the torch turns on them, and not on the last step."""
+    length = float(piece_lengths(graph, run).sum())
+    if length <= 3.0 * CORNER_MM:
+        return run
+    places = [(0.0, CORNER_MM), (CORNER_MM, length - CORNER_MM), (length - CORNER_MM, length)]
+    return SeamPieces.joined([cut_run(graph, run, *place) for place in places])
 
 
 def _ways(graph: BrepGraph, run: SeamPieces, other: SeamPieces, row: int) -> list[tuple[float, int, list[SeamPieces]]]:

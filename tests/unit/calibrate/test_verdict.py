@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import Criterion, SigmaSource, TeachingError, VerdictKind, VerdictReason, calibrate
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, error_95, joint_errors
+from wpcal.calibrate.uncertainty import RESOLUTION_SIGMA_MM, USUAL_SIGMA_MM, error_95, joint_errors
 from wpcal.core.pairs import PointPairs
 
 BOX = np.array([[x, y, z] for x in (0.0, 300.0) for y in (0.0, 200.0) for z in (0.0, 100.0)])
@@ -69,6 +69,14 @@ def test_three_exact_points_never_predict_zero():
     assert (result.sigma.mm, result.sigma.source) == (USUAL_SIGMA_MM, SigmaSource.ASSUMED)
     assert result.predict_error_mm(SEAM).min() > 0.1
     assert "assumed" in result.judgement.sentence
+
+
+@pytest.mark.parametrize("teaching", [None, TeachingError(sigma_mm=0.0)])
+def test_exact_points_predict_the_last_digit_of_a_controller_and_say_so(teaching):
+    result = judged(BOX[[0, 3, 5, 6]], np.zeros((4, 3)), teaching=teaching)
+    assert (result.sigma.mm, result.sigma.source) == (RESOLUTION_SIGMA_MM, SigmaSource.ASSUMED)
+    assert result.predict_error_mm(SEAM).min() > 0.001
+    assert "assumed: a controller shows 0.01 mm" in result.judgement.sentence
 
 
 def test_residuals_that_contradict_the_stated_error_fail():

@@ -10,6 +10,8 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.edit import PlacedEdit, apply_edits
+from wpcal.seam.edited_run import CORNER_MM
+from wpcal.seam.path.turning import rotation_angles
 from wpcal.seam.seam import Candidate, JoinedStretch, SeamEdit
 
 ROUND_OFF_MM = 1e-9
@@ -59,6 +61,15 @@ def test_seams_are_joined_in_any_order_and_keep_the_direction_of_the_first() -> 
         assert np.median(along) == pytest.approx(1.0)  # W2 runs along x
     backwards = after(("W2", SeamEdit(reverse=True, join=(joined("W1"),))))["W2"]
     assert ends(backwards) == ([175.0, 56.0, 10.0], [25.0, 64.0, 10.0])
+
+
+def test_at_a_corner_the_torch_turns_on_the_last_millimetre() -> None:
+    """On a longer way the wire cuts the corner of the web, and no program is written."""
+    for edit in (SeamEdit(join=(joined("W1"),)), SeamEdit(reverse=True, join=(joined("W1"),))):
+        frames = after(("W2", edit))["W2"].frames
+        turns = rotation_angles(frames.R[:-1], frames.R[1:])
+        (corner,) = np.flatnonzero(turns > 0.1).tolist()
+        assert np.diff(frames.s_mm)[corner] == pytest.approx(CORNER_MM)
 
 
 def test_an_end_of_a_seam_is_joined_and_the_rest_is_a_seam_of_its_own() -> None:

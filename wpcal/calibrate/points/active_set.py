@@ -35,8 +35,12 @@ SET_CHANGES = 24
 AT_REST = 1e-14
 """Motion in sizes of the cloud, per step, that is round-off."""
 
-FREE = 1e-11
-"""Singular values of the scaled conditions below this share of the largest are motions that nothing holds."""
+FREE = 1e-10
+"""Singular values of the scaled conditions below this share of the largest are motions that nothing holds, or points
+that say the same. Coordinates of 1e6 mm leave 1e-12 in them."""
+
+SAME = 1e-8
+"""Share of the largest singular value below which conditions of the multipliers say the same."""
 
 NO_WEIGHT = 1e-9
 """Multipliers below this are round-off of the conditions: the point touches the limit and carries nothing."""
@@ -140,8 +144,15 @@ def _newton(
         if np.abs(step).max() <= AT_REST:
             break
     whole = np.zeros(len(p))
-    whole[rows] = w
+    whole[rows] = _central(p[rows] @ R.T / size, (q[rows] - p[rows] @ R.T - t) / unit, w)
     return ExactOptimum(R, t, whole)
+
+
+def _central(y: FloatArray, r: FloatArray, w: FloatArray) -> FloatArray:
+    """Of all multipliers those of least norm: round-off may carry Newton's to the border of the possible ones."""
+    conditions = np.vstack([np.cross(y, r).T, r.T, np.ones(len(w))])
+    least = np.linalg.lstsq(conditions, np.array([0.0] * 6 + [1.0]), rcond=SAME)[0]
+    return np.asarray(least) if least.min() > 0 and np.abs(conditions[:6] @ least).max() <= SAME else w
 
 
 def _newton_step(y: FloatArray, r: FloatArray, w: FloatArray, ratio: float) -> FloatArray:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wpcal.calibrate.points.equal_fits import SAME_ROTATION, nearest_rotation_maximising, rotation_is_free
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.pairs import PointPairs
@@ -62,7 +63,9 @@ def distances(p: FloatArray, q: FloatArray, R: FloatArray, t: FloatArray) -> Flo
     return np.asarray(np.sqrt(np.einsum("...ij,...ij->...i", residuals, residuals)), dtype=np.float64)
 
 
-def fit_least_squares(pairs: PointPairs, weights: ArrayLike | None = None) -> RigidTransform:
+def fit_least_squares(
+    pairs: PointPairs, weights: ArrayLike | None = None, *, nominal: RigidTransform | None = None
+) -> RigidTransform:
     """Fit the rigid transform with the least (weighted) sum of squared distances, in closed form.
 
     Parameters
@@ -71,6 +74,9 @@ def fit_least_squares(pairs: PointPairs, weights: ArrayLike | None = None) -> Ri
         At least three pairs that are not collinear, mm.
     weights : array_like, shape (n,), optional
         Not negative; scaled to sum to one. Equal where not given.
+    nominal : RigidTransform, optional
+        Of equally good fits, as mirrored or exchanged points have, the one turned least from this is taken. By default
+        the one turned least at all.
 
     Returns
     -------
@@ -96,8 +102,35 @@ def fit_least_squares(pairs: PointPairs, weights: ArrayLike | None = None) -> Ri
     """
     require_spread(pairs)
     w = np.full(len(pairs), 1.0 / len(pairs)) if weights is None else _simplex(weights, len(pairs))
-    R, t = kabsch(pairs.p_source, pairs.p_target, w)
-    return RigidTransform(R, t, pairs.target, pairs.source)
+    return _nearest(pairs, w, np.eye(3) if nominal is None else nominal.R)
+
+
+def other_least_squares(pairs: PointPairs, T: RigidTransform) -> RigidTransform | None:
+    """Return the equally good least-squares fit that is turned furthest from a given one, or None if there is no other.
+
+    Parameters
+    ----------
+    pairs : PointPairs
+        mm.
+    T : RigidTransform
+        Their least-squares fit.
+    """
+    other = _nearest(pairs, np.full(len(pairs), 1.0 / len(pairs)), -T.R)
+    return other if np.abs(other.R - T.R).max() > SAME_ROTATION else None
+
+
+def _nearest(pairs: PointPairs, w: FloatArray, towards: FloatArray) -> RigidTransform:
+    """Of the fits of least weighted sum of squares the one nearest to `towards`, shape (3, 3)."""
+    p_mean, q_mean = pairs.p_source.mean(axis=0), pairs.p_target.mean(axis=0)
+    p, q = pairs.p_source - p_mean, pairs.p_target - q_mean
+    R, t = kabsch(p, q, w)
+    u, v = p - w @ p, q - w @ q
+    B = (v.T * w) @ u
+    if rotation_is_free(B):
+        scale = float(w @ (np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1)))
+        R = nearest_rotation_maximising(B, scale, towards)
+        t = w @ q - R @ (w @ p)
+    return RigidTransform(R, t + q_mean - R @ p_mean, pairs.target, pairs.source)
 
 
 def weighted_rms_bound(pairs: PointPairs, weights: ArrayLike) -> float:

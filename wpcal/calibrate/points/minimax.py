@@ -16,12 +16,16 @@ import numpy as np
 
 from wpcal.calibrate.points.active_set import refine_optimum
 from wpcal.calibrate.points.branch_and_bound import search_rotations
+from wpcal.calibrate.points.dual_bound import raise_bound
+from wpcal.calibrate.points.equal_fits import distinct_fits, nearest_fit, with_copies
+from wpcal.calibrate.points.free_turns import free_axes, least_squares_among_best, on_line
 from wpcal.calibrate.points.interior_point import InteriorPointState, solve_interior_point
 from wpcal.calibrate.points.least_squares import distances, kabsch, require_spread, weighted_rms
 from wpcal.calibrate.points.tie_break import break_ties
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.pairs import PointPairs
 from wpcal.core.rotations import cube_rotations, spread_rotations
+from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
 
 CERTIFIED_MM = 1e-6
@@ -43,20 +47,27 @@ mirrored set of 50 had a better fit. Larger sets get fewer, because a solve cost
 LEAST_STARTS = 96
 """Rotations from which a set of any size is solved."""
 
-MOST_ENDS = 24
-"""Ends of the searches that are compared; symmetric sets have as many equal ones as symmetries."""
+MOST_ENDS = 48
+"""Ends of the searches that are compared. Copies by symmetry are computed, so that one of each kind is enough."""
 
-SAME_ROTATION = 1e-6
-"""Ends whose rotation matrices differ by less are one."""
+TWISTS = 24
+"""Turns of the first answer about the longest axis of the points. Noise hides the turn of points nearly on a line,
+which then has many valleys."""
+
+EXACT = 1e-12
+"""A largest distance below this share of the size of the points is round-off: the fit is exact and the only one."""
 
 TIED = 1e-11
 """Values that differ by less than this share of the value and the cloud's size are equal."""
 
+SAME_VALLEY = 1e-4
+"""Ends whose rotation matrices differ by less lie in one flat valley: the lowest is the answer."""
+
+TIED_EXACT = 1e-13
+"""The same for fits that satisfy the optimality conditions to round-off."""
+
 SAME_SUM = 1e-9
 """Sums of squares that differ by less than this share are equal."""
-
-ASCENT_STEPS = 300
-"""Steps of the ascent that raises the bound if local multipliers prove nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,6 +86,8 @@ class MinimaxSolution:
         The multipliers that prove the bound.
     starts : int
         Local solves from different rotations.
+    equal : tuple of RigidTransform
+        Other fits with the same largest distance and the same sum of squares. The points do not prefer `T` to them.
     """
 
     T: RigidTransform
@@ -82,6 +95,7 @@ class MinimaxSolution:
     lower_bound_mm: float
     weights: FloatArray
     starts: int
+    equal: tuple[RigidTransform, ...] = ()
 
     @property
     def gap_mm(self) -> float:
@@ -94,7 +108,13 @@ class MinimaxSolution:
         return self.gap_mm <= CERTIFIED_MM
 
 
-def solve_minimax(pairs: PointPairs, *, start: RigidTransform | None = None, certify: bool = False) -> MinimaxSolution:
+def solve_minimax(
+    pairs: PointPairs,
+    *,
+    start: RigidTransform | None = None,
+    certify: bool = False,
+    nominal: RigidTransform | None = None,
+) -> MinimaxSolution:
     """Find the rigid transform with the least largest distance, with a certificate.
 
     Parameters
@@ -104,6 +124,10 @@ def solve_minimax(pairs: PointPairs, *, start: RigidTransform | None = None, cer
     start : RigidTransform, optional
         Where to start; the least-squares fit where not given. Where the local optimum is not certified, the search
         goes on from 24 rotations around it and from up to 192 others.
+    certify : bool
+        Close a gap between answer and bound by branch and bound over all rotations.
+    nominal : RigidTransform, optional
+        Of equally good fits the one turned least from this is taken. By default the one turned least at all.
 
     Returns
     -------
@@ -117,6 +141,7 @@ def solve_minimax(pairs: PointPairs, *, start: RigidTransform | None = None, cer
     Notes
     -----
     Where several fits have the least largest distance, the one of least sum of squares is returned (`tie_break`).
+    Where several of these are equal as well, `equal_fits` chooses one and the others are listed.
     One iteration on a subset of m points costs a 7×7 solve and O(m); one round on the cloud costs O(n).
     """
     require_spread(pairs)
@@ -124,13 +149,21 @@ def solve_minimax(pairs: PointPairs, *, start: RigidTransform | None = None, cer
     uniform = np.full(len(pairs), 1.0 / len(pairs))
     R, t = kabsch(cloud.p, cloud.q, uniform) if start is None else cloud.inside(start)
     found = cloud.solve(R, t)
-    if found.gap > CERTIFIED_MM:
-        found = cloud.solve_from_many(found)
-    if found.gap > CERTIFIED_MM and certify:
-        found = cloud.search_all(found)
-    found = cloud.without_ties(found)
+    equal = [found]
+    if found.gap > CERTIFIED_MM or cloud.may_have_equals(found):
+        equal = cloud.solve_from_many(found)
+    if equal[0].gap > CERTIFIED_MM and certify:
+        better = cloud.search_all(equal[0])
+        is_new = better.value < equal[0].value
+        equal = [better] if is_new else [replace(each, bound=better.bound, starts=better.starts) for each in equal]
+    best, others = cloud.chosen(equal, np.eye(3) if nominal is None else nominal.R)
     return MinimaxSolution(
-        cloud.outside(found.R, found.t, pairs), found.value, found.bound, frozen(found.weights), found.starts
+        cloud.outside(best.R, best.t, pairs),
+        best.value,
+        best.bound,
+        frozen(best.weights),
+        best.starts,
+        tuple(cloud.outside(R, t, pairs) for R, t in others),
     )
 
 
@@ -171,6 +204,8 @@ class _Found:
     value: float
     bound: float
     starts: int = 1
+    is_exact: bool = False
+    """Whether the optimality conditions hold to round-off."""
 
     @property
     def gap(self) -> float:
@@ -220,46 +255,94 @@ class _Cloud:
         exact = refine_optimum(self.p, self.q, found.R, found.t, found.weights)
         if exact is None:
             return found
-        R, t = break_ties(self.p[None], self.q[None], exact.R[None], exact.t[None], exact.weights[None])
+        freed = least_squares_among_best(self.p, self.q, exact.R, exact.weights)
+        if freed is None:
+            R, t = break_ties(self.p[None], self.q[None], exact.R[None], exact.t[None], exact.weights[None])
+        else:
+            R, t = freed[0][None], freed[1][None]
         value = float(distances(self.p, self.q, R[0], t[0]).max())
         bound = float(weighted_rms(self.p, self.q, exact.weights))
         if bound < found.bound:
-            return replace(found, R=R[0], t=t[0], value=value)
-        return replace(found, R=R[0], t=t[0], value=value, weights=exact.weights, bound=bound)
+            return replace(found, R=R[0], t=t[0], value=value, is_exact=True)
+        return replace(found, R=R[0], t=t[0], value=value, weights=exact.weights, bound=bound, is_exact=True)
 
-    def solve_from_many(self, first: _Found) -> _Found:
-        """Solve from 24 rotations about the first answer and from `STARTS` spread evenly; raise the bound by ascent."""
+    def may_have_equals(self, found: _Found) -> bool:
+        """Whether a proved fit may have equals: other rotations fit the carrying points as well.
+
+        If only a turn about the line of the carrying points is free, `without_ties` knows all of them.
+        """
+        if found.value <= EXACT * self.size:
+            return False
+        exact = refine_optimum(self.p, self.q, found.R, found.t, found.weights)
+        w = found.weights if exact is None else exact.weights
+        axes = free_axes(self.p, self.q, found.R if exact is None else exact.R, w).shape[1]
+        return axes > 1 or (axes == 1 and not on_line(self.p, w))
+
+    def solve_from_many(self, first: _Found) -> list[_Found]:
+        """Solve from rotations about the first answer and from `STARTS` spread evenly; raise the bound by ascent.
+
+        Returns
+        -------
+        list of _Found
+            The fits of least largest distance, all with the bound.
+        """
         rows = np.union1d(core_subset(self.p, self.q), np.flatnonzero(first.weights > 0))
         p, q = self.p[rows], self.q[rows]
         spread = spread_rotations(max(LEAST_STARTS, STARTS * 8 // max(len(rows), 8)))
-        turns = np.concatenate([cube_rotations() @ first.R, spread])
+        axis = np.linalg.svd(p - p.mean(axis=0), full_matrices=False)[2][0]
+        twists = first.R @ exp_rotation(np.linspace(0.0, 2.0 * np.pi, TWISTS, endpoint=False)[1:, None] * axis)
+        turns = np.concatenate([cube_rotations() @ first.R, twists, spread])
         local = _solve_batch(p, q, turns, np.broadcast_to(first.t, (len(turns), 3)))
-        best = self._best_of(first, local)
+        equal = self._best_of(first, local)
+        best, starts = equal[0], 1 + len(turns)
+        if best.gap <= CERTIFIED_MM:
+            return [replace(each, starts=starts) for each in equal]
         seeds = np.vstack([first.weights[rows], best.weights[rows], local.weights])
         seeds /= seeds.sum(axis=1, keepdims=True)
         weights, bound = raise_bound(p, q, seeds)
+        if bound < best.bound:
+            return [replace(each, starts=starts) for each in equal]
         whole = np.zeros(len(self.p))
         whole[rows] = weights
-        if bound < best.bound:
-            whole, bound = best.weights, best.bound
-        return replace(best, weights=whole, bound=bound, starts=1 + len(turns))
+        return [replace(each, weights=whole, bound=bound, starts=starts) for each in equal]
 
-    def _best_of(self, first: _Found, local: InteriorPointState) -> _Found:
-        """Of all answers the one of least largest distance; of equal ones that of least squares, then least turn.
+    def _best_of(self, first: _Found, local: InteriorPointState) -> list[_Found]:
+        """Return the answers of least largest distance, the best proved first."""
+        near = np.argsort(local.largest, kind="stable")
+        near = near[local.largest[near] <= local.largest.min() + CERTIFIED_MM * 10]
+        near = near[distinct_fits(local.R[near])][:MOST_ENDS]
+        if len(self.p) == local.weights.shape[1]:
+            bounds = weighted_rms(self.p, self.q, local.weights[near])
+            ends = [
+                _Found(local.R[i], local.t[i], local.weights[i], float(local.largest[i]), float(bound))
+                for i, bound in zip(near, bounds, strict=True)
+            ]
+        else:
+            ends = [self.solve(local.R[i], local.t[i]) for i in near]
+        found = [first, *ends]
+        exact = [self.without_ties(each) for each in found if each.value <= min(f.value for f in found) + CERTIFIED_MM]
+        unit = min(f.value for f in exact) + self.size
+        equal = [f for f in exact if f.value + self.size <= unit * (1.0 + TIED)]
+        if any(f.is_exact for f in equal):
+            equal = [f for f in equal if f.is_exact]
+            least = min(f.value for f in equal)
+            equal = sorted((f for f in equal if f.value <= least + TIED_EXACT * unit), key=lambda f: f.value)
+            equal = [equal[i] for i in distinct_fits(np.array([f.R for f in equal]), same=SAME_VALLEY)]
+        return sorted(equal, key=lambda f: -f.bound)
 
-        Which of them the search met first depends on where it began.
-        """
-        found = [first]
-        for i in np.argsort(local.largest, kind="stable")[:MOST_ENDS]:
-            if local.largest[i] > local.largest.min() + CERTIFIED_MM * 10:
-                break
-            if all(np.abs(local.R[i] - other.R).max() > SAME_ROTATION for other in found):
-                found.append(self.solve(local.R[i], local.t[i]))
-        least = min(f.value for f in found)
-        equal = [self.without_ties(f) for f in found if f.value <= least + TIED * (least + self.size)]
-        sums = [float(np.sum(distances(self.p, self.q, f.R, f.t) ** 2)) for f in equal]
-        near = [f for f, total in zip(equal, sums, strict=True) if total <= min(sums) * (1.0 + SAME_SUM)]
-        return max(near, key=lambda f: tuple(np.concatenate([[np.trace(f.R)], f.R.ravel()]).round(6)))
+    def chosen(self, equal: list[_Found], towards: FloatArray) -> tuple[_Found, list[tuple[FloatArray, FloatArray]]]:
+        """Of equally good fits and their copies by symmetry, choose one of least sum of squares; return the others."""
+        if len(equal) == 1:
+            equal = [self.without_ties(equal[0])]
+        R, t = np.array([f.R for f in equal]), np.array([f.t for f in equal])
+        if len(self.p) <= SUBSET and equal[0].value > EXACT * self.size:
+            R, t = with_copies(self.p, self.q, R, t)
+        d = distances(self.p, self.q, R, t)
+        sums = np.sum(d**2, axis=1)
+        near = np.flatnonzero(sums <= sums.min() * (1.0 + SAME_SUM))
+        row = near[nearest_fit(R[near], towards)]
+        others = [(R[k], t[k]) for k in near if k != row]
+        return replace(equal[0], R=R[row], t=t[row], value=float(d[row].max())), others
 
     @property
     def size(self) -> float:
@@ -287,41 +370,6 @@ class _Cloud:
     def _on(rows: IntArray, weights: FloatArray) -> FloatArray:
         chosen = weights[rows] + 1e-12  # all weight may lie on other points
         return np.asarray(chosen / chosen.sum())
-
-
-def raise_bound(p: FloatArray, q: FloatArray, seeds: FloatArray) -> tuple[FloatArray, float]:
-    """Raise the weighted root mean square bound by exponentiated ascent on the simplex.
-
-    The bound's square is concave in the weights with the squared distances as its slope, so steps that shrink as
-    1/√k approach its greatest value, also where it has a kink.
-
-    Parameters
-    ----------
-    p, q : ndarray, shape (n, 3)
-        Points about their centroids, mm.
-    seeds : ndarray, shape (m, n)
-        Weights to start from, rows on the simplex.
-
-    Returns
-    -------
-    weights : ndarray, shape (n,)
-    bound : float
-        mm.
-    """
-    n = len(p)
-    bounds = weighted_rms(p, q, seeds)
-    best = int(np.argmax(bounds))
-    best_weights, best_bound = seeds[best], float(bounds[best])
-    w = 0.9 * best_weights + 0.1 / n  # a weight of zero could never grow
-    for k in range(1, ASCENT_STEPS + 1):
-        R, t = kabsch(p, q, w)
-        squares = distances(p, q, R, t) ** 2
-        bound = float(np.sqrt(w @ squares))
-        if bound > best_bound:
-            best_weights, best_bound = w, bound
-        w = w * np.exp(squares / squares.max() / np.sqrt(k))
-        w = w / w.sum()
-    return best_weights, best_bound
 
 
 def _solve_batch(p: FloatArray, q: FloatArray, R: FloatArray, t: FloatArray) -> InteriorPointState:

@@ -8,7 +8,8 @@ from typing import Self
 
 import numpy as np
 
-from wpcal.calibrate.criteria import Criterion, CriterionFit
+from wpcal.calibrate.criteria import RIVAL, Criterion, CriterionFit
+from wpcal.calibrate.outlier_limits import FLOOR_MM
 from wpcal.calibrate.points.annealed import anneal_pairs
 from wpcal.calibrate.points.covariance import (
     isotropic_covariance,
@@ -20,7 +21,13 @@ from wpcal.calibrate.points.covariance import (
 from wpcal.calibrate.points.diagnose import diagnose_pairs, join_pairs
 from wpcal.calibrate.points.error_rows import ErrorRows
 from wpcal.calibrate.points.heavy_tails import has_heavy_tails, motion_square
-from wpcal.calibrate.points.least_squares import distances, fit_least_squares, kabsch, require_spread
+from wpcal.calibrate.points.least_squares import (
+    distances,
+    fit_least_squares,
+    kabsch,
+    other_least_squares,
+    require_spread,
+)
 from wpcal.calibrate.points.minimax import CERTIFIED_MM, MinimaxSolution, solve_minimax
 from wpcal.calibrate.points.neighbours import FeaturePlaces
 from wpcal.calibrate.points.robust import contradicted_points
@@ -33,7 +40,7 @@ from wpcal.calibrate.points.weighted import (
 from wpcal.calibrate.residual_evidence import ResidualEvidence, unchecked_names
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.suspect import Diagnosis
-from wpcal.calibrate.uncertainty import Sigma, SigmaSource, TeachingError, residual_sigma
+from wpcal.calibrate.uncertainty import Sigma, TeachingError, residual_sigma
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
@@ -62,6 +69,8 @@ class PointProblem:
         Of the part: a suspicious point is tried on them.
     postures : mapping of str to ndarray of shape (3, 3)
         The axes of the tool in the base, by the names of the points and check points that say them.
+    nominal : RigidTransform, optional
+        ``T_nominal_part``: of equally good fits the one turned least from it is taken.
     """
 
     pairs: PointPairs
@@ -71,6 +80,7 @@ class PointProblem:
     check: PointPairs | None = None
     places: FeaturePlaces | None = None
     postures: Mapping[str, FloatArray] = field(default_factory=dict)
+    nominal: RigidTransform | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -103,16 +113,20 @@ class PointProblem:
             When the weighted criterion finds no covariances.
         """
         pairs, rows = self.pairs, np.arange(len(self.pairs))
+        equal: tuple[RigidTransform, ...] = ()
         if criterion is Criterion.MINIMAX:
-            found = self.minimax or solve_minimax(pairs)
-            T, objective, bound = found.T, found.objective_mm, found.lower_bound_mm
+            found = self.minimax or solve_minimax(pairs, nominal=self.nominal)
+            T, objective, bound, equal = found.T, found.objective_mm, found.lower_bound_mm, found.equal
         elif criterion is Criterion.WEIGHTED:
             T = fit_weighted(pairs)
             objective, bound = weighted_root_mean_square(pairs, T), weighted_lower_bound(pairs)
         else:
             if criterion is Criterion.ROBUST:
                 rows = self._agreeing()
-            T = fit_least_squares(pairs.select(rows)) if len(rows) < len(pairs) else fit_least_squares(pairs)
+            fitted = pairs.select(rows) if len(rows) < len(pairs) else pairs
+            T = fit_least_squares(fitted, nominal=self.nominal)
+            other = other_least_squares(fitted, T)
+            equal = () if other is None else (other,)
             r = pairs.p_target[rows] - T.apply(pairs.p_source[rows])
             objective = bound = float(np.sqrt(np.mean(np.sum(r**2, axis=1))))
         covariance, sigma = self._covariance(criterion, T, rows)
@@ -121,7 +135,7 @@ class PointProblem:
             is_heavy = has_heavy_tails(pairs.p_source, pairs.p_target)
             if is_heavy:
                 covariance = covariance + motion_square(fit_least_squares(pairs), T)
-        return CriterionFit(criterion, T, objective, bound, frozen(covariance), sigma, rows, is_heavy)
+        return CriterionFit(criterion, T, objective, bound, frozen(covariance), sigma, rows, is_heavy, equal)
 
     def distances_mm(self, T: RigidTransform) -> FloatArray:
         """Distances of the taught points from the moved model points, mm, shape (n,)."""
@@ -162,9 +176,10 @@ class PointProblem:
             sigma_mm=self.teaching.per_axis_mm,
             seed=self.seed,
         )
+        issues = [*found.issues, *_equal_places(self.pairs, fit)]
         if fit.criterion is Criterion.MINIMAX and fit.objective_mm - fit.lower_bound_mm > CERTIFIED_MM:
-            return replace(found, issues=(*found.issues, _not_proved(fit)))
-        return found
+            issues.append(_not_proved(fit))
+        return replace(found, issues=tuple(issues))
 
     def _agreeing(self) -> IntArray:
         """Rows that neither the other fitted points nor the check points contradict."""
@@ -181,7 +196,7 @@ class PointProblem:
             covariances = pairs.covariances[rows]
             return self._stated_covariance(moved, covariances, criterion), Sigma.of_each(covariances)
         stated = self.teaching.per_axis_mm
-        sigma = self._estimated(criterion, T, rows) if stated is None else Sigma(stated, SigmaSource.STATED)
+        sigma = self._estimated(criterion, T, rows) if stated is None else Sigma.stated(stated)
         if criterion is Criterion.MINIMAX:
             return minimax_covariance(moved, sigma.mm, bounded=self.teaching.is_bounded, seed=self.seed), sigma
         return isotropic_covariance(moved, sigma.mm), sigma
@@ -200,6 +215,21 @@ class PointProblem:
         if criterion is Criterion.MINIMAX:
             return unequal_minimax_covariance(moved, covariances, seed=self.seed)
         return propagated_covariance(moved, covariances)
+
+
+def _equal_places(pairs: PointPairs, fit: CriterionFit) -> tuple[Issue, ...]:
+    """Say that the points fit the part in other places exactly as well."""
+    if not fit.equal:
+        return ()
+    p = pairs.p_source
+    apart = [float(np.linalg.norm(T.apply(p) - fit.T.apply(p), axis=1).max()) for T in fit.equal]
+    if max(apart) <= FLOOR_MM:
+        return ()
+    message = (
+        f"another placement fits the points exactly as well, up to {max(apart):.3g} mm away; the one turned least from "
+        "the nominal place was taken: check the names of the points, or touch a point that is not symmetric to others"
+    )
+    return (Issue(RIVAL, message),)
 
 
 def _not_proved(fit: CriterionFit) -> Issue:
@@ -234,11 +264,11 @@ def search_points(
         Close a gap between answer and bound by branch and bound over all rotations.
     """
     if solver is Solver.EXACT:
-        found = solve_minimax(pairs, certify=certify)
+        found = solve_minimax(pairs, certify=certify, nominal=nominal)
         return found, SolverReport(solver, "interior point", seed, starts=found.starts)
     chosen = schedule or AnnealingSchedule.default()
     T, run = anneal_pairs(pairs, nominal=nominal, schedule=chosen, seed=seed)
-    found = solve_minimax(pairs, start=T, certify=certify)
+    found = solve_minimax(pairs, start=T, certify=certify, nominal=nominal)
     report = SolverReport.of_run(
         run,
         chosen,

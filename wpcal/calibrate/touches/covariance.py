@@ -20,9 +20,8 @@ import numpy as np
 from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.touches.fit import Pose, fit_squares, scaled_jacobian
 from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.uncertainty import EXCESS_SAMPLES, Sigma, SigmaSource, TeachingError
+from wpcal.calibrate.uncertainty import EXCESS_SAMPLES, USUAL_SIGMA_MM, Sigma, SigmaSource, TeachingError
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import ErrorCode, InputError
 from wpcal.core.tangent import translation_adjoint
 
 LAWSON_STEPS = 400
@@ -52,12 +51,8 @@ def propagate_covariance(
     covariance : ndarray, shape (6, 6)
         Of ξ about the base's origin, as in `CalibrationResult`.
     sigma : Sigma
-        The teaching error behind it.
-
-    Raises
-    ------
-    InputError
-        When nothing is stated and there are as many touches as freedoms.
+        The teaching error behind it. The usual one is assumed if nothing is stated and there are as many touches as
+        freedoms.
     """
     J, pivot, length = scaled_jacobian(touches, pose)
     to_origin = translation_adjoint(pivot) / np.repeat([length, 1.0], 3)  # of (L ω, v)
@@ -87,16 +82,12 @@ def _of_stated_errors(
 
 
 def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> Sigma:
-    """Teaching error per axis, stated or from the residuals of least squares."""
+    """Teaching error per axis: stated, from the residuals of least squares, or assumed if there are none."""
     if teaching.per_axis_mm is not None:
-        return Sigma(teaching.per_axis_mm, SigmaSource.STATED)
+        return Sigma.stated(teaching.per_axis_mm)
     freedom = int(pose.at.rank.sum()) - 6
-    if freedom <= 0:
-        raise InputError(
-            "the touches are as many as the freedoms, so no residual tells how well they were made: state the teaching "
-            "error (sigma_mm, for all touches or as a column), or touch once more",
-            code=ErrorCode.TEACHING_ERROR_MISSING,
-        )
+    if freedom <= 0:  # no residual tells how well they were made
+        return Sigma(USUAL_SIGMA_MM, SigmaSource.ASSUMED)
     squares = fit_squares(touches, pose).at.d
     return Sigma.estimated(float(np.sqrt(np.sum(squares**2) / freedom)), freedom)
 

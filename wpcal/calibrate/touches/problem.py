@@ -101,8 +101,7 @@ class TouchProblem:
         Raises
         ------
         InputError
-            When the touches are exactly as many as the freedoms and no teaching error is stated, or the weighted
-            criterion finds no covariances.
+            When the weighted criterion finds no covariances.
         """
         if criterion is Criterion.WEIGHTED and not self.has_covariances:
             raise InputError("the weighted criterion needs an error for every touch: a column sigma_mm")
