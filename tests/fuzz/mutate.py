@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import random
 import re
@@ -133,7 +134,7 @@ def _mutated_json(data: bytes, rng: random.Random) -> bytes:
         elif change == 2 and isinstance(owner[key], int | float) and not isinstance(owner[key], bool):
             owner[key] = min(max(owner[key], -1e300), 1e300) * rng.choice((0, -1, 1e3, 1e9, 1e-9, 1.0001))
         elif key != "schema":
-            owner[key] = rng.choice(NASTY_JSON)
+            owner[key] = copy.deepcopy(rng.choice(NASTY_JSON))
     return json.dumps(record).encode("utf-8")[:LARGEST_BYTES]
 
 

@@ -9,6 +9,8 @@ from importlib.metadata import EntryPoint, entry_points
 
 import click
 
+from wpcal.cli.number_options import with_strict_numbers
+
 ENTRY_POINT_GROUP = "wpcal.commands"
 OUR_PACKAGES = ("wpcal", "cad")
 
@@ -113,7 +115,7 @@ def _loaded(entry: EntryPoint) -> click.Command:
         command: click.Command = entry.load()
     except ImportError as error:
         raise InputError(_why_not_loaded(entry, error)) from error
-    return command
+    return with_strict_numbers(command)
 
 
 def _why_not_loaded(entry: EntryPoint, error: ImportError) -> str:
