@@ -32,8 +32,11 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
     are marked with the robot space of the arm. Export seams from such points with `wpcal export --robot`; otherwise the
     robot's error comes back.
     """
+    import numpy as np
+
     from wpcal.cli.outputs import require_new
     from wpcal.core.records import to_json, write_file
+    from wpcal.core.rotations import zyx_angles
     from wpcal.robot.compensation import correct_points
     from wpcal.robot.identify.poses_file import corrected_table, parse_tool, read_taught_joints
     from wpcal.robot.kinematics.arm_file import find_arm
@@ -54,13 +57,17 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
         write_file(output, text, overwrite=force)
     shifts = points - correct_points(arm.as_nominal(), joints, T_flange_tool=T_flange_tool)
     if as_json:
-        rows = zip(names, points.tolist(), shifts.tolist(), strict=True)
+        turns = np.rad2deg(zyx_angles(postures)).round(4) + 0.0
+        rows = zip(names, points.tolist(), turns.tolist(), shifts.tolist(), strict=True)
         record = {
             "schema": "wpcal/corrected/1",
             "robot": arm.name,
             "robot_space": arm.space.value,
             "tcp_bias_mm": bias_mm,
-            "points": [{"name": name, "p_base_mm": point, "shift_mm": shift} for name, point, shift in rows],
+            "points": [
+                {"name": name, "p_base_mm": point, "rx_ry_rz_deg": turn, "shift_mm": shift}
+                for name, point, turn, shift in rows
+            ],
             "issues": [issue.to_record() for issue in issues],
         }
         click.echo(to_json(record), nl=False)
