@@ -75,7 +75,7 @@ def read_graph(path: Path) -> BrepGraph:
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
-    except (ValueError, EOFError, OSError, AttributeError, NotImplementedError, zipfile.BadZipFile, zlib.error):
+    except (ValueError, EOFError, OSError, AttributeError, RuntimeError, zipfile.BadZipFile, zlib.error):
         raise FormatError("is not a saved graph: expected an .npz archive of plain arrays", path=str(path)) from None
     found = str(arrays.get("format", "no format"))
     if found != FORMAT:
