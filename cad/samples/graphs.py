@@ -224,6 +224,15 @@ def _tee_beside_block() -> Solids:
     ]
 
 
+def _tee_under_bar() -> Solids:
+    """Return a web on a base, 200 mm long; a bar crosses its joint so high that a torch has room beside it only."""
+    return [
+        ("base", box(240, 120, 10, (0, 0, 0))),
+        ("web", box(200, 8, 120, (20, 46, 10))),
+        ("bar", box(12, 100, 12, (114, -54, 60))),
+    ]
+
+
 def _gusseted_bracket() -> Solids:
     """Return an upright plate on the rear of a base, with two gussets of 8 mm, one of them leaning by 45 degrees."""
     gusset = prism([(30, 92, 8), (30, 42, 8), (30, 92, 58)], (8, 0, 0))
@@ -297,6 +306,7 @@ GRAPHS: dict[str, Callable[[], Solids]] = {
     "crossed-tee": crossed_tee,
     "gusseted-bracket": _gusseted_bracket,
     "tee-beside-block": _tee_beside_block,
+    "tee-under-bar": _tee_under_bar,
     "boss-with-ribs": _boss_with_ribs,
     "pipe-through-plates": _pipe_through_plates,
     "tee-beside-bolt": _tee_beside_bolt,

@@ -17,7 +17,16 @@ from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.record import seams_from_record, seams_record
 
-PARTS = ("tee-beside-block", "crossed-tee", "gusseted-bracket", "boss-with-ribs", "tee-beside-bolt", "frame", "saddle")
+PARTS = (
+    "tee-beside-block",
+    "tee-under-bar",
+    "crossed-tee",
+    "gusseted-bracket",
+    "boss-with-ribs",
+    "tee-beside-bolt",
+    "frame",
+    "saddle",
+)
 BETWEEN_MM = 0.7
 """The torch is checked at this step between stations, which is not the step with which it was felt."""
 CUT_MM = 1.01
@@ -64,6 +73,21 @@ def test_a_block_beside_the_joint_leaves_the_stretches_at_its_ends() -> None:
     for lean in LEANS_RAD:
         back = back_directions(blocked.frames.R, lean)
         assert len(find_poses_in_material(material, inner, back)) == len(inner)
+
+
+def test_no_seam_passes_under_a_bar_that_the_torch_cannot_pass() -> None:
+    found = detect_seams(saved_graph("tee-under-bar"))
+    seams = [seam for seam in found if seam.frames.p[:, 1:].tolist() == [[46.0, 10.0]] * len(seam.frames)]
+    accepted = [seam for seam in seams if seam.accepted]
+    assert len(accepted) == 2
+    for seam in accepted:
+        assert seam.lean_rad is not None
+        x, travel = seam.frames.p[:, 0], seam.lean_rad[:, 1]
+        assert travel.any()  # it leans away from the bar, to one side only
+        assert travel.min() >= 0 or travel.max() <= 0
+        assert x.max() < 132.0 or x.min() > 108.0  # the bar is in the middle, from 114 to 126
+        assert any("no torch passes bar without leaving it" in reason for reason in seam.reasons)
+    assert sum(seam.length_mm for seam in accepted) == pytest.approx(200.0, abs=1e-6)
 
 
 def test_the_torch_leans_away_from_a_wall_and_is_straight_elsewhere() -> None:

@@ -37,6 +37,8 @@ STEP_MM = 1.0
 """Step of dense stations: where a free stretch begins or ends is known to this."""
 BETWEEN_MM = 2.0
 """Between two stations the torch is felt at this step: less than the thinnest sheet that is welded as a rib."""
+MOST_TURN_DEG = 2.5
+"""Where the lean changes between two stations, the torch is felt at this step, however near they are."""
 APPROACH_MM = 50.0
 """At the ends of a seam the torch comes and goes along the wire by so much, so it is felt that much farther out."""
 
@@ -63,6 +65,12 @@ class Felt:
     def is_free(self) -> bool:
         """Whether the torch gets along the whole seam."""
         return not self.solids
+
+    @property
+    def turns_into_a_solid(self) -> bool:
+        """Whether the torch meets a solid while it changes its lean."""
+        turns = (np.diff(self.lean_rad, axis=0) != 0).any(axis=1)
+        return bool((turns & (self.solid_after >= 0)).any())
 
     @property
     def solids(self) -> frozenset[int]:
@@ -102,7 +110,7 @@ def feel_seams(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], *
         With frames in `part`.
     is_dense : bool
         Whether the stations are so near to each other that each may become the end of a seam: the torch is then felt on
-        its approach everywhere, and not between stations.
+        its approach everywhere, and between stations only where its lean changes.
 
     Returns
     -------
@@ -123,7 +131,7 @@ def feel_seams(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], *
     chosen = np.concatenate([_chosen(rows) for rows in np.split(free, cuts)])
     lean = np.where(chosen[:, None] < 0, np.nan, LEANS_RAD[chosen])
     solid = np.where(chosen < 0, solid, -1)
-    after = _solids_between(graph, trimmed, own, R, lean) if not is_dense else np.full(len(own), -1)
+    after = _solids_between(graph, trimmed, own, R, lean, is_dense=is_dense)
     columns = zip(np.split(lean, cuts), np.split(solid, cuts), np.split(after, cuts), strict=True)
     return [Felt(leans, at, between[:-1]) for leans, at, between in columns]
 
@@ -173,9 +181,12 @@ def _chosen(free: BoolArray) -> IntArray:
 
 
 def _solids_between(
-    graph: BrepGraph, trimmed: TrimmedFaces, own: TorchPoses, R: FloatArray, lean_rad: FloatArray
+    graph: BrepGraph, trimmed: TrimmedFaces, own: TorchPoses, R: FloatArray, lean_rad: FloatArray, *, is_dense: bool
 ) -> IntArray:
-    """Return the solid that the torch meets between each station and the next, -1 for none; shape (n,)."""
+    """Return the solid that the torch meets between each station and the next, -1 for none; shape (n,).
+
+    Between stations that are near to each other it is felt only where it turns.
+    """
     n = len(own)
     back = back_directions(R, np.nan_to_num(lean_rad))
     leant = TorchPoses(own.owner, own.p, back, own.start_mm, np.minimum(own.end_mm, USUAL_TORCH.length_mm))
@@ -183,8 +194,10 @@ def _solids_between(
     held = ~np.isnan(lean_rad[:, 0])
     joined = np.append((own.owner[1:] == own.owner[:-1]) & held[1:] & held[:-1], False)
     step = np.linalg.norm(np.diff(own.p, axis=0, append=own.p[-1:]), axis=1)
-    rows = np.flatnonzero(joined & (step > BETWEEN_MM) & ~are_steps_clear(graph, trimmed, leant))
-    counts = np.ceil(step[rows] / BETWEEN_MM).astype(int) - 1
+    turn_deg = np.degrees(np.abs(np.diff(np.nan_to_num(lean_rad), axis=0, append=0)).max(axis=1))
+    far = np.zeros(n, dtype=bool) if is_dense else step > BETWEEN_MM
+    rows = np.flatnonzero(joined & (far | (turn_deg > MOST_TURN_DEG)) & ~are_steps_clear(graph, trimmed, leant))
+    counts = np.ceil(np.maximum(step[rows] / BETWEEN_MM, turn_deg[rows] / MOST_TURN_DEG)).astype(int) - 1
     at = np.repeat(rows, counts)
     number = np.arange(len(at)) - np.repeat(np.cumsum(counts) - counts, counts) + 1
     share = (number / np.repeat(counts + 1, counts))[:, None]

@@ -42,8 +42,9 @@ def cut_where_unreached(
     -------
     list of list of Seam, length n
         A seam that is free all along is one stretch. The torch's leans are in `Seam.lean_rad`; stretches that no torch
-        reaches name the solids in its way (`Seam.blocked_by`). Cuts are within `STEP_MM`, on the free side. With a
-        chord error above `FELT_CHORD_MM` the seam itself is free; the chords between its stations need not be.
+        reaches name the solids in its way (`Seam.blocked_by`). Cuts are within `STEP_MM`, on the free side. Where the
+        torch reaches every station, but a bar across the joint lets it not pass, two stretches meet. With a chord error
+        above `FELT_CHORD_MM` the seam itself is free; the chords between its stations need not be.
     """
     done: list[list[Seam]] = [[] for _ in seams]
     todo = list(enumerate(seams))
@@ -57,11 +58,12 @@ def cut_where_unreached(
                 held.append((row, seam, felt))
         todo = []
         finer = _felt_finer(graph, trimmed, [(seam, felt) for _, seam, felt in held], options)
-        for (row, seam, felt), (dense, solid) in zip(held, finer, strict=True):
-            if is_coarse and (solid < 0).all():
+        for (row, seam, felt), (dense, solid, solid_after) in zip(held, finer, strict=True):
+            if is_coarse and (solid < 0).all() and (solid_after < 0).all():
                 done[row].append(replace(seam, lean_rad=felt.lean_rad))
                 continue
-            for piece in _pieces(graph, trimmed, seam, dense, solid, options):
+            stretches, passed = _stretches(dense.frames.s_mm, solid, solid_after)
+            for piece in _pieces(graph, trimmed, seam, dense, stretches, passed, options):
                 if piece.blocked_by:
                     done[row].append(piece)
                 else:
@@ -74,24 +76,29 @@ def cut_where_unreached(
 
 def _felt_finer(
     graph: BrepGraph, trimmed: TrimmedFaces, held: Sequence[tuple[Seam, Felt]], options: SeamOptions
-) -> list[tuple[Seam, IntArray]]:
-    """Return seams with dense stations, and at each of these the solid that a torch meets whatever its lean, or -1.
+) -> list[tuple[Seam, IntArray, IntArray]]:
+    """Return seams with dense stations, at each of these the solid that a torch meets whatever its lean, or -1, and
+    after each the solid that it meets while it changes its lean, or -1.
 
-    Only the steps in which a free stretch begins or ends are felt again.
+    Only the steps in which a free stretch begins or ends are felt again; where the torch cannot change its lean, the
+    whole seam, since another station may be the better one for it.
     """
     dense = [_dense(graph, trimmed, seam, options) for seam, _ in held]
     solids, unsure = [], []
+    after = [np.full(len(fine.frames) - 1, -1) for fine in dense]
     for fine, (seam, felt) in zip(dense, held, strict=True):
         step = np.clip(np.searchsorted(seam.frames.s_mm, fine.frames.s_mm, side="right") - 1, 0, len(felt.solid) - 2)
         ends = felt.solid[:-1], felt.solid[1:]
         solids.append(np.maximum(*ends)[step])
-        is_mixed = ((ends[0] < 0) != (ends[1] < 0)) | (felt.solid_after >= 0)
+        is_mixed = ((ends[0] < 0) != (ends[1] < 0)) | (felt.solid_after >= 0) | felt.turns_into_a_solid
         unsure.append(np.flatnonzero(is_mixed[step]))
     asked = [number for number, rows in enumerate(unsure) if len(rows)]
     parts = [replace(dense[number], frames=dense[number].frames.select(unsure[number])) for number in asked]
     for number, felt in zip(asked, feel_seams(graph, trimmed, parts, is_dense=True), strict=True):
         solids[number][unsure[number]] = felt.solid
-    return list(zip(dense, solids, strict=True))
+        if len(felt.solid) == len(solids[number]):
+            after[number] = felt.solid_after
+    return list(zip(dense, solids, after, strict=True))
 
 
 def _dense(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, options: SeamOptions) -> Seam:
@@ -101,42 +108,69 @@ def _dense(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, options: SeamOpt
 
 
 def _pieces(
-    graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, dense: Seam, solid: IntArray, options: SeamOptions
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    seam: Seam,
+    dense: Seam,
+    stretches: Sequence[Stretch],
+    passed: frozenset[int],
+    options: SeamOptions,
 ) -> list[Seam]:
     """Return the free and the blocked stretches of a seam that was felt at dense stations."""
-    stretches = _stretches(dense.frames.s_mm, solid)
     if len(stretches) == 1:  # it is free at stations that are near to each other, or nowhere
         whole = stretches[0]
         return [_blocked(graph, seam, whole.solids) if whole.solids else dense]
-    found = cut_at(graph, trimmed, seam, stretches, options, _cut_reason(graph, seam, stretches))
+    found = cut_at(graph, trimmed, seam, stretches, options, _cut_reason(graph, seam, stretches, passed))
     return [_blocked(graph, piece, stretch.solids) if stretch.solids else piece for piece, stretch in found]
 
 
-def _stretches(s_mm: FloatArray, solid: IntArray) -> list[Stretch]:
-    """Divide stations at these lengths into free and blocked stretches, which take turns."""
+def _stretches(s_mm: FloatArray, solid: IntArray, solid_after: IntArray) -> tuple[list[Stretch], frozenset[int]]:
+    """Divide stations at these lengths into free and blocked stretches.
+
+    Two free stretches meet where the torch cannot change its lean; the solids that keep it from that are returned, too.
+    Near the ends of the seam that step is blocked instead.
+    """
+    turns = np.flatnonzero(solid_after >= 0)
+    from_end = np.minimum(s_mm[turns] - s_mm[0], s_mm[-1] - s_mm[turns])
+    solid = solid.copy()
+    for row in turns[from_end < LEAST_CANDIDATE_MM].tolist():
+        solid[row : row + 2] = solid_after[row]
+    meets = turns[from_end >= LEAST_CANDIDATE_MM]
     is_free = (solid[:-1] < 0) & (solid[1:] < 0)
-    ends = [0, *(np.flatnonzero(np.diff(is_free)) + 1).tolist(), len(s_mm) - 1]
+    changes = np.flatnonzero(np.diff(is_free)) + 1
+    ends = sorted({0, *changes.tolist(), *meets.tolist(), len(s_mm) - 1})
     found: list[Stretch] = []
     for first, last in pairwise(ends):
         low, high = float(s_mm[first]), float(s_mm[last])
         is_short = is_free[first] and high - low < LEAST_CANDIDATE_MM and len(ends) > 2
         solids = _numbers(solid if is_short else solid[first : last + 1])
-        if found and bool(found[-1].solids) == bool(solids):
+        if is_short and not solids:
+            solids = _numbers(solid_after)
+        meet = bool(first in meets and not solids)
+        if found and bool(found[-1].solids) == bool(solids) and not meet:
             before = found.pop()
             low, solids = before.low_mm, before.solids | solids
         found.append(Stretch(low, high, solids))
-    return found
+    return found, _numbers(solid_after[meets])
 
 
 def _numbers(solid: IntArray) -> frozenset[int]:
     return frozenset(solid[solid >= 0].tolist())
 
 
-def _cut_reason(graph: BrepGraph, seam: Seam, stretches: Sequence[Stretch]) -> str:
+def _cut_reason(graph: BrepGraph, seam: Seam, stretches: Sequence[Stretch], passed: frozenset[int]) -> str:
     solids = frozenset().union(*(stretch.solids for stretch in stretches))
-    names = ", ".join(graph.solid_names[solid] for solid in sorted(solids))
     lost = sum(stretch.high_mm - stretch.low_mm for stretch in stretches if stretch.solids)
-    return f"cut from a seam of {seam.length_mm:.1f} mm, {lost:.1f} mm of which no torch reaches: {names} is in its way"
+    if not solids:
+        return f"cut from a seam of {seam.length_mm:.1f} mm: no torch passes {_names(graph, passed)} without leaving it"
+    return (
+        f"cut from a seam of {seam.length_mm:.1f} mm, {lost:.1f} mm of which no torch reaches: {_names(graph, solids)} "
+        "is in its way"
+    )
+
+
+def _names(graph: BrepGraph, solids: frozenset[int]) -> str:
+    return ", ".join(graph.solid_names[solid] for solid in sorted(solids))
 
 
 def _blocked(graph: BrepGraph, seam: Seam, solids: frozenset[int]) -> Seam:
