@@ -2,5 +2,6 @@
 
 from cad.kernel import child_main
 
-child_main.has_death_signal = lambda: False
-child_main.main()
+if __name__ == "__main__":
+    child_main.has_death_signal = lambda: False
+    child_main.main()

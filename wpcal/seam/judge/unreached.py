@@ -77,8 +77,10 @@ def cut_where_unreached(
 def _felt_finer(
     graph: BrepGraph, trimmed: TrimmedFaces, held: Sequence[tuple[Seam, Felt]], options: SeamOptions
 ) -> list[tuple[Seam, IntArray, IntArray]]:
-    """Return seams with dense stations, at each of these the solid that a torch meets whatever its lean, or -1, and
-    after each the solid that it meets while it changes its lean, or -1.
+    """Return seams with dense stations, and what a torch meets there.
+
+    At each station it is the solid that it meets whatever its lean, and after each station the solid that it meets
+    while it changes its lean; -1 for none.
 
     Only the steps in which a free stretch begins or ends are felt again; where the torch cannot change its lean, the
     whole seam, since another station may be the better one for it.
