@@ -81,7 +81,12 @@ def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] 
 
 
 def refused_table(seams: Sequence[Seam]) -> Table:
-    """Return one row per candidate that is not accepted as a weld, with the reasons."""
+    """Return one row per candidate that is not accepted as a weld, with the reasons.
+
+    Which torch was assumed, and what would change a verdict about reach, stands once below the table.
+    """
+    from wpcal.seam.judge.evidence import ASSUMED
+
     table = Table(title="Not taken as welds")
     for heading in ("seam", "joint", "joins"):
         table.add_column(heading, no_wrap=heading != "joins")
@@ -91,7 +96,10 @@ def refused_table(seams: Sequence[Seam]) -> Table:
     for seam in seams:
         if not seam.accepted:
             cells = [seam.name, seam.joint.value, " + ".join(seam.solids), _length(seam)]
-            table.add_row(*cells, f"{seam.confidence:.0%}", "; ".join(seam.against))
+            why = "; ".join(seam.against)
+            table.add_row(*cells, f"{seam.confidence:.0%}", why.replace(ASSUMED, ""))
+            if ASSUMED in why:
+                table.caption = ASSUMED.strip(" ()")
     return table
 
 

@@ -19,8 +19,9 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.core.arrays import BoolArray, FloatArray, frozen
+from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
+from wpcal.optim.search_box import SearchBox
 
 Cost = Callable[[FloatArray], FloatArray]
 
@@ -251,7 +252,7 @@ def anneal(
     InputError
         When the box is empty or not finite.
     """
-    run = _Run(cost, _Box.of(lower, upper, periodic), schedule or AnnealingSchedule(), rng, start)
+    run = _Run(cost, SearchBox.of(lower, upper, periodic), schedule or AnnealingSchedule(), rng, start)
     stop = StopReason.TEMPERATURES
     for count in range(1, run.schedule.most_temperatures + 1):
         before = run.best_cost
@@ -275,42 +276,13 @@ def first_temperature(costs: FloatArray, initial_acceptance: float) -> float:
     return max(float((costs.mean() - costs.max()) / np.log(initial_acceptance)), LEAST_TEMPERATURE)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Box:
-    lower: FloatArray
-    upper: FloatArray
-    periodic: BoolArray
-
-    @classmethod
-    def of(cls, lower: ArrayLike, upper: ArrayLike, periodic: ArrayLike | None) -> _Box:
-        low, high = frozen(lower), frozen(upper)
-        if low.ndim != 1 or low.shape != high.shape or not (np.isfinite(low) & np.isfinite(high) & (low < high)).all():
-            raise InputError(f"expected a box of finite bounds with lower < upper, got {low} and {high}")
-        wraps = np.zeros(low.shape, dtype=bool) if periodic is None else np.array(periodic, dtype=bool)
-        return cls(low, high, wraps)
-
-    @property
-    def width(self) -> FloatArray:
-        return np.asarray(self.upper - self.lower, dtype=np.float64)
-
-    @property
-    def walls(self) -> tuple[FloatArray, FloatArray]:
-        """Bounds that states stop at: none for periodic variables."""
-        return np.where(self.periodic, -np.inf, self.lower), np.where(self.periodic, np.inf, self.upper)
-
-    def wrapped(self, states: FloatArray) -> FloatArray:
-        """States whose periodic variables are back in the box."""
-        turned = self.lower + np.mod(states - self.lower, self.width)
-        return np.where(self.periodic, turned, states)
-
-
 class _Run:
     """The state of a run between two temperatures."""
 
     def __init__(
         self,
         cost: Cost,
-        box: _Box,
+        box: SearchBox,
         schedule: AnnealingSchedule,
         rng: np.random.Generator,
         start: ArrayLike | None,
