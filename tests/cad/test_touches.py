@@ -26,6 +26,7 @@ from wpcal.calibrate import (
 from wpcal.calibrate.touches.contradiction import find_contradicted
 from wpcal.calibrate.touches.covariance import propagate_covariance
 from wpcal.calibrate.touches.fit import Pose, fit_minimax, fit_squares
+from wpcal.calibrate.touches.problem import TouchProblem, touches_have_heavy_tails
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core import GeometryError, InputError, RigidTransform
@@ -297,3 +298,42 @@ def test_touches_on_a_free_form_face_place_the_part() -> None:
     rows += [("Y1", TouchKind.PLANE, (30, 0, 10), (0, -1, 0)), ("Y2", TouchKind.PLANE, (70, 0, 10), (0, -1, 0))]
     found = fit(touched(wavy, rows), wavy, teaching=TeachingError(sigma_mm=SIGMA_MM))
     assert apart(found.T_base_part, R, T_MM) < RECOVERED_MM
+
+
+THRICE: list[Row] = [(f"{name}.{k}", *rest) for k in range(3) for name, *rest in MIXED]
+
+
+def touched_with_noise(
+    workpiece: Workpiece, rows: list[Row], tails: str, rng: np.random.Generator, *, of_each: bool
+) -> Touches:
+    """Touch with Gaussian errors or with Student's t of three degrees of freedom; `of_each`: unequal and stated."""
+    sigma = np.where(np.arange(len(rows)) % 3 == 0, 0.3, SIGMA_MM) if of_each else np.full(len(rows), SIGMA_MM)
+    shape = (len(rows), 3)
+    unit = rng.normal(size=shape) if tails == "gaussian" else rng.standard_t(3, shape) / np.sqrt(3.0)
+    return touched(workpiece, rows, sigma[:, None] * unit, sigma if of_each else None)
+
+
+@pytest.mark.parametrize(("tails", "least", "most"), [("gaussian", 0.0, 0.1), ("t3", 0.4, 1.0)])
+@pytest.mark.parametrize("of_each", [False, True])
+def test_heavy_tails_of_touches_are_noticed(
+    tee: Workpiece, tails: str, least: float, most: float, of_each: bool
+) -> None:
+    rng, found = np.random.default_rng(0), []
+    for _ in range(100):
+        noisy = touched_with_noise(tee, THRICE, tails, rng, of_each=of_each)
+        pose = fit_squares(noisy, Pose.of(noisy, R, T_MM), weighted=of_each)
+        found.append(touches_have_heavy_tails(noisy, pose))
+    assert least <= np.mean(found) <= most
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("of_each", [False, True])
+def test_the_predicted_error_of_minimax_covers_heavy_tails_of_touches(tee: Workpiece, of_each: bool) -> None:
+    seam, rng, covered = np.array([[0.0, 60.0, 10.0], [200.0, 60.0, 10.0]]), np.random.default_rng(0), []
+    for _ in range(60):
+        noisy = touched_with_noise(tee, MIXED, "t3", rng, of_each=of_each)
+        problem = TouchProblem(noisy, TeachingError(sigma_mm=SIGMA_MM), 0, Pose.of(noisy, R, T_MM), None, None)
+        found = problem.fit(Criterion.MINIMAX)
+        off = np.linalg.norm(found.T.apply(seam) - seam @ R.T - T_MM, axis=1)
+        covered.append(np.mean(off <= found.error_95_mm(seam)))
+    assert np.mean(covered) >= 0.9

@@ -40,6 +40,8 @@ JOINT_SAMPLES = 8192
 DIRECTIONS = 128
 """A seam moves most at an end of its extent. The furthest points in this many directions stand for all its points."""
 
+EXCESS_POINTS = 512
+"""Of larger clouds this many points are simulated. More points only make the simulated part smaller."""
 EXCESS_SAMPLES = 256
 """Simulated fits behind the part of the minimax covariance that has no closed form: its scale is then good to 5 %."""
 

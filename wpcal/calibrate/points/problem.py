@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from wpcal.calibrate.criteria import RIVAL, Criterion, CriterionFit
+from wpcal.calibrate.heavy_tails import ROUND_OFF, has_heavy_tails, motion_square
 from wpcal.calibrate.outlier_limits import FLOOR_MM
 from wpcal.calibrate.points.annealed import anneal_pairs
 from wpcal.calibrate.points.covariance import (
@@ -20,7 +21,6 @@ from wpcal.calibrate.points.covariance import (
 )
 from wpcal.calibrate.points.diagnose import diagnose_pairs, join_pairs
 from wpcal.calibrate.points.error_rows import ErrorRows
-from wpcal.calibrate.points.heavy_tails import has_heavy_tails, motion_square
 from wpcal.calibrate.points.least_squares import (
     distances,
     fit_least_squares,
@@ -131,10 +131,11 @@ class PointProblem:
             objective = bound = float(np.sqrt(np.mean(np.sum(r**2, axis=1))))
         covariance, sigma = self._covariance(criterion, T, rows)
         is_heavy = False
-        if criterion is Criterion.MINIMAX and pairs.covariances is None:
-            is_heavy = has_heavy_tails(pairs.p_source, pairs.p_target)
+        if criterion is Criterion.MINIMAX:
+            squares = fit_least_squares(pairs) if pairs.covariances is None else fit_weighted(pairs)
+            is_heavy = points_have_heavy_tails(pairs, squares)
             if is_heavy:
-                covariance = covariance + motion_square(fit_least_squares(pairs), T)
+                covariance = covariance + motion_square(squares, T)
         return CriterionFit(criterion, T, objective, bound, frozen(covariance), sigma, rows, is_heavy, equal)
 
     def distances_mm(self, T: RigidTransform) -> FloatArray:
@@ -215,6 +216,17 @@ class PointProblem:
         if criterion is Criterion.MINIMAX:
             return unequal_minimax_covariance(moved, covariances, seed=self.seed)
         return propagated_covariance(moved, covariances)
+
+
+def points_have_heavy_tails(pairs: PointPairs, fit: RigidTransform) -> bool:
+    """Test the shape of the residuals of the least-squares fit, weighted where the points state their errors."""
+    p, n = pairs.p_source - pairs.p_source.mean(axis=0), len(pairs)
+    size = float(np.abs(p).max())
+    information = np.tile(np.eye(3), (n, 1, 1)) if pairs.covariances is None else np.linalg.inv(pairs.covariances)
+    moved = point_jacobian(p @ fit.R.T / size)
+    return has_heavy_tails(
+        pairs.p_target - fit.apply(pairs.p_source), moved, np.asarray(information), round_off_mm=ROUND_OFF * size
+    )
 
 
 def _equal_places(pairs: PointPairs, fit: CriterionFit) -> tuple[Issue, ...]:

@@ -10,6 +10,7 @@ from typing import Self
 import numpy as np
 
 from wpcal.calibrate.criteria import RIVAL, Criterion, CriterionFit
+from wpcal.calibrate.heavy_tails import ROUND_OFF, has_heavy_tails, motion_square
 from wpcal.calibrate.residual_evidence import ResidualEvidence, unchecked_names
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.suspect import Diagnosis, Suspect
@@ -112,7 +113,13 @@ class TouchProblem:
         pose, objective = self._pose(fitted, criterion)
         covariance, sigma = propagate_covariance(fitted, pose, criterion, self.teaching, seed=self.seed)
         T = RigidTransform(pose.R, pose.t, "base", "part")
-        return CriterionFit(criterion, T, objective, 0.0, frozen(covariance), sigma, kept)
+        is_heavy = False
+        if criterion is Criterion.MINIMAX:
+            squares = fit_squares(fitted, self.start, weighted=self.has_covariances)
+            is_heavy = touches_have_heavy_tails(fitted, squares)
+            if is_heavy:
+                covariance = covariance + motion_square(RigidTransform(squares.R, squares.t, "base", "part"), T)
+        return CriterionFit(criterion, T, objective, 0.0, frozen(covariance), sigma, kept, is_heavy)
 
     def distances_mm(self, T: RigidTransform) -> FloatArray:
         """Distances of the touches from what they lie on, mm, shape (n,)."""
@@ -201,6 +208,12 @@ class TouchProblem:
             return pose, math.sqrt(squares / np.trace(weights, axis1=1, axis2=2).sum())
         pose = fit_squares(touches, self.start)
         return pose, math.sqrt(np.mean(pose.at.distances**2))
+
+
+def touches_have_heavy_tails(touches: Touches, fit: Pose) -> bool:
+    """Test the shape of the residuals of the least-squares fit, weighted where the touches state their errors."""
+    J, _, length = scaled_jacobian(touches, fit)
+    return has_heavy_tails(fit.at.d, J, fit.at.information(touches.covariances), round_off_mm=ROUND_OFF * length)
 
 
 def search_touches(

@@ -37,8 +37,10 @@ STEP_MM = 1.0
 """Step of dense stations: where a free stretch begins or ends is known to this."""
 BETWEEN_MM = 2.0
 """Between two stations the torch is felt at this step: less than the thinnest sheet that is welded as a rib."""
-MOST_TURN_DEG = 2.5
-"""Where the lean changes between two stations, the torch is felt at this step, however near they are."""
+TO_OTHER_SIDE_DEG = 36.0
+"""A lean that changes by more goes from one side to the other, past whatever stands between."""
+TURN_STEP_DEG = 2.5
+"""Where the torch goes to the other side, it is felt at this step, however near the stations are."""
 APPROACH_MM = 50.0
 """At the ends of a seam the torch comes and goes along the wire by so much, so it is felt that much farther out."""
 
@@ -110,7 +112,7 @@ def feel_seams(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], *
         With frames in `part`.
     is_dense : bool
         Whether the stations are so near to each other that each may become the end of a seam: the torch is then felt on
-        its approach everywhere, and between stations only where its lean changes.
+        its approach everywhere, and between stations only where its lean goes to the other side.
 
     Returns
     -------
@@ -185,7 +187,7 @@ def _solids_between(
 ) -> IntArray:
     """Return the solid that the torch meets between each station and the next, -1 for none; shape (n,).
 
-    Between stations that are near to each other it is felt only where it turns.
+    Between stations that are near to each other it is felt only where it goes to the other side.
     """
     n = len(own)
     back = back_directions(R, np.nan_to_num(lean_rad))
@@ -196,8 +198,8 @@ def _solids_between(
     step = np.linalg.norm(np.diff(own.p, axis=0, append=own.p[-1:]), axis=1)
     turn_deg = np.degrees(np.abs(np.diff(np.nan_to_num(lean_rad), axis=0, append=0)).max(axis=1))
     far = np.zeros(n, dtype=bool) if is_dense else step > BETWEEN_MM
-    rows = np.flatnonzero(joined & (far | (turn_deg > MOST_TURN_DEG)) & ~are_steps_clear(graph, trimmed, leant))
-    counts = np.ceil(np.maximum(step[rows] / BETWEEN_MM, turn_deg[rows] / MOST_TURN_DEG)).astype(int) - 1
+    rows = np.flatnonzero(joined & (far | (turn_deg > TO_OTHER_SIDE_DEG)) & ~are_steps_clear(graph, trimmed, leant))
+    counts = np.ceil(np.maximum(step[rows] / BETWEEN_MM, turn_deg[rows] / TURN_STEP_DEG)).astype(int) - 1
     at = np.repeat(rows, counts)
     number = np.arange(len(at)) - np.repeat(np.cumsum(counts) - counts, counts) + 1
     share = (number / np.repeat(counts + 1, counts))[:, None]
