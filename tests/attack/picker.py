@@ -10,7 +10,7 @@ import signal
 import subprocess
 import time
 from collections import Counter
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -36,8 +36,8 @@ def start_picker(folder: Path) -> subprocess.Popen[str]:
     )
 
 
-def type_a_row(process: subprocess.Popen[str]) -> None:
-    """Wait for the address of the page, and do what the page does when a row was typed."""
+def type_a_row(process: subprocess.Popen[str]) -> http.client.HTTPConnection:
+    """Wait for the address of the page, do what the page does when a row was typed, and return its connection."""
     assert process.stdout is not None
     place = urlsplit(process.stdout.readline().split(" is at ")[1].split()[0])
     change = {"revision": 1, "window": "w", "number": 1, "conflicts": []}
@@ -46,6 +46,7 @@ def type_a_row(process: subprocess.Popen[str]) -> None:
     headers = {"Origin": f"http://{place.netloc}", "Content-Type": "application/json"}
     connection.request("POST", f"{place.path}keep", json.dumps(change), headers)
     assert json.loads(connection.getresponse().read())["answer"]["revision"] == 2
+    return connection
 
 
 def end_while_serving(folder: Path, numbers: tuple[signal.Signals, ...]) -> Counter[str]:
@@ -53,10 +54,10 @@ def end_while_serving(folder: Path, numbers: tuple[signal.Signals, ...]) -> Coun
     found: Counter[str] = Counter()
     for number in numbers:
         process = start_picker(folder)
-        type_a_row(process)
-        children = kernel_processes(process.pid)
-        process.send_signal(number)
-        process.communicate(timeout=TIMEOUT_S)
+        with closing(type_a_row(process)):
+            children = kernel_processes(process.pid)
+            process.send_signal(number)
+            process.communicate(timeout=TIMEOUT_S)
         draft = folder / "typed.csv.draft"
         kept = draft.is_file() and TYPED in json.loads(draft.read_text(encoding="utf-8"))["table"]["rows"]
         found["draft kept"] += kept
