@@ -60,11 +60,11 @@ def check(seam: Seam, ends: list[list[float]], z: FloatArray) -> None:
 
 
 @pytest.mark.parametrize("pose", POSES)
-@pytest.mark.parametrize(("radius", "wall", "ball"), [(4.0, 2.0, 0.6), (6.1, 3.05, 0.6), (10.0, 5.0, 1.0)])
+@pytest.mark.parametrize(("radius", "wall", "ball"), [(2.0, 1.0, 0.495), (6.1, 3.05, 0.6), (10.0, 5.0, 1.0)])
 def test_flush_tubes_have_a_flare_bevel_on_both_sides(
     radius: float, wall: float, ball: float, pose: tuple[float, ...]
 ) -> None:
-    """On 10 mm the wall of 5 mm ends so far from the root that the wire would fall into the tube."""
+    """On 2 mm the wire stays in the mouth; on 10 mm the wall ends so far from the root that it would fall into the tube."""
     _, seams = grooves_of(flush_tubes(radius, wall), pose)
     out = 2.0 * math.sqrt(radius * ball)
     inset = radius - math.sqrt(radius**2 - out**2)

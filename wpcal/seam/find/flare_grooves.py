@@ -10,8 +10,9 @@ from wpcal.brep.extend import FreeEdge, add_edges, interpolated, line
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.flare import FacePairs, FlareSearch, Grooves, find_roots
+from wpcal.seam.find.flare import FlareSearch, Grooves
 from wpcal.seam.find.flare_ends import exact_ends
+from wpcal.seam.find.flare_sections import FacePairs, ball_centres, find_roots
 from wpcal.seam.find.flare_shape import measure_grooves
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.limits import LEAST_CANDIDATE_MM
@@ -77,7 +78,7 @@ def add_grooves(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -
     pairs, ball = found.pairs.select(kept), found.ball_mm[kept]
     roots = find_roots(graph, pairs, (s0 + s1)[kept] / 2)
     shapes = measure_grooves(search, pairs, roots, ball)
-    centres = search.centres(pairs, roots, ball)
+    centres = ball_centres(search.graph, pairs, roots, ball)
     to_root = np.einsum("ki,ki->k", centres - roots.centre, roots.t)
     edges = [
         FreeEdge(e.kind, e.frame, e.param, e.span, e.nurbs, float(r))
@@ -125,7 +126,7 @@ def _centres(search: FlareSearch, found: Grooves, rows: IntArray, count: int) ->
     s = found.s0[rows, None] + (found.s1 - found.s0)[rows, None] * np.linspace(0.0, 1.0, count)
     row = np.repeat(rows, count)
     pairs = found.pairs.select(row)
-    p = search.centres(pairs, find_roots(search.graph, pairs, s.ravel()), found.ball_mm[row])
+    p = ball_centres(search.graph, pairs, find_roots(search.graph, pairs, s.ravel()), found.ball_mm[row])
     return p.reshape(len(rows), count, 3)
 
 
