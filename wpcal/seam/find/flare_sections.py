@@ -131,7 +131,8 @@ def face_pairs(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> FacePa
     kind = graph.face_kind[other]
     kept = (graph.face_solid[pipe] != graph.face_solid[other]) & np.isin(kind, OTHERS)
     twice = np.isin(kind, PIPES) & convex[other]
-    kept &= ~twice | (pipe < other)
+    own = graph.face_kind[pipe]
+    kept &= ~twice | (own > kind) | ((own == kind) & (pipe < other))  # a torus has the centre line
     pipe, other = pipe[kept], other[kept]
     hollow = (graph.face_kind[other] == SurfaceKind.CYLINDER) & ~convex[other]
     radius = np.where(graph.face_kind[pipe] == SurfaceKind.TORUS, graph.face_param[pipe, 1], graph.face_param[pipe, 0])
