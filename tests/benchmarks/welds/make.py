@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -32,6 +34,7 @@ PARTS: tuple[Callable[[], Part], ...] = (
     unwelded.machined_block,
     unwelded.bent_sheet,
 )
+OCCURRENCE = rb"(NEXT_ASSEMBLY_USAGE_OCCURRENCE\()'\d+'"
 MADE = {
     "how": "closed form, by the generator of the part; where to weld was decided when the part was drawn",
     "date": "2026-11-22",
@@ -43,7 +46,9 @@ def write_part(part: Part, folder: Path) -> Path:
     path = folder / "parts" / f"{part.name}.step"
     path.parent.mkdir(parents=True, exist_ok=True)
     members = [(member.name, solid_of(member.shape), member.color) for member in part.members]
-    path.write_bytes(new_step_text(members, part.name, pcurves=False))
+    text = new_step_text(members, part.name, pcurves=False)
+    number = itertools.count(1)  # the kernel counts on from the parts that it wrote before
+    path.write_bytes(re.sub(OCCURRENCE, lambda match: b"%s'%d'" % (match[1], next(number)), text))
     return path
 
 

@@ -59,6 +59,10 @@ def fused_bracket() -> Part:
     for x in (30.0, 38.0, 112.0, 120.0):
         welds.append(Weld(f"gusset foot {x:g}", (name,), "tee fillet", SURE, line((x, 10, 10), (x, 70, 10))))
         welds.append(Weld(f"gusset up {x:g}", (name,), "tee fillet", SURE, line((x, 10, 10), (x, 10, 60))))
+    for x in (30.0, 112.0):
+        for end, y, z in (("toe", 70.0, 10.0), ("top", 10.0, 60.0)):
+            points = line((x, y, z), (x + 8, y, z))
+            welds.append(Weld(f"gusset {end} {x:g}", (name,), "wrap round the end", OPTIONAL, points))
     members = [Member(name, body, STEEL, "base, back and two gussets, fused; the front edge is bent")]
     return Part("fused-bracket", "weldment saved as one solid, with a bent edge", members, welds)
 
