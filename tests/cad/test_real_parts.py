@@ -18,7 +18,7 @@ import pytest
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
-from wpcal.seam.path.chain import SAME_POINT_MM
+from wpcal.seam.chain import SAME_POINT_MM
 
 SHARED = Path(__file__).parents[3] / "shared" / "step"
 T_BASE_PART = RigidTransform.from_six_tuple([812.3, -455.1, 277.7, 0.3, -0.7, 2.1], target="base", source="part")

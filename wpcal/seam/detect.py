@@ -8,6 +8,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.seam.chain import rounded
 from wpcal.seam.edit import with_candidates
 from wpcal.seam.find.concave import find_concave_edges, looks_machined
 from wpcal.seam.find.contact import find_contacts
@@ -19,7 +20,6 @@ from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
-from wpcal.seam.path.chain import rounded
 from wpcal.seam.path.turning import face_free_space
 from wpcal.seam.seam import JointType, Seam, SeamPieces, SeamSource, WeldType
 
