@@ -17,6 +17,8 @@ from wpcal.brep.hits import find_hits
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.issue import Issue
+from wpcal.seam.find.concave import find_concave_edges
 
 LEAST_BUILT_UP = 0.9
 """A solid with a smaller share of its surface on plates, bars and tubes is one piece. Of 72 parts with known answers,
@@ -34,6 +36,8 @@ LINES, ROUNDS = 500, 40
 FIRST_HITS, LEAST_HITS = 250, 1200
 """After the first hits, a share that is lower by `CLEARLY` is the answer; the others are enough for 0.02."""
 CLEARLY = 0.15
+MOST_TOLD = 3
+"""Most solids that are told of."""
 RIM_WAYS = 6
 """Directions along the surface in which the other faces of a plate are looked for from its rim, over half a turn."""
 SKIN_MM = 1e-3
@@ -61,6 +65,35 @@ def why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: B
     if share < LEAST_BUILT_UP:
         return f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
     return None
+
+
+def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
+    """Tell in which solids concave edges are not taken for welds, and why, for a part without a candidate.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+
+    Returns
+    -------
+    list of Issue
+        One for each solid with concave edges that looks as if made as one piece, the solid with most edges first.
+    """
+    solid_of = graph.face_solid[find_concave_edges(graph).pieces.wall]
+    solids, counts = np.unique(solid_of, return_counts=True)
+    found = []
+    for solid, count in sorted(zip(solids.tolist(), counts.tolist(), strict=True), key=lambda pair: -pair[1])[
+        :MOST_TOLD
+    ]:
+        why = why_one_piece(graph, trimmed, solid)
+        if why is not None:
+            name = graph.solid_names[solid]
+            told = (
+                f"{count} concave edges of {name} are not taken for welds: {why}; if they are welds: --concave always"
+            )
+            found.append(Issue("one-piece", told, (name,)))
+    return found
 
 
 def is_turned(graph: BrepGraph, solid: int) -> bool:
