@@ -39,7 +39,7 @@ def cylinder(radius: float, length: float, origin: Point, axis: Point) -> Kernel
 
 
 def ring(radius: float, bar: float, centre: Point, *, turn: float = 2.0 * math.pi) -> KernelObject:
-    """Return a ring of a round bar round an axis along z, or a part of it; radii of its centre line and of the bar, mm."""
+    """Return a ring of a round bar round an axis along z, or a part of it; radii of centre line and bar, mm."""
     return BRepPrimAPI_MakeTorus(gp_Ax2(gp_Pnt(*centre), gp_Dir(0, 0, 1)), radius, bar, turn).Solid()
 
 
