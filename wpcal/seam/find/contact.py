@@ -13,7 +13,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import Foot, project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.limits import FLUSH_MM, LEAST_CANDIDATE_MM
+from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM, LEAST_CANDIDATE_MM
 
 CONTACT_SAMPLES = 33
 """Points at which an edge is compared with a face, inside the box of the face: a contact over 1/32 of it is found."""
@@ -25,8 +25,6 @@ face. On an arc of 16 mm, one sample may be beyond the boundary by less than the
 along the boundary has many samples in a row that are not inside."""
 PARAMETER_ROUND_OFF = 1e-12
 """Relative round-off of an interpolated parameter."""
-ROUND_OFF_MM = 1e-6
-"""A gap that is as wide as allowed may be wider by round-off: a hole of 30.5 mm round a bar of 30 mm."""
 CHUNK = 100_000
 """Points compared with faces in one array: about 50 MB."""
 
@@ -220,7 +218,7 @@ class _Touching:
     def _near(self, edge: IntArray, face: IntArray, t: FloatArray) -> tuple[BoolArray, Foot]:
         points = evaluate_edges(self.graph, edge, t)[0]
         foot = project_to_faces(self.graph, face, points)
-        return np.linalg.norm(foot.p - points, axis=1) <= self.gap_mm + ROUND_OFF_MM, foot
+        return np.linalg.norm(foot.p - points, axis=1) <= self.gap_mm + GAP_ROUND_OFF_MM, foot
 
     def refine_end(
         self, edge: IntArray, face: IntArray, t: FloatArray, deep: BoolArray, at: IntArray, way: int

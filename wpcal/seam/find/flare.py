@@ -21,7 +21,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.flare_sections import FacePairs, Roots, ball_centres, face_pairs, find_roots, pipe_ranges
-from wpcal.seam.limits import FLUSH_MM
+from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM
 from wpcal.seam.torch import USUAL_TORCH
 
 BALLS_MM = (0.6, 1.0, 1.5)
@@ -108,7 +108,7 @@ class FlareSearch:
 
     def find(self) -> Grooves:
         """Return the grooves of a part, their ends on the polylines of the boundaries."""
-        pairs = face_pairs(self.graph, self.trimmed, self.gap_mm)
+        pairs = face_pairs(self.graph, self.trimmed, self.gap_mm + GAP_ROUND_OFF_MM)
         low, high = pipe_ranges(self.graph, self.trimmed, pairs, self.gap_mm)
         kept = high > low
         pairs, low, high = pairs.select(kept), low[kept], high[kept]
@@ -240,7 +240,8 @@ class FlareSearch:
 
     def _is_near(self, roots: Roots) -> BoolArray:
         """Tell where the gap is not too wide, and the other face runs along the rounded one; shape (n,)."""
-        return np.asarray((np.abs(roots.gap_mm) <= self.gap_mm) & (roots.tilt <= TILT_SIN), dtype=bool)
+        within = np.abs(roots.gap_mm) <= self.gap_mm + GAP_ROUND_OFF_MM
+        return np.asarray(within & (roots.tilt <= TILT_SIN), dtype=bool)
 
     def holds(self, pairs: FacePairs, s: FloatArray, ball_mm: FloatArray) -> BoolArray:
         """Tell at which places s (n,) balls touch both faces of pairs inside their boundaries; shape (n,)."""
