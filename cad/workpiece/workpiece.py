@@ -6,7 +6,7 @@ Importing this module does not load the CAD kernel: a process without it can hol
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -85,6 +85,7 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
             raise InputError(f"{step}: there is nothing to teach or weld on: {found}")
         solids = tuple(solid.shape for solid in part.solids)
         graph = to_brep((solid.name, solid.shape) for solid in part.solids)
+        graph = replace(graph, solid_facts=tuple(solid.facts for solid in part.solids))
         return Workpiece(graph, find_features(graph), part.issues, part, solids=solids)
     from cad.kernel.to_brep import to_brep
 

@@ -19,6 +19,7 @@ from wpcal.seam.path.position import WeldPositions, weld_positions
 from wpcal.seam.record_check import check_seams
 from wpcal.seam.seam import (
     Candidate,
+    Finding,
     JoinedStretch,
     JointType,
     Seam,
@@ -91,6 +92,7 @@ def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatAr
         "source": seam.source.value,
         "reasons": list(seam.reasons),
         "against": list(seam.against),
+        "findings": [{"rule": one.rule, "factor": round(one.factor, 3)} for one in seam.findings],
         "inside": list(seam.inside),
         "blocked_by": list(seam.blocked_by),
         "gap_mm": {"min": least, "mean": mean, "max": largest},
@@ -167,6 +169,15 @@ def _lean_from_record(rows: Sequence[dict[str, Any]]) -> FloatArray | None:
         return None
     leans = [row["lean_deg"] or {"work": np.nan, "travel": np.nan} for row in rows]
     return np.radians([[lean["work"], lean["travel"]] for lean in leans])
+
+
+def _findings_from_record(seam: dict[str, Any]) -> tuple[Finding, ...]:
+    """Return the findings; those of a file from before they had rules and factors have words only."""
+    texts = seam.get("against", ())
+    rows = seam.get("findings") or [{"rule": "", "factor": 1.0}] * len(texts)
+    return tuple(
+        Finding(str(row["rule"]), float(row["factor"]), str(text)) for row, text in zip(rows, texts, strict=True)
+    )
 
 
 def seams_csv(record: dict[str, Any]) -> str:
@@ -253,7 +264,7 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         frames,
         SeamSource(seam.get("source", SeamSource.CONTACT.value)),
         float(seam.get("confidence", 1.0)),
-        tuple(seam.get("against", ())),
+        _findings_from_record(seam),
         inside=tuple(seam.get("inside", ())),
         blocked_by=tuple(seam.get("blocked_by", ())),
         lean_rad=_lean_from_record(rows),
