@@ -29,7 +29,7 @@ NOT_CALIBRATE = (
     "host",
     "port",
     "browser",
-    "force",
+    "other_part",
     *option_names(ProgramFlags),
 )
 """Arguments that are not copied to `wpcal calibrate`: it has others, or the saved table no longer needs them."""
@@ -45,7 +45,7 @@ DEFAULT_TABLE = Path("taught.csv")
     "--out",
     metavar="FILE",
     type=click.Path(path_type=Path),
-    help="Table that the page saves.  [default: TAUGHT if it is a table, otherwise taught.csv]",
+    help="Output: the table that the page saves.  [default: TAUGHT if it is a table, otherwise taught.csv]",
 )
 @click.option(
     "--host",
@@ -56,7 +56,7 @@ DEFAULT_TABLE = Path("taught.csv")
 )
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: a free one]")
 @click.option("--browser/--no-browser", default=True, help="Open the page, or only print its address.")
-@click.option("--force", is_flag=True, help="Take rows that were taught on another part.")
+@click.option("--other-part", is_flag=True, help="Take rows that were taught on another part.")
 @takes("calibration", CalibrateFlags)
 @takes("choice", SeamChoiceFlags)
 @takes("reading", ProgramFlags)
@@ -71,7 +71,7 @@ def pick(
     host: str,
     port: int,
     browser: bool,
-    force: bool,
+    other_part: bool,
     calibration: CalibrateFlags,
     choice: SeamChoiceFlags,
     reading: ProgramFlags,
@@ -110,7 +110,7 @@ def pick(
     command = partial(calibrate_command, ctx, part_step, seams=seams)
     given, left_out = (None, ()) if initial is None else session.read(initial, name=str(taught))
     table, notes = start_table(
-        found, part, part_step=part_step, given=given, given_name=str(taught), force=force, command=command
+        found, part, part_step=part_step, given=given, given_name=str(taught), force=other_part, command=command
     )
     notes = (*notes, *seam_notes)
     for note in (*(f"left out {point}" for point in left_out), *notes):

@@ -9,6 +9,7 @@ import click
 
 from wpcal.cli.export_options import WeldProgramFlags
 from wpcal.cli.option_groups import takes
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,10 +27,15 @@ if TYPE_CHECKING:
     multiple=True,
     help="Language or maker, as rapid or abb; repeatable. `list` shows all.",
 )
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="Write to OUT/FORMAT.  [default: DIR/FORMAT]")
+@click.option(
+    "-o",
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Output: a folder; programs go to OUT/FORMAT.  [default: DIR/FORMAT]",
+)
 @takes("flags", WeldProgramFlags)
-@click.option("--force", is_flag=True, help="Write into folders that are not empty.")
-@click.option("--json", "as_json", is_flag=True, help="Print what was written as JSON on stdout.")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folders.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what was written.")
 def export(
     *, folder: Path, formats: tuple[str, ...], out: Path | None, flags: WeldProgramFlags, force: bool, as_json: bool
 ) -> int:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import option, takes
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from wpcal.robot.identify.identifiability import Noise
@@ -22,7 +23,7 @@ class FitFlags:
     """What is identified, by which solver, and how it is judged."""
 
     solver: str = option(
-        "--solver",
+        "--method",
         type=click.Choice(["least-squares", "ga-tabu"]),
         default="least-squares",
         show_default=True,
@@ -142,15 +143,13 @@ class PosePlanFlags:
 @click.argument("robot", metavar="ROBOT")
 @click.argument("poses_csv", metavar="[POSES.csv]", type=click.Path(path_type=Path), required=False)
 @click.option(
-    "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Folder to write."
+    "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Output: a folder."
 )
 @takes("fit", FitFlags)
 @takes("plan", PosePlanFlags)
 @click.option("--charts/--no-charts", default=True, show_default=True, help="Draw charts; needs matplotlib.")
-@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
-@click.option(
-    "--json", "as_json", is_flag=True, help="Print the record of identification.json, or the poses of --plan."
-)
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: identification.json, or the poses of --plan.")
 def identify(
     *,
     robot: str,
