@@ -18,6 +18,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features import ReferenceFeature, find_features
+from wpcal.seam.member.note import MemberNotes
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +37,8 @@ class Workpiece:
         The shapes from a script, unchanged.
     solids : tuple of kernel shapes
         The solids of the graph, in its order.
+    member_notes : MemberNotes or None
+        What the solids are taken for; None before seams were found.
     """
 
     graph: BrepGraph
@@ -44,6 +47,7 @@ class Workpiece:
     source: Any = None
     shapes: tuple[Any, ...] = ()
     solids: tuple[Any, ...] = ()
+    member_notes: MemberNotes | None = None
 
     @cached_property
     def trimmed(self) -> TrimmedFaces:

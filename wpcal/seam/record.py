@@ -15,6 +15,7 @@ from wpcal.core.record_check import check_record
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.transform import RigidTransform
+from wpcal.seam.member.note import MemberNotes
 from wpcal.seam.path.position import WeldPositions, weld_positions
 from wpcal.seam.record_check import check_seams
 from wpcal.seam.seam import (
@@ -40,6 +41,7 @@ def seams_record(
     u95_mm: Sequence[FloatArray] | None = None,
     *,
     space: RobotSpace = RobotSpace.NOMINAL,
+    notes: MemberNotes | None = None,
 ) -> dict[str, Any]:
     """Return the record of ``seams.json``.
 
@@ -53,6 +55,8 @@ def seams_record(
         For each seam, the 95 % error at each of its n frames, mm.
     space : RobotSpace
         The model of the robot that computed the taught points behind `T_base_part`.
+    notes : MemberNotes, optional
+        What the solids are taken for.
 
     Returns
     -------
@@ -69,6 +73,7 @@ def seams_record(
         "robot_space": space.value,
         "torch": asdict(USUAL_TORCH),
         "T_base_part": None if T_base_part is None else T_base_part.matrix.tolist(),
+        **({} if notes is None else notes.to_record()),
         "seams": [
             _seam_record(seam, T_base_part, None if u95_mm is None else u95_mm[row]) for row, seam in enumerate(seams)
         ],

@@ -28,6 +28,8 @@ NEAR = 0.5
 
 Lengths = dict[str, dict[str, float]]
 """Length of the accepted seams between two solids, mm, by both names."""
+Doubted = dict[tuple[str, str], list[str]]
+"""To which solids bolts hold the first solid of a pair, the weld of which would fix them."""
 
 
 def doubt_what_fixes_bolts(judge: Judge, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[Seam]:
@@ -49,10 +51,11 @@ def doubt_what_fixes_bolts(judge: Judge, trimmed: TrimmedFaces, seams: Sequence[
             a, b = seam.solids
             lengths[a][b] += seam.length_mm
             lengths[b][a] += seam.length_mm
-    doubted: dict[tuple[str, str], str] = {}
+    doubted: Doubted = defaultdict(list)
     for a, b in sorted(bolted):
         if b not in lengths.get(a, {}):
-            doubted |= _doubted(judge, lengths, a, b)
+            for pair, holder in _doubted(judge, lengths, a, b):
+                doubted[pair].append(holder)
     return [_with_doubt(judge, trimmed, seam, doubted) for seam in seams]
 
 
@@ -60,21 +63,24 @@ def _pair(seam: Seam) -> tuple[str, str]:
     return min(seam.solids), max(seam.solids)
 
 
-def _doubted(judge: Judge, lengths: Lengths, a: str, b: str) -> dict[tuple[str, str], str]:
-    """Return the pairs whose weld would fix the bolts between a and b, with the solid that is bolted on first."""
+def _doubted(judge: Judge, lengths: Lengths, a: str, b: str) -> list[tuple[tuple[str, str], str]]:
+    """Return the pairs whose weld would fix the bolts between a and b, and to which of the two the bolts hold it.
+
+    In each pair the solid that is bolted on comes first.
+    """
     ways = [(own, other, _group(lengths, other, without=own)) for own, other in ((a, b), (b, a))]
     of_own = [sum(lengths[own][c] for c in group if c in lengths[own]) for own, _, group in ways]
     if not all(of_own):
-        return {}
+        return []
     bolts = [judge.bolts_of(own) for own, _, _ in ways]
     if bolts[0] != bolts[1]:
         row = int(bolts[1] > bolts[0])
     elif min(of_own) < CLEARLY_SHORTER * max(of_own):
         row = int(of_own[1] < of_own[0])
     else:
-        return {}
+        return []
     own, other, group = ways[row]
-    return {(own, c): other for c in sorted(group) if c in lengths[own]}
+    return [((own, c), other) for c in sorted(group) if c in lengths[own]]
 
 
 def _group(lengths: Lengths, start: str, *, without: str) -> set[str]:
@@ -88,12 +94,13 @@ def _group(lengths: Lengths, start: str, *, without: str) -> set[str]:
     return found
 
 
-def _with_doubt(judge: Judge, trimmed: TrimmedFaces, seam: Seam, doubted: dict[tuple[str, str], str]) -> Seam:
+def _with_doubt(judge: Judge, trimmed: TrimmedFaces, seam: Seam, doubted: Doubted) -> Seam:
     if not seam.accepted or len(seam.solids) != 2:
         return seam
     for own, other in (seam.solids, seam.solids[::-1]):
-        holder = doubted.get((own, other))
-        if holder is not None and not judge.both_said(seam) and _is_near(judge, trimmed, seam.frames.p, own, holder):
+        holders = () if judge.both_said(seam) else doubted.get((own, other), ())
+        holder = next((one for one in holders if _is_near(judge, trimmed, seam.frames.p, own, one)), None)
+        if holder is not None:
             words = f"{own} is bolted to {holder}, which is welded to {other}: a weld here would fix the bolts"
             return weighed(seam, (*seam.findings, Rule.FIXES_BOLTED.found(words)), judge.level)
     return seam

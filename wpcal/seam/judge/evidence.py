@@ -155,6 +155,7 @@ class Judge:
 
     @classmethod
     def of(cls, graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, *, has_marks: bool) -> Judge:
+        """Find the members, holes and bolts of a part. `has_marks`: whether edges of the part are marked as seams."""
         number = {name: solid for solid, name in enumerate(graph.solid_names)}
         members, holes = take_members(graph, trimmed, options.judging), find_holes(graph, trimmed)
         clamps = find_clamps(holes, members.fasteners)
@@ -174,7 +175,7 @@ class Judge:
 
     def both_said(self, seam: Seam) -> bool:
         """Tell whether a person said of both solids of a seam that they can be welded."""
-        return len(seam.solids) == 2 and all(self.members.members[self.number[name]].said for name in seam.solids)
+        return len(seam.solids) == 2 and all(self.members[self.number[name]].said for name in seam.solids)
 
     def evidence(self, seam: Seam, share: float) -> Iterator[Finding]:
         """Yield the findings against a candidate."""
@@ -186,7 +187,7 @@ class Judge:
         elif share < LEAST_FREE:
             yield Rule.NOT_REACHED.found(f"no torch gets there: {share:.0%} of its directions are free{ASSUMED}")
         for solid in solids:
-            yield from self.members.members[solid].findings
+            yield from self.members[solid].findings
         if seam.length_mm < self.min_length_mm:
             least = f"the least length of a seam, {self.min_length_mm:g} mm"
             yield Rule.TOO_SHORT.found(f"{seam.length_mm:.1f} mm is shorter than {least}")
@@ -201,7 +202,7 @@ class Judge:
 
     def _pair_evidence(self, seam: Seam, a: int, b: int) -> Iterator[Finding]:
         """Yield what speaks against welding these two members to each other at this place."""
-        one, other = self.members.members[a], self.members.members[b]
+        one, other = self.members[a], self.members[b]
         if self.both_said(seam):
             return
         if one.metal is not None and other.metal is not None and not are_welded(one.metal, other.metal):

@@ -185,7 +185,7 @@ def _axes(graph: BrepGraph, faces: IntArray) -> tuple[FloatArray, FloatArray]:
 def _extents(
     graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray, z: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
-    """Return where the boundary of each face begins and ends along its axis, its sectors, and to which side it bulges."""
+    """Return where the boundary of each face begins and ends along its axis, its sectors, and where it bulges."""
     low, high = np.zeros(len(faces)), np.zeros(len(faces))
     sectors, side = np.zeros((len(faces), SECTORS), dtype=bool), np.zeros((len(faces), 3))
     share = np.linspace(0.0, 1.0, PIECES_OF_ARC, endpoint=False)[:, None, None]
@@ -248,11 +248,11 @@ def find_clamps(holes: Holes, fasteners: Mapping[int, Fastener]) -> tuple[Clamp,
     held: dict[int, set[int]] = defaultdict(set)
     for fastener in fasteners.values():
         held[fastener.pin] |= (fastener.through | fastener.on) - fasteners.keys()
-    clamps = []
+    clamps: list[Clamp] = []
     for pin, members in sorted(held.items()):
         bolt = fasteners[pin]
-        for pair in combinations(sorted(members), 2):
-            clamps.append(Clamp(pair, bolt.o, bolt.z, bolt.low, bolt.high, 1, 0))
+        pairs = combinations(sorted(members), 2)
+        clamps += [Clamp(pair, bolt.o, bolt.z, bolt.low, bolt.high, 1, 0) for pair in pairs]
     for a, b in _coaxial(holes):
         pair = (int(min(holes.solid[a], holes.solid[b])), int(max(holes.solid[a], holes.solid[b])))
         meets = _meeting(holes, a, b)

@@ -13,19 +13,17 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from wpcal.seam.member.words import (
-    BEARING_STANDARDS,
     CODES,
-    FASTENER_STANDARDS,
     FOR_MATERIAL,
     HEAD_FIRST,
     MATERIAL_ONLY,
     METALS,
     NOT_METAL,
-    SEAL_STANDARDS,
+    SIDES,
+    STANDARDS,
     STRUCTURE,
     STRUCTURE_ENDS,
     STRUCTURE_FIRST,
-    WELD_NUT_STANDARDS,
     WORDS,
     Kind,
 )
@@ -43,10 +41,6 @@ ANYWHERE = frozenset({Kind.FASTENER, Kind.WELD_NUT, Kind.GUIDE})
 an *engine hoist* is no engine."""
 USED_FOR = frozenset({Kind.WOOD, Kind.GLASS, Kind.SOFT, Kind.STONE})
 """Materials of things for which something is made: a *glass holder* holds glass, a *plastic holder* is of plastic."""
-SIDES = frozenset(
-    "left right top bottom front rear back upper lower inner outer copy mirror mirrored solid part new old asm step".split()
-)
-"""Words that follow the noun of a name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,7 +229,7 @@ class _Table:
     def by_part(self, forms: tuple[str, ...]) -> tuple[Kind, str] | None:
         """Return the kind and language of a word of which a token has the end, the begin or a part."""
         for end, kind, lang in self.suffixes:
-            if any(form.endswith(end) and len(form) > len(end) for form in forms):
+            if any(form.endswith(end) for form in forms):
                 return kind, lang
         for begin, kind, lang in self.prefixes:
             if any(form.startswith(begin) for form in forms):
@@ -274,20 +268,15 @@ _SHORT = _table((word, kind, "en") for kind, words in MATERIAL_ONLY.items() for 
 _STRUCTURE = _table((word, Kind.STEEL, "en") for word in STRUCTURE.split())
 _STRUCTURE_FIRST = _table((word, Kind.STEEL, "fr") for word in STRUCTURE_FIRST.split())
 _ORDER = {kind: number for number, kind in enumerate(WORDS)}
+
+
+def _standard_pattern(body: str, numbers: str) -> re.Pattern[str]:
+    any_number = "|".join(sorted(map(re.escape, numbers.split()), key=len, reverse=True))
+    return re.compile(rf"(?:^|(?<= )){_PREFIX[body]}(?:{any_number})(?=$|[ .x]|[a-z])")
+
+
 _STANDARDS = [
-    (
-        kind,
-        re.compile(
-            rf"(?:^|(?<= )){_PREFIX[body]}(?:{'|'.join(sorted(map(re.escape, numbers.split()), key=len, reverse=True))})(?=$|[ .x]|[a-z])"
-        ),
-    )
-    for kind, standards in (
-        (Kind.WELD_NUT, WELD_NUT_STANDARDS),
-        (Kind.FASTENER, FASTENER_STANDARDS),
-        (Kind.BEARING, BEARING_STANDARDS),
-        (Kind.SEAL, SEAL_STANDARDS),
-    )
-    for body, numbers in standards.items()
+    (kind, _standard_pattern(body, numbers)) for kind, bodies in STANDARDS.items() for body, numbers in bodies.items()
 ]
 _NUMBERED = (
     (Kind.STAINLESS, re.compile(r"\b1\.4\d{3}\b")),

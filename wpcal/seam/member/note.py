@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from typing import Any
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.solid_facts import SolidFacts, facts_of
@@ -62,6 +63,45 @@ class Member:
             product *= finding.factor
         return product
 
+    def to_record(self) -> dict[str, Any]:
+        """Return the entry of a solid in ``seams.json``."""
+        factor = round(self.factor, 4)
+        return {
+            "solid": self.solid,
+            "taken_as": self.taken_as,
+            "factor": factor,
+            "why": list(self.why),
+            "said": self.said,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class MemberNotes:
+    """What the solids of a part are taken for, and what a person said about them.
+
+    Parameters
+    ----------
+    judging : Judging
+    members : tuple of Member
+        In the order of the solids.
+    """
+
+    judging: Judging
+    members: tuple[Member, ...]
+
+    def to_record(self) -> dict[str, Any]:
+        """Return the entries ``judging`` and ``members`` of ``seams.json``."""
+        said = self.judging
+        return {
+            "judging": {
+                "weld": list(said.weld),
+                "not": list(said.not_welded),
+                "level": said.level.name.lower(),
+                "least_confidence": said.level.value,
+            },
+            "members": [one.to_record() for one in self.members],
+        }
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Members:
@@ -69,14 +109,16 @@ class Members:
 
     Parameters
     ----------
-    members : tuple of Member
-        In the order of the solids.
+    notes : MemberNotes
     fasteners : dict
         By number of the solid.
     """
 
-    members: tuple[Member, ...]
+    notes: MemberNotes
     fasteners: dict[int, Fastener]
+
+    def __getitem__(self, solid: int) -> Member:
+        return self.notes.members[solid]
 
 
 def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> Members:
@@ -109,7 +151,7 @@ def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> M
     for solid, name in enumerate(graph.solid_names):
         own = _Evidence(name, facts[solid], common, fasteners.get(solid))
         members.append(own.member(said[solid]))
-    return Members(tuple(members), fasteners)
+    return Members(MemberNotes(judging, tuple(members)), fasteners)
 
 
 @dataclass(frozen=True, slots=True)
