@@ -18,10 +18,12 @@ PRIOR = {
     SeamSource.SECTION: 0.9,
     SeamSource.CONCAVE: 0.7,
     SeamSource.BEAD: 0.7,
+    SeamSource.FLARE: 0.85,
     SeamSource.MARKED: 1.0,
 }
-"""Confidence before any finding. Members in contact are meant to be joined; overlapping ones may be a mistake; a
-concave edge or a round may be just a shape. What a person marked is a weld, whatever the findings."""
+"""Confidence before any finding. Members in contact are meant to be joined; overlapping ones may be a mistake; a groove
+beside a radius is often left open; a concave edge or a round may be just a shape. What a person marked is a weld,
+whatever the findings."""
 GAP_SHARE_LOST = 0.4
 """Share of the confidence that is lost if the mean gap is as wide as allowed; a tee with a gap of 0.4 mm of 0.5 mm is
 still accepted."""

@@ -195,7 +195,7 @@ class Judge:
             yield Rule.NOT_MARKED.found("other edges are marked, and not this one")
         if len(solids) == 2:
             yield from self._pair_evidence(seam, *solids)
-        if seam.source is SeamSource.CONTACT and len(solids) == 2:
+        if seam.source in (SeamSource.CONTACT, SeamSource.FLARE) and len(solids) == 2:
             yield from self._contact_evidence(
                 seam, is_fastener=any(solid in self.members.fasteners for solid in solids)
             )
