@@ -139,6 +139,12 @@ class Rule(Enum):
         "What is bolted is to come apart, or cannot be welded. Only a seam round the clamped faces is meant.",
         "shape: fastener, and holes of both members on its axis that open in the plane of the seam",
     )
+    ROLLING = RuleRow(
+        0.4,
+        "Flare groove: a solid rolls or lies loose (rollers, stock, a wheel on its shaft).",
+        "It touches others along lines, as a bar does that is welded along a plate.",
+        "shape: equal round solids between others, or a shaft in a bore",
+    )
     NOT_MARKED = RuleRow(
         0.4, "Other edges are marked, and not this one.", "You say what the seams are.", "`--marked`, `--edge`"
     )

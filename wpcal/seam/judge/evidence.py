@@ -17,6 +17,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.judge.reach import LEAST_FREE, free_share
+from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
@@ -134,6 +135,8 @@ class Judge:
     number : dict
         Numbers of the solids by their names.
     members : Members
+    rolling : dict
+        Solids that roll or lie loose, with the words for it.
     holes : Holes
     clamps : tuple of Clamp
     gap_mm, min_length_mm : float
@@ -146,6 +149,7 @@ class Judge:
     graph: BrepGraph
     number: dict[str, int]
     members: Members
+    rolling: dict[int, str]
     holes: Holes
     clamps: tuple[Clamp, ...]
     gap_mm: float
@@ -160,7 +164,8 @@ class Judge:
         members, holes = take_members(graph, trimmed, options.judging), find_holes(graph, trimmed)
         clamps = find_clamps(holes, members.fasteners)
         gap_mm, min_mm, level = options.gap_for(graph), options.min_length_mm, options.judging.level
-        return cls(graph, number, members, holes, clamps, gap_mm, min_mm, level, has_marks)
+        rolling = find_rolling(graph, trimmed, gap_mm)
+        return cls(graph, number, members, rolling, holes, clamps, gap_mm, min_mm, level, has_marks)
 
     def clamps_of(self, a: int, b: int) -> list[Clamp]:
         """Return the places at which two solids are clamped together."""
@@ -188,6 +193,8 @@ class Judge:
             yield Rule.NOT_REACHED.found(f"no torch gets there: {share:.0%} of its directions are free{ASSUMED}")
         for solid in solids:
             yield from self.members[solid].findings
+            if seam.source is SeamSource.FLARE and solid in self.rolling and not self.members[solid].said:
+                yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} {self.rolling[solid]}")
         if seam.length_mm < self.min_length_mm:
             least = f"the least length of a seam, {self.min_length_mm:g} mm"
             yield Rule.TOO_SHORT.found(f"{seam.length_mm:.1f} mm is shorter than {least}")
