@@ -139,6 +139,18 @@ class Rule(Enum):
         "What is bolted is to come apart, or cannot be welded. Only a seam round the clamped faces is meant.",
         "shape: fastener, and holes of both members on its axis that open in the plane of the seam",
     )
+    BENT = RuleRow(
+        0.4,
+        "Concave edge: it is the inner corner of a bent sheet.",
+        "A bend is not a joint.",
+        "shape: the same thickness on both sides",
+    )
+    ROLLED = RuleRow(
+        0.4,
+        "Concave edge or bead: its solid has one section from end to end, as if rolled.",
+        "The root of a rolled profile is not a weld.",
+        "shape",
+    )
     ROLLING = RuleRow(
         0.4,
         "Flare groove: a solid rolls or lies loose (rollers, stock, a wheel on its shaft).",
