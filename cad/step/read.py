@@ -188,7 +188,7 @@ def read_step(path: Path | str) -> StepPart:
         solids = tuple(_placed_solids(leaves, prepared, tree, read_materials(file)))
         marks = tuple(_placed_marks(leaves, prepared, tree))
     unit, unit_issues = _unit(file)
-    issues = [*unit_issues, *(issue for found in prepared.values() for issue in found.issues), *shell_issues]
+    issues = [*unit_issues, *_issues_of(leaves, prepared), *shell_issues]
     if not solids:
         issues.append(Issue("no-solid", "the file holds no solid and no shell with exact faces"))
     digest = sha256_of(file.byte_order_mark + file.text)
@@ -236,6 +236,15 @@ def _without_automatic_names() -> Iterator[None]:
         yield
     finally:
         XCAFDoc_ShapeTool.SetAutoNaming_s(before)
+
+
+def _issues_of(leaves: list[Leaf], prepared: dict[str, LeafShapes]) -> Iterator[Issue]:
+    """Yield what is odd in the parts; that one is empty only if no other part of its name has the faces."""
+    with_faces = {leaf.use.name for leaf in leaves if prepared[leaf.entry].has_faces}
+    for found in prepared.values():
+        yield from (
+            issue for issue in found.issues if issue.code != "empty-part" or not with_faces.issuperset(issue.ids)
+        )
 
 
 def _refuse_without_faces(path: Path, leaves: list[Leaf], prepared: dict[str, LeafShapes]) -> None:
