@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cad.cli.options import POINT_LETTERS, MarkedFlags, SeamFlags
+from cad.cli.options import POINT_LETTERS, MarkedFlags, SeamFlags, no_cache_option
 from wpcal.cli.option_groups import option, takes
 
 if TYPE_CHECKING:
@@ -84,6 +84,7 @@ class AdviseFlags:
 @takes("marks", MarkedFlags)
 @click.option("-o", "--out", metavar="TEMPLATE.csv", type=click.Path(path_type=Path), help="Table to fill in.")
 @click.option("--force", is_flag=True, help="Overwrite TEMPLATE.csv.")
+@no_cache_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
 def advise(
     *,
@@ -94,6 +95,7 @@ def advise(
     out: Path | None,
     force: bool,
     as_json: bool,
+    no_cache: bool,
 ) -> int:
     """Choose the features of PART.step to teach, so that the largest predicted 95 % error along the seams is smallest.
 
@@ -109,7 +111,11 @@ def advise(
     if out is not None:
         require_new(out, overwrite=force)
     found: Advice = run_on_part(
-        "cad.workpiece.advise:advise_points", part_step, arguments, what=f"advising for {part_step}"
+        "cad.workpiece.advise:advise_points",
+        part_step,
+        arguments,
+        what=f"advising for {part_step}",
+        use_cache=not no_cache,
     )
     if out is not None:
         from wpcal.advise import template_csv

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cad.cli.options import KIND_LETTERS
+from cad.cli.options import KIND_LETTERS, no_cache_option
 
 if TYPE_CHECKING:
     from wpcal.features import ReferenceFeature
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 @click.option("--min-diameter-mm", type=float, help="Only round features at least this large.")
 @click.option("--near", metavar="X,Y,Z", help="List the features nearest to this point of the part first.")
 @click.option("--all", "show_all", is_flag=True, help="Also those that are hard to touch: hidden, vague, indirect.")
+@no_cache_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
 def features(
     *,
@@ -31,6 +32,7 @@ def features(
     near: str | None,
     show_all: bool,
     as_json: bool,
+    no_cache: bool,
 ) -> int:
     """List the reference features of PART.step, with the names that `wpcal calibrate` accepts.
 
@@ -43,7 +45,9 @@ def features(
     from wpcal.features import FeatureKind, choose_features
 
     place = None if near is None else _place(near)
-    judged, issues = run_on_part("cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}")
+    judged, issues = run_on_part(
+        "cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}", use_cache=not no_cache
+    )
     kinds = [FeatureKind(letter) for letter in kind]
     chosen = choose_features(
         [item.feature for item in judged], kinds=kinds, solid=solid, min_diameter_mm=min_diameter_mm, near=place

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features import Touchable, judge_features
 
 
-def list_features(step: Path, *, progress: Progress = no_progress) -> tuple[tuple[Touchable, ...], tuple[Issue, ...]]:
+def list_features(
+    step: Path, *, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress
+) -> tuple[tuple[Touchable, ...], tuple[Issue, ...]]:
     """Return the reference features of a STEP file, those that are easiest to touch first, and what is odd in it."""
-    workpiece = open_workpiece(step, progress=progress)
+    workpiece = open_workpiece(step, cache=cache, progress=progress)
     return judge_workpiece(workpiece, progress=progress), workpiece.issues
 
 
