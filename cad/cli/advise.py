@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cad.cli.options import POINT_LETTERS, MarkedFlags, SeamFlags, no_cache_option
+from cad.cli.options import POINT_LETTERS, SeamChoiceFlags, SeamFlags, no_cache_option
 from wpcal.cli.option_groups import option, takes
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, KIND_HELP, ONLY_HELP, SIGMA_HELP
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -25,73 +26,58 @@ class AdviseFlags:
     points: int = option(
         "--count", type=int, default=4, show_default=True, help="Number of points to teach, with --have."
     )
-    seams: tuple[str, ...] = option(
-        "--seams",
-        metavar="W1,W2|FILE",
-        multiple=True,
-        help="Where the error counts (default: on all accepted seams), or a seams.json with edits.",
+    only: str | None = option(
+        "--only", metavar="W1,W5-W8", help=f"{ONLY_HELP} The error counts there.  [default: on all accepted seams]"
     )
-    sigma_mm: float = option("--sigma-mm", type=float, default=0.3, show_default=True, help="Teaching error per axis.")
+    sigma_mm: float = option("--sigma-mm", type=float, default=0.3, show_default=True, help=SIGMA_HELP)
     criterion: str = option(
         "--criterion",
         type=click.Choice(["minimax", "least_squares"]),
         default="minimax",
         show_default=True,
-        help="Criterion of `wpcal calibrate`.",
+        help="What is minimised: the criterion that `wpcal calibrate` will get.",
     )
     have: str = option("--have", metavar="V1,V4", default="", help="Features that will be taught in any case.")
     exclude: str = option("--exclude", metavar="V3,H2", default="", help="Features that must not be advised.")
-    near: str | None = option("--near", metavar="X,Y,Z,R", help="Only features within R mm of this point of the part.")
-    kind: tuple[str, ...] = option("--kind", type=click.Choice(POINT_LETTERS), multiple=True, help="Only these kinds.")
+    within: str | None = option(
+        "--within", metavar="X,Y,Z,R", help="Only features within R mm of this point of the part."
+    )
+    kind: tuple[str, ...] = option("--kind", type=click.Choice(POINT_LETTERS), multiple=True, help=KIND_HELP)
 
     def to_options(self) -> AdviseOptions:
         """Return the options as the advice takes them."""
         from cad.workpiece.advise import AdviseOptions
         from wpcal.calibrate import Criterion
         from wpcal.features import POINT_KINDS, FeatureKind
+        from wpcal.seam.names import split_names
 
         return AdviseOptions(
             points=self.points,
-            seams=_names(",".join(word for word in self.seams if not word.endswith(".json"))),
+            seams=split_names(self.only or ""),
             sigma_mm=self.sigma_mm,
             criterion=Criterion(self.criterion),
-            have=_names(self.have),
-            exclude=_names(self.exclude),
-            near=None if self.near is None else _sphere(self.near),
+            have=split_names(self.have),
+            exclude=split_names(self.exclude),
+            near=None if self.within is None else _sphere(self.within),
             kinds=tuple(FeatureKind(letter) for letter in self.kind) or POINT_KINDS,
         )
-
-    def seams_file(self) -> Path | None:
-        """Return the file with edits among the words of ``--seams``.
-
-        Raises
-        ------
-        InputError
-            If there are several.
-        """
-        from wpcal.core.errors import InputError
-
-        files = [word for word in self.seams if word.endswith(".json")]
-        if len(files) > 1:
-            raise InputError(f"--seams: expected one file with edits, got {', '.join(files)}")
-        return Path(files[0]) if files else None
 
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @takes("advice", AdviseFlags)
 @takes("seams", SeamFlags)
-@takes("marks", MarkedFlags)
-@click.option("-o", "--out", metavar="TEMPLATE.csv", type=click.Path(path_type=Path), help="Table to fill in.")
-@click.option("--force", is_flag=True, help="Overwrite TEMPLATE.csv.")
+@takes("choice", SeamChoiceFlags)
+@click.option("-o", "--out", metavar="TEMPLATE.csv", type=click.Path(path_type=Path), help="Output: a table.")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: TEMPLATE.csv.")
 @no_cache_option
-@click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the advice.")
 def advise(
     *,
     part_step: Path,
     advice: AdviseFlags,
     seams: SeamFlags,
-    marks: MarkedFlags,
+    choice: SeamChoiceFlags,
     out: Path | None,
     force: bool,
     as_json: bool,
@@ -107,7 +93,7 @@ def advise(
     from wpcal.cli.outputs import require_new
 
     arguments = {"seam_options": seams.to_options(), "options": advice.to_options()}
-    arguments |= {"choice": marks.to_choice(advice.seams_file())}
+    arguments |= {"choice": choice.to_choice()}
     if out is not None:
         require_new(out, overwrite=force)
     found: Advice = run_on_part(
@@ -131,10 +117,6 @@ def advise(
     return 0
 
 
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(name.strip() for name in text.split(",") if name.strip())
-
-
 def _sphere(text: str) -> tuple[float, float, float, float]:
     from wpcal.core.errors import InputError
     from wpcal.core.numbers import parse_numbers
@@ -142,9 +124,9 @@ def _sphere(text: str) -> tuple[float, float, float, float]:
     try:
         x, y, z, radius = parse_numbers(text)
     except ValueError:
-        raise InputError(f"--near: expected X,Y,Z,R in mm, got {text!r}") from None
+        raise InputError(f"--within: expected X,Y,Z,R in mm, got {text!r}") from None
     if not radius > 0:
-        raise InputError(f"--near: expected a positive radius, got {text!r}")
+        raise InputError(f"--within: expected a positive radius, got {text!r}")
     return x, y, z, radius
 
 

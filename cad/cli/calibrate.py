@@ -10,9 +10,9 @@ import click
 
 from cad.cli.holder import HolderFlags
 from cad.cli.options import MESH, PART, CalibrateFlags, SeamChoiceFlags, no_cache_option
-from wpcal.cli.fit_help import DETAILS_HELP
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.program_options import ProgramFlags
+from wpcal.cli.shared_help import DETAILS_HELP, FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from cad.workpiece.calibrate import WrittenCalibration
@@ -28,16 +28,16 @@ class OutputFlags:
     bake: bool = option(
         "--bake", is_flag=True, help="Move the geometry itself in the STEP file: no new assembly level."
     )
-    force: bool = option("--force", is_flag=True, help="Write into a folder that is not empty.")
+    force: bool = option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
     accept_unsure: bool = option("--accept-unsure", is_flag=True, help="End with code 0 if the verdict is UNSURE.")
     details: bool = option("--details", is_flag=True, help=DETAILS_HELP)
-    as_json: bool = option("--json", is_flag=True, help="Print calibration.json on stdout.")
+    as_json: bool = option("--json", is_flag=True, help=f"{JSON_HELP}: calibration.json.")
 
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
-@click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Folder to write into.")
+@click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Output: a folder.")
 @takes("calibration", CalibrateFlags)
 @takes("holder", HolderFlags)
 @takes("reading", ProgramFlags)

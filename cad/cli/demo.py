@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+
 
 @click.command()
 @click.option(
@@ -14,10 +16,10 @@ import click
     default="wpcal-demo",
     show_default=True,
     type=click.Path(path_type=Path),
-    help="Folder to write into.",
+    help="Output: a folder.",
 )
-@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
-@click.option("--json", "as_json", is_flag=True, help="Print calibration.json on stdout.")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: calibration.json.")
 def demo(*, out: Path, force: bool, as_json: bool) -> int:
     """Make a sample part with taught points and calibrate it; writes both and the results into one folder."""
     from cad.cli.calibrate import show_written

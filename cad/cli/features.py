@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cad.cli.options import KIND_LETTERS, no_cache_option
+from wpcal.cli.shared_help import JSON_HELP, KIND_HELP
 
 if TYPE_CHECKING:
     from wpcal.features import ReferenceFeature
@@ -16,13 +17,13 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.option("--kind", type=click.Choice(KIND_LETTERS), multiple=True, help="Only these kinds.")
+@click.option("--kind", type=click.Choice(KIND_LETTERS), multiple=True, help=KIND_HELP)
 @click.option("--solid", metavar="NAME", help="Only on this solid; * matches any characters.")
 @click.option("--min-diameter-mm", type=float, help="Only round features at least this large.")
 @click.option("--near", metavar="X,Y,Z", help="List the features nearest to this point of the part first.")
-@click.option("--all", "show_all", is_flag=True, help="Also those that are hard to touch: hidden, vague, indirect.")
+@click.option("--all", "show_all", is_flag=True, help="Leave nothing out: also hidden, vague and indirect features.")
 @no_cache_option
-@click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: all features.")
 def features(
     *,
     part_step: Path,

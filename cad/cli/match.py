@@ -10,6 +10,7 @@ import click
 from cad.cli.options import POINT_LETTERS, no_cache_option, read_pose
 from wpcal.cli.option_groups import takes
 from wpcal.cli.program_options import ProgramFlags
+from wpcal.cli.shared_help import JSON_HELP, KIND_HELP, SIGMA_HELP
 
 if TYPE_CHECKING:
     from wpcal.match import Match
@@ -21,21 +22,21 @@ MOST_SHOWN = 20
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
-@click.option("--sigma-mm", type=float, help="Teaching error: standard deviation per axis.  [default: 0.3]")
+@click.option("--sigma-mm", type=float, help=f"{SIGMA_HELP}  [default: 0.3]")
 @click.option(
     "--nominal",
     metavar="POSE",
-    help="Place of the part in the cell's model (as in `wpcal calibrate`): of several answers the nearest is taken.",
+    help="Place of the part in the cell's model: as in `wpcal calibrate`. Of several answers the nearest is taken.",
 )
 @click.option(
     "--kind",
     type=click.Choice(POINT_LETTERS),
     multiple=True,
-    help="Points without a name are of these kinds.  [default: all]",
+    help=f"{KIND_HELP} For points without a name.  [default: all]",
 )
 @takes("reading", ProgramFlags)
 @no_cache_option
-@click.option("--json", "as_json", is_flag=True, help="Print all answers as JSON on stdout.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: all answers.")
 def match(
     *,
     part_step: Path,

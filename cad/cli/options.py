@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from wpcal.cli.fit_help import CRITERION_HELP, SOLVER_HELP
 from wpcal.cli.option_groups import option
+from wpcal.cli.shared_help import CRITERION_HELP, SOLVER_HELP, TOLERANCE_HELP
 from wpcal.cli.teaching_options import TeachingFlags
 
 if TYPE_CHECKING:
@@ -134,9 +134,7 @@ class SeamChoiceFlags:
 class FitFlags:
     """How taught points are fitted and judged."""
 
-    tolerance_mm: float = option(
-        "--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1."
-    )
+    tolerance_mm: float = option("--tolerance-mm", type=float, default=0.5, show_default=True, help=TOLERANCE_HELP)
     criterion: str = option(
         "--criterion",
         type=click.Choice(["minimax", "least_squares", "weighted", "robust"]),

@@ -29,7 +29,7 @@ NOT_CALIBRATE = (
     "host",
     "port",
     "browser",
-    "force",
+    "other_part",
     *option_names(ProgramFlags),
 )
 """Arguments that are not copied to `wpcal calibrate`: it has others, or the saved table no longer needs them."""
@@ -45,7 +45,7 @@ DEFAULT_TABLE = Path("taught.csv")
     "--out",
     metavar="FILE",
     type=click.Path(path_type=Path),
-    help="Table that the page saves.  [default: TAUGHT if it is a table, otherwise taught.csv]",
+    help="Output: the table that the page saves.  [default: TAUGHT if it is a table, otherwise taught.csv]",
 )
 @click.option(
     "--host",
@@ -56,7 +56,7 @@ DEFAULT_TABLE = Path("taught.csv")
 )
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: a free one]")
 @click.option("--browser/--no-browser", default=True, help="Open the page, or only print its address.")
-@click.option("--force", is_flag=True, help="Take rows that were taught on another part.")
+@click.option("--other-part", is_flag=True, help="Take rows that were taught on another part.")
 @takes("calibration", CalibrateFlags)
 @takes("choice", SeamChoiceFlags)
 @takes("reading", ProgramFlags)
@@ -72,7 +72,7 @@ def pick(
     host: str,
     port: int,
     browser: bool,
-    force: bool,
+    other_part: bool,
     calibration: CalibrateFlags,
     choice: SeamChoiceFlags,
     reading: ProgramFlags,
@@ -83,8 +83,8 @@ def pick(
     Residuals and the predicted error of every seam follow as you type. They are those of `wpcal calibrate` with the
     same options. A table or a controller's program can also be dropped on the page; the points of TAUGHT are there from
     the start. The page opens the table that it saves, and keeps what is not saved in a draft beside it, FILE.draft.
-    Save keeps the version before as FILE.bak. The page is served until Ctrl-C, to this machine only unless --host gives
-    another of its addresses.
+    Save keeps the version before as FILE.bak. The page is served until Ctrl-C (code 0), to this machine only unless
+    --host gives another of its addresses.
     """
     from cad.cli.kernel_work import run_on_part
     from cad.pick.draft import draft_of
@@ -119,17 +119,19 @@ def pick(
     command = partial(calibrate_command, ctx, part_step, seams=seams)
     given, left_out = (None, ()) if initial is None else session.read(initial, name=str(taught))
     table, notes = start_table(
-        found, part, part_step=part_step, given=given, given_name=str(taught), force=force, command=command
+        found, part, part_step=part_step, given=given, given_name=str(taught), force=other_part, command=command
     )
     notes = (*notes, *seam_notes)
     for note in (*(f"left out {point}" for point in left_out), *notes):
         click.echo(f"note: {note}", err=True)
     page = build_pick_page(session.part, options, notes=notes, revision=session.seams_revision)
     server = PickServer(session, table, page, seams=seams, host=host, port=port)
-    serve(server, part_step.name, browser=browser and _has_screen())
-    click.echo(f"saved {table.out}; now: {command(table.out)}" if table.is_saved else "nothing was saved")
-    if table.kept:
-        click.echo(f"rows that are not in {table.out} are kept in {table.kept}; wpcal pick shows them again")
+    try:
+        serve(server, part_step.name, browser=browser and _has_screen())
+    finally:
+        click.echo(f"saved {table.out}; now: {command(table.out)}" if table.is_saved else "nothing was saved")
+        if table.kept:
+            click.echo(f"rows that are not in {table.out} are kept in {table.kept}; wpcal pick shows them again")
     return 0
 
 

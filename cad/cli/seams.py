@@ -8,6 +8,7 @@ import click
 
 from cad.cli.options import MESH, PART, SeamChoiceFlags, SeamFlags, no_cache_option
 from wpcal.cli.option_groups import takes
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 
 @click.command()
@@ -20,9 +21,9 @@ from wpcal.cli.option_groups import takes
 @click.option(
     "--html", metavar="FILE", type=click.Path(path_type=Path), help="Write a page: the part with its seams in 3-D."
 )
-@click.option("--force", is_flag=True, help="Overwrite the picture and the page.")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the picture and the page.")
 @no_cache_option
-@click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout, in the form of seams.json, frame part.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: in the form of seams.json, frame part.")
 def seams(
     *,
     part_step: Path,

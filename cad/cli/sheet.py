@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cad.cli.options import LINES, PART, no_cache_option
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from cad.sheet import Sheet, SheetOptions
@@ -17,7 +18,12 @@ if TYPE_CHECKING:
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.argument("taught", required=False, metavar="[TAUGHT.csv]", type=click.Path(path_type=Path))
 @click.option(
-    "-o", "--out", required=True, metavar="SHEET", type=click.Path(path_type=Path), help=".pdf, .svg, .dxf or .png"
+    "-o",
+    "--out",
+    required=True,
+    metavar="SHEET",
+    type=click.Path(path_type=Path),
+    help="Output: .pdf, .svg, .dxf or .png.",
 )
 @click.option(
     "--touch",
@@ -26,9 +32,9 @@ if TYPE_CHECKING:
     help="Number of points that `wpcal advise` picks, or the features to touch, in this order.  [default: 4]",
 )
 @click.option("--paper", type=click.Choice(["A3", "A4"]), default="A3", show_default=True, help="Size of the drawing.")
-@click.option("--force", is_flag=True, help="Overwrite SHEET.")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: SHEET.")
 @no_cache_option
-@click.option("--json", "as_json", is_flag=True, help="Print what is on the sheet as JSON on stdout.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what is on the sheet.")
 def sheet(
     *,
     part_step: Path,

@@ -154,7 +154,7 @@ def _check_part(draft: Draft, path: Path, part: PickPart, *, force: bool) -> lis
         return [f"{part.file_name} was changed after these rows were typed; check their features"]
     if not force:
         what = f"holds rows for another part, {draft.part_name}"
-        raise InputError(f"{path}: {what}; give -o and another table, or --force to take these rows for this part")
+        raise InputError(f"{path}: {what}; give -o and another table, or --other-part to take these rows for this part")
     return [f"the rows were taught on another part, {draft.part_name}"]
 
 

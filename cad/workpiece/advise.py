@@ -14,10 +14,10 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.advise import Advice, advise
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
-from wpcal.core.errors import InputError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features import POINT_KINDS, FeatureKind, Touchable, feature_named, judge_features
 from wpcal.seam import Seam, SeamOptions
+from wpcal.seam.names import seams_named
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class AdviseOptions:
     points : int
         How many to teach.
     seams : tuple of str
-        Names of the seams where the error counts. If empty, all accepted seams count.
+        Names of the seams where the error counts, and ranges as ``W5-W8``. If empty, all accepted seams count.
     sigma_mm : float
         Teaching error: standard deviation per axis.
     criterion : Criterion
@@ -122,11 +122,8 @@ def _advise(
 def _seams_named(seams: Sequence[Seam], names: Sequence[str]) -> list[Seam]:
     if not names:
         return [seam for seam in seams if seam.accepted]
-    by_name = {seam.name.lower(): seam for seam in seams}
-    missing = [name for name in names if name.lower() not in by_name]
-    if missing:
-        raise InputError(f"the part has no seam {', '.join(missing)}; `wpcal seams` lists {len(seams)}")
-    return [by_name[name.lower()] for name in names]
+    by_name = {seam.name: seam for seam in seams}
+    return [by_name[name] for name in seams_named(names, list(by_name))]
 
 
 def _is_near(item: Touchable, near: tuple[float, float, float, float] | None) -> bool:

@@ -15,6 +15,7 @@ from wpcal.core.progress import Progress, no_progress
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.find.bead import add_beads
+from wpcal.seam.find.flare_grooves import add_grooves
 from wpcal.seam.find.interpenetration import interpenetrating_solids
 
 
@@ -86,6 +87,7 @@ def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Fo
         graph, sections, issues = add_sections(graph, solids, pairs)
         trimmed = replace(trimmed, graph=graph)
     graph, beads = add_beads(graph, trimmed, options)
+    graph, flares = add_grooves(graph, trimmed, options)
     marked = None
     if choice.marked or choice.edges:
         marks = () if workpiece.source is None else workpiece.source.step.marks
@@ -93,7 +95,7 @@ def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Fo
 
         graph, marked = find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
     trimmed = replace(trimmed, graph=graph)
-    seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, marked=marked)
+    seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, flares=flares, marked=marked)
     is_wider = graph.edge_count > workpiece.graph.edge_count
     return _Found(seams, graph if is_wider else None, issues)
 

@@ -119,7 +119,7 @@ def test_excluded_and_distant_features_are_not_advised(sample: Sample) -> None:
 @pytest.mark.parametrize(
     ("options", "error", "says"),
     [
-        (AdviseOptions(seams=("W99",)), InputError, "no seam W99"),
+        (AdviseOptions(seams=("W99",)), InputError, "unknown seam W99"),
         (AdviseOptions(have=("Q1",)), InputError, "no feature 'Q1'"),
         (AdviseOptions(points=2), InputError, "at least 3"),
         (AdviseOptions(points=3, have=("V1", "V2", "V3")), InputError, "3 points are there already"),
@@ -140,7 +140,7 @@ def test_a_seam_that_a_person_chose_counts_as_if_it_were_named(wpcal: Callable[.
         return record
 
     tee = FIXTURES / "tee" / "tee.step"
-    named = said("advise", tee, "--seams", "W2")
+    named = said("advise", tee, "--only", "W2")
     seams = said("seams", tee)
     for seam in seams["seams"]:
         seam["edit"] = {"accept" if seam["name"] == "W2" else "reject": True}

@@ -15,14 +15,14 @@ TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 
 
 @pytest.mark.parametrize("target", ["tee.step", "folder", "link.csv", "drafted", "backed"])
-def test_force_never_takes_the_part_or_a_folder_for_the_table(tmp_path: Path, target: str) -> None:
+def test_other_part_never_takes_the_part_or_a_folder_for_the_table(tmp_path: Path, target: str) -> None:
     part = Path(shutil.copy(TEE, tmp_path / "tee.step"))
     (tmp_path / "folder").mkdir()
     (tmp_path / "link.csv").symlink_to(part)
     (tmp_path / "drafted.draft").symlink_to(part)
     (tmp_path / "backed.bak").mkdir()
     before = part.read_bytes()
-    result = CliRunner().invoke(pick, [str(part), "-o", str(tmp_path / target), "--force", "--no-browser"])
+    result = CliRunner().invoke(pick, [str(part), "-o", str(tmp_path / target), "--other-part", "--no-browser"])
     assert isinstance(result.exception, InputError)
     assert "is the part itself" in str(result.exception) or "is a directory" in str(result.exception)
     assert [path.name for path in tmp_path.iterdir() if path.is_file() and not path.is_symlink()] == ["tee.step"]

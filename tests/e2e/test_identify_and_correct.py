@@ -54,7 +54,7 @@ def test_measured_poses_become_a_better_arm(tmp_path, capsys, rows):
 
 def test_the_published_solver_draws_its_fitness(tmp_path, capsys, rows):
     poses = write(tmp_path / "poses.csv", rows)
-    code, text, _ = wpcal(capsys, "identify", "mh6", poses, "-o", tmp_path / "out", "--solver", "ga-tabu", "--json")
+    code, text, _ = wpcal(capsys, "identify", "mh6", poses, "-o", tmp_path / "out", "--method", "ga-tabu", "--json")
     record = json.loads(text)
     assert code == 0
     assert record["search"]["tabu"]["evaluations"] == 1 + 2500 * 20
@@ -140,7 +140,7 @@ def test_bad_poses_are_one_line_and_nothing_is_written(tmp_path, capsys, rows, d
         (["mh6", "POSES", "-o", "OUT", "--plan", "9"], "leave out POSES.csv"),
         (["mh6", "POSES", "-o", "OUT", "--parameters", "theta1,gamma2"], "unknown parameter 'gamma2'"),
         (["mh6", "POSES", "-o", "OUT", "--noise-mm", "0.1"], "together"),
-        (["mh6", "POSES", "-o", "OUT", "--solver", "ga-tabu", "--unknown-base"], "known base and tool"),
+        (["mh6", "POSES", "-o", "OUT", "--method", "ga-tabu", "--unknown-base"], "known base and tool"),
         (["mh6", "POSES", "-o", "OUT", "--folds", "90"], "2 to 70 folds"),
         (["mh6", "--plan", "2", "-o", "OUT"], "plan more poses"),
         (["mh6", "absent.csv", "-o", "OUT"], "no such file"),

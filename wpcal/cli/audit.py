@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.export_options import TorchShapeFlags
+from wpcal.cli.export_options import TipFlags, TorchShapeFlags
 from wpcal.cli.option_groups import takes
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, TOOL_HELP, TOOL_METAVAR
 
 if TYPE_CHECKING:
     from wpcal.audit import AuditReport
@@ -20,14 +21,13 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("path", metavar="FILE|DIR", type=click.Path(path_type=Path))
 @click.option("--fix", is_flag=True, help="Repair what has one answer; the rest is listed. Needs -o.")
-@click.option("-o", "--out", "output", type=click.Path(path_type=Path), help="With --fix: the repaired file to write.")
-@click.option("--robot", metavar="ARM", help="Arm: poses of programs must be inside its limits. Needs --tool.")
-@click.option("--tool", metavar="X,Y,Z[,RX,RY,RZ]", help="With --robot: tool as set in the controller, mm and deg.")
-@click.option("--tool-axis", type=click.Choice(["z", "x"]), default="z", show_default=True, help="Along the wire.")
-@click.option("--stick-out-mm", type=float, default=0.0, show_default=True, help="Tool centre point back from the tip.")
+@click.option("-o", "--out", "output", type=click.Path(path_type=Path), help="Output: the repaired file, with --fix.")
+@click.option("--robot", metavar="ARM", help=f"{ROBOT_HELP} Poses must be inside its limits. Needs --tool.")
+@click.option("--tool", metavar=TOOL_METAVAR, help=f"{TOOL_HELP} As set in the controller.")
+@takes("tip", TipFlags)
 @takes("shape", TorchShapeFlags)
-@click.option("--force", is_flag=True, help="Replace the file that is written.")
-@click.option("--json", "as_json", is_flag=True, help="Print the record of the audit on stdout.")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the repaired file.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record of the audit.")
 def audit(
     *,
     path: Path,
@@ -35,8 +35,7 @@ def audit(
     output: Path | None,
     robot: str | None,
     tool: str | None,
-    tool_axis: str,
-    stick_out_mm: float,
+    tip: TipFlags,
     shape: TorchShapeFlags,
     force: bool,
     as_json: bool,
@@ -48,12 +47,14 @@ def audit(
     left.
     """
     from wpcal.audit import audit_path
+    from wpcal.cli.progress import shown_progress
     from wpcal.core.errors import InputError
 
     if fix != (output is not None):
         raise InputError("--fix and -o belong together: the repaired file is written to -o, never in place")
-    around = _surroundings(robot, tool, tool_axis, stick_out_mm, shape.to_shape())
-    report = audit_path(path, around)
+    around = _surroundings(robot, tool, tip, shape.to_shape())
+    with shown_progress(f"auditing {path}") as progress:
+        report = audit_path(path, around, progress=progress)
     if output is not None:
         from wpcal.audit.repair import repair_file
 
@@ -65,16 +66,14 @@ def audit(
     return 1 if report.fault_count else 0
 
 
-def _surroundings(
-    robot: str | None, tool: str | None, tool_axis: str, stick_out_mm: float, torch: TorchShape
-) -> Surroundings:
+def _surroundings(robot: str | None, tool: str | None, tip: TipFlags, torch: TorchShape) -> Surroundings:
     from wpcal.audit.programs import Surroundings
     from wpcal.controllers.torch import ToolAxis
     from wpcal.core.errors import InputError
 
     if (robot is None) != (tool is None):
         raise InputError("--robot and --tool belong together; --tool 0,0,0 if the poses are those of the flange")
-    around = Surroundings(torch=torch, tool_axis=ToolAxis(tool_axis), stick_out_mm=stick_out_mm)
+    around = Surroundings(torch=torch, tool_axis=ToolAxis(tip.tool_axis), stick_out_mm=tip.stick_out_mm)
     if robot is None:
         return around
     from wpcal.robot.identify.poses_file import parse_tool

@@ -6,16 +6,18 @@ from pathlib import Path
 
 import click
 
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, TOLERANCE_HELP
+
 
 @click.command()
 @click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
 @click.argument("touched_csv", metavar="TOUCHED.csv", type=click.Path(path_type=Path))
 @click.option(
-    "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Folder to write."
+    "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Output: a folder."
 )
-@click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help="A larger residual ends with code 1.")
-@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
-@click.option("--json", "as_json", is_flag=True, help="Print the record of the fit on stdout.")
+@click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help=TOLERANCE_HELP)
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record of the fit.")
 def bases(*, cell_json: Path, touched_csv: Path, output: Path, tolerance_mm: float, force: bool, as_json: bool) -> int:
     """Put the place of robot 2 into a cell, from points that both robots touched with known tools.
 

@@ -30,11 +30,16 @@ WHOLE_SENTENCE = 1000
 
 RENAMED_EVERYWHERE: Mapping[str, str] = {"--output": "--out"}
 RENAMED: Mapping[str, Mapping[str, str]] = {
-    "advise": {"--points": "--count"},
+    "advise": {"--points": "--count", "--near": "--within", "--seams": "--only"},
     "sheet": {"--points": "--touch"},
-    "export": {"--near": "--near-joints"},
+    "pick": {"--force": "--other-part"},
+    "export": {"--near": "--near-joints", "--seams": "--only"},
+    "identify": {"--solver": "--method"},
+    "plan": {"--work-deg": "--work-angle-deg", "--travel-deg": "--travel-angle-deg"},
 }
 """By command: old names of options. They work in this version, with one line on stderr."""
+FILE_NOW = ("advise", "--seams", ".json")
+"""Command, option and ending: the option took names or a file, and takes a file only. Files still go to it."""
 
 
 class CommandsByEntryPoint(click.Group):
@@ -91,8 +96,10 @@ def _unknown(name: str) -> str:
 def _with_new_names(command: click.Command, words: Sequence[str]) -> list[str]:
     """Replace old names of options, and say so."""
     known = {flag for parameter in command.params for flag in (*parameter.opts, *parameter.secondary_opts)}
-    renamed = {**RENAMED_EVERYWHERE, **RENAMED.get(command.name or "", {})}
-    return list(_replaced(words, {old: new for old, new in renamed.items() if old not in known and new in known}))
+    name = command.name or ""
+    kept = known - {FILE_NOW[1]} if name == FILE_NOW[0] else known
+    renamed = {**RENAMED_EVERYWHERE, **RENAMED.get(name, {})}
+    return list(_replaced(words, {old: new for old, new in renamed.items() if old not in kept and new in known}))
 
 
 def _replaced(words: Sequence[str], renamed: Mapping[str, str]) -> Iterator[str]:
@@ -101,7 +108,8 @@ def _replaced(words: Sequence[str], renamed: Mapping[str, str]) -> Iterator[str]
             yield from words[place:]
             return
         flag, equals, value = word.partition("=")
-        if flag in renamed:
+        given = value if equals else next(iter(words[place + 1 :]), "")
+        if flag in renamed and not (flag == FILE_NOW[1] and given.endswith(FILE_NOW[2])):
             click.echo(f"wpcal: {flag} is now {renamed[flag]}; the next version knows only that name", err=True)
             flag = renamed[flag]
         yield f"{flag}{equals}{value}"

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, TOOL_HELP, TOOL_METAVAR
+
 if TYPE_CHECKING:
     from wpcal.core.arrays import FloatArray
     from wpcal.core.issue import Issue
@@ -14,17 +16,18 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("taught_csv", metavar="TAUGHT_JOINTS.csv", type=click.Path(path_type=Path))
-@click.option("--robot", required=True, help="Arm file, as written by `wpcal identify`, or the name of a shipped arm.")
+@click.option("--robot", metavar="ARM", required=True, help=f"{ROBOT_HELP} As written by `wpcal identify`.")
 @click.option(
-    "-o", "--out", "output", metavar="POINTS.csv", type=click.Path(path_type=Path), help="File; stdout by default."
+    "-o",
+    "--out",
+    "output",
+    metavar="POINTS.csv",
+    type=click.Path(path_type=Path),
+    help="Output: a table.  [default: stdout]",
 )
-@click.option(
-    "--tool",
-    metavar="X,Y,Z[,RX,RY,RZ]|TOOL.json",
-    help="Tool centre point in the flange frame: numbers in mm and degrees (R = Rz Ry Rx), or the file of `wpcal tcp`.",
-)
-@click.option("--force", is_flag=True, help="Overwrite the file.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
+@click.option("--tool", metavar=TOOL_METAVAR, help=TOOL_HELP)
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the file.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the points.")
 def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | None, force: bool, as_json: bool) -> int:
     """Turn taught joint angles into corrected points that `wpcal calibrate` reads.
 

@@ -11,11 +11,23 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import option
+from wpcal.cli.shared_help import (
+    ANGLE,
+    ONLY_HELP,
+    ROBOT_HELP,
+    SPEED,
+    SPEED_HELP,
+    TOOL_HELP,
+    TOOL_METAVAR,
+    TRAVEL_ANGLE_HELP,
+    WORK_ANGLE_HELP,
+)
 
 if TYPE_CHECKING:
     from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldProgram
     from wpcal.controllers.reachable_spin import ArmAtTool
     from wpcal.controllers.torch import TorchSettings
+    from wpcal.core.progress import Progress
     from wpcal.results.folder import FinishedCalibration
     from wpcal.seam.torch import TorchShape
 
@@ -24,12 +36,14 @@ if TYPE_CHECKING:
 class SelectionFlags:
     """Which seams are written."""
 
-    seams: str | None = option("--seams", metavar="W1,W2", help="Only these seams.  [default: the accepted ones]")
-    everything: bool = option("--all", is_flag=True, help="Also candidates.")
+    only: str | None = option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP}  [default: the accepted ones]")
+    everything: bool = option("--all", is_flag=True, help="Leave nothing out: also the candidates.")
 
     def select(self, finished: FinishedCalibration) -> FinishedCalibration:
         """Return the calibration with the chosen seams only."""
-        names = None if self.seams is None else [name.strip() for name in self.seams.split(",")]
+        from wpcal.seam.names import split_names
+
+        names = None if self.only is None else split_names(self.only)
         return finished.select(names, everything=self.everything)
 
     def require_one(self) -> None:
@@ -42,20 +56,14 @@ class SelectionFlags:
         """
         from wpcal.core.errors import InputError
 
-        if self.seams is not None and self.everything:
-            raise InputError("give either --seams or --all")
+        if self.only is not None and self.everything:
+            raise InputError("give either --only or --all")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TorchFlags:
-    """How the torch is held at the seam."""
+class TipFlags:
+    """Where the tool centre point is, and how the tool is turned to the wire."""
 
-    work_angle_deg: float = option(
-        "--work-angle-deg", type=float, default=0.0, show_default=True, help="From the bisector, + towards y."
-    )
-    travel_angle_deg: float = option(
-        "--travel-angle-deg", type=float, default=0.0, show_default=True, help="+ push (0 to 15 is usual), - drag."
-    )
     stick_out_mm: float = option(
         "--stick-out-mm", type=float, default=0.0, show_default=True, help="Tool centre point back from the seam."
     )
@@ -66,6 +74,17 @@ class TorchFlags:
         show_default=True,
         help="Axis of the tool along the wire.",
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorchFlags:
+    """How the torch is held at the seam."""
+
+    work_angle_deg: float = option("--work-angle-deg", type=ANGLE, default=0.0, show_default=True, help=WORK_ANGLE_HELP)
+    travel_angle_deg: float = option(
+        "--travel-angle-deg", type=ANGLE, default=0.0, show_default=True, help=TRAVEL_ANGLE_HELP
+    )
+    tip: TipFlags
     spin_range_deg: float = option(
         "--spin-range-deg",
         type=float,
@@ -80,7 +99,7 @@ class TorchFlags:
 
         work_rad, travel_rad = math.radians(self.work_angle_deg), math.radians(self.travel_angle_deg)
         spin_rad = math.radians(self.spin_range_deg)
-        return TorchSettings(work_rad, travel_rad, self.stick_out_mm, ToolAxis(self.tool_axis), spin_rad)
+        return TorchSettings(work_rad, travel_rad, self.tip.stick_out_mm, ToolAxis(self.tip.tool_axis), spin_rad)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,9 +112,9 @@ class MotionFlags:
     retract_mm: float = option(
         "--retract-mm", type=float, default=50.0, show_default=True, help="Along the wire, after the seam."
     )
-    speed_mm_s: float = option("--speed-mm-s", type=float, default=8.0, show_default=True, help="Speed along the seam.")
+    speed_mm_s: float = option("--speed-mm-s", type=SPEED, default=8.0, show_default=True, help=SPEED_HELP)
     air_speed_mm_s: float = option(
-        "--air-speed-mm-s", type=float, default=100.0, show_default=True, help="Speed of approach and retract."
+        "--air-speed-mm-s", type=SPEED, default=100.0, show_default=True, help="Speed of approach and retract."
     )
 
     def to_settings(self) -> MotionSettings:
@@ -212,17 +231,15 @@ class ArmFlags:
     robot: str | None = option(
         "--robot",
         metavar="ARM",
-        help="Arm file, URDF or shipped arm: the joints are followed, and the configuration is computed. With an "
-        "identified arm corrected targets are written, with which it reaches the true poses.",
+        help=f"{ROBOT_HELP} The joints are followed, and the configuration is computed. With an identified arm "
+        "corrected targets are written, with which it reaches the true poses. Needs --tool and --near-joints.",
     )
     near: str | None = option(
         "--near-joints",
         metavar="Q1,…,Q6",
         help="With --robot: shown joint angles near the seam, deg; they choose the branch.",
     )
-    tool: str | None = option(
-        "--tool", metavar="X,Y,Z[,RX,RY,RZ]", help="With --robot: tool as set in the controller, mm and deg."
-    )
+    tool: str | None = option("--tool", metavar=TOOL_METAVAR, help=f"{TOOL_HELP} As set in the controller.")
 
     def read(self) -> ArmAtTool | None:
         """Return the arm with its tool and where it is; None if no arm is given.
@@ -269,7 +286,7 @@ class WeldProgramFlags:
     controller: ControllerFlags
     arm: ArmFlags
 
-    def build(self, folder: Path) -> WeldProgram:
+    def build(self, folder: Path, *, progress: Progress) -> WeldProgram:
         """Read the calibration and put the torch on its seams as the options say."""
         from wpcal.controllers.compensation import compensate_program
         from wpcal.controllers.followed_program import program_for_arm
@@ -284,6 +301,7 @@ class WeldProgramFlags:
         finished = self.selection.select(read_finished(folder, space=space))
         program = build_program(finished, torch=torch, motion=motion, controller=controller)
         check = partial(self.air.check, torch=self.shape.to_shape())
+        progress(f"comparing {sum(map(len, program.paths))} poses on {len(program.paths)} seams with the part")
         if arm is None:
             return check(program)
         return compensate_program(program_for_arm(program, arm, check=check), arm)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from wpcal.cli.fit_help import CRITERION_HELP, DETAILS_HELP, SOLVER_HELP
 from wpcal.cli.option_groups import takes
+from wpcal.cli.shared_help import CRITERION_HELP, DETAILS_HELP, JSON_HELP, SOLVER_HELP, TOLERANCE_HELP
 from wpcal.cli.teaching_options import TeachingFlags
 
 
@@ -36,13 +36,13 @@ from wpcal.cli.teaching_options import TeachingFlags
     type=float,
     default=0.5,
     show_default=True,
-    help="What the verdict compares the predicted error with.",
+    help=TOLERANCE_HELP,
 )
 @takes("teaching", TeachingFlags)
 @click.option("--certify", is_flag=True, help="Close the gap to the lower bound by branch and bound (slow).")
 @click.option("--accept-unsure", is_flag=True, help="End with code 0 if the verdict is UNSURE.")
 @click.option("--details", is_flag=True, help=DETAILS_HELP)
-@click.option("--json", "as_json", is_flag=True, help="Print the record of calibration.json on stdout.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record of calibration.json.")
 def fit(
     *,
     pairs_csv: Path,
@@ -68,6 +68,7 @@ def fit(
     """
     from wpcal.calibrate import Criterion, Solver, calibrate
     from wpcal.cli.calibration_tables import exit_code, show_calibration
+    from wpcal.cli.progress import shown_progress
     from wpcal.core.errors import blamed_on
     from wpcal.core.records import to_json
     from wpcal.optim import AnnealingSchedule
@@ -79,7 +80,7 @@ def fit(
         )
     error = teaching.to_error()
     pairs, check = read_pairs(pairs_csv)
-    with blamed_on(str(pairs_csv)):
+    with blamed_on(str(pairs_csv)), shown_progress(f"fitting {len(pairs.names)} points"):
         result = calibrate(
             pairs,
             criterion=Criterion(criterion),

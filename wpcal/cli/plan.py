@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import option, takes
+from wpcal.cli.shared_help import ANGLE, FORCE_HELP, JSON_HELP, SPEED, SPEED_HELP, TRAVEL_ANGLE_HELP, WORK_ANGLE_HELP
 
 if TYPE_CHECKING:
     from wpcal.planning.search.nsga2 import Nsga2Options
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from wpcal.planning.search.planning_result import PlanningResult
     from wpcal.planning.search.problem import PlanningProblem
     from wpcal.planning.search.targets import WeldTargets
-
-ANGLE = click.FloatRange(-180.0, 180.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,11 +31,9 @@ class WeldFlags:
     rotation_deg: float = option(
         "--rotation-deg", type=ANGLE, default=0.0, show_default=True, help="Target rotation of the joint."
     )
-    work_deg: float = option(
-        "--work-deg", type=ANGLE, default=0.0, show_default=True, help="Target work angle of the torch."
-    )
-    travel_deg: float = option(
-        "--travel-deg", type=ANGLE, default=0.0, show_default=True, help="Target travel angle: + push, - drag."
+    work_angle_deg: float = option("--work-angle-deg", type=ANGLE, default=0.0, show_default=True, help=WORK_ANGLE_HELP)
+    travel_angle_deg: float = option(
+        "--travel-angle-deg", type=ANGLE, default=0.0, show_default=True, help=TRAVEL_ANGLE_HELP
     )
     torch_range_deg: float = option(
         "--torch-range-deg",
@@ -47,10 +44,10 @@ class WeldFlags:
     )
     speed_mm_s: float = option(
         "--speed-mm-s",
-        type=click.FloatRange(min=0, min_open=True),
+        type=SPEED,
         default=6.0,
         show_default=True,
-        help="Of the tip along the seam.",
+        help=SPEED_HELP,
     )
 
     def to_targets(self) -> WeldTargets:
@@ -60,8 +57,8 @@ class WeldFlags:
         return WeldTargets(
             slope_rad=math.radians(self.slope_deg),
             rotation_rad=math.radians(self.rotation_deg),
-            work_rad=math.radians(self.work_deg),
-            travel_rad=math.radians(self.travel_deg),
+            work_rad=math.radians(self.work_angle_deg),
+            travel_rad=math.radians(self.travel_angle_deg),
             torch_range_rad=math.radians(self.torch_range_deg),
         )
 
@@ -97,7 +94,7 @@ class GeneticFlags:
 @click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
 @click.argument("seams_json", metavar="[SEAMS.json]", required=False, type=click.Path(path_type=Path))
 @click.option("--seam", metavar="NAME", help="Which seam of the file: W1, W2, …")
-@click.option("-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), help="Folder to write.")
+@click.option("-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), help="Output: a folder.")
 @click.option(
     "--check",
     "check_only",
@@ -113,8 +110,8 @@ class GeneticFlags:
 )
 @takes("weld", WeldFlags)
 @takes("genetic", GeneticFlags)
-@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
-@click.option("--json", "as_json", is_flag=True, help="Print the record of pareto.json on stdout.")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record of pareto.json.")
 def plan(
     *,
     cell_json: Path,

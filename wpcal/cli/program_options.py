@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wpcal.cli.option_groups import option
+from wpcal.cli.shared_help import ROBOT_HELP, TOOL_HELP, TOOL_METAVAR
 
 if TYPE_CHECKING:
     from wpcal.taught.table import TaughtPoints
@@ -25,12 +26,8 @@ class ProgramFlags:
         "(Yaskawa), X,Y,Z,Q1,Q2,Q3,Q4 (ABB); or `base`, or a frame that the file contains. NAME is its name "
         "or number in the program; without NAME it is used for every point whose frame is not known. Repeatable.",
     )
-    tool: str | None = option(
-        "--tool", metavar="X,Y,Z", help="Tool tip in the flange frame, mm, for points taught without a tool."
-    )
-    robot: str | None = option(
-        "--robot", metavar="ARM", help="Arm file, or the name of a shipped arm: for points stored as joint angles."
-    )
+    tool: str | None = option("--tool", metavar=TOOL_METAVAR, help=f"{TOOL_HELP} For points taught without a tool.")
+    robot: str | None = option("--robot", metavar="ARM", help=f"{ROBOT_HELP} For points stored as joint angles.")
     points: str | None = option("--points", metavar="P1,P2", help="Only these points of a program.")
 
     @property
@@ -67,24 +64,17 @@ class ProgramFlags:
             When one of them cannot be used.
         """
         from wpcal.cli.hints import named_option
+        from wpcal.robot.identify.poses_file import parse_tool
         from wpcal.robot.kinematics.arm_file import find_arm
         from wpcal.taught.user_frames import ProgramReading, parse_uframes
 
         with named_option("--uframe"):
             uframes = parse_uframes(self.uframes)
+        with named_option("--tool"):
+            tool = None if self.tool is None else parse_tool(self.tool)[0].t_mm.tolist()
         return ProgramReading(
             uframes=uframes,
-            tool=None if self.tool is None else _numbers(self.tool),
+            tool=tool,
             arm=None if self.robot is None else find_arm(self.robot),
             points=None if self.points is None else [name.strip() for name in self.points.split(",")],
         )
-
-
-def _numbers(text: str) -> list[float]:
-    from wpcal.core.errors import InputError
-    from wpcal.core.numbers import parse_numbers
-
-    try:
-        return parse_numbers(text)
-    except InputError as error:
-        raise InputError(f"--tool: expected X,Y,Z in mm, got {text!r}: {error}") from None

@@ -6,12 +6,14 @@ from pathlib import Path
 
 import click
 
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+
 
 @click.command()
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="File to write.  [default: DIR/report.html]")
-@click.option("--force", is_flag=True, help="Overwrite a file that exists.")
-@click.option("--json", "as_json", is_flag=True, help="Print the verdict and the file as JSON on stdout.")
+@click.option("-o", "--out", type=click.Path(path_type=Path), help="Output: the page.  [default: DIR/report.html]")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the page.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the verdict and the file.")
 def report(*, folder: Path, out: Path | None, force: bool, as_json: bool) -> int:
     """Write the page of the calibration in DIR: one HTML file that opens from disk.
 

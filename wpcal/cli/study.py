@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from wpcal.cli.shared_help import BOUND_HELP, FORCE_HELP, JSON_HELP
+
 if TYPE_CHECKING:
     from rich.table import Table
 
@@ -17,7 +19,7 @@ BAR_WIDTH = 40
 
 @click.command()
 @click.argument("pairs_csv", metavar="PAIRS.csv", type=click.Path(path_type=Path))
-@click.option("--bound-mm", type=float, default=0.5, show_default=True, help="Largest error of a taught coordinate.")
+@click.option("--bound-mm", type=float, default=0.5, show_default=True, help=BOUND_HELP)
 @click.option("--trials", type=click.IntRange(min=1), default=10_000, show_default=True, help="Number of fits.")
 @click.option(
     "--at",
@@ -35,11 +37,9 @@ BAR_WIDTH = 40
     help="What is minimised: the largest distance (the published criterion) or the sum of squares.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
-@click.option(
-    "-o", "--out", "output", type=click.Path(path_type=Path), help="Write the distribution to this JSON file."
-)
-@click.option("--force", is_flag=True, help="Overwrite the file.")
-@click.option("--json", "as_json", is_flag=True, help="Print the distribution as JSON on stdout.")
+@click.option("-o", "--out", "output", type=click.Path(path_type=Path), help="Output: the distribution as a JSON file.")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the file.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the distribution.")
 def study(
     *,
     pairs_csv: Path,

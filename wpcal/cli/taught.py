@@ -8,14 +8,17 @@ import click
 
 from wpcal.cli.option_groups import takes
 from wpcal.cli.program_options import ProgramFlags
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 
 @click.command()
 @click.argument("program", metavar="PROGRAM", type=click.Path(path_type=Path))
-@click.option("-o", "--out", metavar="TAUGHT.csv", type=click.Path(path_type=Path), help="[default: stdout]")
+@click.option(
+    "-o", "--out", metavar="TAUGHT.csv", type=click.Path(path_type=Path), help="Output: a table.  [default: stdout]"
+)
 @takes("reading", ProgramFlags)
-@click.option("--force", is_flag=True, help="Overwrite TAUGHT.csv.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: TAUGHT.csv.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the points.")
 def taught(*, program: Path, out: Path | None, reading: ProgramFlags, force: bool, as_json: bool) -> int:
     """Read taught points from PROGRAM (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi) in base coordinates.
 

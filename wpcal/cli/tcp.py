@@ -7,18 +7,25 @@ from typing import TYPE_CHECKING
 
 import click
 
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP
+
 if TYPE_CHECKING:
     from wpcal.robot.tool_point import ToolPoint
 
 
 @click.command()
 @click.argument("touches_csv", metavar="TOUCHES.csv", type=click.Path(path_type=Path))
-@click.option("--robot", required=True, help="Arm file, as written by `wpcal identify`, or the name of a shipped arm.")
+@click.option("--robot", metavar="ARM", required=True, help=f"{ROBOT_HELP} As written by `wpcal identify`.")
 @click.option(
-    "-o", "--out", "output", metavar="TOOL.json", type=click.Path(path_type=Path), help="File for `correct --tool`."
+    "-o",
+    "--out",
+    "output",
+    metavar="TOOL.json",
+    type=click.Path(path_type=Path),
+    help="Output: the file for `correct --tool`.",
 )
-@click.option("--force", is_flag=True, help="Overwrite the file.")
-@click.option("--json", "as_json", is_flag=True, help="Print the record on stdout.")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the file.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record.")
 def tcp(*, touches_csv: Path, robot: str, output: Path | None, force: bool, as_json: bool) -> int:
     """Find the tool centre point from touches of one fixed point.
 

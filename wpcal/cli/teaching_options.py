@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from wpcal.cli.option_groups import option
+from wpcal.cli.shared_help import BOUND_HELP, SIGMA_HELP
 
 if TYPE_CHECKING:
     from wpcal.calibrate import TeachingError
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
 class TeachingFlags:
     """How large the teaching error is, as a person states it."""
 
-    sigma_mm: float | None = option("--sigma-mm", type=float, help="Teaching error: standard deviation per axis.")
-    bound_mm: float | None = option("--bound-mm", type=float, help="Teaching error: largest error per axis.")
+    sigma_mm: float | None = option("--sigma-mm", type=float, help=SIGMA_HELP)
+    bound_mm: float | None = option("--bound-mm", type=float, help=BOUND_HELP)
     tcp_bias_mm: float = option(
         "--tcp-bias-mm", type=float, default=0.0, show_default=True, help="Error of the tool centre point."
     )

@@ -263,7 +263,7 @@ class _Search:
         raise GeometryError(
             f"seam {end.name}: no checked way leads {where} it: up, back along the wire and sideways, the torch comes "
             f"nearer to the part than {MARGIN_MM:g} mm ({self.torch.shape}); no program is written. Turn the part "
-            "(--up), use a longer --approach-mm or --retract-mm, tilt the torch, or leave the seam out with --seams",
+            "(--up), use a longer --approach-mm or --retract-mm, tilt the torch, or leave the seam out with --only",
             code=ErrorCode.NO_FREE_WAY,
         )
 

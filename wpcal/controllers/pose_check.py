@@ -92,7 +92,7 @@ def refused(found: Mapping[str, str], names: Sequence[str], torch: TorchShape) -
     more = [*found][MOST_TOLD:]
     others = f"; also {len(more)} more: {', '.join(more)}" if more else ""
     free = [name for name in names if name not in found]
-    leave_out = f"; the others can be written: --seams {','.join(free)}" if free else ""
+    leave_out = f"; the others can be written: --only {','.join(free)}" if free else ""
     return GeometryError(
         f"{'; '.join(told)}{others} ({torch}); no program is written. Cut it there (range_mm in seams.json), tilt "
         "the torch with --work-angle-deg or --travel-angle-deg, or state its shape (--nozzle-radius-mm, --wire-mm, "

@@ -15,8 +15,8 @@ from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.schemas import required_fields
 from wpcal.core.transform import RigidTransform
-from wpcal.core.wording import listed
 from wpcal.results.agree import agreed_pose, check_same_part, check_same_run
+from wpcal.seam.names import seams_named
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 from wpcal.seam.seam import Seam
 
@@ -78,7 +78,7 @@ class FinishedCalibration:
     part_glb: bytes | None = None
 
     def select(self, names: Sequence[str] | None = None, *, everything: bool = False) -> FinishedCalibration:
-        """Return the accepted seams, those named, or all of them.
+        """Return the accepted seams, those named (``W1``, ``W5-W8``), or all of them.
 
         Raises
         ------
@@ -86,13 +86,11 @@ class FinishedCalibration:
             When a name is unknown or nothing is left.
         """
         known = [seam.name for seam in self.seams]
-        unknown = [name for name in names or () if name not in known]
-        if unknown:
-            raise InputError(f"unknown seam {listed(unknown)}; the file has {listed(known) or 'none'}")
+        chosen = None if names is None else set(seams_named(names, known))
         rows = [
             row
             for row, seam in enumerate(self.seams)
-            if (seam.name in names if names is not None else everything or seam.accepted)
+            if (everything or seam.accepted if chosen is None else seam.name in chosen)
         ]
         if not rows:
             if not known:

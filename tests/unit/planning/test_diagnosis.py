@@ -77,8 +77,8 @@ def test_a_torch_that_would_have_to_lean_is_told_how_far(coarse, way):
     found = obstacle_at(with_lug(coarse, BLOCKED, 5.0), *way, BLOCKED)
     assert found.constraint is Constraint.TORCH_ANGLES
     assert found.between == ("robot 1 nozzle", "robot 2 lug")
-    assert "--work-deg" in found.advice
-    assert "--travel-deg" in found.advice
+    assert "--work-angle-deg" in found.advice
+    assert "--travel-angle-deg" in found.advice
 
 
 @pytest.mark.parametrize("robot", [1, 2])

@@ -247,7 +247,7 @@ def _not_clear(
     return Obstacle(
         constraint=Constraint.TORCH_ANGLES,
         says=f"{says}; a torch at work angle {work:g} and travel angle {travel:g} deg is clear there",
-        advice=f"try --work-deg {work:g} --travel-deg {travel:g}",
+        advice=f"try --work-angle-deg {work:g} --travel-angle-deg {travel:g}",
         s_mm=s_mm,
         between=between if len(upright) else None,
         unit="deg",

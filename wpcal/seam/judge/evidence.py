@@ -32,10 +32,12 @@ PRIOR = {
     SeamSource.SECTION: 0.9,
     SeamSource.CONCAVE: 0.7,
     SeamSource.BEAD: 0.7,
+    SeamSource.FLARE: 0.85,
     SeamSource.MARKED: 1.0,
 }
-"""Confidence before any finding. Members in contact are meant to be joined; overlapping ones may be a mistake; a
-concave edge or a round may be just a shape. What a person marked is a weld, whatever the findings."""
+"""Confidence before any finding. Members in contact are meant to be joined; overlapping ones may be a mistake; a groove
+beside a radius is often left open; a concave edge or a round may be just a shape. What a person marked is a weld,
+whatever the findings."""
 IN_MATERIAL, NOT_REACHED, FASTENER, TOO_SHORT, CUT_OUT, MASSIVE, NOT_MARKED = 0.01, 0.1, 0.05, 0.3, 0.2, 0.3, 0.4
 """Each of these rejects a candidate by itself."""
 NAMED, BOLTED, PIN_IN_HOLE = 0.7, 0.75, 0.8
@@ -199,7 +201,7 @@ class _Judge:
             yield Evidence(TOO_SHORT, f"{seam.length_mm:.1f} mm is shorter than {least}")
         if self.has_marks and seam.source is not SeamSource.MARKED:
             yield Evidence(NOT_MARKED, "other edges are marked, and not this one")
-        if seam.source is SeamSource.CONTACT and len(solids) == 2:
+        if seam.source in (SeamSource.CONTACT, SeamSource.FLARE) and len(solids) == 2:
             yield from self._contact_evidence(seam, set(solids), bool(held))
 
     def _contact_evidence(self, seam: Seam, solids: set[int], is_fastener: bool) -> Iterator[Evidence]:
