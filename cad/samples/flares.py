@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from cad.kernel.primitives import box, cut, cylinder, half_ring, square_tube
@@ -47,3 +48,25 @@ def half_ring_on_plate(ring: float, radius: float) -> Solids:
         ("plate", box(200.0, 200.0, 10.0, (-100.0, -100.0, -10.0))),
         ("ring", half_ring(ring, radius, (0.0, 0.0, radius))),
     ]
+
+
+def rack_of_bars(count: int) -> Solids:
+    """Return round bars of 20 mm side by side on a plate, along x."""
+    bars = [cylinder(10.0, 200.0, (0.0, 20.0 * k, 10.0), (1.0, 0.0, 0.0)) for k in range(count)]
+    return [("plate", box(240.0, 300.0, 10.0, (-20.0, -100.0, -10.0))), *((f"bar {k}", b) for k, b in enumerate(bars))]
+
+
+def roller_bearing() -> Solids:
+    """Return two rings and twelve rollers of 10 mm between them."""
+    inner = cut(cylinder(30.0, 20.0, (0, 0, 0), (0, 0, 1)), cylinder(20.0, 20.0, (0, 0, 0), (0, 0, 1)))
+    outer = cut(cylinder(50.0, 20.0, (0, 0, 0), (0, 0, 1)), cylinder(40.0, 20.0, (0, 0, 0), (0, 0, 1)))
+    at = [(35.0 * math.cos(turn), 35.0 * math.sin(turn), 0.0) for turn in (k * math.pi / 6 for k in range(12))]
+    rollers = [cylinder(5.0, 20.0, place, (0.0, 0.0, 1.0)) for place in at]
+    return [("inner", inner), ("outer", outer), *((f"roller {k}", roller) for k, roller in enumerate(rollers))]
+
+
+def wheel_on_rail() -> Solids:
+    """Return a wheel of 80 mm with its shaft on a flat rail."""
+    shaft = cylinder(10.0, 80.0, (0.0, -25.0, 40.0), (0.0, 1.0, 0.0))
+    wheel = cut(cylinder(40.0, 30.0, (0.0, 0.0, 40.0), (0.0, 1.0, 0.0)), shaft)
+    return [("rail", box(300.0, 60.0, 10.0, (-150.0, -15.0, -10.0))), ("wheel", wheel), ("shaft", shaft)]

@@ -12,9 +12,10 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.brep import BrepGraph
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
-from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.find.bead import add_beads
+from wpcal.seam.find.built_up import left_out
 from wpcal.seam.find.flare_grooves import add_grooves
 from wpcal.seam.find.interpenetration import interpenetrating_solids
 
@@ -69,7 +70,7 @@ def find_seams(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Found:
-    """Seams before the edits of a person, the graph if edges were added to it, and the pairs of solids that failed."""
+    """Seams before the edits of a person, the graph if edges were added to it, and what is odd about them."""
 
     seams: tuple[Seam, ...]
     graph: BrepGraph | None
@@ -96,6 +97,8 @@ def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Fo
         graph, marked = find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
     trimmed = replace(trimmed, graph=graph)
     seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, flares=flares, marked=marked)
+    if not seams and options.concave is ConcaveEdges.AUTO:
+        issues = (*issues, *left_out(graph, trimmed))
     is_wider = graph.edge_count > workpiece.graph.edge_count
     return _Found(seams, graph if is_wider else None, issues)
 

@@ -15,8 +15,11 @@ from cad.samples.flares import (
     bar_on_plate,
     flush_tubes,
     half_ring_on_plate,
+    rack_of_bars,
+    roller_bearing,
     round_tubes,
     tubes_side_by_side,
+    wheel_on_rail,
 )
 from wpcal.brep import BrepGraph, CurveKind
 from wpcal.brep.trim import TrimmedFaces
@@ -151,3 +154,19 @@ def test_half_a_ring_on_a_plate_has_arcs_inside_and_outside(pose: tuple[float, .
         side, up = (2 * math.sqrt(6 * mouth) - out) / FREE_WIRE, (mouth - WIRE) / FREE_WIRE
         np.testing.assert_allclose(z, side * away + [0.0, 0.0, up], rtol=0, atol=EXACT)
         np.testing.assert_allclose(np.einsum("ki,ki->k", x, p), WIRE * x[:, 2], rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("solids", "words"), [(rack_of_bars(4), "stock"), (roller_bearing(), "rollers"), (wheel_on_rail(), "on a shaft")]
+)
+def test_what_rolls_or_lies_loose_is_not_welded(solids: Solids, words: str) -> None:
+    _, seams = grooves_of(solids, POSES[1])
+    assert seams
+    assert not any(seam.accepted for seam in seams)
+    assert all(any(words in text for text in seam.against) for seam in seams)
+
+
+def test_two_bars_on_a_plate_are_welded() -> None:
+    """Of the three grooves on either side, a torch gets to those outside and to that between the bars from above."""
+    _, seams = grooves_of(rack_of_bars(2), POSES[0])
+    assert [seam.accepted for seam in seams if seam.reachable] == [True] * 3

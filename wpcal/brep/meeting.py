@@ -18,8 +18,8 @@ from wpcal.core.arrays import FloatArray, IntArray
 
 NEWTON_ROUNDS = 12
 """Most steps of Newton's method, which squares the distance in each step; analytic surfaces need 5."""
-SETTLED_MM = 1e-13
-"""The search ends when no point moves by more: round-off on a part of one metre."""
+SETTLED_MM = 1e-8
+"""The search ends when no point moves by more: the next step would be below round-off."""
 
 
 def meet_surfaces(

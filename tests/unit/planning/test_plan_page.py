@@ -195,7 +195,9 @@ def test_a_body_is_measured_and_the_cell_is_cut_open(opened, cell, runs):
     page.get_by_label("measure").press("Space")
     assert said.inner_text() == ""
 
-    seen = "p => { const { x, y } = wpcal.project(p); const v = wpcal.viewer; return v.surfaceAt(x, y, v.cut.shown())?.p; }"
+    seen = (
+        "p => { const { x, y } = wpcal.project(p); return wpcal.viewer.surfaceAt(x, y, wpcal.viewer.cut.shown())?.p; }"
+    )
     before = page.evaluate(seen, on_base)
     choice = page.get_by_label("cut the cell")
     choice.focus()

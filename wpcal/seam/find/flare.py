@@ -346,16 +346,31 @@ class FlareSearch:
             held[rows] = (apart <= FLUSH_MM) & self.trimmed.contains(face[rows], foot.uv)
         return held
 
+    def _in_section(self, pairs: FacePairs, roots: Roots, ball_mm: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return where balls are in the cross-sections, along m and t from the centre: exact between parallel faces."""
+        reach, other = roots.radius_mm + ball_mm, other_radii(self.graph, pairs)
+        flat = ~np.isfinite(other)
+        other = np.where(flat, 1.0, other)
+        apart = roots.radius_mm + roots.gap_mm + other
+        round_ = (reach**2 - (other + ball_mm) ** 2 + apart**2) / (2.0 * np.where(apart == 0, np.inf, apart))
+        up = np.where(flat, roots.radius_mm + roots.gap_mm - ball_mm, round_)
+        return up, np.sqrt(np.maximum(reach**2 - up**2, 0.0))
+
     def centres(self, pairs: FacePairs, roots: Roots, ball_mm: FloatArray) -> FloatArray:
         """Return the centres of balls that touch both faces of pairs; NaN where there is none, shape (n, 3)."""
-        reach = roots.radius_mm + ball_mm
-        up = roots.radius_mm + roots.gap_mm - ball_mm
-        out = np.sqrt(np.maximum(reach**2 - up**2, 0.0))
+        up, out = self._in_section(pairs, roots, ball_mm)
         p0 = roots.centre + up[:, None] * roots.m + out[:, None] * roots.t
         p = meet_surfaces(self.graph, pairs.pipe, pairs.other, p0, roots.x, height_mm=ball_mm, least_sin=LEAST_SIN)
         beside = np.einsum("ki,ki->k", p - roots.centre, roots.t) > 0
         p[~beside] = np.nan
         return p
+
+
+def other_radii(graph: BrepGraph, pairs: FacePairs) -> FloatArray:
+    """Return the radius of the other faces in the cross-section, mm, (k,): hollow ones below 0, flat ones infinite."""
+    kind, param = graph.face_kind[pairs.other], graph.face_param[pairs.other]
+    radius = np.where(kind == SurfaceKind.TORUS, param[:, 1], param[:, 0]) * graph.face_outward[pairs.other]
+    return np.where(np.isin(kind, PIPES), radius, np.inf)
 
 
 def _from_a_gap(on: BoolArray, s: FloatArray) -> tuple[BoolArray, FloatArray]:

@@ -9,7 +9,7 @@ import numpy as np
 from wpcal.brep.extend import FreeEdge, add_edges, interpolated, line
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.flare import FacePairs, FlareSearch, Grooves, find_roots
 from wpcal.seam.find.flare_ends import exact_ends
 from wpcal.seam.find.flare_shape import measure_grooves
@@ -20,6 +20,8 @@ from wpcal.seam.seam import Groove, JointType, Seam, SeamPieces, WeldType
 
 EXACT_MM = 1e-8
 """A path this near to a line or a circle at all its points is one: ten times the round-off on a part of one metre."""
+ROUGH_POINTS = 5
+"""Points of a path by which its length is estimated, and whether it is straight."""
 CURVE_POINTS = 129
 """Points of the spline through any other path: within 1e-7 mm of it on a quarter turn of 100 mm."""
 
@@ -44,6 +46,11 @@ class FlareGrooves:
         return [replace(seam, groove=self.groove[int(seam.pieces.edge[len(seam.pieces) // 2])]) for seam in seams]
 
 
+_NO_NUMBERS = np.zeros(0, dtype=np.int64)
+_NO_PIECES = SeamPieces(_NO_NUMBERS, np.zeros(0), np.zeros(0), _NO_NUMBERS, _NO_NUMBERS, np.zeros((0, 3)))
+NONE_FOUND = FlareGrooves(JoinedPieces(_NO_PIECES, (), ()), {})
+
+
 def add_grooves(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> tuple[BrepGraph, FlareGrooves]:
     """Add the paths of balls in the flare grooves between solids, as edges without faces of their own.
 
@@ -61,6 +68,8 @@ def add_grooves(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -
     """
     search = FlareSearch(graph, trimmed, options.gap_for(graph))
     found = search.find()
+    if len(found.s0) == 0:
+        return graph, NONE_FOUND
     s0, s1 = (exact_ends(search, found.pairs, s, found.ball_mm) for s in (found.s0, found.s1))
     s0, s1 = np.where(found.closed, found.s0, s0), np.where(found.closed, found.s1, s1)
     found = Grooves(found.pairs, s0, s1, found.closed, found.ball_mm)
@@ -98,27 +107,37 @@ def _words(is_between_radii: bool, continues: bool) -> tuple[JointType, WeldType
 
 def _paths(search: FlareSearch, found: Grooves) -> tuple[list[FreeEdge], BoolArray]:
     """Return the paths of the balls' centres, and which of the grooves they belong to: those that are long enough."""
-    n = len(found.s0)
-    share = np.linspace(0.0, 1.0, CURVE_POINTS)
-    kept, edges = np.zeros(n, dtype=bool), []
-    for row in range(n):
-        s = found.s0[row] + (found.s1[row] - found.s0[row]) * share
-        pairs = found.pairs.select(np.full(CURVE_POINTS, row))
-        ball = np.full(CURVE_POINTS, found.ball_mm[row])
-        p = search.centres(pairs, find_roots(search.graph, pairs, s), ball)
-        if not np.linalg.norm(np.diff(p, axis=0), axis=1).sum() >= LEAST_CANDIDATE_MM:
-            continue
+    kept, edges = np.zeros(len(found.s0), dtype=bool), []
+    sparse = _centres(search, found, np.arange(len(kept)), ROUGH_POINTS)
+    length = np.linalg.norm(np.diff(sparse, axis=1), axis=2).sum(axis=1)
+    for row in np.flatnonzero(length >= LEAST_CANDIDATE_MM).tolist():
         kept[row] = True
-        edges.append(_path(search.graph, pairs, p))
+        straight = _straight(sparse[row])
+        if straight is None:
+            (p,) = _centres(search, found, np.array([row]), CURVE_POINTS)
+            straight = _curve(search.graph, found.pairs.select(np.array([row])), p)
+        edges.append(straight)
     return edges, kept
 
 
-def _path(graph: BrepGraph, pairs: FacePairs, p: FloatArray) -> FreeEdge:
-    """Return the line, circle or spline through points of one path."""
+def _centres(search: FlareSearch, found: Grooves, rows: IntArray, count: int) -> FloatArray:
+    """Return points evenly along the paths of balls, by the place along the rounded face; shape (k, count, 3)."""
+    s = found.s0[rows, None] + (found.s1 - found.s0)[rows, None] * np.linspace(0.0, 1.0, count)
+    row = np.repeat(rows, count)
+    pairs = found.pairs.select(row)
+    p = search.centres(pairs, find_roots(search.graph, pairs, s.ravel()), found.ball_mm[row])
+    return p.reshape(len(rows), count, 3)
+
+
+def _straight(p: FloatArray) -> FreeEdge | None:
+    """Return the line through points of one path, or None if they are on no line."""
     x = (p[-1] - p[0]) / max(float(np.linalg.norm(p[-1] - p[0])), EXACT_MM)
     off = p - p[0] - ((p - p[0]) @ x)[:, None] * x
-    if np.abs(off).max() <= EXACT_MM:
-        return line(p[0], p[-1])
+    return line(p[0], p[-1]) if np.abs(off).max() <= EXACT_MM else None
+
+
+def _curve(graph: BrepGraph, pairs: FacePairs, p: FloatArray) -> FreeEdge:
+    """Return the circle or spline through points of one path."""
     for face in (pairs.pipe[0], pairs.other[0]):
         o, z = graph.face_frame[face, 0], graph.face_frame[face, 3]
         height = (p - o) @ z

@@ -8,12 +8,13 @@ from functools import partial
 
 import numpy as np
 
-from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.flare import BISECTIONS, PIPES, FacePairs, FlareSearch, Roots
+from wpcal.seam.find.flare import FacePairs, FlareSearch, Roots, other_radii
 from wpcal.seam.torch import USUAL_TORCH
 
+BISECTIONS = 30
+"""Bisections of a depth or a radius: from 20 mm to 2e-8 mm."""
 ON_FACE_MM = 1e-7
 """A point nearer to the surface of a face is on it: the accuracy of vertices in kernels."""
 RAY_ROUNDS = 8
@@ -93,10 +94,8 @@ class _Sections:
     @property
     def other_radius(self) -> FloatArray:
         """Radius of the other faces in the cross-section, mm; infinite if they are not rounded outwards."""
-        graph, other = self.search.graph, self.pairs.other
-        kind, param = graph.face_kind[other], graph.face_param[other]
-        round_ = np.isin(kind, PIPES) & (graph.face_outward[other] > 0)
-        return np.where(round_, np.where(kind == SurfaceKind.TORUS, param[:, 1], param[:, 0]), np.inf)
+        radius = other_radii(self.search.graph, self.pairs)
+        return np.where(radius > 0, radius, np.inf)
 
     @property
     def least_radius(self) -> FloatArray:
