@@ -82,7 +82,7 @@ def read_pick_part(
     source = workpiece.file
     part_glb, mesh_issues = draw_part(source)
     notes = tuple(issue.message for issue in (*with_sections.issues, *mesh_issues))
-    plain = replace(workpiece, source=None)
+    plain = replace(workpiece, source=None, member_notes=with_sections.member_notes)
     return PickPart(
         file_name=source.file_name,
         sha256=source.sha256,

@@ -18,6 +18,7 @@ from wpcal.seam.find.bead import add_beads
 from wpcal.seam.find.built_up import left_out
 from wpcal.seam.find.flare_grooves import add_grooves
 from wpcal.seam.find.interpenetration import interpenetrating_solids
+from wpcal.seam.member.note import MemberNotes, take_members
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +57,8 @@ def find_seams(
     seams : tuple of Seam
         With frames in `part`.
     workpiece : Workpiece
-        The same workpiece, with those curves in its graph and with the pairs that failed in its issues.
+        The same workpiece, with those curves in its graph, with the pairs that failed in its issues, and with what its
+        solids are taken for.
     """
     choice = choice or SeamChoice()
     # places may be names of features
@@ -64,21 +66,23 @@ def find_seams(
     found = workpiece.answer("seams", of, partial(_find, workpiece, options, choice))
     graph = found.graph or workpiece.graph
     trimmed = replace(workpiece.trimmed, graph=graph)
-    workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *found.issues))
+    workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *found.issues), member_notes=found.notes)
     return apply_edits(graph, trimmed, found.seams, choice.edits, options), workpiece
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Found:
-    """Seams before the edits of a person, the graph if edges were added to it, and what is odd about them."""
+    """Seams before the edits of a person, and what belongs to them: the graph only if edges were added to it."""
 
     seams: tuple[Seam, ...]
     graph: BrepGraph | None
+    notes: MemberNotes
     issues: tuple[Issue, ...]
 
 
 def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Found:
     graph, trimmed = workpiece.graph, workpiece.trimmed
+    notes = take_members(graph, trimmed, options.judging).notes
     pairs = interpenetrating_solids(graph, trimmed)
     sections, issues = None, tuple[Issue, ...]()
     if len(pairs):
@@ -100,7 +104,7 @@ def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Fo
     if not seams and options.concave is ConcaveEdges.AUTO:
         issues = (*issues, *left_out(graph, trimmed))
     is_wider = graph.edge_count > workpiece.graph.edge_count
-    return _Found(seams, graph if is_wider else None, issues)
+    return _Found(seams, graph if is_wider else None, notes, issues)
 
 
 def list_seams(
@@ -112,8 +116,8 @@ def list_seams(
     mesh: bool = False,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
-) -> tuple[tuple[Seam, ...], tuple[Issue, ...], bytes | None, bytes | None]:
-    """Return the seams of a STEP file, frames in `part`, and what is odd in the file.
+) -> tuple[tuple[Seam, ...], MemberNotes, tuple[Issue, ...], bytes | None, bytes | None]:
+    """Return the seams of a STEP file, frames in `part`, what its solids are taken for, and what is odd in the file.
 
     If asked for, also their picture (PNG) and ``part.glb``.
     """
@@ -129,4 +133,5 @@ def list_seams(
     if mesh:
         progress("drawing the part")
         part_glb, _ = draw_part(workpiece.file)
-    return seams, workpiece.issues, png, part_glb
+    notes = workpiece.member_notes or MemberNotes(options.judging, ())
+    return seams, notes, workpiece.issues, png, part_glb

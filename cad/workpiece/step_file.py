@@ -6,7 +6,7 @@ The kernel is loaded when something asks for the shapes. An answer that is kept 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -130,7 +130,9 @@ class StepFile:
             raise InputError(f"{self.path}: there is nothing to teach or weld on: {found}")
         from cad.kernel.to_brep import to_brep
 
-        return PartContent(to_brep((solid.name, solid.shape) for solid in part.solids), part.unit, part.issues)
+        graph = to_brep((solid.name, solid.shape) for solid in part.solids)
+        graph = replace(graph, solid_facts=tuple(solid.facts for solid in part.solids))
+        return PartContent(graph, part.unit, part.issues)
 
 
 def draw_part(file: StepFile) -> tuple[bytes | None, tuple[Issue, ...]]:

@@ -19,6 +19,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features import ReferenceFeature, find_features
+from wpcal.seam.member.note import MemberNotes
 
 Answer = TypeVar("Answer")
 
@@ -37,6 +38,8 @@ class Workpiece:
         The STEP file; None for shapes from a script.
     shapes : tuple
         The shapes from a script, unchanged.
+    member_notes : MemberNotes or None
+        What the solids are taken for; None before seams were found.
     """
 
     graph: BrepGraph
@@ -44,6 +47,7 @@ class Workpiece:
     issues: tuple[Issue, ...] = ()
     source: StepFile | None = None
     shapes: tuple[Any, ...] = ()
+    member_notes: MemberNotes | None = None
 
     @property
     def file(self) -> StepFile:
