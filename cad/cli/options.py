@@ -37,7 +37,7 @@ class SeamFlags:
         default="auto",
         show_default=True,
         help="Take concave edges inside one solid as seams; auto: only of solids that touch no other solid and "
-        "do not look machined.",
+        "are built up of plates, bars and tubes.",
     )
     gap_mm: float | None = option(
         "--gap-mm", type=float, help="Largest gap between members.  [default: by part size, at most 0.5]"

@@ -8,9 +8,10 @@ from pathlib import Path
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
-from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.find.bead import add_beads
+from wpcal.seam.find.built_up import left_out
 from wpcal.seam.find.flare_grooves import add_grooves
 from wpcal.seam.find.interpenetration import interpenetrating_solids
 
@@ -73,6 +74,8 @@ def find_seams(
         graph, marked = find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
     workpiece, trimmed = replace(workpiece, graph=graph), replace(trimmed, graph=graph)
     seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, flares=flares, marked=marked)
+    if not seams and options.concave is ConcaveEdges.AUTO:
+        workpiece = replace(workpiece, issues=(*workpiece.issues, *left_out(graph, trimmed)))
     return apply_edits(graph, trimmed, seams, choice.edits, options), workpiece
 
 

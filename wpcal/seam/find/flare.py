@@ -367,7 +367,7 @@ class FlareSearch:
 
 
 def other_radii(graph: BrepGraph, pairs: FacePairs) -> FloatArray:
-    """Return the radius of the other faces in the cross-section, mm, shape (k,): hollow ones below 0, flat ones infinite."""
+    """Return the radius of the other faces in the cross-section, mm, (k,): hollow ones below 0, flat ones infinite."""
     kind, param = graph.face_kind[pairs.other], graph.face_param[pairs.other]
     radius = np.where(kind == SurfaceKind.TORUS, param[:, 1], param[:, 0]) * graph.face_outward[pairs.other]
     return np.where(np.isin(kind, PIPES), radius, np.inf)

@@ -17,6 +17,7 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
+from wpcal.seam.find.formed import are_bends, is_profile
 from wpcal.seam.judge.fasteners import Fastener, find_fasteners, is_named_fastener
 from wpcal.seam.judge.reach import LEAST_FREE, free_share
 from wpcal.seam.judge.rolling import find_rolling
@@ -42,6 +43,8 @@ whatever the findings."""
 IN_MATERIAL, NOT_REACHED, FASTENER, TOO_SHORT, CUT_OUT, MASSIVE, NOT_MARKED = 0.01, 0.1, 0.05, 0.3, 0.2, 0.3, 0.4
 ROLLING = 0.4
 """Each of these rejects a candidate by itself."""
+BENT, ROLLED = 0.4, 0.4
+"""Each of these rejects a concave edge or a round; together with its `PRIOR`, not by itself."""
 NAMED, BOLTED, PIN_IN_HOLE = 0.7, 0.75, 0.8
 """Each of these lowers the confidence of a contact, but does not reject it by itself."""
 GAP_SHARE_LOST = 0.4
@@ -243,17 +246,26 @@ class _Judge:
 
 def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> dict[int, list[Evidence]]:
     """Return, by row, the findings against seams that are concave edges inside a solid."""
-    rows = [row for row, seam in enumerate(seams) if seam.source is SeamSource.CONCAVE]
     found: dict[int, list[Evidence]] = defaultdict(list)
+    number = {name: solid for solid, name in enumerate(graph.solid_names)}
+    inner = [row for row, seam in enumerate(seams) if seam.source in (SeamSource.CONCAVE, SeamSource.BEAD)]
+    of_profile = {name: is_profile(graph, trimmed, number[name]) for name in {seams[row].solids[0] for row in inner}}
+    for row in inner:
+        if of_profile[seams[row].solids[0]]:
+            found[row].append(Evidence(ROLLED, f"{seams[row].solids[0]} has one section from end to end, as if rolled"))
+    rows = [row for row in inner if seams[row].source is SeamSource.CONCAVE]
     if not rows:
         return found
     owner = np.repeat(rows, [len(seams[row].pieces) for row in rows])
     edges = np.concatenate([seams[row].pieces.edge for row in rows])
     cut_out = are_cut_outs(graph, trimmed, edges)
+    bent = are_bends(graph, trimmed, edges)
     massive = are_deeper(graph, trimmed, edges, np.full(len(edges), THICKEST_MM))
     for row in rows:
         if cut_out[owner == row].all():
             found[row].append(Evidence(CUT_OUT, "the corner of an opening in one member, not a joint of two"))
+        if bent[owner == row].all():
+            found[row].append(Evidence(BENT, "the inner corner of one bent sheet, or of two of the same thickness"))
         if massive[owner == row].all():
             found[row].append(Evidence(MASSIVE, f"both members are thicker than {THICKEST_MM:g} mm"))
     return found
