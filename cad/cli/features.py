@@ -44,7 +44,9 @@ def features(
     from wpcal.features import FeatureKind, choose_features
 
     place = None if near is None else _place(near)
-    judged, issues = run_on_part("cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}")
+    judged, notes, issues = run_on_part(
+        "cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}"
+    )
     kinds = [FeatureKind(letter) for letter in kind]
     chosen = choose_features(
         [item.feature for item in judged], kinds=kinds, solid=solid, min_diameter_mm=min_diameter_mm, near=place
@@ -54,9 +56,10 @@ def features(
         from wpcal.core.records import to_json
         from wpcal.features import features_record
 
-        click.echo(to_json(features_record(chosen, ease, issues)), nl=False)
+        members = notes.to_record()["members"]
+        click.echo(to_json({**features_record(chosen, ease, issues), "members": members}), nl=False)
     else:
-        from cad.cli.tables import features_table
+        from cad.cli.tables import features_table, members_table
         from wpcal.cli.console import plain_console, show_notes
 
         shown = chosen if show_all or kinds else _easy(chosen, ease)
@@ -64,6 +67,7 @@ def features(
         console.print(features_table(shown, part_step.name, ease))
         if len(shown) < len(chosen):
             console.print(f"{len(chosen) - len(shown)} more are hard to touch; --all lists them")
+        console.print(members_table(notes))
         show_notes(issues, console)
     return 0
 

@@ -77,7 +77,7 @@ def read_pick_part(
     source = workpiece.source
     part_glb, mesh_issues = mesh_part(source.solids, sha256=source.sha256)
     notes = tuple(issue.message for issue in (*with_sections.issues, *mesh_issues))
-    plain = replace(workpiece, source=None, solids=())
+    plain = replace(workpiece, source=None, solids=(), member_notes=with_sections.member_notes)
     return PickPart(
         file_name=source.file_name,
         sha256=source.sha256,

@@ -16,6 +16,7 @@ from cad.kernel.geometry import to_location
 from cad.kernel.modelling import disc, fused, rounded
 from cad.kernel.primitives import box, cut, cylinder, prism
 from cad.kernel.to_brep import to_brep
+from cad.samples.bolted import BOLTED_GRAPHS
 from cad.samples.parts import SAMPLES
 from cad.step.new_file import Member
 from wpcal.brep import BrepGraph
@@ -378,6 +379,7 @@ GRAPHS: dict[str, Callable[[], Solids]] = {
     "bracket": partial(_machined, _bracket),
     "cross-hole": partial(_machined, _cross_hole),
     "drilled": partial(_machined, _drilled),
+    **BOLTED_GRAPHS,
 }
 """The parts whose graphs are saved."""
 

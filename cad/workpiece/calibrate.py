@@ -81,7 +81,8 @@ class WorkpieceCalibration:
 
     def seams_record(self) -> dict[str, Any]:
         """Return the record of ``seams.json``, frames in `base`."""
-        return seams_record(self.seams, self.T_base_part, self.u95_mm, space=self.result.pairs.space)
+        notes, space = self.workpiece.member_notes, self.result.pairs.space
+        return seams_record(self.seams, self.T_base_part, self.u95_mm, space=space, notes=notes)
 
     def to_record(self, issues: Sequence[Issue] = ()) -> dict[str, Any]:
         """Return the record of ``calibration.json``. `issues` are those found while writing."""

@@ -14,6 +14,7 @@ from wpcal.seam.find.bead import add_beads
 from wpcal.seam.find.built_up import left_out
 from wpcal.seam.find.flare_grooves import add_grooves
 from wpcal.seam.find.interpenetration import interpenetrating_solids
+from wpcal.seam.member.note import MemberNotes, take_members
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +53,12 @@ def find_seams(
     seams : tuple of Seam
         With frames in `part`.
     workpiece : Workpiece
-        The same workpiece, with those curves in its graph and with the pairs that failed in its issues.
+        The same workpiece, with those curves in its graph, with the pairs that failed in its issues, and with what its
+        solids are taken for.
     """
     trimmed = workpiece.trimmed
+    notes = take_members(workpiece.graph, trimmed, options.judging).notes
+    workpiece = replace(workpiece, member_notes=notes)
     pairs = interpenetrating_solids(workpiece.graph, trimmed)
     sections = None
     if len(pairs):
@@ -87,8 +91,8 @@ def list_seams(
     picture: bool = False,
     mesh: bool = False,
     progress: Progress = no_progress,
-) -> tuple[tuple[Seam, ...], tuple[Issue, ...], bytes | None, bytes | None]:
-    """Return the seams of a STEP file, frames in `part`, and what is odd in the file.
+) -> tuple[tuple[Seam, ...], MemberNotes, tuple[Issue, ...], bytes | None, bytes | None]:
+    """Return the seams of a STEP file, frames in `part`, what its solids are taken for, and what is odd in the file.
 
     If asked for, also their picture (PNG) and ``part.glb``.
     """
@@ -106,4 +110,5 @@ def list_seams(
 
         progress("drawing the part")
         part_glb, _ = mesh_part(workpiece.source.solids, sha256=workpiece.source.sha256)
-    return seams, workpiece.issues, png, part_glb
+    notes = workpiece.member_notes or MemberNotes(options.judging, ())
+    return seams, notes, workpiece.issues, png, part_glb

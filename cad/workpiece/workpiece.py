@@ -6,7 +6,7 @@ Importing this module does not load the CAD kernel: a process without it can hol
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features import ReferenceFeature, find_features
+from wpcal.seam.member.note import MemberNotes
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +37,8 @@ class Workpiece:
         The shapes from a script, unchanged.
     solids : tuple of kernel shapes
         The solids of the graph, in its order.
+    member_notes : MemberNotes or None
+        What the solids are taken for; None before seams were found.
     """
 
     graph: BrepGraph
@@ -44,6 +47,7 @@ class Workpiece:
     source: Any = None
     shapes: tuple[Any, ...] = ()
     solids: tuple[Any, ...] = ()
+    member_notes: MemberNotes | None = None
 
     @cached_property
     def trimmed(self) -> TrimmedFaces:
@@ -85,6 +89,7 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
             raise InputError(f"{step}: there is nothing to teach or weld on: {found}")
         solids = tuple(solid.shape for solid in part.solids)
         graph = to_brep((solid.name, solid.shape) for solid in part.solids)
+        graph = replace(graph, solid_facts=tuple(solid.facts for solid in part.solids))
         return Workpiece(graph, find_features(graph), part.issues, part, solids=solids)
     from cad.kernel.to_brep import to_brep
 

@@ -17,7 +17,8 @@ from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
-from wpcal.seam.judge.evidence import judge_seams
+from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
+from wpcal.seam.judge.evidence import Judge, judge_seams
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached
 from wpcal.seam.options import ConcaveEdges, SeamOptions
@@ -95,7 +96,8 @@ def detect_seams(
 def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: list[Seam], options: SeamOptions) -> list[Seam]:
     """Judge seams, cut those that are accepted where no torch gets to them, and judge the stretches."""
     has_marks = any(seam.source is SeamSource.MARKED for seam in found)
-    judged = list(judge_seams(graph, trimmed, found, options, has_marks=has_marks))
+    judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
+    judged = list(judge_seams(graph, trimmed, found, options, judge))
     accepted = [row for row, seam in enumerate(judged) if seam.accepted]
     parts = dict(
         zip(accepted, cut_where_unreached(graph, trimmed, [found[row] for row in accepted], options), strict=True)
@@ -107,7 +109,8 @@ def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: list[Seam], options
             stretches += parts[row]
         else:
             kept.append(replace(seam, frames=first.frames, lean_rad=first.lean_rad))
-    return [*kept, *judge_seams(graph, trimmed, stretches, options, has_marks=has_marks)]
+    stretches = list(judge_seams(graph, trimmed, stretches, options, judge))
+    return doubt_what_fixes_bolts(judge, trimmed, [*kept, *stretches])
 
 
 def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions) -> list[Seam]:
