@@ -93,12 +93,15 @@ def pick(
     from cad.pick.server import PickServer
     from cad.pick.session import PickSession
     from cad.pick.shared_seams import start_seams
-    from wpcal.core.input_file import read_bytes
+    from cad.step.open_text import require_step_file
+    from wpcal.core.input_file import STDIN, read_bytes
 
     is_asked = out is not None
     out = out or table_of(taught)
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
     program = reading.to_reading()
+    if str(part_step) != STDIN:
+        require_step_file(part_step)
     require_table(out, part_step, is_asked=is_asked)
     found = find_table(out)
     is_other = taught is not None and not _is_same(taught, out) and taught != draft_of(out)
