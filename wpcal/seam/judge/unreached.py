@@ -74,6 +74,23 @@ def cut_where_unreached(
     return done
 
 
+def with_reach(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[Seam]:
+    """Return whole seams with the torch's leans; one that the torch reaches nowhere names the solids in its way.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    seams : sequence of Seam
+        With frames in `part`.
+    """
+    found = []
+    for seam, felt in zip(seams, feel_seams(graph, trimmed, seams), strict=True):
+        leant = replace(seam, lean_rad=felt.lean_rad)
+        found.append(_blocked(graph, leant, felt.solids) if (felt.solid >= 0).all() else leant)
+    return found
+
+
 def _felt_finer(
     graph: BrepGraph, trimmed: TrimmedFaces, held: Sequence[tuple[Seam, Felt]], options: SeamOptions
 ) -> list[tuple[Seam, IntArray, IntArray]]:
@@ -176,7 +193,8 @@ def _names(graph: BrepGraph, solids: frozenset[int]) -> str:
 
 
 def _blocked(graph: BrepGraph, seam: Seam, solids: frozenset[int]) -> Seam:
-    return replace(seam, blocked_by=tuple(graph.solid_names[solid] for solid in sorted(solids)))
+    nowhere = np.full((len(seam.frames), 2), np.nan)
+    return replace(seam, blocked_by=tuple(graph.solid_names[solid] for solid in sorted(solids)), lean_rad=nowhere)
 
 
 def blocked_words(seam: Seam) -> str:
