@@ -1,4 +1,4 @@
-"""Where rays go through the faces of a part: in closed form, except for tori and free-form faces."""
+"""Where rays go through the faces of a part: in closed form, except for free-form faces."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ import numpy as np
 from wpcal.brep.crossing import find_crossings, heights
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.torus_rays import torus_roots
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 CHUNK = 5000
 """Rays handled in one array: some 50 MB at ten faces per ray."""
 STEPS = 12
-"""Samples of a ray inside the box of a torus or a free-form face. The ray crosses between two samples on different
+"""Samples of a ray inside the box of a free-form face. The ray crosses between two samples on different
 sides of the surface."""
 SHORT_MM = 12.0
 """On a shorter way half as many samples are not farther apart than 2.4 mm, as on a way of 26 mm with all of them."""
@@ -26,7 +27,6 @@ ON_SURFACE = 1e-6
 length of the ray's way there or 1 mm; the other nappe of a cone is farther away."""
 PARALLEL = 1e-14
 """A leading coefficient below this is round-off: the ray runs along a plane or a ruling."""
-SAMPLED = (SurfaceKind.TORUS, SurfaceKind.NURBS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,13 +122,16 @@ def through_faces(
     way : ndarray of int, shape (h,)
         +1 where the ray leaves the material of the face's solid, -1 where it enters it.
     """
-    sampled = np.isin(graph.face_kind[face], SAMPLED)
+    sampled = graph.face_kind[face] == SurfaceKind.NURBS
     closed, open_ = np.flatnonzero(~sampled), np.flatnonzero(sampled)
     roots = _roots(graph, face[closed], origins[closed], rays[closed])
     hit = (roots > 0) & (roots <= length[closed, None])
     pair, at = closed[np.nonzero(hit)[0]], roots[hit]
-    low, high = _within_torus(graph, face, origins, rays, low, high)
-    open_ = open_[high[open_] > low[open_]]
+    rings = _between_end_planes(graph, face, origins, rays, low, high)
+    if len(rings):
+        roots = _torus_roots(graph, face[rings], origins[rings], rays[rings])
+        hit = (roots > 0) & (roots <= length[rings, None])
+        pair, at = np.concatenate([pair, rings[np.nonzero(hit)[0]]]), np.concatenate([at, roots[hit]])
     if len(open_):
         more, at_more = _sampled(graph, face[open_], origins[open_], rays[open_], low[open_], high[open_])
         pair, at = np.concatenate([pair, open_[more]]), np.concatenate([at, at_more])
@@ -165,21 +168,24 @@ def _roots(graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArr
     return np.stack([first, np.where(known, second, np.nan)], axis=1)
 
 
-def _within_torus(
+def _between_end_planes(
     graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray, low: FloatArray, high: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return where rays are in the boxes of faces; for a torus, between its two end planes as well."""
+) -> IntArray:
+    """Return the pairs of a ray and a torus in which the ray is in the box of the face between the two end planes."""
     rows = np.flatnonzero(graph.face_kind[face] == SurfaceKind.TORUS)
-    if len(rows) == 0:
-        return low, high
     frame, half = graph.face_frame[face[rows]], graph.face_param[face[rows], 1] + THIN_MM
     z = np.einsum("ki,ki->k", origins[rows] - frame[:, 0], frame[:, 3])
     dz = np.einsum("ki,ki->k", rays[rows], frame[:, 3])
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (-half - z) / dz, (half - z) / dz
-    low, high = low.copy(), high.copy()
-    low[rows], high[rows] = np.maximum(low[rows], np.fmin(a, b)), np.minimum(high[rows], np.fmax(a, b))
-    return low, high
+    return rows[np.minimum(high[rows], np.fmax(a, b)) > np.maximum(low[rows], np.fmin(a, b))]
+
+
+def _torus_roots(graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray) -> FloatArray:
+    frame, param = graph.face_frame[face], graph.face_param[face]
+    o = np.einsum("kij,kj->ki", frame[:, 1:], origins - frame[:, 0])
+    d = np.einsum("kij,kj->ki", frame[:, 1:], rays)
+    return torus_roots(o, d, param[:, 0], param[:, 1])
 
 
 def _sampled(

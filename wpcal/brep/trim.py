@@ -16,7 +16,7 @@ import numpy as np
 from wpcal.brep.boxes import BoxTree
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
-from wpcal.brep.patch_boxes import PatchBoxes
+from wpcal.brep.patch_boxes import PatchBoxes, patch_corners
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -93,8 +93,8 @@ class TrimmedFaces:
     def face_box(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest corner of a box around each face; two arrays (F, 3).
 
-        The box holds boundary and apexes. For a sphere or a torus it holds the whole surface. For a NURBS face it has
-        room to bulge; without a boundary it is the box of the poles.
+        The box holds boundary and apexes. For a sphere or a torus it holds the whole surface. For a NURBS face it holds
+        the poles that act on the used part: a tube may bend far beyond the circles at its ends.
         """
         graph = self.graph
         low, high = np.full((graph.face_count, 3), np.inf), np.full((graph.face_count, 3), -np.inf)
@@ -110,12 +110,11 @@ class TrimmedFaces:
         major, minor = graph.face_param[closed, :1], graph.face_param[closed, 1:2]
         reach = np.where(ring, major * across + minor, major)
         low[closed], high[closed] = graph.face_frame[closed, 0] - reach, graph.face_frame[closed, 0] + reach
-        bare = (graph.face_kind == SurfaceKind.NURBS) & (np.diff(self.start) == 0)
-        for closed_face in np.flatnonzero(bare):  # closed on itself along seam edges only
-            poles = graph.nurbs_surfaces[graph.face_nurbs[closed_face]].poles.reshape(-1, 3)
-            low[closed_face], high[closed_face] = poles.min(axis=0), poles.max(axis=0)
-        bulge = self._bulge()
-        return low - bulge, high + bulge
+        for face in np.flatnonzero(graph.face_kind == SurfaceKind.NURBS).tolist():
+            corners = patch_corners(graph.nurbs_surfaces[graph.face_nurbs[face]])
+            low[face] = np.minimum(low[face], corners[0].min(axis=0))
+            high[face] = np.maximum(high[face], corners[1].max(axis=0))
+        return low, high
 
     @cached_property
     def box_tree(self) -> BoxTree:
@@ -126,15 +125,6 @@ class TrimmedFaces:
     def patch_boxes(self) -> PatchBoxes:
         """Boxes of the faces, those of free-form faces divided into patches."""
         return PatchBoxes.of(self.graph, *self.face_box)
-
-    def _bulge(self) -> FloatArray:
-        """How far a NURBS face may extend beyond the box of its boundary, mm, (F, 1)."""
-        graph = self.graph
-        reach = np.zeros(graph.face_count)
-        for face in np.flatnonzero(graph.face_kind == SurfaceKind.NURBS):
-            poles = graph.nurbs_surfaces[graph.face_nurbs[face]].poles.reshape(-1, 3)
-            reach[face] = float(np.ptp(poles, axis=0).max()) / 8.0  # a curved patch between its own boundary curves
-        return reach[:, None]
 
     def contains(self, faces: IntArray, uv: FloatArray) -> BoolArray:
         """Tell which points of surfaces lie inside the trimmed faces.
