@@ -81,8 +81,8 @@ def pick(
     Residuals and the predicted error of every seam follow as you type. They are those of `wpcal calibrate` with the
     same options. A table or a controller's program can also be dropped on the page; the points of TAUGHT are there from
     the start. The page opens the table that it saves, and keeps what is not saved in a draft beside it, FILE.draft.
-    Save keeps the version before as FILE.bak. The page is served until Ctrl-C, to this machine only unless --host gives
-    another of its addresses.
+    Save keeps the version before as FILE.bak. The page is served until Ctrl-C (code 0), to this machine only unless
+    --host gives another of its addresses.
     """
     from cad.cli.kernel_work import run_on_part
     from cad.pick.draft import draft_of
@@ -117,10 +117,12 @@ def pick(
         click.echo(f"note: {note}", err=True)
     page = build_pick_page(session.part, options, notes=notes, revision=session.seams_revision)
     server = PickServer(session, table, page, seams=seams, host=host, port=port)
-    serve(server, part_step.name, browser=browser and _has_screen())
-    click.echo(f"saved {table.out}; now: {command(table.out)}" if table.is_saved else "nothing was saved")
-    if table.kept:
-        click.echo(f"rows that are not in {table.out} are kept in {table.kept}; wpcal pick shows them again")
+    try:
+        serve(server, part_step.name, browser=browser and _has_screen())
+    finally:
+        click.echo(f"saved {table.out}; now: {command(table.out)}" if table.is_saved else "nothing was saved")
+        if table.kept:
+            click.echo(f"rows that are not in {table.out} are kept in {table.kept}; wpcal pick shows them again")
     return 0
 
 

@@ -9,9 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from OCP.BRep import BRep_Tool
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+from OCP.Geom import Geom_RectangularTrimmedSurface
 from OCP.GeomAbs import GeomAbs_CurveType
 from OCP.gp import gp_Cone, gp_Cylinder, gp_Pln, gp_Sphere
 from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
+from OCP.Standard import Standard_Failure
 
 from wpcal.brep import CurveKind, SurfaceKind
 from wpcal.core.arrays import FloatArray
@@ -21,7 +25,25 @@ SAME_SHAPE_MM = 1e-3
 
 
 def recognise_surface(face: Any) -> tuple[int, Any] | None:
-    """Return the kind and the kernel's elementary surface; None when no surface fits within `SAME_SHAPE_MM`."""
+    """Return the kind and the kernel's elementary surface; None when no surface fits within `SAME_SHAPE_MM`.
+
+    A surface on which the kernel's recognition fails counts as free-form.
+    """
+    try:
+        return _recognised(_on_its_basis(face))
+    except Standard_Failure:
+        return None
+
+
+def _on_its_basis(face: Any) -> Any:
+    """Return a face on the basis of a trimmed surface, on which the recognition would fail; other faces as they are."""
+    surface = BRep_Tool.Surface_s(face)
+    if not isinstance(surface, Geom_RectangularTrimmedSurface):
+        return face
+    return BRepBuilderAPI_MakeFace(surface.BasisSurface(), *surface.Bounds(), SAME_SHAPE_MM).Face()
+
+
+def _recognised(face: Any) -> tuple[int, Any] | None:
     analysis = ShapeAnalysis_CanonicalRecognition(face)
     for kind, surface, matches in (
         (SurfaceKind.PLANE, gp_Pln(), analysis.IsPlane),
@@ -87,7 +109,7 @@ def _as_line(points: FloatArray) -> RecognisedCurve | None:
 
 def _as_circle(points: FloatArray) -> RecognisedCurve | None:
     centre0 = points.mean(axis=0)
-    _, _, axes = np.linalg.svd(points - centre0)
+    _, _, axes = np.linalg.svd(points - centre0, full_matrices=False)
     flat = (points - centre0) @ axes.T
     if np.abs(flat[:, 2]).max() > SAME_SHAPE_MM:
         return None

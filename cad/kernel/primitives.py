@@ -12,7 +12,12 @@ from OCP.BRepBuilderAPI import (
     BRepBuilderAPI_MakePolygon,
     BRepBuilderAPI_MakeWire,
 )
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
+from OCP.BRepPrimAPI import (
+    BRepPrimAPI_MakeBox,
+    BRepPrimAPI_MakeCylinder,
+    BRepPrimAPI_MakePrism,
+    BRepPrimAPI_MakeTorus,
+)
 from OCP.GC import GC_MakeArcOfCircle
 from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
 from OCP.TopoDS import TopoDS
@@ -31,6 +36,11 @@ def box(x: float, y: float, z: float, corner: Point) -> KernelObject:
 def cylinder(radius: float, length: float, origin: Point, axis: Point) -> KernelObject:
     """Return a cylinder from the centre of one end along an axis, mm."""
     return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(*origin), gp_Dir(*axis)), radius, length).Solid()
+
+
+def half_ring(ring: float, radius: float, centre: Point) -> KernelObject:
+    """Return half a ring of a round bar in the plane normal to z; `ring` is the radius of its centre line, mm."""
+    return BRepPrimAPI_MakeTorus(gp_Ax2(gp_Pnt(*centre), gp_Dir(0, 0, 1)), ring, radius, math.pi).Solid()
 
 
 def prism(corners: Sequence[Point], along: Point) -> KernelObject:

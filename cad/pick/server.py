@@ -17,7 +17,11 @@ import json
 import logging
 import os
 import secrets
-from collections.abc import Callable
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
 from typing import Any
 
 import uvicorn
@@ -100,7 +104,7 @@ class PickServer:
         )
 
     def run(self) -> None:
-        """Answer requests until the process is interrupted."""
+        """Answer requests until Ctrl-C. Another signal that asks the process to end is passed on when it has ended."""
         config = uvicorn.Config(
             self._app,
             lifespan="off",
@@ -111,12 +115,38 @@ class PickServer:
             log_level="error" if os.environ.get("WPCAL_DEBUG") else "critical",
             timeout_graceful_shutdown=SECONDS_TO_END,
         )
+        server = uvicorn.Server(config)
         try:
-            uvicorn.Server(config).run(sockets=[self._socket])
-        except KeyboardInterrupt:  # uvicorn ends by itself and then passes the signal on
-            pass
+            with _ended_by_hangup(server):
+                server.run(sockets=[self._socket])
+        except KeyboardInterrupt as end:  # uvicorn ends by itself and then passes the signal on
+            if type(end) is not KeyboardInterrupt:
+                raise
         finally:
             self._socket.close()
+
+
+@contextmanager
+def _ended_by_hangup(server: uvicorn.Server) -> Iterator[None]:
+    """Let a closed terminal end the server as Ctrl-C and SIGTERM do: uvicorn handles these two only."""
+    hangup = getattr(signal, "SIGHUP", None)
+    if hangup is None or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handler, received = signal.getsignal(hangup), list[int]()
+
+    def end(number: int, _: FrameType | None) -> None:
+        received.append(number)
+        server.should_exit = True
+
+    if handler is not signal.SIG_IGN:
+        signal.signal(hangup, end)
+    try:
+        yield
+    finally:
+        signal.signal(hangup, handler)
+    if received:
+        signal.raise_signal(hangup)
 
 
 class Guard:

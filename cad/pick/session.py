@@ -22,6 +22,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.transform import RigidTransform
 from wpcal.features import ReferenceFeature, feature_named
+from wpcal.printable import printable
 from wpcal.results.next_steps import next_steps
 from wpcal.seam import Seam
 from wpcal.taught.programs import names_as_features
@@ -214,18 +215,18 @@ def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:
     dict
         ``message`` for the reader; ``code``, the cause; ``row`` and ``column`` of the wrong cell, or None.
     """
-    record: dict[str, Any] = {"message": str(error), "code": str(error.code), "row": None, "column": None}
+    record: dict[str, Any] = {"message": _one_line(str(error)), "code": str(error.code), "row": None, "column": None}
     if rows is None or not isinstance(error, FormatError) or error.path or not error.line:
         return record
     index = error.line - FIRST_LINE
     complete = rows.complete()
     if not 0 <= index < len(complete):
-        return {**record, "message": error.what}
+        return {**record, "message": _one_line(error.what)}
     row = complete[index]
     name = rows.cells[row][rows.columns.index("name")] or f"row {row + 1}"
     column = error.column if isinstance(error.column, str) else None
     place = f"{name}, {column}" if column else name
-    return {**record, "message": f"{place}: {error.what}", "row": row, "column": column}
+    return {**record, "message": _one_line(f"{place}: {error.what}"), "row": row, "column": column}
 
 
 def _fit_record(
@@ -260,3 +261,8 @@ def _fit_record(
             for exchange in record.get("suspect", {}).get("exchanges", ())
         ],
     }
+
+
+def _one_line(message: str) -> str:
+    """Return a message without line ends and control characters, which come from names in a request."""
+    return printable(" ".join(message.split()))

@@ -11,6 +11,7 @@ from wpcal.core.progress import Progress, no_progress
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.find.bead import add_beads
+from wpcal.seam.find.flare_grooves import add_grooves
 from wpcal.seam.find.interpenetration import interpenetrating_solids
 
 
@@ -63,6 +64,7 @@ def find_seams(
         trimmed = replace(trimmed, graph=graph)
     choice = choice or SeamChoice()
     graph, beads = add_beads(workpiece.graph, trimmed, options)
+    graph, flares = add_grooves(graph, trimmed, options)
     marked = None
     if choice.marked or choice.edges:
         from cad.workpiece.marked_edges import find_marked
@@ -70,7 +72,7 @@ def find_seams(
         marks = () if workpiece.source is None else workpiece.source.marks
         graph, marked = find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
     workpiece, trimmed = replace(workpiece, graph=graph), replace(trimmed, graph=graph)
-    seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, marked=marked)
+    seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, flares=flares, marked=marked)
     return apply_edits(graph, trimmed, seams, choice.edits, options), workpiece
 
 

@@ -19,10 +19,14 @@ from tests.attack.faults import (
     kill_at_random,
     write_twice,
 )
+from tests.attack.picker import CODES, end_while_reading, end_while_serving
+from tests.attack.read_only import WRITING, NotMountedError, write_on_read_only
+from tests.e2e.every_command import write_inputs
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 NEVER = ("MIXED", "nothing", "orphan after 0.4 s", "other exit code", "not one line", "not finished")
 KILLS, SIGNALS, CHANGES, WRITERS = 50, 10, 6, 5
+READING = 12
 DISKS_KB = (16, 64, 300, 500, 700, 900, 5000)
 
 
@@ -49,11 +53,20 @@ def main() -> int:
             f"SIGHUP, {SIGNALS} times": lambda: kill_at_random(job, signal.SIGHUP, SIGNALS, rng),
             "full disk": lambda: fill_disk(job, DISKS_KB),
             "nowhere to write": lambda: forbid_writing(job),
+            "disk mounted read-only": lambda: write_on_read_only(job, tuple(WRITING), write_inputs),
+            "picker ended by a signal while it serves": lambda: end_while_serving(job.folder, tuple(CODES)),
+            f"picker ended {READING} times while it reads": lambda: end_while_reading(
+                job.folder, READING, rng, longest_s=job.seconds
+            ),
             "input changed meanwhile": lambda: change_input(job, CHANGES, rng),
             "two into one new folder": lambda: write_twice(job, WRITERS, force=False),
             "two with --force": lambda: write_twice(job, WRITERS, force=True),
         }.items():
-            rows[name] = attack()
+            try:
+                rows[name] = attack()
+            except NotMountedError as error:
+                print(f"{name}: skipped: {error}", flush=True)
+                continue
             told = ", ".join(f"{what} {count}" for what, count in sorted(rows[name].items()) if count)
             print(f"{name}: {told}", flush=True)
     bad = sum(counts[what] for counts in rows.values() for what in NEVER)

@@ -8,6 +8,8 @@ import pytest
 
 from tests.attack.__main__ import NEVER
 from tests.attack.faults import Job, fill_disk, forbid_writing, kill_at_every_change, kill_at_random, write_twice
+from tests.attack.picker import end_while_reading, end_while_serving
+from tests.attack.read_only import NotMountedError, write_on_read_only
 from tests.e2e.every_command import write_inputs
 
 DISKS_KB = (8, 5000)
@@ -45,6 +47,24 @@ def test_no_disk_and_nowhere_to_write(job: Job) -> None:
     assert harm(found) == {}
     assert (found["new"], found["temporary folder left"]) == (1, 0)
     assert forbid_writing(job)["refused in one line"] == 3
+
+
+def test_a_disk_mounted_read_only(job: Job) -> None:
+    names = ("bases", "demo", "pick", "sheet")
+    try:
+        found = write_on_read_only(job, names, write_inputs)
+    except NotMountedError:
+        pytest.skip("no disk can be mounted")
+    assert harm(found) == {}
+    assert (found["refused in one line"], found["input on the disk is read"]) == (len(names), 1)
+
+
+def test_signals_end_the_picker(job: Job) -> None:
+    """SIGHUP made the server hang when a page was connected."""
+    served = end_while_serving(job.folder, (signal.SIGHUP,))
+    assert harm(served) == {}
+    assert served["draft kept"] == 1
+    assert harm(end_while_reading(job.folder, 2, random.Random(15), longest_s=2.0)) == {}
 
 
 @pytest.mark.parametrize("force", [True, False])

@@ -3,80 +3,27 @@
 from __future__ import annotations
 
 import base64
-import http.client
-import json
 import socket
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 import pytest
-import uvicorn
+from picker_server import JSON, WHOLE_REQUEST_S, Running, serving
 
-from cad.pick import patience
-from cad.pick.draft import Keyed
 from cad.pick.part import PickPart
-from cad.pick.rows import NEW_COLUMNS, Rows
+from cad.pick.rows import NEW_COLUMNS
 from cad.pick.server import LARGEST_BYTES, PickServer
-from cad.pick.session import PickSession
-from cad.pick.shared_table import SharedTable
 from wpcal.core.errors import InputError
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 EMPTY = {"columns": list(NEW_COLUMNS), "rows": []}
-JSON = "application/json"
-WHOLE_REQUEST_S = 1.0
-"""Instead of 20 s."""
-
-
-class Running:
-    """A server in a thread."""
-
-    def __init__(self, part: PickPart, out: Path) -> None:
-        self.session, self.table = PickSession(part), SharedTable(out, part, start=Keyed.of_rows(Rows()))
-        self.server = PickServer(self.session, self.table, "<!DOCTYPE html>the page")
-        place = urlsplit(self.server.url)
-        self.host, self.port, self.path = place.netloc, place.port or 0, place.path
-        self.origin = f"http://{self.host}"
-
-    def ask(
-        self, method: str, path: str, headers: dict[str, str], body: Any = None
-    ) -> tuple[int, bytes, http.client.HTTPMessage]:
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
-        try:
-            connection.request(method, path, None if body is None else json.dumps(body), headers)
-            answer = connection.getresponse()
-            return answer.status, answer.read(), answer.headers
-        finally:
-            connection.close()
-
-    def post(self, name: str, body: Any, **headers: str) -> tuple[int, Any]:
-        given = {"Origin": self.origin, "Content-Type": JSON} | {key.replace("_", "-"): v for key, v in headers.items()}
-        status, text, _ = self.ask("POST", self.path + name, given, body)
-        return status, json.loads(text) if status == 200 else text
 
 
 @pytest.fixture(scope="module")
 def running(tee_for_the_picker: PickPart, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    found = Running(tee_for_the_picker, tmp_path_factory.mktemp("pick") / "taught.csv")
-    ended: list[uvicorn.Server] = []
-    plain = uvicorn.Server.run
-
-    def run(self: uvicorn.Server, sockets: list[socket.socket] | None = None) -> None:
-        ended.append(self)
-        plain(self, sockets)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(uvicorn.Server, "run", run)
-        patch.setattr(patience, "SECONDS_FOR_A_REQUEST", WHOLE_REQUEST_S)
-        thread = threading.Thread(target=found.server.run)
-        thread.start()
+    with serving(tee_for_the_picker, tmp_path_factory.mktemp("pick") / "taught.csv") as found:
         yield found
-        ended[0].should_exit = True
-        thread.join(timeout=30)
-        assert not thread.is_alive()
 
 
 def test_the_page_answers_at_its_whole_address(running: Running) -> None:

@@ -15,6 +15,7 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.input_file import read_bytes
+from wpcal.core.progress import Progress, no_progress
 from wpcal.core.robot_space import RobotSpace
 from wpcal.results.folder import (
     CALIBRATION_FILE,
@@ -32,7 +33,7 @@ MOST_LEVELS = 4
 """Folders in folders: the programs of a result folder are one level below it."""
 
 
-def audit_path(path: Path, around: Surroundings | None = None) -> AuditReport:
+def audit_path(path: Path, around: Surroundings | None = None, *, progress: Progress = no_progress) -> AuditReport:
     """Audit a file, or every file of a folder and the folders in it.
 
     Parameters
@@ -41,6 +42,7 @@ def audit_path(path: Path, around: Surroundings | None = None) -> AuditReport:
     around : Surroundings, optional
         The torch, the tool and the arm of programs. The part and its place come from the result folder that holds a
         program.
+    progress : callable, optional
 
     Returns
     -------
@@ -55,7 +57,10 @@ def audit_path(path: Path, around: Surroundings | None = None) -> AuditReport:
         raise InputError(f"{path}: no such file or folder")
     audit = _Audit(around or Surroundings(), is_named=not path.is_dir())
     paths = sorted(_files_in(path, MOST_LEVELS)) if path.is_dir() else [path]
-    found = [(one, audit.file(one)) for one in paths]
+    found = []
+    for count, one in enumerate(paths, 1):
+        progress(f"auditing files: {count} of {len(paths)}")
+        found.append((one, audit.file(one)))
     report = AuditReport(
         tuple(file for _, file in found if file is not None), tuple(str(one) for one, file in found if file is None)
     )

@@ -105,6 +105,10 @@ def edge_lengths(graph: BrepGraph) -> FloatArray:
     return lengths
 
 
+LENGTH_ROUNDS = 60
+"""Most steps in the search for the parameter at a length: bisection alone needs that many for the last bit."""
+PARAMETER_ROUND_OFF = 1e-15
+"""The search for a parameter ends when it moves by less than this share."""
 GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(8)
 """Nodes and weights. Eight nodes integrate the speed along an eighth of a knot span to about 1e-12."""
 
@@ -131,8 +135,7 @@ def cumulative_length(graph: BrepGraph, edge: int, t: FloatArray) -> FloatArray:
     ndarray, shape (m,)
         mm, negative where t is below t[0].
     """
-    knots = graph.nurbs_curves[graph.edge_nurbs[edge]].knots if graph.edge_kind[edge] == CurveKind.NURBS else t[:0]
-    cuts = np.unique(np.concatenate([t, knots[(knots > t.min()) & (knots < t.max())]]))
+    cuts = np.unique(np.concatenate([t, _knots_between(graph, edge, t.min(), t.max())]))
     whole = graph.edge_range[edge, 1] - graph.edge_range[edge, 0]
     share = float(np.diff(cuts).max(initial=0.0)) / whole if whole > 0 else 0.0
     pieces = max(1, int(np.ceil(share * piece_counts_of(graph, edge))))
@@ -144,6 +147,63 @@ def cumulative_length(graph: BrepGraph, edge: int, t: FloatArray) -> FloatArray:
     along = np.concatenate([[0.0], np.cumsum((speed @ GAUSS_W).sum(axis=1) * step / 2.0)])
     at = along[np.searchsorted(cuts, t)]
     return np.asarray(at - at[0], dtype=np.float64)
+
+
+def _knots_between(graph: BrepGraph, edge: int, t0: float, t1: float) -> FloatArray:
+    """Return the knots of one edge inside an interval of its parameter, ascending; none on a curve without knots."""
+    if graph.edge_kind[edge] != CurveKind.NURBS:
+        return np.zeros(0)
+    knots = graph.nurbs_curves[graph.edge_nurbs[edge]].knots
+    return np.unique(knots[(knots > min(t0, t1)) & (knots < max(t0, t1))])
+
+
+def parameters_at_length(graph: BrepGraph, edge: int, t0: float, t1: float, s_mm: FloatArray) -> FloatArray:
+    """Return the parameters of one edge at lengths from t0 towards t1.
+
+    A table of lengths brackets each parameter. Inside its bracket, Newton's method on the arc length finds it; a step
+    that leaves the bracket is replaced by a bisection.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    edge : int
+    t0, t1 : float
+        The parameters between which they lie; t1 may be below t0.
+    s_mm : ndarray, shape (n,)
+        Lengths from t0, mm; clipped to the length between t0 and t1.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
+    nodes = np.unique([*np.linspace(t0, t1, 2 + piece_counts_of(graph, edge)), *_knots_between(graph, edge, t0, t1)])
+    nodes = nodes if t1 > t0 else nodes[::-1]
+    along = np.abs(cumulative_length(graph, edge, nodes))
+    s = np.clip(s_mm, 0.0, along[-1])
+    k = np.clip(np.searchsorted(along, s, side="right") - 1, 0, len(nodes) - 2)
+    low, high, t = nodes[k], nodes[k + 1], nodes[k].copy()
+    start = low.copy()
+    for _ in range(LENGTH_ROUNDS):
+        length, speed = _lengths_from(graph, edge, start, t)
+        over = along[k] + length - s
+        low, high = np.where(over <= 0, t, low), np.where(over > 0, t, high)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            better = t - np.sign(t1 - t0) * over / speed
+        inside = (better - low) * (better - high) <= 0
+        better = np.where(inside, better, (low + high) / 2)
+        if (np.abs(better - t) <= PARAMETER_ROUND_OFF * (1.0 + np.abs(t))).all():
+            break
+        t = better
+    return t
+
+
+def _lengths_from(graph: BrepGraph, edge: int, start: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the lengths of short intervals of one edge, and the speeds at their ends; two arrays (n,)."""
+    step = (t - start)[:, None]
+    at = np.concatenate([start[:, None] + step * (GAUSS_X + 1.0) / 2.0, t[:, None]], axis=1)
+    slopes = evaluate_edges(graph, np.full(at.size, edge), at.ravel())[1]
+    speed = np.linalg.norm(slopes, axis=1).reshape(at.shape)
+    return np.abs(speed[:, :-1] @ GAUSS_W * step[:, 0] / 2.0), speed[:, -1]
 
 
 def piece_counts_of(graph: BrepGraph, edge: int) -> int:

@@ -27,6 +27,8 @@ class FreeEdge:
     span : tuple of float
         First and last parameter.
     nurbs : NurbsCurve, optional
+    ball_mm : float
+        As `BrepGraph.edge_ball_mm`.
     """
 
     kind: int
@@ -34,6 +36,7 @@ class FreeEdge:
     param: tuple[float, float]
     span: tuple[float, float]
     nurbs: NurbsCurve | None = None
+    ball_mm: float = 0.0
 
 
 def add_edges(graph: BrepGraph, edges: Sequence[FreeEdge]) -> tuple[BrepGraph, IntArray]:
@@ -53,6 +56,7 @@ def add_edges(graph: BrepGraph, edges: Sequence[FreeEdge]) -> tuple[BrepGraph, I
         edge_range=np.concatenate([graph.edge_range, np.array([e.span for e in edges]).reshape(n, 2)]),
         edge_vertices=np.concatenate([graph.edge_vertices, np.full((n, 2), -1, dtype=np.int64)]),
         nurbs_curves=(*graph.nurbs_curves, *curves),
+        edge_ball_mm=np.append(graph.balls_mm, [edge.ball_mm for edge in edges]),
     )
     return wider, np.arange(graph.edge_count, graph.edge_count + n)
 

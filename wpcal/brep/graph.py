@@ -83,6 +83,9 @@ class BrepGraph:
     coedge_forward : ndarray of bool, shape (C,)
         Whether the coedge runs with its edge's parameter.
     nurbs_surfaces, nurbs_curves : tuple
+    edge_ball_mm : ndarray, shape (E,), optional
+        For an edge that was added in the groove between two faces, the radius of the ball that fits into the mouth of
+        the groove; 0 for other edges. None: all are 0.
     """
 
     solid_names: tuple[str, ...]
@@ -104,6 +107,12 @@ class BrepGraph:
     coedge_forward: BoolArray
     nurbs_surfaces: tuple[NurbsSurface, ...] = ()
     nurbs_curves: tuple[NurbsCurve, ...] = ()
+    edge_ball_mm: FloatArray | None = None
+
+    @property
+    def balls_mm(self) -> FloatArray:
+        """The radius of the ball in the mouth of each edge's groove, mm, shape (E,); 0 where there is no groove."""
+        return np.zeros(self.edge_count) if self.edge_ball_mm is None else self.edge_ball_mm
 
     @property
     def face_count(self) -> int:

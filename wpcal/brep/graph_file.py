@@ -10,7 +10,7 @@ import io
 import zipfile
 import zlib
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +26,8 @@ FORMAT = "wpcal graph 1"
 """Name and version, stored as the array ``format``."""
 FIXED_DATE = (1980, 1, 1, 0, 0, 0)
 """The earliest date that a zip archive can hold."""
-COLUMNS = tuple(f.name for f in fields(BrepGraph) if not f.name.startswith("nurbs_") and f.name != "solid_names")
-"""The fields of a graph that are arrays; each is stored under its own name."""
+COLUMNS = tuple(f.name for f in fields(BrepGraph) if f.default is MISSING and f.name != "solid_names")
+"""The fields of a graph that are arrays; each is stored under its own name. Balls in grooves are not stored."""
 
 
 def graph_bytes(graph: BrepGraph) -> bytes:

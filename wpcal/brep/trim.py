@@ -25,6 +25,8 @@ CLOSED = (SurfaceKind.SPHERE, SurfaceKind.TORUS)
 """Surfaces on which a face may contain a whole meridian: the far side of a bored ball, the bend of a pipe."""
 AXIS_MM = 1e-6
 """A boundary point this near to the axis is the apex: kernels place vertices within 1e-7 mm."""
+CLOSED_MM, CLOSED_AT = 1e-4, (0.0, 0.4, 1.0)
+"""A free-form face goes round if its two ends along u are this near to each other at these shares of v."""
 SAME_VERTEX_MM = 1e-6
 """Ends this near to each other are one vertex: ten times the accuracy of vertices in kernels."""
 ON_MERIDIAN_RAD = 1e-9
@@ -207,7 +209,8 @@ class TrimmedFaces:
     ) -> tuple[IntArray, FloatArray, FloatArray]:
         """Return rows, relative v and run along u of the pieces that cross the meridian of their point."""
         kind = self.graph.face_kind[faces]
-        row, piece, u0, run = self._crossing(np.isin(kind, PERIODIC_U), uv[:, 0], row, piece)
+        turning = np.isin(kind, PERIODIC_U) | (self._round[faces, 1] > 0)
+        row, piece, u0, run = self._crossing(turning, self._turned(faces, uv[:, 0]), row, piece)
         v0, rise = self.uv0[piece, 1] - uv[row, 1], self.uv1[piece, 1] - self.uv0[piece, 1]
         torus = kind[row] == SurfaceKind.TORUS
         rise = np.where(torus, wrap_angle(rise), rise)
@@ -231,7 +234,31 @@ class TrimmedFaces:
     @cached_property
     def _u(self) -> tuple[FloatArray, FloatArray]:
         """First parameters at the ends of each piece, each array in one block of memory."""
-        return np.ascontiguousarray(self.uv0[:, 0]), np.ascontiguousarray(self.uv1[:, 0])
+        faces = np.repeat(np.arange(self.graph.face_count), np.diff(self.start))
+        return self._turned(faces, self.uv0[:, 0].copy()), self._turned(faces, self.uv1[:, 0].copy())
+
+    def _turned(self, faces: IntArray, u: FloatArray) -> FloatArray:
+        """Return first parameters as angles where a free-form face goes round, elsewhere as they are; shape (m,)."""
+        low, whole = self._round[faces].T
+        return np.where(whole > 0, (u - low) / np.where(whole > 0, whole, 1.0) * 2.0 * np.pi, u)
+
+    @cached_property
+    def _round(self) -> FloatArray:
+        """Of free-form faces that are closed along u, where u begins and how far it goes; else 0 and 0; (F, 2)."""
+        found = np.zeros((self.graph.face_count, 2))
+        faces = np.flatnonzero(self.graph.face_kind == SurfaceKind.NURBS)
+        if len(faces) == 0:
+            return found
+        of, nearest = self.graph.face_nurbs[faces], self.graph.nearest_on_nurbs
+        low, high = nearest.low[of], nearest.high[of]
+        apart = np.zeros(len(faces))
+        for share in CLOSED_AT:
+            v = low[:, 1] + share * (high[:, 1] - low[:, 1])
+            ends = [nearest.surfaces.evaluate(of, np.stack([u, v], axis=1))[0] for u in (low[:, 0], high[:, 0])]
+            apart = np.maximum(apart, np.linalg.norm(ends[1] - ends[0], axis=1))
+        is_round = apart <= CLOSED_MM
+        found[faces[is_round]] = np.stack([low[:, 0], high[:, 0] - low[:, 0]], axis=1)[is_round]
+        return found
 
     def _holds_meridian(self, faces: IntArray, u: FloatArray) -> BoolArray:
         """Tell which faces on closed surfaces contain the whole meridian at u, which their boundary does not cross.

@@ -47,12 +47,14 @@ def audit(
     left.
     """
     from wpcal.audit import audit_path
+    from wpcal.cli.progress import shown_progress
     from wpcal.core.errors import InputError
 
     if fix != (output is not None):
         raise InputError("--fix and -o belong together: the repaired file is written to -o, never in place")
     around = _surroundings(robot, tool, tip, shape.to_shape())
-    report = audit_path(path, around)
+    with shown_progress(f"auditing {path}") as progress:
+        report = audit_path(path, around, progress=progress)
     if output is not None:
         from wpcal.audit.repair import repair_file
 

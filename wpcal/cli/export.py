@@ -44,19 +44,22 @@ def export(
     Ends with code 1 unless the verdict of the calibration is PASS; the files are written and say so.
     """
     from wpcal.audit.programs import check_written
+    from wpcal.cli.progress import shown_progress
     from wpcal.core.records import check_writable, new_directory
     from wpcal.formats.registry import exporter_named
 
     if "list" in formats:
         return _list_formats(as_json=as_json)
     exporters = list({exporter.name: exporter for exporter in map(exporter_named, formats)}.values())
-    program = flags.build(folder)
     targets = {exporter.name: (out or folder) / exporter.name for exporter in exporters}
-    for target in targets.values():
-        check_writable(target, overwrite=force)
-    contents = {exporter.name: exporter.write(program) for exporter in exporters}
-    for name, files in contents.items():
-        check_written(files, program, name=name)
+    with shown_progress(f"reading {folder}") as progress:
+        program = flags.build(folder, progress=progress)
+        for target in targets.values():
+            check_writable(target, overwrite=force)
+        contents = {exporter.name: exporter.write(program) for exporter in exporters}
+        for done, (name, files) in enumerate(contents.items(), 1):
+            progress(f"reading {name} back and checking it: {done} of {len(contents)}")
+            check_written(files, program, name=name)
     for name, files in contents.items():
         with new_directory(targets[name], overwrite=force) as temporary:
             for file, data in files.items():

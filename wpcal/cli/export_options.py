@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldProgram
     from wpcal.controllers.reachable_spin import ArmAtTool
     from wpcal.controllers.torch import TorchSettings
+    from wpcal.core.progress import Progress
     from wpcal.results.folder import FinishedCalibration
     from wpcal.seam.torch import TorchShape
 
@@ -285,7 +286,7 @@ class WeldProgramFlags:
     controller: ControllerFlags
     arm: ArmFlags
 
-    def build(self, folder: Path) -> WeldProgram:
+    def build(self, folder: Path, *, progress: Progress) -> WeldProgram:
         """Read the calibration and put the torch on its seams as the options say."""
         from wpcal.controllers.compensation import compensate_program
         from wpcal.controllers.followed_program import program_for_arm
@@ -300,6 +301,7 @@ class WeldProgramFlags:
         finished = self.selection.select(read_finished(folder, space=space))
         program = build_program(finished, torch=torch, motion=motion, controller=controller)
         check = partial(self.air.check, torch=self.shape.to_shape())
+        progress(f"comparing {sum(map(len, program.paths))} poses on {len(program.paths)} seams with the part")
         if arm is None:
             return check(program)
         return compensate_program(program_for_arm(program, arm, check=check), arm)

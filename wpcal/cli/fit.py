@@ -68,6 +68,7 @@ def fit(
     """
     from wpcal.calibrate import Criterion, Solver, calibrate
     from wpcal.cli.calibration_tables import exit_code, show_calibration
+    from wpcal.cli.progress import shown_progress
     from wpcal.core.errors import blamed_on
     from wpcal.core.records import to_json
     from wpcal.optim import AnnealingSchedule
@@ -79,7 +80,7 @@ def fit(
         )
     error = teaching.to_error()
     pairs, check = read_pairs(pairs_csv)
-    with blamed_on(str(pairs_csv)):
+    with blamed_on(str(pairs_csv)), shown_progress(f"fitting {len(pairs.names)} points"):
         result = calibrate(
             pairs,
             criterion=Criterion(criterion),

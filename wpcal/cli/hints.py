@@ -21,6 +21,7 @@ HINTS: Mapping[str, str] = {
     ErrorCode.MARK_UNKNOWN: "--marked",
     ErrorCode.EDGE_UNKNOWN: "--edge",
     ErrorCode.PORT_UNUSABLE: "--port",
+    ErrorCode.PLACE_UNWRITABLE: "--out",
 }
 """By the code of an error: the options that help."""
 

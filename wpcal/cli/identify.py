@@ -201,7 +201,7 @@ def _identify(
     if charts and find_spec("matplotlib") is None:
         raise InputError("the charts need matplotlib: install wpcal[plots], or give --no-charts")
     observations, test = read_poses(poses_csv, arm.as_nominal())
-    with shown_progress(f"identifying {arm.name}"):
+    with shown_progress(f"identifying {arm.name} from {len(observations)} poses"):
         result = identify_arm(arm, observations, options=options, test=test)
     record = identification_record(result)
     _write(result, to_json(record), output, charts=charts, force=force)
@@ -236,6 +236,7 @@ def _plan(
 
     from wpcal.cli.console import plain_console
     from wpcal.cli.identification_tables import show_plan
+    from wpcal.cli.progress import shown_progress
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.robot.identify.observability import plan_poses
     from wpcal.robot.identify.parameters import last_link_first, surrounding_parameters
@@ -245,14 +246,15 @@ def _plan(
     surroundings = surrounding_parameters(
         free_base=options.free_base, free_tool=options.free_tool, reflectors=("",) if flags.positions_only else None
     )
-    plan = plan_poses(
-        nominal,
-        count,
-        parameters=(*surroundings, *last_link_first(nominal.chain, options.parameters)),
-        rng=np.random.default_rng(options.seed),
-        positions_only=flags.positions_only,
-        above_mm=flags.above_mm,
-    )
+    with shown_progress(f"choosing {count} poses for {arm.name}"):
+        plan = plan_poses(
+            nominal,
+            count,
+            parameters=(*surroundings, *last_link_first(nominal.chain, options.parameters)),
+            rng=np.random.default_rng(options.seed),
+            positions_only=flags.positions_only,
+            above_mm=flags.above_mm,
+        )
     with new_directory(output, overwrite=force) as folder:
         write_file(folder / "plan.csv", plan_table(nominal, plan.joints), overwrite=True)
     if as_json:

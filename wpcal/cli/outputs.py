@@ -13,12 +13,14 @@ def require_new(path: Path, *, overwrite: bool) -> None:
     Raises
     ------
     InputError
-        If the file exists and `overwrite` is false, or there is no folder to write it into.
+        If the file exists and `overwrite` is false, or there is no folder to write it into, or it cannot be written.
     """
     from wpcal.core.errors import ErrorCode, InputError
+    from wpcal.core.records import require_place
 
     if path.exists() and not overwrite:
         raise InputError(f"{path}: exists; allow overwriting to replace it", code=ErrorCode.EXISTS)
     if not path.parent.is_dir():
         reason = os.strerror(errno.ENOTDIR if path.parent.exists() else errno.ENOENT).lower()
         raise InputError(f"{path}: cannot be written: {reason}")
+    require_place(path)

@@ -1,7 +1,7 @@
 """What a waiting user sees of long work: a moving line on a terminal, otherwise one line per step on stderr.
 
-Without a terminal (in a log, in a pipe) a command that ends soon prints its result only. After `USUAL_PATIENCE_S` it
-says what it is doing, then each new step, and the numbers of a step that lasts.
+Without a terminal (in a log, in a pipe) a command that ends within `USUAL_PATIENCE_S` prints its result only. After
+that it says what it is doing and since when it runs, then each new step, and every `REPEAT_S` a step that lasts.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import os
 import re
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -18,8 +19,10 @@ import click
 from wpcal.core.progress import Progress
 from wpcal.printable import printable
 
-USUAL_PATIENCE_S = 10.0
-"""Most commands end sooner, and their last line on stderr is then their only one."""
+USUAL_PATIENCE_S = 2.0
+"""Who waits longer wants to know what for. A command that ends sooner says its result only."""
+REPEAT_S = 10.0
+"""A step that lasts is said again after this time, with its numbers: whoever reads the log sees that it goes on."""
 PATIENCE_VARIABLE = "WPCAL_PROGRESS_AFTER_S"
 """Environment variable that changes it; 0 says every step at once."""
 LONGEST_S = threading.TIMEOUT_MAX
@@ -87,16 +90,15 @@ class _Lines:
 
     def __init__(self, start: str, patience_s: float) -> None:
         self._text, self._said = start, ""
+        self._began = self._said_at = time.monotonic()
         self._speaks = False
         self._lock = threading.Lock()
-        self._pause_s = max(patience_s, 1.0)
         self._ended = threading.Event()
-        if patience_s:
-            self._thread = threading.Thread(target=self._speak_later, args=(patience_s,), daemon=True)
-            self._thread.start()
-        else:
+        if not patience_s:
             self._speaks = True
             self._say()
+        self._thread = threading.Thread(target=self._speak_later, args=(patience_s or REPEAT_S,), daemon=True)
+        self._thread.start()
 
     def __call__(self, text: str) -> None:
         with self._lock:
@@ -111,14 +113,17 @@ class _Lines:
     def _speak_later(self, wait_s: float) -> None:
         while not self._ended.wait(wait_s):
             with self._lock:
+                wait_s = self._said_at + REPEAT_S - time.monotonic() if self._speaks else 0.0
                 self._speaks = True
-                if self._text != self._said and not self._ended.is_set():
+                if wait_s <= 0 and not self._ended.is_set():
                     self._say()
-            wait_s = self._pause_s
+                    wait_s = REPEAT_S
 
     def _say(self) -> None:
         self._said = self._text
-        click.echo(f"wpcal: {' '.join(self._text.split())} …", err=True)
+        self._said_at = time.monotonic()
+        seconds = round(self._said_at - self._began)
+        click.echo(f"wpcal: {' '.join(self._text.split())} … ({seconds} s)", err=True)
 
 
 def _step(text: str) -> str:

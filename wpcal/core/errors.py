@@ -66,6 +66,8 @@ class ErrorCode(StrEnum):
     """No edge is at the place that the caller gave."""
     PORT_UNUSABLE = "port-unusable"
     """The port cannot be opened; the caller can choose another."""
+    PLACE_UNWRITABLE = "place-unwritable"
+    """Nothing can be written at the place of an output; the caller can choose another."""
 
 
 LONGEST_MESSAGE = 2000

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import secrets
@@ -127,14 +128,35 @@ def check_writable(path: Path, *, overwrite: bool) -> None:
     Raises
     ------
     InputError
-        When the path is a file, or a folder that is not empty and `overwrite` is false.
+        When the path is a file, or a folder that is not empty and `overwrite` is false, or it cannot be written.
     """
     require_name(path)
+    require_place(path)
     if path.exists() and not path.is_dir():
         raise InputError(f"{path}: is a file, expected a folder to write into")
     if path.is_dir() and any(path.iterdir()) and not overwrite:
         what = "exists and is not empty; allow overwriting to write into it"
         raise InputError(f"{path}: {what}", code=ErrorCode.EXISTS)
+
+
+def require_place(path: Path) -> None:
+    """Refuse a path at which this user cannot make a file, as on a disk mounted read-only, before any work is done.
+
+    Raises
+    ------
+    InputError
+        When the nearest folder that exists is not a folder, or cannot be written.
+    """
+    folder = next(each for each in Path(os.path.realpath(path)).parents if each.exists())
+    if not folder.is_dir():
+        reason = errno.ENOTDIR
+    elif os.access(folder, os.W_OK | os.X_OK):
+        return
+    else:
+        is_read_only = hasattr(os, "statvfs") and os.statvfs(folder).f_flag & os.ST_RDONLY
+        reason = errno.EROFS if is_read_only else errno.EACCES
+    what = f"{path}: cannot be written: {os.strerror(reason).lower()}; choose another place"
+    raise InputError(what, code=ErrorCode.PLACE_UNWRITABLE)
 
 
 def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:

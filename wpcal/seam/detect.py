@@ -12,6 +12,7 @@ from wpcal.seam.edit import with_candidates
 from wpcal.seam.find.concave import find_concave_edges, looks_machined
 from wpcal.seam.find.contact import find_contacts
 from wpcal.seam.find.duplicates import sections_beside, without_duplicates
+from wpcal.seam.find.flare_grooves import FlareGrooves
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.judge.evidence import judge_seams
@@ -31,6 +32,7 @@ def detect_seams(
     trimmed: TrimmedFaces | None = None,
     sections: SeamPieces | None = None,
     beads: JoinedPieces | None = None,
+    flares: FlareGrooves | None = None,
     marked: MarkedEdges | None = None,
 ) -> tuple[Seam, ...]:
     """Find the weld seams of a part.
@@ -45,6 +47,8 @@ def detect_seams(
         Curves in which solids meet that run into each other; a CAD kernel computes them.
     beads : JoinedPieces, optional
         Curves in which the faces beside beads and rounds meet (`bead.add_beads`).
+    flares : FlareGrooves, optional
+        Paths in grooves beside radii (`flare_grooves.add_grooves`).
     marked : MarkedEdges, optional
         Edges to be welded. If there are any, no other candidate is accepted.
 
@@ -79,6 +83,8 @@ def detect_seams(
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
     if beads is not None:
         found += build_seams(graph, beads, options, SeamSource.BEAD)
+    if flares is not None:
+        found += flares.measured(build_seams(graph, flares.joined, options, SeamSource.FLARE))
     found = cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
     judged = _reached(graph, trimmed, found, options)
     judged.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))

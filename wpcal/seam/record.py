@@ -19,6 +19,7 @@ from wpcal.seam.path.position import WeldPositions, weld_positions
 from wpcal.seam.record_check import check_seams
 from wpcal.seam.seam import (
     Candidate,
+    Groove,
     JoinedStretch,
     JointType,
     Seam,
@@ -94,6 +95,7 @@ def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatAr
         "inside": list(seam.inside),
         "blocked_by": list(seam.blocked_by),
         "gap_mm": {"min": least, "mean": mean, "max": largest},
+        **({} if seam.groove is None else {"groove": asdict(seam.groove)}),
         **({} if seam.candidate is None else {"candidate": _candidate_record(seam.candidate)}),
         **({} if seam.edit is None else {"edit": _edit_record(seam.edit)}),
         "frames": _frame_records(frames, u95_mm, positions, seam.lean_rad),
@@ -257,4 +259,5 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         inside=tuple(seam.get("inside", ())),
         blocked_by=tuple(seam.get("blocked_by", ())),
         lean_rad=_lean_from_record(rows),
+        groove=Groove(**seam["groove"]) if "groove" in seam else None,
     )

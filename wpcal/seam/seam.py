@@ -24,10 +24,14 @@ class JointType(Enum):
 
 
 class WeldType(Enum):
-    """The weld in the joint."""
+    """The weld in the joint (AWS A3.0)."""
 
     FILLET = "fillet"
     GROOVE = "groove"
+    FLARE_BEVEL = "flare-bevel groove"
+    """Between a radius and a flat face that runs onto it."""
+    FLARE_V = "flare-V groove"
+    """Between two radii."""
     UNKNOWN = "unknown"
 
 
@@ -38,6 +42,7 @@ class SeamSource(Enum):
     SECTION = "section of two solids that run into each other"
     CONCAVE = "concave edge inside one solid"
     BEAD = "modelled bead or round inside one solid"
+    FLARE = "groove between a radius and another solid"
     MARKED = "marked or picked edge"
 
 
@@ -146,6 +151,25 @@ class SeamFrames:
 
 
 @dataclass(frozen=True, slots=True)
+class Groove:
+    """The cross-section of a flare groove in the middle of its seam.
+
+    Parameters
+    ----------
+    depth_mm : float
+        From the root, where the two surfaces are nearest, to where the first of the two faces ends.
+    opening_mm : float
+        Distance between the two faces there.
+    root_mm : float
+        Distance of the seam from the root, along the groove.
+    """
+
+    depth_mm: float
+    opening_mm: float
+    root_mm: float
+
+
+@dataclass(frozen=True, slots=True)
 class Candidate:
     """Which candidate of a part a seam is: identified by its place, so that it is recognised under another number.
 
@@ -245,6 +269,8 @@ class Seam:
     lean_rad : ndarray, shape (n, 2), or None
         Work and travel angle at each of the n frames with which the torch meets nothing; NaN where it always meets
         something. None: not felt.
+    groove : Groove or None
+        The cross-section of a flare groove; None for another weld.
     """
 
     name: str
@@ -268,6 +294,7 @@ class Seam:
     inside: tuple[str, ...] = ()
     blocked_by: tuple[str, ...] = ()
     lean_rad: FloatArray | None = None
+    groove: Groove | None = None
 
     @property
     def gap_mm(self) -> tuple[float, float, float]:

@@ -174,3 +174,36 @@ def test_a_front_of_nothing_or_of_two_seams_is_refused(cell, runs):
     other = replace(runs[1], plan=replace(runs[1].plan, seam="W2"))
     with pytest.raises(InputError, match="the plans of one seam"):
         build_plan_page([runs[0], other], cell, OBJECTIVES, chosen=0)
+
+
+def test_a_body_is_measured_and_the_cell_is_cut_open(opened, cell, runs):
+    """Keys alone turn the tools on; what was measured is forgotten when the bodies move."""
+    page = opened(build_plan_page(runs, cell, OBJECTIVES, chosen=1))
+    said = page.locator("output[data-test='measured']")
+    page.get_by_label("measure").press("Space")
+    layer = "[...wpcal.viewer.layers.keys()].find(name => name.startsWith('robot1@'))"
+    on_base = page.evaluate(f"wpcal.viewer.extent([{layer}]).center.toArray()")
+    box = page.locator(".stage canvas").bounding_box()
+    spot = page.evaluate("p => window.wpcal.project(p)", on_base)
+    page.mouse.click(box["x"] + spot["x"], box["y"] + spot["y"])
+    assert said.inner_text() == "from a face; click the other place"
+    page.mouse.click(box["x"] + spot["x"], box["y"] + spot["y"] - 5)
+    mm = float(said.inner_text().split(" mm")[0])
+    assert 1.0 < mm < 300.0
+    page.evaluate("window.wpcal.seek(5)")
+    assert said.inner_text().startswith("click two places")
+    page.get_by_label("measure").press("Space")
+    assert said.inner_text() == ""
+
+    seen = (
+        "p => { const { x, y } = wpcal.project(p); return wpcal.viewer.surfaceAt(x, y, wpcal.viewer.cut.shown())?.p; }"
+    )
+    before = page.evaluate(seen, on_base)
+    choice = page.get_by_label("cut the cell")
+    choice.focus()
+    choice.select_option("cut y")
+    page.get_by_label("place of the cut").fill("0")
+    assert page.locator("output[data-test='cut']").inner_text().startswith("y = ")
+    assert page.evaluate(seen, on_base) != pytest.approx(before, abs=1.0)
+    choice.select_option("no cut")
+    assert page.evaluate(seen, on_base) == pytest.approx(before, abs=DRAWN_MM)

@@ -1,13 +1,8 @@
 """Modelled beads and rounds inside one solid: the seam is where the two faces beside the strip would meet.
 
 A strip is a concave face that runs smoothly into two other faces along its sides. The curve in which their surfaces
-meet is a line for two planes, and a circle for a plane across a cylinder. Otherwise it is computed point by point. In
-the plane across the side of the strip, Newton's method solves for a point on both surfaces,
-
-    n1 · (p − f1) = 0,   n2 · (p − f2) = 0,   x · (p − p0) = 0,
-
-with f the nearest points of the surfaces, n their normals there, and x the direction of the side at p0. A cubic spline
-through the points is the curve.
+meet is a line for two planes, and a circle for a plane across a cylinder. Otherwise it is computed point by point, in
+planes across the side of the strip (`brep.meeting`). A cubic spline through the points is the curve.
 """
 
 from __future__ import annotations
@@ -21,6 +16,7 @@ from wpcal.brep.concavity import LEAST_TURN_SIN
 from wpcal.brep.curves import edge_lengths, evaluate_edges
 from wpcal.brep.extend import FreeEdge, add_edges, interpolated, line
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.meeting import meet_surfaces
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray
@@ -38,8 +34,6 @@ STRIPS = (SurfaceKind.CYLINDER, SurfaceKind.TORUS, SurfaceKind.CONE, SurfaceKind
 CURVE_POINTS = 513
 """Points of the spline. On an ellipse round a pipe of 60 mm it is then within 1e-7 mm of the curve, and its slope at an
 end within 1e-6."""
-NEWTON_ROUNDS = 12
-"""Most steps of Newton's method, which squares the distance in each step; analytic surfaces need 5."""
 ACROSS_SIN = 1e-6
 """A plane is across a cylinder if the sine between its normal and the axis is below this."""
 
@@ -187,15 +181,8 @@ def _meeting_edges(graph: BrepGraph, strip: Strip) -> Iterator[FreeEdge]:
 def _meet(graph: BrepGraph, sides: tuple[int, int], p0: FloatArray, slope: FloatArray) -> FloatArray | None:
     """Return where two surfaces meet across the points p0 (n, 3) of an edge, or None where they do not."""
     x = slope / np.linalg.norm(slope, axis=1, keepdims=True)
-    p = p0.copy()
-    for _ in range(NEWTON_ROUNDS):
-        feet = [project_to_faces(graph, np.full(len(p), side), p) for side in sides]
-        A = np.stack([feet[0].normal, feet[1].normal, x], axis=1)
-        if (np.abs(np.linalg.det(A)) < LEAST_TURN_SIN).any():
-            return None  # the surfaces continue each other: there is no corner
-        off = [np.einsum("ki,ki->k", foot.p - p, foot.normal) for foot in feet]
-        back = np.einsum("ki,ki->k", p0 - p, x)
-        p = p + np.linalg.solve(A, np.stack([*off, back], axis=1)[..., None])[..., 0]
+    first, second = (np.full(len(p0), side) for side in sides)
+    p = meet_surfaces(graph, first, second, p0, x, least_sin=LEAST_TURN_SIN)
     return p if np.linalg.norm(p - p0, axis=1).max() <= 2.0 * WIDEST_MM else None
 
 

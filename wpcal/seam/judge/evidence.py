@@ -17,6 +17,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.judge.fasteners import Fastener, find_fasteners, is_named_fastener
+from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
 from wpcal.seam.limits import LEAST_CONFIDENCE
@@ -29,11 +30,14 @@ PRIOR = {
     SeamSource.SECTION: 0.9,
     SeamSource.CONCAVE: 0.7,
     SeamSource.BEAD: 0.7,
+    SeamSource.FLARE: 0.85,
     SeamSource.MARKED: 1.0,
 }
-"""Confidence before any finding. Members in contact are meant to be joined; overlapping ones may be a mistake; a
-concave edge or a round may be just a shape. What a person marked is a weld, whatever the findings."""
+"""Confidence before any finding. Members in contact are meant to be joined; overlapping ones may be a mistake; a groove
+beside a radius is often left open; a concave edge or a round may be just a shape. What a person marked is a weld,
+whatever the findings."""
 IN_MATERIAL, NOT_REACHED, FASTENER, TOO_SHORT, CUT_OUT, MASSIVE, NOT_MARKED = 0.01, 0.1, 0.05, 0.3, 0.2, 0.3, 0.4
+ROLLING = 0.4
 """Each of these rejects a candidate by itself."""
 NAMED, BOLTED, PIN_IN_HOLE = 0.7, 0.75, 0.8
 """Each of these lowers the confidence of a contact, but does not reject it by itself."""
@@ -144,6 +148,7 @@ class _Judge:
     number: dict[str, int]
     holes: IntArray
     fasteners: dict[int, Fastener]
+    rolling: dict[int, str]
     gap_mm: float
     min_length_mm: float
     has_marks: bool
@@ -153,7 +158,8 @@ class _Judge:
         number = {name: solid for solid, name in enumerate(graph.solid_names)}
         holes = np.flatnonzero((graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0))
         fasteners = find_fasteners(graph, trimmed)
-        return cls(graph, number, holes, fasteners, options.gap_for(graph), options.min_length_mm, has_marks)
+        rolling = find_rolling(graph, trimmed, options.gap_for(graph))
+        return cls(graph, number, holes, fasteners, rolling, options.gap_for(graph), options.min_length_mm, has_marks)
 
     def evidence(self, seam: Seam) -> Iterator[Evidence]:
         """Yield the findings against a candidate."""
@@ -169,12 +175,14 @@ class _Judge:
                 yield Evidence(FASTENER, f"{name} is {self.fasteners[solid].what}")
             elif is_named_fastener(name):
                 yield Evidence(NAMED, f"{name} is named like a fastener")
+            if solid in self.rolling and seam.source is SeamSource.FLARE:
+                yield Evidence(ROLLING, f"{name} {self.rolling[solid]}")
         if seam.length_mm < self.min_length_mm:
             least = f"the least length of a seam, {self.min_length_mm:g} mm"
             yield Evidence(TOO_SHORT, f"{seam.length_mm:.1f} mm is shorter than {least}")
         if self.has_marks and seam.source is not SeamSource.MARKED:
             yield Evidence(NOT_MARKED, "other edges are marked, and not this one")
-        if seam.source is SeamSource.CONTACT and len(solids) == 2:
+        if seam.source in (SeamSource.CONTACT, SeamSource.FLARE) and len(solids) == 2:
             yield from self._contact_evidence(seam, set(solids), bool(held))
 
     def _contact_evidence(self, seam: Seam, solids: set[int], is_fastener: bool) -> Iterator[Evidence]:

@@ -16,7 +16,7 @@ from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_rows
 from wpcal.brep.rays import START_MM, is_blocked
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.path.cut import parameter_at, piece_lengths, points_at
+from wpcal.seam.path.cut import parameters_at, piece_lengths, points_at
 from wpcal.seam.seam import Seam, SeamFrames, SeamSource
 from wpcal.seam.torch import USUAL_TORCH, TorchShape
 
@@ -201,7 +201,7 @@ def _parameters(graph: BrepGraph, seam: Seam, s_mm: FloatArray) -> tuple[int, Fl
     ends = np.cumsum(lengths)
     row = int(np.clip(np.searchsorted(ends, s_mm.mean()), 0, len(ends) - 1))
     own = np.clip(s_mm - ends[row] + lengths[row], 0.0, lengths[row])
-    return row, np.array([parameter_at(graph, seam.pieces, row, float(s)) for s in own])
+    return row, parameters_at(graph, seam.pieces, np.full(len(own), row), own)
 
 
 def _merged(

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.brep.curves import arc_length, evaluate_edges
+from wpcal.brep.curves import evaluate_edges, parameters_at_length
 from wpcal.brep.graph import BrepGraph
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.path.discretise import is_even, run_lengths, speeds
 from wpcal.seam.seam import SeamPieces
-
-HALVINGS = 60
-"""Bisections of a parameter interval to find the place at a given length: to the last bit."""
 
 
 def cut_run(graph: BrepGraph, run: SeamPieces, low_mm: float, high_mm: float) -> SeamPieces:
@@ -33,14 +30,34 @@ def cut_run(graph: BrepGraph, run: SeamPieces, low_mm: float, high_mm: float) ->
 
 def parameter_at(graph: BrepGraph, run: SeamPieces, row: int, s_mm: float) -> float:
     """Return the parameter of the edge of a piece at a length from the start of the piece."""
-    edge, t0, t1 = int(run.edge[row]), float(run.t0[row]), float(run.t1[row])
-    if is_even(graph, run.edge[row]):
-        return t0 + float(np.sign(t1 - t0) * s_mm / speeds(graph, run.edge[row]))
-    low, high = t0, t1
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        low, high = (middle, high) if abs(arc_length(graph, edge, t0, middle)) < s_mm else (low, middle)
-    return (low + high) / 2
+    return float(parameters_at(graph, run, np.array([row]), np.array([s_mm]))[0])
+
+
+def parameters_at(graph: BrepGraph, run: SeamPieces, row: IntArray, s_mm: FloatArray) -> FloatArray:
+    """Return the parameters of edges of pieces at lengths from the starts of these pieces.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    run : SeamPieces
+    row : ndarray of int, shape (n,)
+        The piece of each length.
+    s_mm : ndarray, shape (n,)
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
+    t = np.empty(len(row))
+    even = is_even(graph, run.edge[row])
+    own = row[even]
+    t[even] = run.t0[own] + np.sign(run.t1 - run.t0)[own] * s_mm[even] / speeds(graph, run.edge[own])
+    for piece in np.unique(row[~even]).tolist():
+        here = row == piece
+        t[here] = parameters_at_length(
+            graph, int(run.edge[piece]), float(run.t0[piece]), float(run.t1[piece]), s_mm[here]
+        )
+    return t
 
 
 def points_at(graph: BrepGraph, run: SeamPieces, s_mm: FloatArray) -> FloatArray:
@@ -61,10 +78,7 @@ def points_at(graph: BrepGraph, run: SeamPieces, s_mm: FloatArray) -> FloatArray
     ends = np.cumsum(lengths)
     row = np.minimum(np.searchsorted(ends, s_mm), len(ends) - 1)
     own = np.clip(s_mm - ends[row] + lengths[row], 0.0, lengths[row])
-    t = run.t0[row] + np.sign(run.t1 - run.t0)[row] * own / speeds(graph, run.edge[row])
-    for k in np.flatnonzero(~is_even(graph, run.edge[row])).tolist():
-        t[k] = parameter_at(graph, run, int(row[k]), float(own[k]))
-    return evaluate_edges(graph, run.edge[row], t)[0]
+    return evaluate_edges(graph, run.edge[row], parameters_at(graph, run, row, own))[0]
 
 
 def piece_lengths(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
@@ -79,8 +93,5 @@ def middles(graph: BrepGraph, runs: Runs) -> FloatArray:
     first = (ends - lengths)[runs.start[:-1]]
     half = (first + ends[runs.start[1:] - 1]) / 2
     row = np.clip(np.searchsorted(ends, half), runs.start[:-1], runs.start[1:] - 1)
-    t = [
-        parameter_at(graph, runs.pieces, int(at), float(s - ends[at] + lengths[at]))
-        for at, s in zip(row, half, strict=True)
-    ]
-    return evaluate_edges(graph, runs.pieces.edge[row], np.array(t))[0]
+    t = parameters_at(graph, runs.pieces, row, half - ends[row] + lengths[row])
+    return evaluate_edges(graph, runs.pieces.edge[row], t)[0]

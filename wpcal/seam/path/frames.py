@@ -6,13 +6,16 @@ import numpy as np
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
+from wpcal.brep.meeting import meet_surfaces
 from wpcal.brep.surfaces import project_to_faces
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.path.discretise import Stations
 from wpcal.seam.seam import SeamFrames, SeamPieces
 
 UPRIGHT_COS = 0.99
 """A seam without faces counts as vertical within 8 degrees; then z cannot point up."""
+MOUTH_STEPS = 5
+"""Steps in which the ball of a wire (0.6 mm) grows to one in the mouth of a groove (20 mm): it doubles in each."""
 OPPOSED_LENGTH = 1e-6
 """Two normals are opposed, and have no bisector, if their sum is shorter than this."""
 
@@ -31,17 +34,39 @@ def seam_frames(graph: BrepGraph, pieces: SeamPieces, stations: Stations) -> Sea
     -------
     SeamFrames
         In `part`, from the exact tangents and normals. If the two normals are opposed, there is no bisector, and z is
-        the normal of the wall (`turning.face_free_space` turns it). If one face is missing (-1), z is the normal of the
-        other one. If both are missing, z points up in `part`, or along its x axis on a vertical seam.
+        the normal of the wall (`turning.face_free_space` turns it). In a flare groove, z points to the centre of a ball
+        in the mouth of the groove, and the normals are those where this ball touches both faces. If one face is missing
+        (-1), z is the normal of the other one. If both are missing, z points up in `part`, or along its x axis on a
+        vertical seam.
     """
     rows = stations.piece
     p, slope = evaluate_edges(graph, pieces.edge[rows], stations.t)
     way = np.sign(pieces.t1 - pieces.t0)[rows]
     x = slope * (way / np.linalg.norm(slope, axis=1))[:, None]
-    n_wall, n_base = _normals(graph, pieces.wall[rows], pieces.base[rows], p, x)
-    R = frames_from_normals(x, n_wall, n_base)
+    wall, base = pieces.wall[rows], pieces.base[rows]
+    mouth, is_groove = _mouths(graph, wall, base, graph.balls_mm[pieces.edge[rows]], p, x)
+    n_wall, n_base = _normals(graph, wall, base, mouth, x)
+    out = np.where(is_groove[:, None], mouth - p, n_wall)
+    R = frames_from_normals(x, out, np.where(is_groove[:, None], out, n_base))
     cosine = np.clip(np.einsum("ki,ki->k", n_wall, n_base), -1.0, 1.0)
     return SeamFrames(stations.s_mm, p, R, np.arccos(cosine))
+
+
+def _mouths(
+    graph: BrepGraph, wall: IntArray, base: IntArray, ball_mm: FloatArray, p: FloatArray, x: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """Return the points at which normals are taken, and whether they are centres of balls in grooves; otherwise p."""
+    rows = np.flatnonzero(ball_mm > 0)
+    at, found = p.copy(), np.zeros(len(p), dtype=bool)
+    first, second, c, most = wall[rows], base[rows], p[rows], ball_mm[rows]
+    least = np.minimum(np.linalg.norm(project_to_faces(graph, first, c).p - c, axis=1), most)
+    for share in np.linspace(0.0, 1.0, MOUTH_STEPS + 1)[1:]:  # the ball grows, so that it stays between the two faces
+        height = least ** (1.0 - share) * most**share
+        c = meet_surfaces(graph, first, second, c, x[rows], height_mm=height, least_sin=OPPOSED_LENGTH)
+        c = np.where(np.isfinite(c), c, p[rows])
+    found[rows] = np.linalg.norm(c - p[rows], axis=1) > OPPOSED_LENGTH
+    at[found] = c[found[rows]]
+    return at, found
 
 
 def _normals(

@@ -12,6 +12,24 @@ export class Cut {
   /** Faces and edges that are cut. */
   add(...objects) {
     this.objects.push(...objects);
+    this.clip(objects);
+  }
+
+  /** Faces and edges that are no longer drawn. */
+  remove(object) {
+    this.objects = this.objects.filter((each) => each !== object);
+  }
+
+  /** Faces and edges whose layer is shown. */
+  shown() {
+    return this.objects.filter(({ parent }) => parent?.visible);
+  }
+
+  clip(objects) {
+    for (const { material } of objects) {
+      material.clippingPlanes = this.plane ? [this.plane] : [];
+      material.needsUpdate = true;
+    }
   }
 
   /**
@@ -21,10 +39,7 @@ export class Cut {
    */
   set(plane) {
     this.plane = plane && new Plane(new Vector3(...plane.normal), plane.offset);
-    for (const { material } of this.objects) {
-      material.clippingPlanes = this.plane ? [this.plane] : [];
-      material.needsUpdate = true;
-    }
+    this.clip(this.objects);
     this.viewer.depth.cut(this.plane);
     this.viewer.render();
   }

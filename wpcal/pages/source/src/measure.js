@@ -33,7 +33,7 @@ export function snapped(viewer, x, y) {
   if (corner) return { kind: "corner", ends: [corner, corner] };
   if (target) return { kind: "point", ends: [target.p, target.p] };
   if (edge) return { kind: "edge", ends: edge };
-  const face = viewer.surfaceAt(x, y);
+  const face = viewer.surfaceAt(x, y, viewer.cut.shown());
   return face && { kind: "face", ends: [face.p, face.p] };
 }
 
@@ -67,12 +67,11 @@ function nearestOfEdges(viewer, x, y) {
   return [found.corner, found.edge];
 }
 
-/** The segments of the edges of the part, as pairs of places in the frame of the page. */
+/** The segments of the edges that are shown, as pairs of places in the frame of the page. */
 function edgesOf(viewer) {
   const segments = [];
-  for (const { geometry, matrixWorld } of viewer.cut.objects) {
-    const isEdges = geometry.index && !geometry.attributes.normal;
-    if (isEdges) segments.push(...segmentsOf(geometry, matrixWorld));
+  for (const { geometry, matrixWorld, isLineSegments } of viewer.cut.shown()) {
+    if (isLineSegments) segments.push(...segmentsOf(geometry, matrixWorld));
   }
   return segments;
 }

@@ -105,6 +105,7 @@ class Viewer {
   clear(name) {
     const group = this.layer(name);
     group.traverse((object) => {
+      this.cut.remove(object);
       if (object.layers.isEnabled(OCCLUDERS)) this.depth.outdate();
       object.geometry?.dispose();
       object.material?.dispose();
@@ -142,6 +143,7 @@ class Viewer {
   /** Draws triangles: positions (n×3, mm) and indices; for arms, fixtures and the like. */
   addMesh(layer, { positions, indices = null, color = this.colours.part, opacity = 1 }) {
     const mesh = bodyObject(flat(positions), indices, color, opacity);
+    this.cut.add(mesh);
     this.layer(layer).add(mesh);
     this.depth.outdate();
     this.render();
@@ -218,16 +220,14 @@ class Viewer {
     this.targets.onPick = callback;
   }
 
-  /** Where a pixel of the canvas meets a part: {p, normal, solid} or null. */
-  surfaceAt(x, y, name = "part") {
-    const group = this.layer(name);
-    if (!group.visible) return null;
+  /** Where a pixel of the canvas first meets a part, or one of the given objects: {p, normal, solid} or null. */
+  surfaceAt(x, y, objects = this.groups(["part"]).filter(({ visible }) => visible)) {
     const hit = this.ray(x, y)
-      .intersectObject(group, true)
-      .find(({ point }) => !this.cut.removes(point.toArray()));
+      .intersectObjects(objects, true)
+      .find(({ point, face }) => face && !this.cut.removes(point.toArray()));
     if (!hit) return null;
     const solid = hit.object.userData.solids?.find(({ end }) => hit.faceIndex < end);
-    const normal = hit.face.normal.clone().transformDirection(group.matrixWorld);
+    const normal = hit.face.normal.clone().transformDirection(hit.object.matrixWorld);
     return { p: hit.point.toArray(), normal: normal.toArray(), solid: solid?.name ?? null };
   }
 

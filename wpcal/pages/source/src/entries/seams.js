@@ -10,7 +10,7 @@ import { download, seamsFile } from "../seams/file.js";
 import { seamList } from "../seams/list.js";
 import { previewed } from "../seams/preview.js";
 import { buildOrSayWhy, buildStage, seeThroughBox } from "../stage.js";
-import { cutControl, measureBox } from "../view_tools.js";
+import { cutControl, measureTool } from "../view_tools.js";
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 import { plural } from "../words.js";
 
@@ -59,7 +59,7 @@ class SeamsPage {
       { label: "refused", layers: ["candidates"], on: false },
       { label: "names", layers: ["names"], on: true },
     ].filter(Boolean);
-    const tools = [part && seeThroughBox(solid), measureBox(viewer), part && cutControl(viewer)];
+    const tools = [part && seeThroughBox(solid), measureTool(viewer).element, part && cutControl(viewer)];
     this.view.append(el("div", { class: "panel" }, toggles(viewer, layers), tools));
     stage.append(sides(viewer));
     this.draw(viewer);

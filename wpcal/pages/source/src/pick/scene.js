@@ -5,7 +5,7 @@ import { legend, pointTip, seamTip } from "../report/explain.js";
 import { arrow, fittingFactor } from "../residuals.js";
 import { placesAlong } from "../seams/ends.js";
 import { buildStage, checkBox, seeThroughBox } from "../stage.js";
-import { cutControl, measureBox } from "../view_tools.js";
+import { cutControl, measureTool } from "../view_tools.js";
 import { colourOf } from "../viewer.js";
 
 const KINDS = {
@@ -74,7 +74,7 @@ export class Scene {
       toggles(this.viewer, items),
       named,
       part && seeThroughBox(solid),
-      measureBox(this.viewer),
+      measureTool(this.viewer).element,
       part && cutControl(this.viewer),
     );
   }

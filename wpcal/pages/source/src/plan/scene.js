@@ -2,6 +2,7 @@
 import { sides, toggles } from "../controls.js";
 import { el } from "../dom.js";
 import { buildStage } from "../stage.js";
+import { cutControl, measureTool } from "../view_tools.js";
 import { capsuleMesh } from "./capsule.js";
 
 const NUMBERS = 12; // per frame: three rows of four
@@ -61,11 +62,16 @@ export function buildScene(host, data, part) {
   const looks = sides(viewer);
   looks.append(closer);
   stage.append(looks);
-  host.append(el("div", { class: "panel" }, toggles(viewer, layersOf(data, part))));
+  const measure = measureTool(viewer);
+  const cut = cutControl(viewer, { layers: bodies, what: "the cell" });
+  host.append(el("div", { class: "panel" }, toggles(viewer, layersOf(data, part)), measure.element, cut));
   return {
     viewer,
     whole: () => viewer.view(FROM, bodies),
-    pose: (frames, at) => pose(viewer, carried, frames, data.carriers.count, at),
+    pose(frames, at) {
+      measure.forget(); // the places that were clicked are elsewhere now
+      pose(viewer, carried, frames, data.carriers.count, at);
+    },
     seam(points) {
       viewer.clear("seam");
       viewer.addPaths("seam", [{ points, color: SEAM }], { width: 4 });

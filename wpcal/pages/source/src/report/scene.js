@@ -3,7 +3,7 @@ import { sides, toggles, tooltip } from "../controls.js";
 import { el } from "../dom.js";
 import { arrow, FACTORS, fittingFactor } from "../residuals.js";
 import { buildStage, seeThroughBox } from "../stage.js";
-import { cutControl, measureBox } from "../view_tools.js";
+import { cutControl, measureTool } from "../view_tools.js";
 import { colourOf } from "../viewer.js";
 import { legend, pointTip, seamTip } from "./explain.js";
 
@@ -33,7 +33,7 @@ export function buildScene(host, { calibration, seams, frames, part }) {
     toggles(viewer, layersOf(seams, part)),
     part && seeThroughBox(solid),
     residuals,
-    measureBox(viewer),
+    measureTool(viewer).element,
     part && cutControl(viewer),
   );
   stage.append(sides(viewer), legend(calibration.tolerance_mm));

@@ -1,0 +1,94 @@
+"""Signals against `wpcal pick`, while it reads the part and while it serves: nothing typed is lost, nothing stays."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import os
+import random
+import signal
+import subprocess
+import time
+from collections import Counter
+from contextlib import closing, suppress
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from tests.attack.faults import ORPHAN_S, TIMEOUT_S, WPCAL, kernel_processes, lives
+
+COLUMNS = ["name", "x_mm", "y_mm", "z_mm", "feature", "use"]
+TYPED = ["V2", "812.29", "-240.62", "165.80", "V2", "yes"]
+CODES = {signal.SIGINT: 0, signal.SIGTERM: 143, signal.SIGHUP: 129, signal.SIGKILL: -9}
+"""Of a picker that serves; Ctrl-C is its usual end. While it still reads the part, Ctrl-C ends with 130."""
+
+
+def start_picker(folder: Path) -> subprocess.Popen[str]:
+    """Start the picker of the sample part on a table of its own."""
+    for left in folder.glob("typed.csv*"):
+        left.unlink()
+    return subprocess.Popen(
+        [WPCAL, "pick", "tee.step", "-o", "typed.csv", "--no-browser"],
+        cwd=folder,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+
+
+def type_a_row(process: subprocess.Popen[str]) -> http.client.HTTPConnection:
+    """Wait for the address of the page, do what the page does when a row was typed, and return its connection."""
+    assert process.stdout is not None
+    place = urlsplit(process.stdout.readline().split(" is at ")[1].split()[0])
+    change = {"revision": 1, "window": "w", "number": 1, "conflicts": []}
+    change["table"] = {"columns": COLUMNS, "rows": [TYPED], "keys": ["a"]}
+    connection = http.client.HTTPConnection(place.netloc, timeout=TIMEOUT_S)
+    headers = {"Origin": f"http://{place.netloc}", "Content-Type": "application/json"}
+    connection.request("POST", f"{place.path}keep", json.dumps(change), headers)
+    assert json.loads(connection.getresponse().read())["answer"]["revision"] == 2
+    return connection
+
+
+def end_while_serving(folder: Path, numbers: tuple[signal.Signals, ...]) -> Counter[str]:
+    """End the picker by a signal after a row was typed, with the page still connected."""
+    found: Counter[str] = Counter()
+    for number in numbers:
+        process = start_picker(folder)
+        with closing(type_a_row(process)):
+            children = kernel_processes(process.pid)
+            process.send_signal(number)
+            process.communicate(timeout=TIMEOUT_S)
+        draft = folder / "typed.csv.draft"
+        kept = draft.is_file() and TYPED in json.loads(draft.read_text(encoding="utf-8"))["table"]["rows"]
+        found["draft kept"] += kept
+        found["nothing"] += not kept
+        found["other exit code"] += process.returncode != CODES[number]
+        _count_what_is_left(found, folder, children)
+    return found
+
+
+def end_while_reading(folder: Path, count: int, rng: random.Random, *, longest_s: float) -> Counter[str]:
+    """End the picker by a signal at random moments before it serves."""
+    found: Counter[str] = Counter()
+    for row in range(count):
+        number = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL)[row % 4]
+        process = start_picker(folder)
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(rng.uniform(0.0, longest_s))
+        children = kernel_processes(process.pid)
+        process.send_signal(number)
+        process.communicate(timeout=TIMEOUT_S)
+        expected = {-number, 128 + number, CODES[number]}  # before wpcal handles signals, while it reads, and after
+        found["other exit code"] += process.returncode not in expected
+        found["had a child"] += bool(children)
+        _count_what_is_left(found, folder, children)
+    return found
+
+
+def _count_what_is_left(found: Counter[str], folder: Path, children: list[int]) -> None:
+    ended = time.monotonic()
+    while any(map(lives, children)) and time.monotonic() - ended < ORPHAN_S:
+        time.sleep(0.005)
+    found["orphan after 0.4 s"] += any(map(lives, children))
+    found["runs"] += 1
+    found["MIXED"] += (folder / "typed.csv").exists()

@@ -1,0 +1,172 @@
+"""Flare grooves beside the radii of tubes and bars: path, frame, ends and depth against closed forms."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from cad.kernel.geometry import to_location
+from cad.kernel.to_brep import to_brep
+from cad.samples.flares import (
+    SIDE_MM,
+    Solids,
+    bar_on_plate,
+    flush_tubes,
+    half_ring_on_plate,
+    rack_of_bars,
+    roller_bearing,
+    round_tubes,
+    tubes_side_by_side,
+    wheel_on_rail,
+)
+from wpcal.brep import BrepGraph, CurveKind
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import FloatArray
+from wpcal.core.transform import RigidTransform
+from wpcal.seam import Seam, SeamOptions, SeamSource, WeldType, detect_seams
+from wpcal.seam.find.flare_grooves import add_grooves
+
+EXACT = 1e-6
+"""mm, or rad: lines and circles through points that Newton's method finds to round-off."""
+POSES = [(0, 0, 0, 0, 0, 0), (700, -300, 40, 0.4, -1.1, 2.0)]
+"""As drawn, and turned about all axes, mm and rad."""
+WIRE, NOZZLE, FREE_WIRE = 0.6, 11.0, 20.0
+"""Radii of the wire's ball and of the nozzle, and how far the wire is out of the nozzle, mm."""
+
+
+def grooves_of(solids: Solids, pose: tuple[float, ...]) -> tuple[BrepGraph, list[Seam]]:
+    """Return the seams in flare grooves of a part that was moved, their frames moved back."""
+    T = RigidTransform.from_six_tuple(list(pose), target="base", source="part")
+    graph, options = to_brep([(name, shape.Moved(to_location(T))) for name, shape in solids]), SeamOptions()
+    trimmed = TrimmedFaces.of(graph)
+    wider, flares = add_grooves(graph, trimmed, options)
+    found = detect_seams(wider, options, trimmed=replace(trimmed, graph=wider), flares=flares)
+    seams = [replace(seam, frames=seam.frames.moved(T.inverse())) for seam in found if seam.source is SeamSource.FLARE]
+    return wider, seams
+
+
+def check(seam: Seam, ends: list[list[float]], z: FloatArray) -> None:
+    """Compare a straight seam with its ends, in either direction, and its z with a vector."""
+    p = seam.frames.p
+    ends_found = p[[0, -1]] if np.linalg.norm(p[0] - ends[0]) < np.linalg.norm(p[0] - ends[1]) else p[[-1, 0]]
+    np.testing.assert_allclose(ends_found, ends, rtol=0, atol=EXACT)
+    x = (p[-1] - p[0]) / np.linalg.norm(p[-1] - p[0])
+    np.testing.assert_allclose(seam.frames.R[:, :, 0], np.broadcast_to(x, p.shape), rtol=0, atol=EXACT)
+    unit = np.asarray(z) / np.linalg.norm(z)
+    np.testing.assert_allclose(seam.frames.R[:, :, 2], np.broadcast_to(unit, p.shape), rtol=0, atol=EXACT)
+    assert seam.length_mm == pytest.approx(math.dist(*ends), rel=0, abs=EXACT)
+
+
+@pytest.mark.parametrize("pose", POSES)
+@pytest.mark.parametrize(("radius", "wall", "ball"), [(4.0, 2.0, 0.6), (6.1, 3.05, 0.6), (10.0, 5.0, 1.0)])
+def test_flush_tubes_have_a_flare_bevel_on_both_sides(
+    radius: float, wall: float, ball: float, pose: tuple[float, ...]
+) -> None:
+    """On 10 mm the wall of 5 mm ends so far from the root that the wire would fall into the tube."""
+    _, seams = grooves_of(flush_tubes(radius, wall), pose)
+    out = 2.0 * math.sqrt(radius * ball)
+    inset = radius - math.sqrt(radius**2 - out**2)
+    assert [(seam.weld, seam.joint.value, seam.accepted) for seam in seams] == 2 * [
+        (WeldType.FLARE_BEVEL, "corner", True)
+    ]
+    seams.sort(key=lambda seam: float(seam.frames.p[0, 1]))
+    for seam, y, side in zip(seams, (radius - out, SIDE_MM - radius + out), (-1.0, 1.0), strict=True):
+        ends = [[SIDE_MM - ball, y, 100.0 + inset], [SIDE_MM - ball, y, 100.0 + SIDE_MM - inset]]
+        mouth = [SIDE_MM - radius / 4, 0.0 if side < 0 else SIDE_MM, ends[0][2]]
+        check(seam, ends, np.array(mouth) - ends[0])
+        assert seam.groove is not None
+        assert seam.groove.depth_mm == pytest.approx(radius, rel=0, abs=EXACT)
+        assert seam.groove.opening_mm == pytest.approx(radius, rel=0, abs=1e-3)
+        assert seam.groove.root_mm == pytest.approx(out, rel=0, abs=EXACT)
+
+
+@pytest.mark.parametrize("pose", POSES)
+@pytest.mark.parametrize(("radius", "gap"), [(6.0, 0.0), (9.0, 0.3)])
+def test_tubes_side_by_side_have_a_flare_v_above_and_below(radius: float, gap: float, pose: tuple[float, ...]) -> None:
+    _, seams = grooves_of(tubes_side_by_side(radius, gap), pose)
+    assert [(seam.weld, seam.joint.value, seam.accepted) for seam in seams] == 2 * [(WeldType.FLARE_V, "butt", True)]
+    seams.sort(key=lambda seam: float(seam.frames.p[0, 2]))
+    out = math.sqrt((radius + WIRE) ** 2 - (radius + gap / 2) ** 2)
+    for seam, z, side in zip(seams, (radius - out, SIDE_MM - radius + out), (-1.0, 1.0), strict=True):
+        check(seam, [[0.0, gap / 2, z], [200.0, gap / 2, z]], np.array([0.0, 0.0, side]))
+        assert seam.groove is not None
+        assert seam.groove.depth_mm == pytest.approx(radius, rel=0, abs=EXACT)
+
+
+@pytest.mark.parametrize("pose", POSES)
+@pytest.mark.parametrize(("radius", "gap"), [(4.0, 0.0), (8.0, 0.2), (30.0, 0.0)])
+def test_a_round_bar_along_a_plate_has_a_groove_on_both_sides(
+    radius: float, gap: float, pose: tuple[float, ...]
+) -> None:
+    _, seams = grooves_of(bar_on_plate(radius, gap), pose)
+    assert [(seam.weld, seam.joint.value, seam.accepted) for seam in seams] == 2 * [(WeldType.FLARE_BEVEL, "tee", True)]
+    seams.sort(key=lambda seam: float(seam.frames.p[0, 1]))
+
+    def centre(ball: float) -> FloatArray:
+        return np.array([0.0, math.sqrt((2 * radius + gap) * (2 * ball - gap)), ball])
+
+    def too_far(ball: float) -> float:
+        return math.dist(centre(ball), centre(NOZZLE)) - FREE_WIRE
+
+    wire = centre(WIRE if too_far(WIRE) < 0 else brentq(too_far, WIRE, NOZZLE, xtol=1e-12))
+    mouth = centre(brentq(lambda ball: math.dist(wire, centre(ball)) - FREE_WIRE, WIRE, 20.0, xtol=1e-12))
+    for seam, side in zip(seams, (-1.0, 1.0), strict=True):
+        y = np.array([1.0, side, 1.0])
+        check(seam, [(wire * y).tolist(), (wire * y + [120.0, 0.0, 0.0]).tolist()], (mouth - wire) * y)
+        assert seam.gap_mm == pytest.approx((gap, gap, gap), rel=0, abs=EXACT)
+        assert seam.groove is not None
+        assert seam.groove.depth_mm == pytest.approx(radius, rel=0, abs=EXACT)
+
+
+@pytest.mark.parametrize("pose", POSES)
+def test_round_tubes_that_touch_have_a_flare_v_on_both_sides(pose: tuple[float, ...]) -> None:
+    _, seams = grooves_of(round_tubes(30.0, 20.0), pose)
+    assert [seam.weld for seam in seams] == [WeldType.FLARE_V] * 2
+
+    def centre(ball: float) -> tuple[float, float]:
+        a, b, c = 30.0 + ball, 20.0 + ball, 50.0
+        up = (a**2 + c**2 - b**2) / (2 * c)
+        return math.sqrt(a**2 - up**2), up
+
+    out, up = centre(brentq(lambda ball: math.dist(centre(ball), centre(NOZZLE)) - FREE_WIRE, 0.1, 5.0, xtol=1e-12))
+    assert sorted(round(float(seam.frames.p[0, 1]), 6) for seam in seams) == [round(-out, 6), round(out, 6)]
+    for seam in seams:
+        np.testing.assert_allclose(seam.frames.p[:, 2], up, rtol=0, atol=EXACT)
+        assert sorted(seam.frames.p[[0, -1], 0]) == pytest.approx([20.0, 150.0], rel=0, abs=EXACT)
+
+
+@pytest.mark.parametrize("pose", POSES)
+def test_half_a_ring_on_a_plate_has_arcs_inside_and_outside(pose: tuple[float, ...]) -> None:
+    graph, seams = grooves_of(half_ring_on_plate(40.0, 6.0), pose)
+    assert [(seam.weld, seam.accepted) for seam in seams] == [(WeldType.FLARE_BEVEL, True)] * 2
+    assert (graph.edge_kind[[seam.pieces.edge[0] for seam in seams]] == CurveKind.CIRCLE).all()
+    out = 2.0 * math.sqrt(6.0 * WIRE)
+    for seam, radius in zip(sorted(seams, key=lambda seam: seam.length_mm), (40.0 - out, 40.0 + out), strict=True):
+        p, x, z = seam.frames.p, seam.frames.R[:, :, 0], seam.frames.R[:, :, 2]
+        np.testing.assert_allclose(np.hypot(p[:, 0], p[:, 1]), radius, rtol=0, atol=EXACT)
+        np.testing.assert_allclose(p[:, 2], WIRE, rtol=0, atol=EXACT)
+        assert p[:, 1].min() == pytest.approx(0.0, rel=0, abs=EXACT)
+        assert seam.length_mm == pytest.approx(math.pi * radius, rel=0, abs=EXACT)
+        away = p * [1.0, 1.0, 0.0] / radius * np.sign(radius - 40.0)
+        mouth = brentq(lambda ball: math.hypot(2 * math.sqrt(6 * ball) - out, ball - WIRE) - FREE_WIRE, WIRE, 20.0)
+        side, up = (2 * math.sqrt(6 * mouth) - out) / FREE_WIRE, (mouth - WIRE) / FREE_WIRE
+        np.testing.assert_allclose(z, side * away + [0.0, 0.0, up], rtol=0, atol=EXACT)
+        np.testing.assert_allclose(np.einsum("ki,ki->k", x, p), WIRE * x[:, 2], rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("solids", "words"), [(rack_of_bars(4), "stock"), (roller_bearing(), "rollers"), (wheel_on_rail(), "on a shaft")]
+)
+def test_what_rolls_or_lies_loose_is_not_welded(solids: Solids, words: str) -> None:
+    _, seams = grooves_of(solids, POSES[1])
+    assert seams
+    assert not any(seam.accepted for seam in seams)
+    assert all(any(words in text for text in seam.against) for seam in seams)
+
+
+def test_two_bars_on_a_plate_are_welded() -> None:
+    """Of the three grooves on either side, a torch gets to those outside and to that between the bars from above."""
+    _, seams = grooves_of(rack_of_bars(2), POSES[0])
+    assert [seam.accepted for seam in seams if seam.reachable] == [True] * 3
