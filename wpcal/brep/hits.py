@@ -25,6 +25,11 @@ THIN_MM = 0.1
 ON_SURFACE = 1e-6
 """A root of the equation of a surface is a hit if its nearest point on the surface is this near, relative to the
 length of the ray's way there or 1 mm; the other nappe of a cone is farther away."""
+NEWTON_ROUNDS, FLAT = 2, 1e-3
+"""Steps along the ray to the tangent plane at the nearest point make a crossing exact, unless the ray runs along it."""
+FREE_FORM_MM = 1e-3
+"""A crossing of a free-form face is a hit if the surface is this near. Beyond the border of a surface, heights change
+their sign without a crossing."""
 PARALLEL = 1e-14
 """A leading coefficient below this is round-off: the ray runs along a plane or a ruling."""
 
@@ -137,8 +142,8 @@ def through_faces(
         pair, at = np.concatenate([pair, open_[more]]), np.concatenate([at, at_more])
     points = origins[pair] + at[:, None] * rays[pair]
     foot = project_to_faces(graph, face[pair], points)
-    near = np.linalg.norm(foot.p - points, axis=1) <= ON_SURFACE * np.maximum(1.0, at)
-    kept = np.flatnonzero(near | sampled[pair])
+    near_mm = np.where(sampled[pair], FREE_FORM_MM, ON_SURFACE * np.maximum(1.0, at))
+    kept = np.flatnonzero(np.linalg.norm(foot.p - points, axis=1) <= near_mm)
     kept = kept[trimmed.contains(face[pair[kept]], foot.uv[kept])]
     way = np.where(np.einsum("ki,ki->k", rays[pair[kept]], foot.normal[kept]) > 0, 1, -1)
     return pair[kept], at[kept], way
@@ -178,7 +183,8 @@ def _between_end_planes(
     dz = np.einsum("ki,ki->k", rays[rows], frame[:, 3])
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (-half - z) / dz, (half - z) / dz
-    return rows[np.minimum(high[rows], np.fmax(a, b)) > np.maximum(low[rows], np.fmin(a, b))]
+    between: BoolArray = np.minimum(high[rows], np.fmax(a, b)) > np.maximum(low[rows], np.fmin(a, b))
+    return np.asarray(rows[between], dtype=np.int64)
 
 
 def _torus_roots(graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray) -> FloatArray:
@@ -199,7 +205,13 @@ def _sampled(
         for row, at in [_sampled_at(graph, face[rows], origins[rows], rays[rows], low[rows], high[rows], steps)]
     ]
     row, at = (np.concatenate(column) for column in zip(*found, strict=True))
-    return row, at
+    for _ in range(NEWTON_ROUNDS):
+        points = origins[row] + at[:, None] * rays[row]
+        foot = project_to_faces(graph, face[row], points)
+        rise = np.einsum("ki,ki->k", rays[row], foot.normal)
+        steep = np.abs(rise) > FLAT
+        at = at - np.where(steep, np.einsum("ki,ki->k", points - foot.p, foot.normal) / np.where(steep, rise, 1.0), 0.0)
+    return row, np.clip(at, low[row], high[row])
 
 
 def _sampled_at(

@@ -25,8 +25,6 @@ CLOSED = (SurfaceKind.SPHERE, SurfaceKind.TORUS)
 """Surfaces on which a face may contain a whole meridian: the far side of a bored ball, the bend of a pipe."""
 AXIS_MM = 1e-6
 """A boundary point this near to the axis is the apex: kernels place vertices within 1e-7 mm."""
-CLOSED_MM, CLOSED_AT = 1e-4, (0.0, 0.4, 1.0)
-"""A free-form face goes round if its two ends along u are this near to each other at these shares of v."""
 SAME_VERTEX_MM = 1e-6
 """Ends this near to each other are one vertex: ten times the accuracy of vertices in kernels."""
 ON_MERIDIAN_RAD = 1e-9
@@ -112,10 +110,10 @@ class TrimmedFaces:
         major, minor = graph.face_param[closed, :1], graph.face_param[closed, 1:2]
         reach = np.where(ring, major * across + minor, major)
         low[closed], high[closed] = graph.face_frame[closed, 0] - reach, graph.face_frame[closed, 0] + reach
-        for face in np.flatnonzero(graph.face_kind == SurfaceKind.NURBS).tolist():
-            corners = patch_corners(graph.nurbs_surfaces[graph.face_nurbs[face]])
-            low[face] = np.minimum(low[face], corners[0].min(axis=0))
-            high[face] = np.maximum(high[face], corners[1].max(axis=0))
+        for number in np.flatnonzero(graph.face_kind == SurfaceKind.NURBS).tolist():
+            corners = patch_corners(graph.nurbs_surfaces[graph.face_nurbs[number]])
+            low[number] = np.minimum(low[number], corners[0].min(axis=0))
+            high[number] = np.maximum(high[number], corners[1].max(axis=0))
         return low, high
 
     @cached_property
@@ -250,14 +248,8 @@ class TrimmedFaces:
         if len(faces) == 0:
             return found
         of, nearest = self.graph.face_nurbs[faces], self.graph.nearest_on_nurbs
-        low, high = nearest.low[of], nearest.high[of]
-        apart = np.zeros(len(faces))
-        for share in CLOSED_AT:
-            v = low[:, 1] + share * (high[:, 1] - low[:, 1])
-            ends = [nearest.surfaces.evaluate(of, np.stack([u, v], axis=1))[0] for u in (low[:, 0], high[:, 0])]
-            apart = np.maximum(apart, np.linalg.norm(ends[1] - ends[0], axis=1))
-        is_round = apart <= CLOSED_MM
-        found[faces[is_round]] = np.stack([low[:, 0], high[:, 0] - low[:, 0]], axis=1)[is_round]
+        low, whole = nearest.low[of, 0], nearest.high[of, 0] - nearest.low[of, 0]
+        found[faces] = np.where(nearest.is_round[of], [low, whole], 0.0).T
         return found
 
     def _holds_meridian(self, faces: IntArray, u: FloatArray) -> BoolArray:
