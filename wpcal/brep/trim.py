@@ -29,6 +29,8 @@ SAME_VERTEX_MM = 1e-6
 """Ends this near to each other are one vertex: ten times the accuracy of vertices in kernels."""
 ON_MERIDIAN_RAD = 1e-9
 """A piece of boundary whose ends are this near to a meridian runs along the meridian: angles round off at 1e-13."""
+SAME_PLACE = 1e-6
+"""Crossings of a meridian that agree within this, mm or rad, are one place: two pieces meet there."""
 MOST_POINTS = 50_000
 """Points projected in one array: about 20 MB."""
 MOST_PAIRS = 500_000
@@ -150,8 +152,8 @@ class TrimmedFaces:
             np.isin(self.graph.face_kind[faces], CLOSED) & ~inside
         )  # undecided until a piece crosses the meridian of the point
         for row, piece in self._pairs(faces):
-            crossed, v, run = self._crossings(faces, uv, row, piece)
-            _decide(inside, crossed, v, run)
+            crossed, v, run, away = self._crossings(faces, uv, row, piece)
+            _decide(inside, crossed, v, run, away)
             open_[crossed] = False
         rows = np.flatnonzero(open_)
         inside[rows] = self._holds_meridian(faces[rows], uv[rows, 0])
@@ -180,15 +182,41 @@ class TrimmedFaces:
         size = np.diff(first, append=len(faces))
         low = np.minimum.reduceat(points, first) - within_mm
         high = np.maximum.reduceat(points, first) + within_mm
-        for at, of_face in self._pairs(faces[first]):
-            p0, p1 = self.p0[of_face], self.p1[of_face]
-            near = ((np.minimum(p0, p1) <= high[at]) & (np.maximum(p0, p1) >= low[at])).all(axis=1)
-            box, count = at[near], size[at[near]]
-            row = np.arange(count.sum()) + np.repeat(first[box] - (np.cumsum(count) - count), count)
-            piece = np.repeat(of_face[near], count)
-            np.minimum.at(distance, row, distance_to_segments(points[row], self.p0[piece], self.p1[piece]))
+        box, near = self.pieces_meeting(faces[first], low, high)
+        count = size[box]
+        row = np.arange(count.sum()) + np.repeat(first[box] - (np.cumsum(count) - count), count)
+        piece = np.repeat(near, count)
+        for own in np.array_split(np.arange(len(row)), len(row) // MOST_PAIRS + 1):
+            at, of_face = row[own], piece[own]
+            np.minimum.at(distance, at, distance_to_segments(points[at], self.p0[of_face], self.p1[of_face]))
         distance[distance > within_mm] = np.inf
         return distance
+
+    def pieces_meeting(self, faces: IntArray, low: FloatArray, high: FloatArray) -> tuple[IntArray, IntArray]:
+        """Return pairs of a row of `faces`, shape (m,), and a piece of its boundary that meets a box.
+
+        The boxes have the corners `low` and `high`, shape (m, 3), in `part`, mm.
+        """
+        found = [np.zeros((2, 0), dtype=np.int64)]
+        for row, piece in self._pairs(faces):
+            p0, p1 = self.p0[piece], self.p1[piece]
+            near = ((np.minimum(p0, p1) <= high[row]) & (np.maximum(p0, p1) >= low[row])).all(axis=1)
+            found.append(np.stack([row[near], piece[near]]))
+        row, piece = np.concatenate(found, axis=1)
+        return row, piece
+
+    def nearest_pieces(self, faces: IntArray, points: FloatArray) -> IntArray:
+        """Return the piece of the boundary of each face, shape (m,), that is nearest to a point; -1 without a boundary.
+
+        The points have shape (m, 3), in `part`, mm.
+        """
+        nearest = np.full(len(faces), -1)
+        for row, piece in self._pairs(faces):
+            off = distance_to_segments(points[row], self.p0[piece], self.p1[piece])
+            order = np.lexsort((off, row))
+            first = order[np.flatnonzero(np.diff(row[order], prepend=-1))]
+            nearest[row[first]] = piece[first]
+        return nearest
 
     def _pairs(self, faces: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
         """Yield pairs of a row of `faces` and a piece of that face's boundary, rows ascending, in chunks."""
@@ -204,8 +232,8 @@ class TrimmedFaces:
 
     def _crossings(
         self, faces: IntArray, uv: FloatArray, row: IntArray, piece: IntArray
-    ) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Return rows, relative v and run along u of the pieces that cross the meridian of their point."""
+    ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+        """Return rows, relative v, run along u and rise away from the meridian of the pieces that cross it."""
         kind = self.graph.face_kind[faces]
         turning = np.isin(kind, PERIODIC_U) | (self._round[faces, 1] > 0)
         row, piece, u0, run = self._crossing(turning, self._turned(faces, uv[:, 0]), row, piece)
@@ -213,7 +241,7 @@ class TrimmedFaces:
         torus = kind[row] == SurfaceKind.TORUS
         rise = np.where(torus, wrap_angle(rise), rise)
         v = v0 - u0 / run * rise
-        return row, np.where(torus, np.mod(v, 2 * np.pi), v), run
+        return row, np.where(torus, np.mod(v, 2 * np.pi), v), run, rise / run * np.sign(u0 + run / 2)
 
     def _crossing(
         self, turning: BoolArray, u: FloatArray, row: IntArray, piece: IntArray
@@ -313,15 +341,19 @@ def _closed_ends(graph: BrepGraph, start: IntArray, points: FloatArray) -> Float
     return points
 
 
-def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray) -> None:
+def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray, away: FloatArray) -> None:
     """Decide by the next piece of boundary above each point; if there is none, by the next one below.
 
     A face lies to the left of its boundary: below a piece that runs towards -u, above a piece that runs towards +u. If
     no piece crosses the meridian of a point, the value of the point is left as it is.
+
+    Where two pieces meet on the meridian and lie to one side of it (the leftmost point of a circle), the one that rises
+    less on the way away from the meridian is the lower one.
     """
     for above in (False, True):  # a piece above overrides one below
         hit = np.flatnonzero((v > 0) == above)
-        hit = hit[np.lexsort((np.abs(v[hit]), row[hit]))]
+        beside = v[hit] + SAME_PLACE * away[hit] / (1.0 + np.abs(away[hit]))
+        hit = hit[np.lexsort((beside if above else -beside, row[hit]))]
         nearest = hit[np.flatnonzero(np.diff(row[hit], prepend=-1))]
         inside[row[nearest]] = (run[nearest] < 0) == above
 

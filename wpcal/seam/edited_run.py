@@ -15,7 +15,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
-from wpcal.seam.judge.evidence import is_judgement, judge_seams
+from wpcal.seam.judge.evidence import Judge, is_judgement, judge_seams
 from wpcal.seam.judge.stations import find_stretches
 from wpcal.seam.judge.stretches import FELT_CHORD_MM
 from wpcal.seam.judge.unreached import with_reach
@@ -134,6 +134,8 @@ def judged_anew(
     has_marks : bool
         Whether edges of the part are marked as seams.
     """
+    if not seams:
+        return []
     finer = options
     if options.steps.chord_mm > FELT_CHORD_MM:
         finer = replace(options, steps=replace(options.steps, chord_mm=FELT_CHORD_MM))
@@ -144,7 +146,8 @@ def judged_anew(
         inside = tuple(graph.solid_names[solid] for solid in sorted(solids))
         own = tuple(text for text in seam.reasons if not is_judgement(text, seam.source))
         found.append(framed(graph, trimmed, replace(seam, inside=inside, reasons=own), options))
-    return list(judge_seams(graph, trimmed, with_reach(graph, trimmed, found), options, has_marks=has_marks))
+    judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
+    return list(judge_seams(graph, trimmed, with_reach(graph, trimmed, found), options, judge))
 
 
 def marks_in(seams: Sequence[Seam]) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.errors import InputError
-from wpcal.seam.limits import LEAST_SEAM_MM, usual_gap_mm
+from wpcal.seam.limits import LEAST_SEAM_MM, Level, usual_gap_mm
 
 
 class ConcaveEdges(Enum):
@@ -55,6 +55,25 @@ class StepOptions:
 
 
 @dataclass(frozen=True, slots=True)
+class Judging:
+    """What a person says about members, and how sure a seam must be.
+
+    Parameters
+    ----------
+    weld : tuple of str
+        Names of solids that can be welded, whatever the evidence; ``*`` and ``?`` match any letters. The name of a
+        product or an instance above stands for all solids in it.
+    not_welded : tuple of str
+        Names of solids that are not welded. If both fit a solid, the name with more letters counts.
+    level : Level
+    """
+
+    weld: tuple[str, ...] = ()
+    not_welded: tuple[str, ...] = ()
+    level: Level = Level.USUAL
+
+
+@dataclass(frozen=True, slots=True)
 class SeamOptions:
     """How seams are found, accepted and cut into frames.
 
@@ -63,13 +82,14 @@ class SeamOptions:
     gap_mm : float, optional
         Largest gap between members; by default 0.5 mm, on parts smaller than 200 mm 0.25 % of their diagonal.
     concave : ConcaveEdges
-        `AUTO` takes concave edges of solids that touch no other solid and do not look machined
-        (`concave.looks_machined`).
+        `AUTO` takes concave edges of solids that touch no other solid and may be built up of plates, bars and tubes
+        (`built_up.why_one_piece`).
     split_rad : float
         A seam ends where its direction turns by more, rad.
     steps : StepOptions
     min_length_mm : float
         Least length of an accepted seam, mm.
+    judging : Judging
 
     Raises
     ------
@@ -82,6 +102,7 @@ class SeamOptions:
     split_rad: float = float(np.radians(30.0))
     steps: StepOptions = field(default_factory=StepOptions)
     min_length_mm: float = LEAST_SEAM_MM
+    judging: Judging = Judging()
 
     def __post_init__(self) -> None:
         if not 0 <= self.min_length_mm < np.inf:

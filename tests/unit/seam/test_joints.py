@@ -20,10 +20,10 @@ CASES: dict[str, tuple[dict[tuple[str, str], int], float]] = {
     "joint-tee-gap": (FOUR_ROUND, 336.0),
     "joint-tee-in-one": ({("unknown", "fillet"): 4}, 336.0),
     "joint-corner": ({("corner", "fillet"): 1, ("corner", "groove"): 3}, 2 * 200.0 + 2 * 8.0),
-    "joint-open-corner": ({("corner", "fillet"): 1}, 200.0),
+    "joint-open-corner": ({("corner", "fillet"): 2}, 400.0),
     "joint-butt": ({("butt", "groove"): 4}, 416.0),
     "joint-lap": ({("lap", "fillet"): 2, ("edge", "groove"): 2}, 200.0),
-    "pin-flush": ({("corner", "fillet"): 1, ("butt", "groove"): 1}, 2 * 2 * math.pi * 5),
+    "pin-flush": ({("corner", "fillet"): 1, ("corner", "groove"): 1}, 2 * 2 * math.pi * 5),
     "rod-through": ({("tee", "fillet"): 2}, 2 * 2 * math.pi * 30),
 }
 """Saved graphs (`cad.samples.graphs`), the joints and welds on them, and the length of all seams, mm."""

@@ -11,9 +11,9 @@ import numpy as np
 from wpcal.brep.curves import edge_polylines, evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import Foot, project_to_faces
-from wpcal.brep.trim import TrimmedFaces
+from wpcal.brep.trim import TrimmedFaces, distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.limits import FLUSH_MM, LEAST_CANDIDATE_MM
+from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM, LEAST_CANDIDATE_MM
 
 CONTACT_SAMPLES = 33
 """Points at which an edge is compared with a face, inside the box of the face: a contact over 1/32 of it is found."""
@@ -218,7 +218,7 @@ class _Touching:
     def _near(self, edge: IntArray, face: IntArray, t: FloatArray) -> tuple[BoolArray, Foot]:
         points = evaluate_edges(self.graph, edge, t)[0]
         foot = project_to_faces(self.graph, face, points)
-        return np.linalg.norm(foot.p - points, axis=1) <= self.gap_mm, foot
+        return np.linalg.norm(foot.p - points, axis=1) <= self.gap_mm + GAP_ROUND_OFF_MM, foot
 
     def refine_end(
         self, edge: IntArray, face: IntArray, t: FloatArray, deep: BoolArray, at: IntArray, way: int
@@ -246,7 +246,7 @@ class _Touching:
         beyond = t[rows, np.clip(at + way, 0, CONTACT_SAMPLES - 1)]
         cut, flush = np.flatnonzero(inner & crosses), np.flatnonzero(inner & ~crosses)
         end[cut] = self._bisected(edge[cut], face[cut], t[cut, anchor[cut]], beyond[cut], self._is_inside)
-        end[flush] = self._bisected(edge[flush], face[flush], t[flush, at[flush]], beyond[flush], self._is_touching)
+        end[flush] = self._flush_end(edge[flush], face[flush], t[flush, at[flush]], beyond[flush])
         end[flush] = self._at_corners(edge[flush], face[flush], end[flush])
         return end
 
@@ -262,8 +262,23 @@ class _Touching:
         near, foot = self._near(edge, face, t)
         return near & self.trimmed.contains(face, foot.uv)
 
-    def _is_touching(self, edge: IntArray, face: IntArray, t: FloatArray) -> BoolArray:
-        return self.states(edge, face, t[:, None])[0][:, 0]
+    def _flush_end(self, edge: IntArray, face: IntArray, good: FloatArray, bad: FloatArray) -> FloatArray:
+        """Find where edges along the boundaries of faces no longer touch them, between two parameters."""
+        ends = np.stack([evaluate_edges(self.graph, edge, t)[0] for t in (good, bad)])
+        room = self.gap_mm + np.linalg.norm(ends[1] - ends[0], axis=1)[:, None]  # an arc between them stays in it
+        row, piece = self.trimmed.pieces_meeting(face, ends.min(axis=0) - room, ends.max(axis=0) + room)
+        p0, p1 = self.trimmed.p0[piece], self.trimmed.p1[piece]
+
+        def touches(edge: IntArray, face: IntArray, t: FloatArray) -> BoolArray:
+            near, foot = self._near(edge, face, t)
+            off = np.full(len(t), np.inf)
+            np.minimum.at(off, row, distance_to_segments(foot.p[row], p0, p1))
+            touching = near & (off <= self.gap_mm)
+            other = np.flatnonzero(near & ~touching)
+            touching[other] = self.trimmed.contains(face[other], foot.uv[other])
+            return touching
+
+        return self._bisected(edge, face, good, bad, touches)
 
     def _at_corners(self, edge: IntArray, face: IntArray, t: FloatArray) -> FloatArray:
         """Move the ends of flush contacts on straight edges to the nearest corner of the face, where they end."""

@@ -10,10 +10,10 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.chain import chain_pieces, groups
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.limits import LEAST_CANDIDATE_MM
 from wpcal.seam.options import SeamOptions
-from wpcal.seam.path.chain import chain_pieces, groups
 from wpcal.seam.path.direction import Runs, directed_runs
 from wpcal.seam.path.discretise import discretise, run_lengths
 from wpcal.seam.path.turning import limit_turn

@@ -13,7 +13,7 @@ import numpy as np
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.path.chain import ROUND_MM, Chain
+from wpcal.seam.chain import ROUND_MM, Chain
 from wpcal.seam.pieces import sample_pieces
 from wpcal.seam.seam import SeamPieces
 

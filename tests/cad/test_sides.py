@@ -1,0 +1,114 @@
+"""Side and joint of a weld, station by station: turned parts, borders that touch, and frames with equal corners."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cad.kernel.primitives import box, cut, cylinder, prism, square_tube
+from cad.kernel.to_brep import to_brep
+from wpcal.core.arrays import FloatArray
+from wpcal.seam import Seam, detect_seams
+
+LENGTH_MM = 1e-3
+COS = 1e-9  # planes and cylinders: exact normals
+UP, OUT = (0.0, 0.0, 1.0), math.sqrt(0.5)
+
+
+def accepted(*solids: tuple[str, Any]) -> list[Seam]:
+    return [seam for seam in detect_seams(to_brep(list(solids))) if seam.accepted]
+
+
+def plate_beside(distance: float, turn_deg: float) -> Any:
+    """Return a plate under z = 0 whose border is at a distance from the z axis, in a direction."""
+    turn = math.radians(turn_deg)
+    x, y = np.array([math.cos(turn), math.sin(turn)]), np.array([-math.sin(turn), math.cos(turn)])
+    corners = [-distance * x - 100 * y, 170 * x - 100 * y, 170 * x + 100 * y, -distance * x + 100 * y]
+    return prism([(float(p[0]), float(p[1]), -10.0) for p in corners], (0.0, 0.0, 10.0))
+
+
+def is_fillet_round_a_post(seam: Seam, radius: float) -> None:
+    assert (seam.joint.value, seam.weld.value, seam.closed) == ("tee", "fillet", True)
+    assert seam.length_mm == pytest.approx(2 * math.pi * radius, abs=LENGTH_MM)
+    out = seam.frames.p[:, :2] / radius
+    np.testing.assert_allclose(seam.frames.R[:, :, 2], np.column_stack([OUT * out, np.full(len(out), OUT)]), atol=1e-6)
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 7.5, 30.0, 90.0, 133.0, 180.0, 270.0])
+def test_a_post_that_touches_the_border_of_its_plate_has_one_fillet_however_the_plate_is_turned(
+    turn_deg: float,
+) -> None:
+    (seam,) = accepted(("plate", plate_beside(30.0, turn_deg)), ("post", cylinder(30, 100, (0, 0, 0), UP)))
+    is_fillet_round_a_post(seam, 30.0)
+
+
+@pytest.mark.parametrize("distance", [44.0, 44.4, 44.5, 44.8, 46.0])
+def test_a_post_a_little_over_or_beside_the_border_has_one_fillet(distance: float) -> None:
+    (seam,) = accepted(("plate", plate_beside(distance, 20.0)), ("post", cylinder(44.45, 150, (0, 0, 0), UP)))
+    is_fillet_round_a_post(seam, 44.45)
+
+
+@pytest.mark.parametrize("ends", [(0.0, 100.0), (30.0, 60.0)])
+def test_where_the_plate_ends_at_a_wall_the_fillet_ends_and_a_flush_groove_goes_on(ends: tuple[float, float]) -> None:
+    """The base has a notch up to the wall: no fillet there. A notch of 2 mm is bridged."""
+    first, last = ends
+    base = cut(box(100, 60, 10, (0, 0, -10)), box(last - first, 30, 30, (first, 0, -20)))
+    seams = detect_seams(to_brep([("base", base), ("wall", box(100, 8, 50, (0, 30, 0)))]))
+    seams = tuple(seam for seam in seams if seam.frames.R[0, 1, 2] < -0.5)  # those in front of the wall
+    groove = [s for s in seams if s.weld.value == "groove"]
+    fillet = [s for s in seams if s.weld.value == "fillet"]
+    assert sum(s.length_mm for s in groove) == pytest.approx(last - first, abs=LENGTH_MM)
+    assert sum(s.length_mm for s in fillet) == pytest.approx(100 - (last - first), abs=LENGTH_MM)
+    for seam in groove:
+        np.testing.assert_allclose(seam.frames.R[:, 1, 2], -1.0, atol=COS)
+
+
+def tube(length: float, corner: tuple[float, float, float], axis: str, radius: float) -> Any:
+    if radius:
+        return square_tube(50, length, corner, axis, wall=3, corner_radius=radius)
+    way = "xyz".index(axis)
+    outer = [length if k == way else 50.0 for k in range(3)]
+    inner = [length if k == way else 44.0 for k in range(3)]
+    at = tuple(c if k == way else c + 3.0 for k, c in enumerate(corner))
+    return cut(box(outer[0], outer[1], outer[2], corner), box(inner[0], inner[1], inner[2], at))  # type: ignore[arg-type]
+
+
+def box_frame(radius: float, width: float, depth: float, height: float) -> list[tuple[str, Any]]:
+    """Return four posts and two rings of rails between them; tubes of 50 mm."""
+    solids = [
+        (f"post {x:g} {y:g}", tube(height, (x, y, 0.0), "z", radius))
+        for x in (0.0, width - 50)
+        for y in (0.0, depth - 50)
+    ]
+    for z in (0.0, height - 50):
+        solids += [(f"rail x {y:g} {z:g}", tube(width - 100, (50.0, y, z), "x", radius)) for y in (0.0, depth - 50)]
+        solids += [(f"rail y {x:g} {z:g}", tube(depth - 100, (x, 50.0, z), "y", radius)) for x in (0.0, width - 50)]
+    return solids
+
+
+def classes(seams: list[Seam]) -> Counter[tuple[Any, ...]]:
+    """Count seams by what a person sees: joint, weld, length and kinds of members."""
+    return Counter(
+        (s.joint.value, s.weld.value, round(s.length_mm, 3), tuple(sorted(n.split()[0] for n in s.solids)))
+        for s in seams
+    )
+
+
+@pytest.mark.parametrize("radius", [0.0, 6.0])
+@pytest.mark.parametrize("is_reversed", [False, True])
+def test_equal_corners_of_a_box_frame_have_equal_seams(radius: float, is_reversed: bool) -> None:
+    """Each ring of rails has four equal corners: every class of seams comes eight times, or a multiple of that."""
+    members = box_frame(radius, 400.0, 350.0, 350.0)
+    seams = accepted(*(members[::-1] if is_reversed else members))
+    counted = classes(seams)
+    assert all(count % 8 == 0 for count in counted.values()), counted
+    inner = [s for s in seams if all(name.startswith("rail") for name in s.solids)]
+    assert [(s.joint.value, s.weld.value) for s in inner] == [("corner", "fillet")] * 8
+    for seam in inner:  # towards the middle of the frame; at both ends the rounds of the tubes begin
+        frame = len(seam.frames) // 2
+        middle: FloatArray = np.array([200.0, 175.0]) - seam.frames.p[frame, :2]
+        np.testing.assert_allclose(seam.frames.R[frame, :2, 2], OUT * np.sign(middle), atol=1e-6)

@@ -1,0 +1,304 @@
+"""On which side of a contact the weld lies, at many places along it, and where that changes.
+
+At a contact edge three faces meet. The edge bounds two faces of one member: the *contact face*, which is opposed to the
+face of the other member, and the *wall*. The face of the other member is the *base*. The weld lies between wall and
+base. If the other member ends flush at the edge, its face around the corner is the base.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.find.contact import CHUNK, Contacts
+from wpcal.seam.limits import OPPOSED_COS
+
+SAME_PLANE = 0.99
+"""Cosine between normals of faces that continue each other (8 degrees)."""
+FLAT_COS = 0.7
+"""Wall and base are side by side (butt or edge joint) if the cosine between their normals is above this (45
+degrees)."""
+STATION_MM = 8.0
+"""Distance between the places of a contact at which its side is decided: a shorter change is not a change."""
+LEAST_STATIONS, MOST_STATIONS = 5, 129
+"""Places per contact, odd numbers: the middle is one of them."""
+LENGTH_SAMPLES = 9
+"""Points of a curve by whose polyline its length is estimated, to choose the number of places."""
+INSET_MM, MOST_INSET = 1.0, 0.125
+"""How far the outermost places are from the ends of a contact: mm, and as a share of its length."""
+BISECTIONS = 28
+"""Bisections of the place where the side changes: from 8 mm to 3e-8 mm."""
+
+
+CONTINUES = 1
+"""The kind of a side on which the touched face, or a face that continues it, goes on in front of the wall."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sides:
+    """What meets at places on contacts.
+
+    Parameters
+    ----------
+    contact : ndarray of int, shape (m,)
+        Row of the contact.
+    t : ndarray, shape (m,)
+        Parameter on its edge.
+    p, slope : ndarray, shape (m, 3)
+        The place, mm, and the derivative of the edge there.
+    patch, wall, base : ndarray of int, shape (m,)
+        Faces.
+    n_face, n_wall, n_base : ndarray, shape (m, 3)
+        Outward normals of the touched face, the wall and the base.
+    has_wall : ndarray of bool, shape (m,)
+        Whether the contact face is opposed to the touched face and the wall is not: otherwise there is no joint.
+    continues : ndarray of bool, shape (m,)
+        Whether the touched face goes on in front of the wall.
+    """
+
+    contact: IntArray
+    t: FloatArray
+    p: FloatArray
+    slope: FloatArray
+    patch: IntArray
+    wall: IntArray
+    base: IntArray
+    n_face: FloatArray
+    n_wall: FloatArray
+    n_base: FloatArray
+    has_wall: BoolArray
+    continues: BoolArray
+
+    def select(self, rows: IntArray | BoolArray) -> Sides:
+        """Return the places at `rows`: integers, or a mask of shape (m,)."""
+        return Sides(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+    @property
+    def side_by_side(self) -> BoolArray:
+        """Whether wall and base face the same way."""
+        return np.asarray(np.einsum("ki,ki->k", self.n_wall, self.n_base) > FLAT_COS, dtype=bool)
+
+    @property
+    def concave(self) -> BoolArray:
+        """Whether wall and base face each other."""
+        up = inward(self.n_face, self.slope, 1.0)
+        return np.asarray(np.einsum("ki,ki->k", up, self.n_base) > 1 - FLAT_COS, dtype=bool)
+
+    @property
+    def kind(self) -> IntArray:
+        """A number for the side on which the weld lies: equal numbers, equal joints, whatever the faces."""
+        around = 2 * self.side_by_side + 4 * self.concave + 8
+        return np.asarray(np.where(self.has_wall, np.where(self.continues, CONTINUES, around), 0), dtype=np.int64)
+
+
+def step_mm(gap_mm: float) -> float:
+    """Return how far a face must go on from a contact edge to be there, mm: beyond the tolerance for a flush edge."""
+    return 2.0 * gap_mm + 0.1
+
+
+def inward(normal: FloatArray, slope: FloatArray, sign: float) -> FloatArray:
+    """Return sign times the part of `normal` across the edge, of unit length.
+
+    Parameters
+    ----------
+    normal, slope : ndarray, shape (m, 3)
+        Normals of a face, and directions of the edge.
+    sign : float
+    """
+    x = slope / np.linalg.norm(slope, axis=1, keepdims=True)
+    across = normal - np.einsum("ki,ki->k", normal, x)[:, None] * x
+    length = np.linalg.norm(across, axis=1, keepdims=True)
+    return np.asarray(sign * across / np.where(length > 0, length, 1.0), dtype=np.float64)
+
+
+def stations_of(graph: BrepGraph, contacts: Contacts) -> tuple[IntArray, FloatArray]:
+    """Return places along all contacts, the middle of each included.
+
+    The outermost places are `INSET_MM` from the ends: there, at the corners of faces, the side is round-off.
+
+    Returns
+    -------
+    contact : ndarray of int, shape (m,)
+        Rising.
+    t : ndarray, shape (m,)
+        Parameters on the edges.
+    """
+    t = contacts.t0[:, None] + (contacts.t1 - contacts.t0)[:, None] * np.linspace(0.0, 1.0, LENGTH_SAMPLES)
+    p = evaluate_edges(graph, np.repeat(contacts.edge, LENGTH_SAMPLES), t.ravel())[0].reshape(*t.shape, 3)
+    length = np.linalg.norm(np.diff(p, axis=1), axis=2).sum(axis=1)
+    steps = np.clip(np.ceil(length / STATION_MM / 2.0).astype(np.int64) * 2, LEAST_STATIONS - 1, MOST_STATIONS - 1)
+    contact = np.repeat(np.arange(len(steps)), steps + 1)
+    number = np.arange(len(contact)) - np.repeat(np.cumsum(steps + 1) - steps - 1, steps + 1)
+    inset = np.minimum(INSET_MM / np.where(length > 0, length, 1.0), MOST_INSET)[contact]
+    share = inset + (1.0 - 2.0 * inset) * number / steps[contact]
+    return contact, contacts.t0[contact] * (1.0 - share) + contacts.t1[contact] * share
+
+
+def find_sides(
+    graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, contact: IntArray, t: FloatArray, *, ledge_mm: float
+) -> Sides:
+    """Decide wall and base at places on contacts.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    contacts : Contacts
+    contact : ndarray of int, shape (m,)
+        Rows of `contacts`.
+    t : ndarray, shape (m,)
+        Parameters on their edges.
+    ledge_mm : float
+        How far the base must go on in front of the wall, mm.
+
+    Returns
+    -------
+    Sides
+    """
+    edge, face = contacts.edge[contact], contacts.face[contact]
+    p, slope = evaluate_edges(graph, edge, t)
+    n_face = project_to_faces(graph, face, p).normal
+    sides = graph.edge_faces[edge]
+    n_sides = np.stack([project_to_faces(graph, np.maximum(sides[:, k], 0), p).normal for k in (0, 1)], axis=1)
+    against = np.einsum("kij,kj->ki", n_sides, n_face)
+    number = np.argmin(against, axis=1)
+    rows = np.arange(len(edge))
+    has_wall = (against[rows, number] < OPPOSED_COS) & (against[rows, 1 - number] > OPPOSED_COS)
+    has_wall &= (sides >= 0).all(axis=1)
+    n_wall = n_sides[rows, 1 - number]
+    base, n_base, continues = face.copy(), n_face.copy(), np.zeros(len(edge), dtype=bool)
+    own = np.flatnonzero(has_wall)
+    found = _base(graph, trimmed, face[own], p[own], n_face[own], n_wall[own], ledge_mm)
+    base[own], n_base[own], continues[own] = found
+    patch, wall = sides[rows, number], sides[rows, 1 - number]
+    return Sides(contact, t, p, slope, patch, wall, base, n_face, n_wall, n_base, has_wall, continues)
+
+
+def _base(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    face: IntArray,
+    p: FloatArray,
+    n_face: FloatArray,
+    n_wall: FloatArray,
+    ledge_mm: float,
+) -> tuple[IntArray, FloatArray, BoolArray]:
+    """Return the face that the weld is laid on, its normal, and whether it continues beyond the wall."""
+    out = n_wall - np.einsum("ki,ki->k", n_wall, n_face)[:, None] * n_face
+    length = np.linalg.norm(out, axis=1, keepdims=True)
+    continues = is_on(graph, trimmed, face, p + ledge_mm * out / np.where(length > 0, length, 1.0))
+    base, normal = face.copy(), n_face.copy()
+    rows = np.flatnonzero(~continues)
+    neighbour = _faces_around_corner(graph, trimmed, face[rows], p[rows])
+    rows, neighbour = rows[neighbour >= 0], neighbour[neighbour >= 0]
+    n = project_to_faces(graph, neighbour, p[rows]).normal
+    continues[rows] = np.einsum("ki,ki->k", n, n_face[rows]) > SAME_PLANE
+    other = ~continues[rows]
+    base[rows[other]], normal[rows[other]] = neighbour[other], n[other]
+    return base, normal, continues
+
+
+def _faces_around_corner(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, p: FloatArray) -> IntArray:
+    """Return the face beyond the boundary of each face that is nearest to its point, or -1."""
+    piece = trimmed.nearest_pieces(face, p)
+    left, right = graph.edge_faces[trimmed.piece_edge[np.maximum(piece, 0)]].T
+    return np.asarray(np.where(piece < 0, -1, np.where(left == face, right, left)), dtype=np.int64)
+
+
+def is_on(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> BoolArray:
+    """Tell whether the nearest points of surfaces lie inside the trimmed faces.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    face : ndarray of int, shape (m,)
+    points : ndarray, shape (m, 3)
+        In `part`, mm.
+
+    Returns
+    -------
+    ndarray of bool, shape (m,)
+    """
+    on = np.zeros(len(face), dtype=bool)
+    for first in range(0, len(face), CHUNK):
+        own = slice(first, first + CHUNK)
+        foot = project_to_faces(graph, face[own], points[own])
+        on[own] = trimmed.contains(face[own], foot.uv)
+    return on
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretches:
+    """Parts of contacts along which the weld lies on one side.
+
+    Parameters
+    ----------
+    t0, t1 : ndarray, shape (k,)
+        Parameters on the edges, t0 < t1.
+    at : Sides
+        What meets at one place of each part, near its middle.
+    is_cut : ndarray of bool, shape (k,)
+        Whether the contact of a part has other parts.
+    """
+
+    t0: FloatArray
+    t1: FloatArray
+    at: Sides
+    is_cut: BoolArray
+
+    def select(self, rows: IntArray | BoolArray) -> Stretches:
+        """Return the parts at `rows`: integers, or a mask of shape (k,)."""
+        return Stretches(self.t0[rows], self.t1[rows], self.at.select(rows), self.is_cut[rows])
+
+
+def divide_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *, gap_mm: float) -> Stretches:
+    """Divide contacts where the side of the weld, or its base, changes.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    contacts : Contacts
+    gap_mm : float
+        The gap with which they were found, mm.
+
+    Returns
+    -------
+    Stretches
+        In the order of the contacts, and along each of them.
+    """
+    contact, t = stations_of(graph, contacts)
+    sides = find_sides(graph, trimmed, contacts, contact, t, ledge_mm=step_mm(gap_mm))
+    same_contact = contact[1:] == contact[:-1]
+    change = np.flatnonzero(
+        same_contact & _differ(sides.select(np.arange(len(t) - 1)), sides.select(np.arange(1, len(t))))
+    )
+    good, bad = t[change], t[change + 1]
+    left = sides.select(change)
+    for _ in range(BISECTIONS if len(change) else 0):
+        middle = (good + bad) / 2
+        here = find_sides(graph, trimmed, contacts, contact[change], middle, ledge_mm=step_mm(gap_mm))
+        other = _differ(left, here)
+        good, bad = np.where(other, good, middle), np.where(other, middle, bad)
+    first = np.flatnonzero(np.concatenate([[True], ~same_contact])) if len(t) else np.zeros(0, dtype=np.int64)
+    begin = np.sort(np.concatenate([first, change + 1]))
+    end = np.append(begin[1:], len(t))  # the stations of a stretch are begin:end
+    cut_at = np.full(len(t) + 1, np.nan)
+    cut_at[change + 1] = good
+    t0 = np.where(np.isnan(cut_at[begin]), contacts.t0[contact[begin]], cut_at[begin])
+    t1 = np.where(np.isnan(cut_at[end]), contacts.t1[contact[begin]], cut_at[end])
+    is_cut = np.bincount(contact[begin], minlength=len(contacts.edge))[contact[begin]] > 1
+    return Stretches(t0, t1, sides.select((begin + end) // 2), is_cut)
+
+
+def _differ(one: Sides, other: Sides) -> BoolArray:
+    """Tell at which places the side or the base differs."""
+    faces = (one.base != other.base) | (one.wall != other.wall)
+    return np.asarray((one.kind != other.kind) | (faces & one.has_wall), dtype=bool)
