@@ -13,7 +13,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import FloatArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.find.formed import are_bends, is_profile
 from wpcal.seam.judge.rolling import find_rolling
