@@ -18,6 +18,9 @@ LEAST_CHANGE_MM = 3.0
 LEAST_CONFIDENCE = 0.5
 """A candidate at or above this confidence is accepted."""
 
+MOST_BRIDGE_MM = 5.0
+"""Contacts in one line are welded in one run across interruptions of at most this length: the slit beside a tab, a
+relief hole."""
 GAP_SHARE = 2.5e-3
 """On parts smaller than 200 mm the gap is this share of the diagonal: 0.5 mm would join everything on a small part."""
 FLUSH_MM = 0.02
