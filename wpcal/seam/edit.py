@@ -308,7 +308,8 @@ def _edited(
 def _decided(seam: Seam, edit: SeamEdit) -> Seam:
     """Return a seam, judged by the rules, with the decision of the person."""
     accepted = not seam.inside and (seam.accepted if edit.accept is None else edit.accept)
-    return replace(seam, accepted=accepted, reasons=(*seam.reasons, *_in_words(edit, seam)))
+    confidence = 1.0 if edit.accept and accepted else seam.confidence  # what a person accepts is a weld
+    return replace(seam, accepted=accepted, confidence=confidence, reasons=(*seam.reasons, *_in_words(edit, seam)))
 
 
 def _in_words(edit: SeamEdit, seam: Seam) -> tuple[str, ...]:
