@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cad.cli.options import KIND_LETTERS
+from cad.cli.options import KIND_LETTERS, no_cache_option
 from wpcal.cli.shared_help import JSON_HELP, KIND_HELP
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 @click.option("--min-diameter-mm", type=float, help="Only round features at least this large.")
 @click.option("--near", metavar="X,Y,Z", help="List the features nearest to this point of the part first.")
 @click.option("--all", "show_all", is_flag=True, help="Leave nothing out: also hidden, vague and indirect features.")
+@no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: all features.")
 def features(
     *,
@@ -32,6 +33,7 @@ def features(
     near: str | None,
     show_all: bool,
     as_json: bool,
+    no_cache: bool,
 ) -> int:
     """List the reference features of PART.step, with the names that `wpcal calibrate` accepts.
 
@@ -44,7 +46,9 @@ def features(
     from wpcal.features import FeatureKind, choose_features
 
     place = None if near is None else _place(near)
-    judged, issues = run_on_part("cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}")
+    judged, notes, issues = run_on_part(
+        "cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}", use_cache=not no_cache
+    )
     kinds = [FeatureKind(letter) for letter in kind]
     chosen = choose_features(
         [item.feature for item in judged], kinds=kinds, solid=solid, min_diameter_mm=min_diameter_mm, near=place
@@ -54,9 +58,10 @@ def features(
         from wpcal.core.records import to_json
         from wpcal.features import features_record
 
-        click.echo(to_json(features_record(chosen, ease, issues)), nl=False)
+        members = notes.to_record()["members"]
+        click.echo(to_json({**features_record(chosen, ease, issues), "members": members}), nl=False)
     else:
-        from cad.cli.tables import features_table
+        from cad.cli.tables import features_table, members_table
         from wpcal.cli.console import plain_console, show_notes
 
         shown = chosen if show_all or kinds else _easy(chosen, ease)
@@ -64,6 +69,7 @@ def features(
         console.print(features_table(shown, part_step.name, ease))
         if len(shown) < len(chosen):
             console.print(f"{len(chosen) - len(shown)} more are hard to touch; --all lists them")
+        console.print(members_table(notes))
         show_notes(issues, console)
     return 0
 

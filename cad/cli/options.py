@@ -17,11 +17,22 @@ if TYPE_CHECKING:
     from cad.workpiece.seams import SeamChoice
     from wpcal.core.transform import RigidTransform
     from wpcal.seam import SeamOptions
+    from wpcal.seam.options import Judging
 
 POINT_LETTERS = ("V", "C", "H", "S", "M", "B", "E")
 """`FeatureKind` values of `POINT_KINDS`; written out so that the help needs no NumPy."""
 KIND_LETTERS = (*POINT_LETTERS, "L", "X", "P", "A")
 """All `FeatureKind` values."""
+
+
+PART, MESH, LINES = "part", "mesh", "lines"
+"""Questions of `cad.workpiece.step_file`; written out so that the help needs no NumPy."""
+
+no_cache_option = click.option(
+    "--no-cache",
+    is_flag=True,
+    help="Find everything anew, and keep nothing for the next command on the same file.",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,7 +48,7 @@ class SeamFlags:
         default="auto",
         show_default=True,
         help="Take concave edges inside one solid as seams; auto: only of solids that touch no other solid and "
-        "do not look machined.",
+        "are built up of plates, bars and tubes.",
     )
     gap_mm: float | None = option(
         "--gap-mm", type=float, help="Largest gap between members.  [default: by part size, at most 0.5]"
@@ -62,6 +73,32 @@ class SeamFlags:
         "--min-step-mm", type=float, default=1.0, show_default=True, help="Smallest step along a seam."
     )
     chord_mm: float = option("--chord-mm", type=float, default=0.1, show_default=True, help="Largest chord error.")
+    weld: tuple[str, ...] = option(
+        "--weld",
+        metavar="NAME",
+        multiple=True,
+        help="The solids of this name can be welded, whatever the evidence; * and ? match any letters. The name may be "
+        "that of a product or an instance above them.",
+    )
+    not_welded: tuple[str, ...] = option(
+        "--not",
+        metavar="NAME",
+        multiple=True,
+        help="The solids of this name are not welded. If --weld fits, too, the name with more letters counts.",
+    )
+    strict: bool = option("--strict", is_flag=True, help="Accept only what is sure.")
+    generous: bool = option("--generous", is_flag=True, help="Accept also what one doubtful finding speaks against.")
+
+    def to_judging(self) -> Judging:
+        """Return what a person says about members, and how sure a seam must be."""
+        from wpcal.core.errors import InputError
+        from wpcal.seam.limits import Level
+        from wpcal.seam.options import Judging
+
+        if self.strict and self.generous:
+            raise InputError("--strict and --generous exclude each other")
+        level = Level.STRICT if self.strict else Level.GENEROUS if self.generous else Level.USUAL
+        return Judging(tuple(self.weld or ()), tuple(self.not_welded or ()), level)
 
     def to_options(self) -> SeamOptions:
         """Check the numbers and return them as the seam finder takes them, angles in radians."""
@@ -78,8 +115,9 @@ class SeamFlags:
         if not 0 <= self.split_deg <= 180:
             raise InputError(f"--split-deg must be between 0 and 180, got {self.split_deg}")
         split_rad = math.radians(self.split_deg)
+        concave, judging = ConcaveEdges(self.concave), self.to_judging()
         lengths = {"min_length_mm": self.min_length_mm, "join_mm": self.join_mm}
-        return SeamOptions(self.gap_mm, ConcaveEdges(self.concave), split_rad, steps, **lengths)
+        return SeamOptions(self.gap_mm, concave, split_rad, steps, **lengths, judging=judging)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

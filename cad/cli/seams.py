@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from cad.cli.options import SeamChoiceFlags, SeamFlags
+from cad.cli.options import MESH, PART, SeamChoiceFlags, SeamFlags, no_cache_option
 from wpcal.cli.option_groups import takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
@@ -22,6 +22,7 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
     "--html", metavar="FILE", type=click.Path(path_type=Path), help="Write a page: the part with its seams in 3-D."
 )
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the picture and the page.")
+@no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: in the form of seams.json, frame part.")
 def seams(
     *,
@@ -32,10 +33,12 @@ def seams(
     html: Path | None,
     force: bool,
     as_json: bool,
+    no_cache: bool,
 ) -> int:
     """List the weld seams of PART.step: contacts between solids, and concave edges inside one.
 
-    Every candidate has a confidence. Those below 50 % are listed separately, with the reasons.
+    Every candidate has a confidence. Those below 50 % (--strict: 80 %, --generous: 25 %) are listed separately, with
+    the reasons. A third table says what the solids are taken for; --weld and --not set that right.
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.core.records import write_file
@@ -48,28 +51,36 @@ def seams(
         "mesh": html is not None,
     }
     _check_drawings(png, html, overwrite=force)
-    found, issues, picture, part_glb = run_on_part(
-        "cad.workpiece.seams:list_seams", part_step, arguments, what=f"finding the seams of {part_step}"
+    found, notes, issues, picture, part_glb = run_on_part(
+        "cad.workpiece.seams:list_seams",
+        part_step,
+        arguments,
+        what=f"finding the seams of {part_step}",
+        use_cache=not no_cache,
+        needs=(PART, MESH) if html is not None else (PART,),
     )
     if png is not None:
         write_file(png, picture, overwrite=force)
     if html is not None:
         from wpcal.pages.seams import build_seams_page
 
-        page = build_seams_page(seams_record(found), part_glb, file_name=part_step.name)
+        page = build_seams_page(seams_record(found, notes=notes), part_glb, file_name=part_step.name)
         write_file(html, page.encode("utf-8"), overwrite=force)
     if as_json:
         from wpcal.core.records import to_json
 
-        click.echo(to_json({**seams_record(found), "issues": [issue.to_record() for issue in issues]}), nl=False)
+        click.echo(
+            to_json({**seams_record(found, notes=notes), "issues": [issue.to_record() for issue in issues]}), nl=False
+        )
     else:
-        from cad.cli.tables import refused_table, seams_table
+        from cad.cli.tables import members_table, refused_table, seams_table
         from wpcal.cli.console import plain_console, show_notes
 
         console = plain_console()
         console.print(seams_table(found, f"Seams of {part_step.name} (part frame)"))
         if not all(seam.accepted for seam in found):
             console.print(refused_table(found))
+        console.print(members_table(notes))
         show_notes(issues, console)
     return 0
 

@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from wpcal.core.arrays import FloatArray
     from wpcal.features import ReferenceFeature
     from wpcal.seam import Seam
+    from wpcal.seam.member.note import MemberNotes
+
+MOST_SHOWN = 6
+"""Names of solids in one row of the table of members."""
 
 
 def features_table(features: Sequence[ReferenceFeature], file_name: str, ease: Mapping[str, str]) -> Table:
@@ -115,6 +119,30 @@ def _sure(seam: Seam) -> str:
     """Return how sure the rules are of what was decided, or that a person decided it."""
     decided = seam.edit is not None and seam.edit.accept == seam.accepted
     return "by hand" if decided else f"{seam.confidence:.0%}"
+
+
+def members_table(notes: MemberNotes) -> Table:
+    """Return one row per group of solids that are taken for the same, for the same reason.
+
+    With more than a few solids in a row, the first ones are named.
+    """
+    table = Table(title="Members: what the solids are taken for")
+    for heading, width in (("solids", None), ("taken for", 14), ("why", 24)):
+        table.add_column(heading, min_width=width)
+    table.add_column("welded", no_wrap=True)
+    groups: dict[tuple[str, str, str], list[str]] = {}
+    for one in notes.members:
+        is_welded = one.said if one.said is not None else not one.findings
+        welded = "yes" if is_welded else "no" if one.factor < notes.judging.level.value else "perhaps"
+        groups.setdefault((one.taken_as, "; ".join(one.why), welded), []).append(one.solid)
+    for (taken_as, why, welded), names in groups.items():
+        table.add_row(_names(names), taken_as, why, welded)
+    return table
+
+
+def _names(names: list[str]) -> str:
+    shown = ", ".join(names[:MOST_SHOWN])
+    return shown if len(names) <= MOST_SHOWN else f"{shown} and {len(names) - MOST_SHOWN} more"
 
 
 def _length(seam: Seam) -> str:

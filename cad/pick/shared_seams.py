@@ -147,7 +147,8 @@ class SharedSeams:
         """Write the file. Return why that failed, or nothing."""
         if self.path is None:
             return ""
-        data = to_json(seams_record(self._session.part.seams)).encode("utf-8")
+        part = self._session.part
+        data = to_json(seams_record(part.seams, notes=part.workpiece.member_notes)).encode("utf-8")
         try:
             found = bytes_of(self.path)
             if found is not None and (self._on_disk is None or sha256_of(found) != sha256_of(self._on_disk)):

@@ -16,6 +16,7 @@ from cad.kernel.geometry import to_location
 from cad.kernel.modelling import disc, fused, rounded
 from cad.kernel.primitives import box, cut, cylinder, prism
 from cad.kernel.to_brep import to_brep
+from cad.samples.bolted import BOLTED_GRAPHS
 from cad.samples.parts import SAMPLES
 from cad.step.new_file import Member
 from wpcal.brep import BrepGraph
@@ -269,6 +270,34 @@ def _tee_beside_bolt() -> Solids:
     return [("plate", _plate()), ("web", _web(8)), ("bolt", cylinder(4, 60, (100, 33, 8), UP))]
 
 
+def _section(*corners: tuple[float, float]) -> Solids:
+    """Return a bar of 300 mm with a cross-section in the plane y, z."""
+    return numbered(prism([(0.0, y, z) for y, z in corners], (300.0, 0.0, 0.0)))
+
+
+def _u_sheet(t: float) -> Any:
+    """Return a sheet of thickness t bent to a U, 60 mm wide and high, 80 mm long."""
+    return cut(box(80, 60, 60, (0, 0, 0)), box(80, 60 - 2 * t, 60, (0, t, t)))
+
+
+def _post_base() -> Solids:
+    """A rod of 20 mm welded under a bent U with holes, in one solid."""
+    holes = [cylinder(4, 60, (x, 0, 40), (0.0, 1.0, 0.0)) for x in (10, 25, 40, 55, 70)]
+    return numbered(fused(cut(_u_sheet(4.0), *holes), cylinder(10, 200, (40, 30, -200), UP)))
+
+
+def _hollow_corner() -> Solids:
+    """Two square tubes of 40 x 3 mm that meet at a corner, in one solid."""
+    outer = fused(box(240, 40, 40, (0, 0, 0)), box(40, 240, 40, (0, 0, 0)))
+    return numbered(cut(outer, box(237, 34, 34, (3, 3, 3)), box(34, 237, 34, (3, 3, 3))))
+
+
+def _pockets() -> Solids:
+    """A block of 40 mm with four pockets of different depths, and a boss: milled."""
+    pockets = [box(40, 30, depth, (10 + 50 * k, 10, 40 - depth)) for k, depth in enumerate((10, 15, 22, 31))]
+    return numbered(fused(cut(box(220, 90, 40, (0, 0, 0)), *pockets), cylinder(15, 12, (110, 65, 40), UP)))
+
+
 GRAPHS: dict[str, Callable[[], Solids]] = {
     **{name: partial(_of_sample, name) for name in SAMPLES},
     "frame-backwards": partial(_of_sample, "frame", backwards=True),
@@ -315,6 +344,29 @@ GRAPHS: dict[str, Callable[[], Solids]] = {
     "bead-pipe": lambda: [("part", bead_pipe(0.0))],
     "bead-leaning-pipe": lambda: [("part", bead_pipe(25.0))],
     "bead-tee-beside-block": lambda: [("tee", bead_tee()), ("block", box(50, 50, 50, (0, 0, -50)))],
+    "angle": partial(_section, (0, 0), (60, 0), (60, 8), (8, 8), (8, 60), (0, 60)),
+    "channel": partial(_section, (0, 0), (50, 0), (50, 8), (8, 8), (8, 92), (50, 92), (50, 100), (0, 100)),
+    "zed": partial(_section, (0, 0), (50, 0), (50, 60), (90, 60), (90, 68), (42, 68), (42, 8), (0, 8)),
+    "i-section": partial(
+        _section,
+        (0, 0),
+        (80, 0),
+        (80, 8),
+        (43, 8),
+        (43, 92),
+        (80, 92),
+        (80, 100),
+        (0, 100),
+        (0, 92),
+        (37, 92),
+        (37, 8),
+        (0, 8),
+    ),
+    "lap-in-one": lambda: numbered(fused(box(120, 50, 6, (0, 0, 0)), box(120, 50, 6, (70, 0, 6)))),
+    "bent-sheet": lambda: numbered(_u_sheet(3.0)),
+    "post-base": _post_base,
+    "hollow-corner": _hollow_corner,
+    "pockets": _pockets,
     "bent-block": lambda: [("block", rounded(box(100, 60, 40, (0, 0, 0)), 5.0, lambda x, y, z: abs(z - 40) < 1e-6))],
     "block": partial(_machined, _block),
     "block-shifted": partial(_machined, lambda b: b.Pos(*BLOCK_SHIFT_MM) * _block(b)),
@@ -327,6 +379,7 @@ GRAPHS: dict[str, Callable[[], Solids]] = {
     "bracket": partial(_machined, _bracket),
     "cross-hole": partial(_machined, _cross_hole),
     "drilled": partial(_machined, _drilled),
+    **BOLTED_GRAPHS,
 }
 """The parts whose graphs are saved."""
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +21,14 @@ from OCP.XCAFDoc import XCAFDoc_ShapeTool
 from cad.kernel.call import KernelObject, kernel_call, step_settings
 from cad.kernel.topology import EDGE, FACE, SHAPE_KINDS, SOLID, WIRE, NumberedShapes, sub_shapes
 from cad.kernel.xcaf import label_color, label_name, labels_of, new_document
+from cad.step.materials import ProductMaterial, read_materials
 from cad.step.open_text import read_step_text
 from cad.step.part21 import Part21File
 from cad.step.products import find_roots, unit_name
 from cad.step.solids import LeafShapes, leaf_shapes
 from cad.step.xcaf_tree import Leaf, StepTree, merged_layers, usable_name
 from wpcal.brep.mesh import Rgb
+from wpcal.brep.solid_facts import SolidFacts
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import MOST_STEP_MB, read_bytes, sha256_of
 from wpcal.core.issue import Issue
@@ -54,6 +56,8 @@ class StepSolid:
     color_rgb : tuple of float or None
         sRGB as the file writes it, in 0…1.
     layers : tuple of str
+    facts : SolidFacts
+        Path, colour, and what else helps to tell whether the solid can be welded: products, material, density.
     """
 
     name: str
@@ -61,6 +65,7 @@ class StepSolid:
     shape: Any
     color_rgb: Rgb | None
     layers: tuple[str, ...]
+    facts: SolidFacts = field(default_factory=SolidFacts)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -145,12 +150,14 @@ class StepPart:
         return found
 
 
-def read_step(path: Path | str) -> StepPart:
+def read_step(path: Path | str, *, data: bytes | None = None) -> StepPart:
     """Read a STEP file: placed solids in mm, names, colours, layers, and what is odd about it.
 
     Parameters
     ----------
     path : Path or str
+    data : bytes, optional
+        The file's bytes, if they were read before.
 
     Returns
     -------
@@ -172,7 +179,7 @@ def read_step(path: Path | str) -> StepPart:
     files of others therefore calls this through `cad.kernel.child.run_in_child`.
     """
     path = Path(path)
-    file = read_step_text(path)
+    file = read_step_text(path, data=data)
     with kernel_call(f"reading {path}"):
         document = read_document(path, file.text)
         tree = StepTree(document)
@@ -180,10 +187,10 @@ def read_step(path: Path | str) -> StepPart:
         prepared = {leaf.entry: leaf_shapes(leaf.use.name, leaf.shape) for leaf in leaves}
         _refuse_without_faces(path, leaves, prepared)
         prepared, shell_issues = _without_open_shells(prepared)
-        solids = tuple(_placed_solids(leaves, prepared, tree))
+        solids = tuple(_placed_solids(leaves, prepared, tree, read_materials(file)))
         marks = tuple(_placed_marks(leaves, prepared, tree))
     unit, unit_issues = _unit(file)
-    issues = [*unit_issues, *(issue for found in prepared.values() for issue in found.issues), *shell_issues]
+    issues = [*unit_issues, *_issues_of(leaves, prepared), *shell_issues]
     if not solids:
         issues.append(Issue("no-solid", "the file holds no solid and no shell with exact faces"))
     digest = sha256_of(file.byte_order_mark + file.text)
@@ -233,6 +240,15 @@ def _without_automatic_names() -> Iterator[None]:
         XCAFDoc_ShapeTool.SetAutoNaming_s(before)
 
 
+def _issues_of(leaves: list[Leaf], prepared: dict[str, LeafShapes]) -> Iterator[Issue]:
+    """Yield what is odd in the parts; that one is empty only if no other part of its name has the faces."""
+    with_faces = {leaf.use.name for leaf in leaves if prepared[leaf.entry].has_faces}
+    for found in prepared.values():
+        yield from (
+            issue for issue in found.issues if issue.code != "empty-part" or not with_faces.issuperset(issue.ids)
+        )
+
+
 def _refuse_without_faces(path: Path, leaves: list[Leaf], prepared: dict[str, LeafShapes]) -> None:
     if any(found.has_faces for found in prepared.values()):
         return
@@ -255,7 +271,9 @@ def _without_open_shells(prepared: dict[str, LeafShapes]) -> tuple[dict[str, Lea
     return kept, [Issue("open-shells", f"{shells} open shells beside the solids are left out")]
 
 
-def _placed_solids(leaves: list[Leaf], prepared: dict[str, LeafShapes], tree: StepTree) -> Iterator[StepSolid]:
+def _placed_solids(
+    leaves: list[Leaf], prepared: dict[str, LeafShapes], tree: StepTree, materials: Mapping[str, ProductMaterial]
+) -> Iterator[StepSolid]:
     taken: set[str] = set()
     number = 0
     for leaf in leaves:
@@ -265,7 +283,11 @@ def _placed_solids(leaves: list[Leaf], prepared: dict[str, LeafShapes], tree: St
             name = _unique_name(own.name or leaf.use.name or f"S{number}", taken)
             placed = shape.Moved(leaf.use.location)
             layers = merged_layers(leaf.use.layers, own.layers)
-            yield StepSolid(name, leaf.use.path, placed, leaf.use.color or own.color, layers)
+            color = leaf.use.color or own.color
+            made_of = materials.get(leaf.use.name, ProductMaterial())
+            products = (*leaf.use.products, own.name) if own.name else leaf.use.products
+            facts = SolidFacts(leaf.use.path, products, color, made_of.texts, made_of.density_kg_m3)
+            yield StepSolid(name, leaf.use.path, placed, color, layers, facts)
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,6 +38,8 @@ class Use:
         Of the product in the frame `part`.
     path : tuple of str
         Names of the instances from the root down.
+    products : tuple of str
+        Names of the products from the root down.
     name : str
         Name of the nearest product above that has one.
     color : tuple of float or None
@@ -48,6 +50,7 @@ class Use:
 
     location: Any
     path: tuple[str, ...] = ()
+    products: tuple[str, ...] = ()
     name: str = ""
     color: Rgb | None = None
     layers: tuple[str, ...] = ()
@@ -124,9 +127,11 @@ class StepTree:
 
     def _joined(self, use: Use, label: KernelObject) -> Use:
         """Use with the product's own name, colour and layers."""
+        own = usable_name(label_name(label))
         return replace(
             use,
-            name=usable_name(label_name(label)) or use.name,
+            products=(*use.products, own) if own else use.products,
+            name=own or use.name,
             color=use.color or label_color(label),
             layers=merged_layers(use.layers, self.layers_of(label)),
         )

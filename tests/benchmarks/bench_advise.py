@@ -17,6 +17,8 @@ from wpcal.core.arrays import FloatArray
 from wpcal.features import FeatureKind, judge_features
 from wpcal.match import Places
 from wpcal.seam import SeamOptions
+from wpcal.seam.limits import Level
+from wpcal.seam.options import Judging
 from wpcal.study.teaching_error import fit_trials
 
 ROOT = Path(__file__).parents[2]
@@ -42,7 +44,7 @@ def main() -> Table:
 
 def _row(path: Path) -> tuple[str, ...]:
     workpiece = open_workpiece(path)
-    seams, workpiece = find_seams(workpiece, SeamOptions())
+    seams, workpiece = find_seams(workpiece, SeamOptions(judging=Judging(level=Level.GENEROUS)))
     accepted = [seam for seam in seams if seam.accepted]
     points = np.concatenate([seam.frames.p for seam in accepted])
     features = [feature for feature in workpiece.features if feature.kind.is_point]

@@ -8,12 +8,19 @@ from seam_score import expected_seams, is_along, score
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
 from wpcal.seam import Seam, SeamOptions
+from wpcal.seam.limits import Level
+from wpcal.seam.options import Judging
 
 PARTS = {"as1-oc-214": ".stp", "box_sides": ".STEP", "tail_section_asm": ".stp"}
 
 
+BOLTED = ("as1-oc-214",)
+"""Its brackets are held by bolts: the list says what could be welded, and `--generous` takes that."""
+
+
 def seams_of(folder: Path, stem: str) -> tuple[Seam, ...]:
-    return find_seams(open_workpiece(folder / f"{stem}{PARTS[stem]}"), SeamOptions())[0]
+    judging = Judging(level=Level.GENEROUS if stem in BOLTED else Level.USUAL)
+    return find_seams(open_workpiece(folder / f"{stem}{PARTS[stem]}"), SeamOptions(judging=judging))[0]
 
 
 @pytest.mark.parametrize("stem", ["as1-oc-214", "box_sides", pytest.param("tail_section_asm", marks=pytest.mark.deep)])
@@ -33,7 +40,8 @@ def test_feet_of_the_brackets_have_the_expected_length_and_joint(shared_step: Pa
 
 def test_every_candidate_that_is_not_accepted_says_why(shared_step: Path) -> None:
     for seam in seams_of(shared_step, "as1-oc-214"):
-        assert seam.accepted == (seam.confidence >= 0.5)
+        assert seam.accepted == (seam.confidence >= 0.25 and not seam.blocked_by)
+        assert seam.confidence < 0.5  # what is bolted is not welded by default
         assert seam.accepted or seam.against
         bolt = any("bolt" in name or "nut" in name or name == "rod" for name in seam.solids)
         assert (

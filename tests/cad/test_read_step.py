@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,8 +10,10 @@ import pytest
 from cad.kernel.geometry import vertex_points
 from cad.kernel.topology import EDGE, FACE, SHELL, SOLID, compound, sub_shapes
 from cad.step.open_text import read_step_text
-from cad.step.read import read_step
+from cad.step.read import _issues_of, read_step
+from cad.step.solids import LeafShapes
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.issue import Issue
 
 WRITER_ATOL_MM = 1e-9
 """The kernel writes and reads coordinates with 15 digits; samples are at most 150 mm long."""
@@ -101,6 +104,18 @@ def test_wires_alone_are_refused(tmp_path: Path) -> None:
     path = write_part(tmp_path / "wires.step", compound(sub_shapes(box(), EDGE)))
     with pytest.raises(InputError, match="holds no face"):
         read_step(path)
+
+
+def test_an_empty_part_is_told_of_unless_another_of_its_name_has_the_faces() -> None:
+    leaves = [
+        SimpleNamespace(entry=entry, use=SimpleNamespace(name=name))
+        for entry, name in (("1", "plate"), ("2", "plate"), ("3", "bolt"))
+    ]
+    prepared = {
+        entry: LeafShapes((), (Issue("empty-part", f"{name} has no shape", (name,)),) * empty, has_faces=not empty)
+        for entry, name, empty in (("1", "plate", False), ("2", "plate", True), ("3", "bolt", True))
+    }
+    assert [issue.ids for issue in _issues_of(leaves, prepared)] == [("bolt",)]
 
 
 def test_two_runs_give_the_same(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ MOTIONS = [
     RigidTransform.from_six_tuple(six, target="moved", source="part")
     for six in ([812.3, -455.1, 277.7, 0.3, -0.7, 2.1], [0, 0, 0, np.pi, 0, 0], [-5.0, 3.0, 1.0, 0, np.pi / 2, 0])
 ]
-NAMES = ("tee", "lap", "saddle", "frame")
+NAMES = ("tee", "lap", "saddle", "frame", "post-base")
 
 
 @cache

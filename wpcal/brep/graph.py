@@ -15,6 +15,7 @@ import numpy as np
 
 from wpcal.brep.nearest import NearestOnSurfaces
 from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
+from wpcal.brep.solid_facts import SolidFacts
 from wpcal.brep.spans import CurveSet
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -83,6 +84,8 @@ class BrepGraph:
     coedge_forward : ndarray of bool, shape (C,)
         Whether the coedge runs with its edge's parameter.
     nurbs_surfaces, nurbs_curves : tuple
+    solid_facts : tuple of SolidFacts, length S or 0
+        What the file says about each solid besides its shape; empty if nothing is known.
     edge_ball_mm : ndarray, shape (E,), optional
         For an edge that was added in the groove between two faces, the radius of the ball that fits into the mouth of
         the groove; 0 for other edges. None: all are 0.
@@ -107,6 +110,7 @@ class BrepGraph:
     coedge_forward: BoolArray
     nurbs_surfaces: tuple[NurbsSurface, ...] = ()
     nurbs_curves: tuple[NurbsCurve, ...] = ()
+    solid_facts: tuple[SolidFacts, ...] = ()
     edge_ball_mm: FloatArray | None = None
 
     @property

@@ -7,10 +7,11 @@ are stored one after the other, with their counts.
 from __future__ import annotations
 
 import io
+import json
 import zipfile
 import zlib
 from collections.abc import Sequence
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
+from wpcal.brep.solid_facts import SolidFacts
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import FormatError
 from wpcal.core.input_file import read_bytes
@@ -41,6 +43,7 @@ def graph_bytes(graph: BrepGraph) -> bytes:
         "format": np.array(FORMAT),
         "solid_names": np.array(graph.solid_names, dtype=np.str_),
         **{name: getattr(graph, name) for name in COLUMNS},
+        **_fact_arrays(graph.solid_facts),
         **_curve_arrays(graph.nurbs_curves),
         **_surface_arrays(graph.nurbs_surfaces),
     }
@@ -86,9 +89,35 @@ def read_graph(path: Path) -> BrepGraph:
             **{name: arrays[name] for name in COLUMNS},
             nurbs_curves=_curves(arrays),
             nurbs_surfaces=_surfaces(arrays),
+            solid_facts=_facts(arrays, path=str(path)),
         )
     except KeyError as error:
         raise FormatError(f"the array {error} is missing from the graph", path=str(path)) from None
+
+
+def _fact_arrays(facts: Sequence[SolidFacts]) -> dict[str, Any]:
+    """Return the facts as one text: an array that older files do not have, and a part without facts neither."""
+    return {"solid_facts": np.array(json.dumps([asdict(one) for one in facts]))} if facts else {}
+
+
+def _facts(arrays: dict[str, Any], *, path: str) -> tuple[SolidFacts, ...]:
+    if "solid_facts" not in arrays:
+        return ()
+    try:
+        return tuple(_solid_facts(one) for one in json.loads(str(arrays["solid_facts"])))
+    except (TypeError, ValueError, AttributeError, KeyError):
+        raise FormatError("the array 'solid_facts' does not describe solids", path=path) from None
+
+
+def _solid_facts(one: dict[str, Any]) -> SolidFacts:
+    texts = {name: tuple(str(text) for text in one[name]) for name in ("path", "products", "materials")}
+    color, density = one["color_rgb"], one["density_kg_m3"]
+    red, green, blue = (0.0, 0.0, 0.0) if color is None else (float(v) for v in color)
+    return SolidFacts(
+        **texts,
+        color_rgb=None if color is None else (red, green, blue),
+        density_kg_m3=None if density is None else float(density),
+    )
 
 
 def _curve_arrays(curves: Sequence[NurbsCurve]) -> dict[str, Any]:

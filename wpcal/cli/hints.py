@@ -19,6 +19,7 @@ HINTS: Mapping[str, str] = {
     ErrorCode.NOTHING_ACCEPTED: "--all",
     ErrorCode.FEATURES_NOT_CHOSEN: "--touch",
     ErrorCode.MARK_UNKNOWN: "--marked",
+    ErrorCode.SOLID_UNKNOWN: "--weld, --not",
     ErrorCode.EDGE_UNKNOWN: "--edge",
     ErrorCode.PORT_UNUSABLE: "--port",
     ErrorCode.PLACE_UNWRITABLE: "--out",

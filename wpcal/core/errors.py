@@ -62,6 +62,8 @@ class ErrorCode(StrEnum):
     """No set of features could be chosen; the caller can name them."""
     MARK_UNKNOWN = "mark-unknown"
     """No edge has the name, layer or colour that the caller gave."""
+    SOLID_UNKNOWN = "solid-unknown"
+    """No solid, product or instance has the name that the caller gave."""
     EDGE_UNKNOWN = "edge-unknown"
     """No edge is at the place that the caller gave."""
     PORT_UNUSABLE = "port-unusable"

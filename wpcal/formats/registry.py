@@ -39,6 +39,10 @@ def exporter_names() -> tuple[str, ...]:
     return tuple(sorted({*controller_names(), *entry_points(group=EXPORTERS).names}))
 
 
+def _each_by_itself(names: str) -> str:
+    return " ".join(f"-f {name.strip()}" for name in names.split(",") if name.strip())
+
+
 def exporter_named(name: str) -> Exporter | Controller:
     """Return one format or controller, by its name or its maker's; a controller goes before a format of the same name.
 
@@ -47,6 +51,8 @@ def exporter_named(name: str) -> Exporter | Controller:
     InputError
         When the name is unknown, with the nearest name and the known ones, or its entry point is not an `Exporter`.
     """
+    if "," in name:
+        raise InputError(f"{name!r} is more than one format; give each by itself: {_each_by_itself(name)}")
     controller = find_controller(name)
     if controller is not None:
         return controller

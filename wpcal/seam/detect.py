@@ -10,13 +10,15 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.seam.chain import rounded
 from wpcal.seam.edit import with_candidates
-from wpcal.seam.find.concave import find_concave_edges, looks_machined
+from wpcal.seam.find.built_up import why_one_piece
+from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.contact import find_contacts
 from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
-from wpcal.seam.judge.evidence import judge_seams
+from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
+from wpcal.seam.judge.evidence import Judge, judge_seams
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached
 from wpcal.seam.options import ConcaveEdges, SeamOptions
@@ -75,9 +77,9 @@ def detect_seams(
         crossing = JoinedPieces(beside, (JointType.TEE,) * n, (WeldType.FILLET,) * n)
         found += build_seams(graph, crossing, options, SeamSource.SECTION)
     if options.concave is not ConcaveEdges.NEVER:
-        concave = _wanted_concave(
-            graph, find_concave_edges(graph, min_length_mm=options.min_edge_mm), joined, options.concave
-        )
+        concave = find_concave_edges(graph, min_length_mm=options.min_edge_mm)
+        if options.concave is ConcaveEdges.AUTO:
+            concave = _in_weldments(graph, trimmed, concave, joined)
         if marked is not None:
             concave = concave.select(np.flatnonzero(~np.isin(concave.pieces.edge, marked.edge)))
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
@@ -94,7 +96,8 @@ def detect_seams(
 def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: list[Seam], options: SeamOptions) -> list[Seam]:
     """Judge seams, cut those that are accepted where no torch gets to them, and judge the stretches."""
     has_marks = any(seam.source is SeamSource.MARKED for seam in found)
-    judged = list(judge_seams(graph, trimmed, found, options, has_marks=has_marks))
+    judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
+    judged = list(judge_seams(graph, trimmed, found, options, judge))
     accepted = [row for row, seam in enumerate(judged) if seam.accepted]
     parts = dict(
         zip(accepted, cut_where_unreached(graph, trimmed, [found[row] for row in accepted], options), strict=True)
@@ -106,7 +109,8 @@ def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: list[Seam], options
             stretches += parts[row]
         else:
             kept.append(replace(seam, frames=first.frames, lean_rad=first.lean_rad))
-    return [*kept, *judge_seams(graph, trimmed, stretches, options, has_marks=has_marks)]
+    stretches = list(judge_seams(graph, trimmed, stretches, options, judge))
+    return doubt_what_fixes_bolts(judge, trimmed, [*kept, *stretches])
 
 
 def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions) -> list[Seam]:
@@ -126,12 +130,12 @@ def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...
     ]
 
 
-def _wanted_concave(
-    graph: BrepGraph, concave: JoinedPieces, contacts: JoinedPieces, choice: ConcaveEdges
+def _in_weldments(
+    graph: BrepGraph, trimmed: TrimmedFaces, concave: JoinedPieces, contacts: JoinedPieces
 ) -> JoinedPieces:
-    if choice is ConcaveEdges.ALWAYS:
-        return concave
-    touching = set(graph.face_solid[np.concatenate([contacts.pieces.wall, contacts.pieces.base])].tolist())
-    wanted = [solid not in touching and not looks_machined(graph, solid) for solid in range(len(graph.solid_names))]
+    """Return the concave edges of solids that touch no other and may be built up of plates, bars and tubes."""
+    touching = graph.face_solid[np.concatenate([contacts.pieces.wall, contacts.pieces.base])]
     solid_of = graph.face_solid[concave.pieces.wall]
-    return concave.select(np.flatnonzero(np.array(wanted, dtype=bool)[solid_of]))
+    asked = np.setdiff1d(solid_of, touching)
+    built_up = [solid for solid in asked.tolist() if why_one_piece(graph, trimmed, solid) is None]
+    return concave.select(np.flatnonzero(np.isin(solid_of, built_up)))

@@ -15,7 +15,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
-from wpcal.seam.judge.evidence import is_judgement, judge_seams
+from wpcal.seam.judge.evidence import Judge, is_judgement, judge_seams
 from wpcal.seam.judge.leans import Felt, feel_seams
 from wpcal.seam.judge.stations import find_stretches
 from wpcal.seam.judge.stretches import FELT_CHORD_MM
@@ -136,6 +136,8 @@ def judged_anew(
     has_marks : bool
         Whether edges of the part are marked as seams.
     """
+    if not seams:
+        return []
     finer = options
     if options.steps.chord_mm > FELT_CHORD_MM:
         finer = replace(options, steps=replace(options.steps, chord_mm=FELT_CHORD_MM))
@@ -148,7 +150,8 @@ def judged_anew(
         found.append(framed(graph, trimmed, replace(seam, inside=inside, reasons=own), options))
     reached = zip(found, feel_seams(graph, trimmed, found), strict=True)
     leant = [replace(seam, lean_rad=along.lean_rad, blocked_by=_blocked_by(graph, along)) for seam, along in reached]
-    return list(judge_seams(graph, trimmed, leant, options, has_marks=has_marks))
+    judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
+    return list(judge_seams(graph, trimmed, leant, options, judge))
 
 
 def _blocked_by(graph: BrepGraph, felt: Felt) -> tuple[str, ...]:

@@ -6,6 +6,8 @@ step.
 
 from __future__ import annotations
 
+from enum import Enum
+
 from wpcal.brep.contact import CONTACT_GAP_MM
 
 LEAST_SEAM_MM = 5.0
@@ -15,14 +17,33 @@ LEAST_CANDIDATE_MM = 1.0
 """A shorter contact is not even a candidate: an arc needs more to start."""
 LEAST_CHANGE_MM = 3.0
 """The side of a weld does not change on a shorter way: a small fillet weld has legs of 3 mm, and covers it."""
-LEAST_CONFIDENCE = 0.5
-"""A candidate at or above this confidence is accepted."""
+
+
+class Level(Enum):
+    """How sure a candidate must be to be accepted; the value is its least confidence."""
+
+    STRICT = 0.8
+    """Only what is sure: members in contact, or running into each other, against which nothing speaks but a gap of up
+    to 40 % of the allowed one."""
+    USUAL = 0.5
+    """Also edges and beads inside one solid, wider gaps, pins in holes. A false seam costs a click, a missed one is a
+    missing weld."""
+    GENEROUS = 0.25
+    """Also what one doubtful finding speaks against: bolts, a name, a short length. Not what no torch reaches, nor a
+    solid that has the shape of a fastener or is known not to be metal."""
+
+
+THICKEST_MM = 60.0
+"""Concave edges: if both members are thicker, the part is a casting or a building. Plates welded by robots are rarely
+thicker than 40 mm."""
 
 MOST_BRIDGE_MM = 5.0
 """Contacts in one line are welded in one run across interruptions of at most this length: the slit beside a tab, a
 relief hole."""
 GAP_SHARE = 2.5e-3
 """On parts smaller than 200 mm the gap is this share of the diagonal: 0.5 mm would join everything on a small part."""
+GAP_ROUND_OFF_MM = 1e-6
+"""A gap that is as wide as allowed may be wider by round-off: a hole of 30.5 mm round a bar of 30 mm."""
 FLUSH_MM = 0.02
 """An edge nearer than this to the boundary of a face runs along it: twice the sag of the boundary's polylines."""
 OPPOSED_COS = -0.87

@@ -9,7 +9,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.errors import InputError
-from wpcal.seam.limits import LEAST_SEAM_MM, MOST_BRIDGE_MM, usual_gap_mm
+from wpcal.seam.limits import LEAST_SEAM_MM, MOST_BRIDGE_MM, Level, usual_gap_mm
 
 
 class ConcaveEdges(Enum):
@@ -55,6 +55,25 @@ class StepOptions:
 
 
 @dataclass(frozen=True, slots=True)
+class Judging:
+    """What a person says about members, and how sure a seam must be.
+
+    Parameters
+    ----------
+    weld : tuple of str
+        Names of solids that can be welded, whatever the evidence; ``*`` and ``?`` match any letters. The name of a
+        product or an instance above stands for all solids in it.
+    not_welded : tuple of str
+        Names of solids that are not welded. If both fit a solid, the name with more letters counts.
+    level : Level
+    """
+
+    weld: tuple[str, ...] = ()
+    not_welded: tuple[str, ...] = ()
+    level: Level = Level.USUAL
+
+
+@dataclass(frozen=True, slots=True)
 class SeamOptions:
     """How seams are found, accepted and cut into frames.
 
@@ -63,8 +82,8 @@ class SeamOptions:
     gap_mm : float, optional
         Largest gap between members; by default 0.5 mm, on parts smaller than 200 mm 0.25 % of their diagonal.
     concave : ConcaveEdges
-        `AUTO` takes concave edges of solids that touch no other solid and do not look machined
-        (`concave.looks_machined`).
+        `AUTO` takes concave edges of solids that touch no other solid and may be built up of plates, bars and tubes
+        (`built_up.why_one_piece`).
     split_rad : float
         A seam ends where its direction turns by more, rad.
     steps : StepOptions
@@ -72,6 +91,7 @@ class SeamOptions:
         Least length of an accepted seam, mm.
     join_mm : float
         Contacts in one line are joined across interruptions of at most this length, mm.
+    judging : Judging
 
     Raises
     ------
@@ -85,6 +105,7 @@ class SeamOptions:
     steps: StepOptions = field(default_factory=StepOptions)
     min_length_mm: float = LEAST_SEAM_MM
     join_mm: float = MOST_BRIDGE_MM
+    judging: Judging = Judging()
 
     def __post_init__(self) -> None:
         for name in ("min_length_mm", "join_mm"):

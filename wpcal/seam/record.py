@@ -15,10 +15,12 @@ from wpcal.core.record_check import check_record
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.transform import RigidTransform
+from wpcal.seam.member.note import MemberNotes
 from wpcal.seam.path.position import WeldPositions, weld_positions
 from wpcal.seam.record_check import check_seams
 from wpcal.seam.seam import (
     Candidate,
+    Finding,
     Groove,
     JoinedStretch,
     JointType,
@@ -40,6 +42,7 @@ def seams_record(
     u95_mm: Sequence[FloatArray] | None = None,
     *,
     space: RobotSpace = RobotSpace.NOMINAL,
+    notes: MemberNotes | None = None,
 ) -> dict[str, Any]:
     """Return the record of ``seams.json``.
 
@@ -53,6 +56,8 @@ def seams_record(
         For each seam, the 95 % error at each of its n frames, mm.
     space : RobotSpace
         The model of the robot that computed the taught points behind `T_base_part`.
+    notes : MemberNotes, optional
+        What the solids are taken for.
 
     Returns
     -------
@@ -69,6 +74,7 @@ def seams_record(
         "robot_space": space.value,
         "torch": asdict(USUAL_TORCH),
         "T_base_part": None if T_base_part is None else T_base_part.matrix.tolist(),
+        **({} if notes is None else notes.to_record()),
         "seams": [
             _seam_record(seam, T_base_part, None if u95_mm is None else u95_mm[row]) for row, seam in enumerate(seams)
         ],
@@ -92,6 +98,7 @@ def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatAr
         "source": seam.source.value,
         "reasons": list(seam.reasons),
         "against": list(seam.against),
+        "findings": [{"rule": one.rule, "factor": round(one.factor, 3)} for one in seam.findings],
         "inside": list(seam.inside),
         "blocked_by": list(seam.blocked_by),
         "gap_mm": {"min": least, "mean": mean, "max": largest},
@@ -169,6 +176,15 @@ def _lean_from_record(rows: Sequence[dict[str, Any]]) -> FloatArray | None:
         return None
     leans = [row["lean_deg"] or {"work": np.nan, "travel": np.nan} for row in rows]
     return np.radians([[lean["work"], lean["travel"]] for lean in leans])
+
+
+def _findings_from_record(seam: dict[str, Any]) -> tuple[Finding, ...]:
+    """Return the findings; those of a file from before they had rules and factors have words only."""
+    texts = seam.get("against", ())
+    rows = seam.get("findings") or [{"rule": "", "factor": 1.0}] * len(texts)
+    return tuple(
+        Finding(str(row["rule"]), float(row["factor"]), str(text)) for row, text in zip(rows, texts, strict=True)
+    )
 
 
 def seams_csv(record: dict[str, Any]) -> str:
@@ -255,7 +271,7 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         frames,
         SeamSource(seam.get("source", SeamSource.CONTACT.value)),
         float(seam.get("confidence", 1.0)),
-        tuple(seam.get("against", ())),
+        _findings_from_record(seam),
         inside=tuple(seam.get("inside", ())),
         blocked_by=tuple(seam.get("blocked_by", ())),
         lean_rad=_lean_from_record(rows),

@@ -230,6 +230,25 @@ class SeamEdit:
     join: tuple[JoinedStretch, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One finding that speaks against a candidate.
+
+    Parameters
+    ----------
+    rule : str
+        Key of the rule (`judge.rules.Rule`): ``not-reached``.
+    factor : float
+        The confidence is multiplied by it.
+    text : str
+        The finding in words, for people.
+    """
+
+    rule: str
+    factor: float
+    text: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Seam:
     """One seam: a curve with a direction, which a torch can follow in one run.
@@ -256,7 +275,7 @@ class Seam:
     source : SeamSource
     confidence : float
         From 0 to 1: how sure the rules are that this is a weld (`judge.evidence`).
-    against : tuple of str
+    findings : tuple of Finding
         What speaks against it, the strongest first: the reasons for a rejection.
     candidate : Candidate or None
         The candidate as it was found; None for a seam that does not come from a part.
@@ -288,13 +307,18 @@ class Seam:
     )
     source: SeamSource = SeamSource.CONTACT
     confidence: float = 1.0
-    against: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
     candidate: Candidate | None = None
     edit: SeamEdit | None = None
     inside: tuple[str, ...] = ()
     blocked_by: tuple[str, ...] = ()
     lean_rad: FloatArray | None = None
     groove: Groove | None = None
+
+    @property
+    def against(self) -> tuple[str, ...]:
+        """The findings in words."""
+        return tuple(finding.text for finding in self.findings)
 
     @property
     def gap_mm(self) -> tuple[float, float, float]:

@@ -20,7 +20,7 @@ from wpcal.brep.meeting import meet_surfaces
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray
-from wpcal.seam.find.concave import looks_machined
+from wpcal.seam.find.built_up import why_one_piece
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.options import ConcaveEdges, SeamOptions
@@ -31,6 +31,9 @@ WIDEST_MM = 30.0
 LEAST_CORNER_COS = 0.87
 """Faces beside a strip at an angle of less than 30 degrees are one bent sheet, not two members."""
 STRIPS = (SurfaceKind.CYLINDER, SurfaceKind.TORUS, SurfaceKind.CONE, SurfaceKind.NURBS)
+BENDS = (SurfaceKind.CYLINDER, SurfaceKind.TORUS)
+SAME_AXIS_MM = 1e-3
+"""The inside and the outside of a bend are about one axis within this."""
 CURVE_POINTS = 513
 """Points of the spline. On an ellipse round a pipe of 60 mm it is then within 1e-7 mm of the curve, and its slope at an
 end within 1e-6."""
@@ -93,9 +96,25 @@ def find_strips(
         long = sorted(others, key=lambda other: (-float(lengths[others[other]].sum()), other))[:2]
         if len(long) == 2 and all(lengths[others[other]].sum() >= min_length_mm for other in long):
             strip = Strip(face, (long[0], long[1]), (tuple(others[long[0]]), tuple(others[long[1]])))
-            if _is_concave_corner(graph, strip):
+            if _is_concave_corner(graph, strip) and not _is_bend(graph, face):
                 found.append(strip)
     return found
+
+
+def _is_bend(graph: BrepGraph, face: int) -> bool:
+    """Tell whether a strip is the inside of a bent sheet: its solid has a larger convex face about the same axis."""
+    o, z, radius = graph.face_frame[face, 0], graph.face_frame[face, 3], graph.face_param[face]
+    same = (graph.face_solid == graph.face_solid[face]) & (graph.face_kind == graph.face_kind[face])
+    outside = np.flatnonzero(same & (graph.face_outward > 0) & np.isin(graph.face_kind, BENDS))
+    arm = graph.face_frame[outside, 0] - o
+    turn = np.linalg.norm(np.cross(graph.face_frame[outside, 3], z), axis=1)
+    if graph.face_kind[face] == SurfaceKind.CYLINDER:
+        off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1)
+        wider = graph.face_param[outside, 0] > radius[0]
+    else:
+        off = np.linalg.norm(arm, axis=1) + np.abs(graph.face_param[outside, 0] - radius[0])
+        wider = graph.face_param[outside, 1] > radius[1]
+    return bool(((turn <= ACROSS_SIN) & (off <= SAME_AXIS_MM) & wider).any())
 
 
 def _is_concave_corner(graph: BrepGraph, strip: Strip) -> bool:
@@ -125,7 +144,8 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
     trimmed : TrimmedFaces
         Of the same graph.
     options : SeamOptions
-        With `ConcaveEdges.AUTO`, only solids are searched that are apart from others and do not look machined.
+        With `ConcaveEdges.AUTO`, only solids are searched that are apart from others and may be built up
+        (`built_up.why_one_piece`).
 
     Returns
     -------
@@ -139,9 +159,12 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
     elif options.concave is ConcaveEdges.AUTO:
         apart = _are_apart(graph, trimmed, options.gap_for(graph))
         strips = find_strips(graph, apart, min_length_mm=options.min_edge_mm)
-        faces = np.array([strip.face for strip in strips], dtype=np.int64)
-        machined = {solid: looks_machined(graph, solid, but=faces) for solid in set(graph.face_solid[faces].tolist())}
-        strips = [strip for strip in strips if not machined[int(graph.face_solid[strip.face])]]
+        but = np.zeros(graph.face_count, dtype=bool)
+        but[[strip.face for strip in strips]] = True
+        one_piece = {
+            solid: why_one_piece(graph, trimmed, solid, but=but) for solid in set(graph.face_solid[but].tolist())
+        }
+        strips = [strip for strip in strips if one_piece[int(graph.face_solid[strip.face])] is None]
     found = [(strip, edge) for strip in strips for edge in _meeting_edges(graph, strip)]
     wider, edges = add_edges(graph, [edge for _, edge in found])
     n = len(found)

@@ -6,7 +6,7 @@ import numpy as np
 
 from wpcal.brep.concavity import are_concave
 from wpcal.brep.curves import edge_lengths, evaluate_edges
-from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.rays import is_blocked
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
@@ -16,12 +16,16 @@ from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
 
-def find_concave_edges(graph: BrepGraph, *, min_length_mm: float = LEAST_SEAM_MM) -> JoinedPieces:
+def find_concave_edges(
+    graph: BrepGraph, solids: BoolArray | None = None, *, min_length_mm: float = LEAST_SEAM_MM
+) -> JoinedPieces:
     """Find the concave edges between two faces of one solid.
 
     Parameters
     ----------
     graph : BrepGraph
+    solids : ndarray of bool, shape (S,), optional
+        Only these solids are searched; by default all.
     min_length_mm : float
         Shorter edges are left out.
 
@@ -32,6 +36,8 @@ def find_concave_edges(graph: BrepGraph, *, min_length_mm: float = LEAST_SEAM_MM
     """
     edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
     edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
+    if solids is not None:
+        edges = edges[solids[graph.edge_solid[edges]]]
     edges = edges[edge_lengths(graph)[edges] >= min_length_mm]
     edges = edges[are_concave(graph, edges)]
     wall, base = graph.edge_faces[edges].T
@@ -89,26 +95,3 @@ def are_deeper(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray, depth_m
         start = p + CUT_OUT_STEP_MM * (along - mine)
         deeper &= ~is_blocked(graph, trimmed, start, -mine, length_mm=depth_mm)
     return deeper
-
-
-def looks_machined(graph: BrepGraph, solid: int, *, but: IntArray | None = None) -> bool:
-    """Tell whether a solid was cut from one piece rather than welded together.
-
-    A weldment is made of plates, bars and tubes, so nearly all its faces are planes and cylinders, and its concave
-    edges lie between outer faces. A solid counts as machined if more than a tenth of its faces are cones, spheres, tori
-    or free-form faces (chamfers, rounds, countersinks), or more than a third of them are walls of holes.
-
-    Parameters
-    ----------
-    graph : BrepGraph
-    solid : int
-    but : ndarray of int, shape (k,), optional
-        Faces that do not count: strips that may be beads.
-    """
-    faces = graph.face_solid == solid
-    if but is not None:
-        faces[but] = False
-    kinds = graph.face_kind[faces]
-    shaped = np.isin(kinds, (SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS, SurfaceKind.NURBS)).mean()
-    walls = ((kinds == SurfaceKind.CYLINDER) & (graph.face_outward[faces] < 0)).mean()
-    return bool(shaped > 0.1 or walls > 1 / 3)

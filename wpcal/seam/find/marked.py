@@ -24,7 +24,6 @@ from wpcal.seam.limits import NEAR_GAPS
 from wpcal.seam.pieces import sample_pieces
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
-
 NEARLY_MM = (0.75, 1.0, 1.5, 2.0, 3.0)
 """Gaps at which a marked edge is looked for beside a face, one after the other: wider ones are not welded without a
 backing."""
@@ -139,7 +138,7 @@ def _with_own_faces(graph: BrepGraph, edges: IntArray) -> JoinedPieces:
 
 
 def in_words(graph: BrepGraph, pieces: SeamPieces, labels: tuple[str, ...], *, gap_mm: float) -> tuple[str, ...]:
-    """Return the reasons of a marked seam: its marks, a gap beyond `gap_mm`, and how z is chosen if a face is missing."""
+    """Return the reasons of a marked seam: its marks, a gap beyond `gap_mm`, and how z is chosen without a face."""
     words = tuple(dict.fromkeys(f"marked: {label}" for label in labels))
     widest = float(pieces.gap_mm[:, 2].max())
     if widest > gap_mm:

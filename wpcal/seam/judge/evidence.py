@@ -1,14 +1,13 @@
 """How sure the rules are that a candidate is a weld: the findings for and against it, in words and as a number.
 
-Each finding multiplies the confidence by a factor. The factors are a ranking, not probabilities. One strong finding (no
-torch gets there; a bolt) brings any candidate below `LEAST_CONFIDENCE`; a weak one (a wide gap) does not.
+Each finding multiplies the confidence by the factor of its rule (`wpcal.seam.rules`).
 """
 
 from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,39 +16,22 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
-from wpcal.seam.judge.fasteners import Fastener, find_fasteners, is_named_fastener
+from wpcal.seam.find.formed import are_bends, is_profile
 from wpcal.seam.judge.reach import LEAST_FREE, free_share
 from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
-from wpcal.seam.limits import LEAST_CONFIDENCE
+from wpcal.seam.limits import THICKEST_MM, Level
+from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_clamps, find_holes
+from wpcal.seam.member.note import Members, are_welded, take_members
 from wpcal.seam.options import ConcaveEdges, SeamOptions
-from wpcal.seam.seam import Seam, SeamSource
+from wpcal.seam.rules import GAP_SHARE_LOST, PRIOR, Rule
+from wpcal.seam.seam import Finding, Seam, SeamSource
 from wpcal.seam.torch import USUAL_TORCH
 
-PRIOR = {
-    SeamSource.CONTACT: 0.95,
-    SeamSource.SECTION: 0.9,
-    SeamSource.CONCAVE: 0.7,
-    SeamSource.BEAD: 0.7,
-    SeamSource.FLARE: 0.85,
-    SeamSource.MARKED: 1.0,
-}
-"""Confidence before any finding. Members in contact are meant to be joined; overlapping ones may be a mistake; a groove
-beside a radius is often left open; a concave edge or a round may be just a shape. What a person marked is a weld,
-whatever the findings."""
-IN_MATERIAL, NOT_REACHED, FASTENER, TOO_SHORT, CUT_OUT, MASSIVE, NOT_MARKED = 0.01, 0.1, 0.05, 0.3, 0.2, 0.3, 0.4
-ROLLING = 0.4
-"""Each of these rejects a candidate by itself."""
-NAMED, BOLTED, PIN_IN_HOLE = 0.7, 0.75, 0.8
-"""Each of these lowers the confidence of a contact, but does not reject it by itself."""
-GAP_SHARE_LOST = 0.4
-"""Share of the confidence that is lost if the mean gap is as wide as allowed; a tee with a gap of 0.4 mm of 0.5 mm is
-still accepted."""
-THICKEST_MM = 60.0
-"""Concave edges: if both members are thicker, the part is a casting or a building. Plates welded by robots are rarely
-thicker than 40 mm."""
+OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key})
+"""Findings that need all seams of the part: they stay when a part of them is judged again."""
 FELT_GAP = 0.1
 """Gaps below this fraction of the allowed gap do not lower the confidence."""
 AROUND = 0.1
@@ -66,29 +48,12 @@ ASSUMED = (
 """Which torch a verdict about reach is for, and what would change it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Evidence:
-    """One finding about a candidate.
-
-    Parameters
-    ----------
-    factor : float
-        The confidence is multiplied by it.
-    text : str
-        The finding in words, for people.
-    """
-
-    factor: float
-    text: str
-
-
 def judge_seams(
     graph: BrepGraph,
     trimmed: TrimmedFaces,
     seams: Sequence[Seam],
     options: SeamOptions,
-    *,
-    has_marks: bool | None = None,
+    judge: Judge,
 ) -> tuple[Seam, ...]:
     """Compute the confidence of every candidate, with the reasons.
 
@@ -99,39 +64,35 @@ def judge_seams(
     seams : sequence of Seam
         With frames in `part`.
     options : SeamOptions
-    has_marks : bool, optional
-        Whether edges of the part are marked as seams; as in `seams` if it is not given.
+    judge : Judge
+        Of the same part.
 
     Returns
     -------
     tuple of Seam
-        With `reachable`, `confidence`, `accepted`, `reasons` and `against`.
+        With `reachable`, `confidence`, `accepted`, `reasons` and `findings`.
     """
     if not seams:
         return ()
     shares = _free_shares(graph, trimmed, seams)
-    if has_marks is None:
-        has_marks = any(seam.source is SeamSource.MARKED for seam in seams)
-    judge = _Judge.of(graph, trimmed, options, has_marks=has_marks)
     concave = _concave_evidence(graph, trimmed, seams) if options.concave is ConcaveEdges.AUTO else {}
     judged = []
     for row, (seam, felt) in enumerate(zip(seams, shares, strict=True)):
         share = float(np.median(felt))
-        evidence = [*judge.evidence(seam, share), *concave.get(row, ())]
-        against = sorted(evidence, key=lambda item: item.factor)
-        confidence = PRIOR[seam.source] * float(np.prod([item.factor for item in evidence]))
-        judged.append(
-            replace(
-                seam,
-                reachable=share >= LEAST_FREE and not seam.blocked_by,
-                accepted=not (seam.inside or seam.blocked_by)
-                and (confidence >= LEAST_CONFIDENCE or seam.source is SeamSource.MARKED),
-                confidence=confidence,
-                reasons=(seam.source.value, *seam.reasons, *_reach_words(felt)),
-                against=tuple(item.text for item in against),
-            )
-        )
+        kept = (finding for finding in seam.findings if finding.rule in OF_WHOLE_PART)
+        reasons = (seam.source.value, *seam.reasons, *_reach_words(felt))
+        reachable = share >= LEAST_FREE and not seam.blocked_by
+        found = (*judge.evidence(seam, share), *concave.get(row, ()), *kept)
+        judged.append(weighed(replace(seam, reachable=reachable, reasons=reasons), found, judge.level))
     return tuple(judged)
+
+
+def weighed(seam: Seam, findings: Iterable[Finding], level: Level) -> Seam:
+    """Return a seam with its findings, the confidence that follows from them, and whether it is accepted."""
+    found = tuple(sorted(findings, key=lambda finding: finding.factor))
+    confidence = PRIOR[seam.source] * float(np.prod([finding.factor for finding in found]))
+    sure = confidence >= level.value or seam.source is SeamSource.MARKED
+    return replace(seam, findings=found, confidence=confidence, accepted=sure and not (seam.inside or seam.blocked_by))
 
 
 def _free_shares(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[FloatArray]:
@@ -166,62 +127,132 @@ def is_judgement(text: str, source: SeamSource) -> bool:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Judge:
+class Judge:
+    """What is known about a part before its seams are judged.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    number : dict
+        Numbers of the solids by their names.
+    members : Members
+    rolling : dict
+        Solids that roll or lie loose, with the words for it.
+    holes : Holes
+    clamps : tuple of Clamp
+    gap_mm, min_length_mm : float
+        Largest gap between members, and least length of a seam, mm.
+    level : Level
+    has_marks : bool
+        Whether edges of the part are marked as seams.
+    """
+
     graph: BrepGraph
     number: dict[str, int]
-    holes: IntArray
-    fasteners: dict[int, Fastener]
+    members: Members
     rolling: dict[int, str]
+    holes: Holes
+    clamps: tuple[Clamp, ...]
     gap_mm: float
     min_length_mm: float
+    level: Level
     has_marks: bool
 
     @classmethod
-    def of(cls, graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, *, has_marks: bool) -> _Judge:
+    def of(cls, graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, *, has_marks: bool) -> Judge:
+        """Find the members, holes and bolts of a part. `has_marks`: whether edges of the part are marked as seams."""
         number = {name: solid for solid, name in enumerate(graph.solid_names)}
-        holes = np.flatnonzero((graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0))
-        fasteners = find_fasteners(graph, trimmed)
-        rolling = find_rolling(graph, trimmed, options.gap_for(graph))
-        return cls(graph, number, holes, fasteners, rolling, options.gap_for(graph), options.min_length_mm, has_marks)
+        members, holes = take_members(graph, trimmed, options.judging), find_holes(graph, trimmed)
+        clamps = find_clamps(holes, members.fasteners)
+        gap_mm, min_mm, level = options.gap_for(graph), options.min_length_mm, options.judging.level
+        rolling = find_rolling(graph, trimmed, gap_mm)
+        return cls(graph, number, members, rolling, holes, clamps, gap_mm, min_mm, level, has_marks)
 
-    def evidence(self, seam: Seam, share: float) -> Iterator[Evidence]:
+    def clamps_of(self, a: int, b: int) -> list[Clamp]:
+        """Return the places at which two solids are clamped together."""
+        pair = (min(a, b), max(a, b))
+        return [clamp for clamp in self.clamps if clamp.solids == pair]
+
+    def bolts_of(self, name: str) -> int:
+        """Return the number of bolts that hold a solid, or of its holes that line up with those of others."""
+        solid = self.number[name]
+        places = {tuple(np.round(clamp.o, 1).tolist()) for clamp in self.clamps if solid in clamp.solids}
+        return len(places)
+
+    def both_said(self, seam: Seam) -> bool:
+        """Tell whether a person said of both solids of a seam that they can be welded."""
+        return len(seam.solids) == 2 and all(self.members[self.number[name]].said for name in seam.solids)
+
+    def evidence(self, seam: Seam, share: float) -> Iterator[Finding]:
         """Yield the findings against a candidate."""
         solids = [self.number[name] for name in seam.solids]
-        held = [self.fasteners[solid] for solid in solids if solid in self.fasteners]
         if seam.inside:
-            yield Evidence(IN_MATERIAL, in_material_words(seam))
+            yield Rule.IN_MATERIAL.found(in_material_words(seam))
         elif seam.blocked_by:
-            yield Evidence(NOT_REACHED, f"{blocked_words(seam)}{ASSUMED}")
+            yield Rule.NOT_REACHED.found(f"{blocked_words(seam)}{ASSUMED}")
         elif share < LEAST_FREE:
-            yield Evidence(NOT_REACHED, f"no torch gets there: {share:.0%} of its directions are free{ASSUMED}")
+            yield Rule.NOT_REACHED.found(f"no torch gets there: {share:.0%} of its directions are free{ASSUMED}")
         for solid in solids:
-            name = self.graph.solid_names[solid]
-            if solid in self.fasteners:
-                yield Evidence(FASTENER, f"{name} is {self.fasteners[solid].what}")
-            elif is_named_fastener(name):
-                yield Evidence(NAMED, f"{name} is named like a fastener")
-            if solid in self.rolling and seam.source is SeamSource.FLARE:
-                yield Evidence(ROLLING, f"{name} {self.rolling[solid]}")
+            yield from self.members[solid].findings
+            if seam.source is SeamSource.FLARE and solid in self.rolling and not self.members[solid].said:
+                yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} {self.rolling[solid]}")
         if seam.length_mm < self.min_length_mm:
             least = f"the least length of a seam, {self.min_length_mm:g} mm"
-            yield Evidence(TOO_SHORT, f"{seam.length_mm:.1f} mm is shorter than {least}")
+            yield Rule.TOO_SHORT.found(f"{seam.length_mm:.1f} mm is shorter than {least}")
         if self.has_marks and seam.source is not SeamSource.MARKED:
-            yield Evidence(NOT_MARKED, "other edges are marked, and not this one")
+            yield Rule.NOT_MARKED.found("other edges are marked, and not this one")
+        if len(solids) == 2:
+            yield from self._pair_evidence(seam, *solids)
         if seam.source in (SeamSource.CONTACT, SeamSource.FLARE) and len(solids) == 2:
-            yield from self._contact_evidence(seam, set(solids), bool(held))
+            yield from self._contact_evidence(
+                seam, is_fastener=any(solid in self.members.fasteners for solid in solids)
+            )
 
-    def _contact_evidence(self, seam: Seam, solids: set[int], is_fastener: bool) -> Iterator[Evidence]:
+    def _pair_evidence(self, seam: Seam, a: int, b: int) -> Iterator[Finding]:
+        """Yield what speaks against welding these two members to each other at this place."""
+        one, other = self.members[a], self.members[b]
+        if self.both_said(seam):
+            return
+        if one.metal is not None and other.metal is not None and not are_welded(one.metal, other.metal):
+            words = f"{one.solid} is {one.metal.value} and {other.solid} is {other.metal.value}"
+            yield Rule.OTHER_METAL.found(f"{words}: the two are not welded to each other")
+        yield from self._clamp_evidence(seam, a, b)
+
+    def _clamp_evidence(self, seam: Seam, a: int, b: int) -> Iterator[Finding]:
+        beside = self.gap_mm + BESIDE_MM
+        here = [clamp for clamp in self.clamps_of(a, b) if clamp.holds(seam.frames.p, beside)]
+        if not here:
+            return
+        bolts, holes = sum(clamp.bolts for clamp in here), sum(clamp.holes for clamp in here)
+        if bolts:
+            yield Rule.BOLTED.found(f"{bolts} bolt{'s hold' if bolts > 1 else ' holds'} the two members together here")
+        elif holes > 1:
+            yield Rule.LINED_UP.found(f"{holes} holes of the two members line up here")
+        else:
+            yield Rule.ONE_LINED_UP.found("a hole of both members lines up here")
+
+    def _contact_evidence(self, seam: Seam, *, is_fastener: bool) -> Iterator[Finding]:
         mean = seam.gap_mm[1]
         if mean > FELT_GAP * self.gap_mm:
             lost = GAP_SHARE_LOST * min(mean / self.gap_mm, 1.0)
-            yield Evidence(1.0 - lost, f"a gap of {mean:.2f} mm on average, up to {seam.gap_mm[2]:.2f} mm")
+            text = f"a gap of {mean:.2f} mm on average, up to {seam.gap_mm[2]:.2f} mm"
+            yield Rule.GAP.found(text, 1.0 - lost)
         if is_fastener:
             return
-        count = sum(solids <= fastener.through for fastener in self.fasteners.values())
-        if count:
-            yield Evidence(BOLTED, f"the members are also held by {count} fasteners")
+        rim = self._rim_mm(seam)
+        if rim is not None:
+            yield Rule.HOLE_RIM.found(f"it runs round inside a hole of {rim:.3g} mm that the other member covers")
         if seam.closed and self._is_pin(seam):
-            yield Evidence(PIN_IN_HOLE, "a round member in a hole: it may be pressed in, or turn there")
+            yield Rule.PIN_IN_HOLE.found("a round member in a hole: it may be pressed in, or turn there")
+
+    def _rim_mm(self, seam: Seam) -> float | None:
+        """Return the diameter of the hole inside which a seam runs along the rim; None if it does not."""
+        wall, base = seam.pieces.wall, seam.pieces.base
+        hole = next((row for row, own in enumerate(self.holes.face) if wall[0] in own), None)
+        is_round = (self.graph.face_kind[base] == SurfaceKind.CYLINDER) & (self.graph.face_outward[base] > 0)
+        if hole is None or not np.isin(wall, self.holes.face[hole]).all() or is_round.any():
+            return None
+        return 2.0 * float(self.holes.radius[hole])
 
     def _is_pin(self, seam: Seam) -> bool:
         """Tell whether the seam runs round a cylinder that fits in a hole of the other member."""
@@ -234,26 +265,37 @@ class _Judge:
         if np.abs(seam.frames.R[:, :, 0] @ z).max() > AROUND:
             return False
         other = [self.number[name] for name in seam.solids if self.number[name] != graph.face_solid[pins[0]]]
-        fits = np.abs(graph.face_param[self.holes, 0] - radius) <= self.gap_mm
-        holes = self.holes[fits & np.isin(graph.face_solid[self.holes], other)]
+        bores = np.flatnonzero((graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0))
+        fits = np.abs(graph.face_param[bores, 0] - radius) <= self.gap_mm
+        holes = bores[fits & np.isin(graph.face_solid[bores], other)]
         arm: FloatArray = graph.face_frame[holes, 0] - o
         off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1)
         return bool((off <= self.gap_mm).any())
 
 
-def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> dict[int, list[Evidence]]:
+def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> dict[int, list[Finding]]:
     """Return, by row, the findings against seams that are concave edges inside a solid."""
-    rows = [row for row, seam in enumerate(seams) if seam.source is SeamSource.CONCAVE]
-    found: dict[int, list[Evidence]] = defaultdict(list)
+    found: dict[int, list[Finding]] = defaultdict(list)
+    number = {name: solid for solid, name in enumerate(graph.solid_names)}
+    inner = [row for row, seam in enumerate(seams) if seam.source in (SeamSource.CONCAVE, SeamSource.BEAD)]
+    of_profile = {name: is_profile(graph, trimmed, number[name]) for name in {seams[row].solids[0] for row in inner}}
+    for row in inner:
+        if of_profile[seams[row].solids[0]]:
+            words = f"{seams[row].solids[0]} has one section from end to end, as if rolled"
+            found[row].append(Rule.ROLLED.found(words))
+    rows = [row for row in inner if seams[row].source is SeamSource.CONCAVE]
     if not rows:
         return found
     owner = np.repeat(rows, [len(seams[row].pieces) for row in rows])
     edges = np.concatenate([seams[row].pieces.edge for row in rows])
     cut_out = are_cut_outs(graph, trimmed, edges)
+    bent = are_bends(graph, trimmed, edges)
     massive = are_deeper(graph, trimmed, edges, np.full(len(edges), THICKEST_MM))
     for row in rows:
         if cut_out[owner == row].all():
-            found[row].append(Evidence(CUT_OUT, "the corner of an opening in one member, not a joint of two"))
+            found[row].append(Rule.CUT_OUT.found("the corner of an opening in one member, not a joint of two"))
+        if bent[owner == row].all():
+            found[row].append(Rule.BENT.found("the inner corner of one bent sheet, or of two of the same thickness"))
         if massive[owner == row].all():
-            found[row].append(Evidence(MASSIVE, f"both members are thicker than {THICKEST_MM:g} mm"))
+            found[row].append(Rule.MASSIVE.found(f"both members are thicker than {THICKEST_MM:g} mm"))
     return found

@@ -9,15 +9,17 @@ not.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
+SEAT_MM = 0.5
+"""A head, a nut or a washer lies on a face that is this near: some are modelled a little in or above it."""
 LARGEST_RADIUS_MM = 20.0
 """Bolts of steelwork go up to M36; a thicker round bar in a hole is a member."""
 COAXIAL_MM, COAXIAL_SIN = 0.2, 2e-3
@@ -31,13 +33,9 @@ diameter high."""
 RING_WIDTH, RING_HEIGHT = 1.75, 1.5
 """Largest radius and height of a ring, in bores: a nut has radius 1, a large washer 1.5; a nut is 0.8 high, a lock nut
 1.2."""
-NAMES = frozenset(
-    ("bolt", "screw", "nut", "washer", "rivet", "fastener", "schraube", "mutter", "unterlegscheibe", "niet")
-)
-"""Words in names of fasteners, in English and German."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Fastener:
     """One fastener.
 
@@ -47,10 +45,24 @@ class Fastener:
         For people: ``a bolt or screw``, ``a nut or washer``, ``a rod with nuts``.
     through : frozenset of int
         The solids that it goes through; for a ring, those of its pin.
+    on : frozenset of int
+        The solids on which its flat faces lie: what a head, a nut or a washer presses on.
+    pin : int
+        The solid that is the pin: itself, or that of a ring.
+    o, z : ndarray, shape (3,)
+        A point on its axis, and the direction of the axis, in `part`, mm.
+    low, high : float
+        Where its pin begins and ends along the axis, measured from `o`, mm.
     """
 
     what: str
     through: frozenset[int]
+    on: frozenset[int]
+    pin: int
+    o: FloatArray
+    z: FloatArray
+    low: float
+    high: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,19 +107,60 @@ def find_fasteners(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, Fastene
         for solid, shape in turned.items()
         if shape.bore == 0 and 0 < shape.shank <= LARGEST_RADIUS_MM
     }
-    return _fasteners(turned, rings, through)
-
-
-def _fasteners(turned: dict[int, _Turned], rings: set[int], through: dict[int, frozenset[int]]) -> dict[int, Fastener]:
-    found = {}
+    chosen = {}
     for pin, solids in through.items():
         headed = _has_head(turned[pin])
-        if not solids or not (headed or (solids & rings and len(solids) > 1)):
-            continue
-        found[pin] = Fastener("a bolt or screw" if headed else "a rod with nuts", solids)
-        for ring in solids & rings:
-            found[ring] = Fastener("a nut or washer", (solids | {pin}) - {ring})
-    return found
+        if solids and (headed or (solids & rings and len(solids) > 1)):
+            chosen[pin] = (pin, "a bolt or screw" if headed else "a rod with nuts", solids)
+            chosen |= {ring: (pin, "a nut or washer", (solids | {pin}) - {ring}) for ring in solids & rings}
+    lies_on = _lies_on(graph, trimmed, {solid: turned[solid] for solid in chosen})
+    return {
+        solid: Fastener(
+            what,
+            through,
+            lies_on[solid] - chosen.keys(),
+            pin,
+            turned[pin].o,
+            turned[pin].z,
+            turned[pin].low,
+            turned[pin].high,
+        )
+        for solid, (pin, what, through) in chosen.items()
+    }
+
+
+def _lies_on(graph: BrepGraph, trimmed: TrimmedFaces, fasteners: dict[int, _Turned]) -> dict[int, frozenset[int]]:
+    """Return for each fastener the other solids that have a face in the plane of one of its flat faces, near its axis.
+
+    The planes are felt at four points around the axis, half way from the shank or the bore to the outside.
+    """
+    points, owners = [], []
+    for solid, shape in fasteners.items():
+        faces = np.flatnonzero((graph.face_solid == solid) & (graph.face_kind == SurfaceKind.PLANE))
+        flat = faces[np.abs(graph.face_frame[faces, 3] @ shape.z) > 1 - COAXIAL_SIN]
+        heights = np.unique(np.round((graph.face_frame[flat, 0] - shape.o) @ shape.z, 3))
+        x = graph.face_frame[flat[0], 1] if len(flat) else shape.o
+        y = np.cross(shape.z, x)
+        off = (max(shape.shank if shape.bore == 0 else shape.bore, 0.0) + shape.widest) / 2
+        for height in heights.tolist():
+            middle = shape.o + height * shape.z
+            points += [middle + off * arm for arm in (x, y, -x, -y)]
+            owners += [solid] * 4
+    on: dict[int, set[int]] = {solid: set() for solid in fasteners}
+    if points:
+        p, owner = np.array(points), np.array(owners)
+        row, face = trimmed.box_tree.meeting(p - SEAT_MM, p + SEAT_MM)
+        z = np.array([fasteners[solid].z for solid in owners])
+        is_flat = (graph.face_kind[face] == SurfaceKind.PLANE) & (graph.face_solid[face] != owner[row])
+        is_flat &= np.abs(np.einsum("ki,ki->k", graph.face_frame[face, 3], z[row])) > 1 - COAXIAL_SIN
+        row, face = row[is_flat], face[is_flat]
+        foot = project_to_faces(graph, face, p[row])
+        near = np.linalg.norm(foot.p - p[row], axis=1) <= SEAT_MM
+        row, face = row[near], face[near]
+        inside = trimmed.contains(face, foot.uv[near])
+        for solid, other in zip(owner[row[inside]].tolist(), graph.face_solid[face[inside]].tolist(), strict=True):
+            on[solid].add(other)
+    return {solid: frozenset(others) for solid, others in on.items()}
 
 
 def _turned(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray) -> _Turned | None:
@@ -175,8 +228,3 @@ def _gone_through(graph: BrepGraph, trimmed: TrimmedFaces, holes: IntArray, soli
         if low < pin.high and high > pin.low:
             found.add(int(graph.face_solid[face]))
     return frozenset(found)
-
-
-def is_named_fastener(name: str) -> bool:
-    """Tell whether the name of a solid contains a word for a fastener (``Hex Nut M10``, ``bolt_3``) as a whole word."""
-    return any(word.rstrip("s") in NAMES for word in re.split(r"[^a-z]+", name.lower()))

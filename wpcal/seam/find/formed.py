@@ -1,0 +1,125 @@
+"""Corners inside one solid that were formed, not welded: bends of a sheet, and roots of rolled or drawn profiles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.brep.curves import edge_lengths, evaluate_edges
+from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.material import ExactMaterial, find_solids_around
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.find.bead import find_strips
+from wpcal.seam.find.built_up import SAME_THICKNESS, way_out
+from wpcal.seam.find.concave import find_concave_edges
+
+THICKEST_BEND_MM = 6.0
+"""Thicker sheets are rarely bent to a sharp corner; two plates of one thickness that meet there may be welded."""
+BEND_STEP_MM = 0.5
+"""Distance from an edge, and beyond an outer corner, at which the material is felt."""
+BEND_ENDS = (-0.5, 0.5, 1.5, 2.5)
+"""Where the sides of a tube are felt: beyond the end of its inner corner, in thicknesses; the tube may have rounds."""
+ALONG_SIN, ACROSS_COS = 1e-6, 1e-6
+"""Directions are parallel, or at a right angle, within this."""
+WHOLE = 0.8
+"""The root of a profile runs along at least this share of its solid; the ends may be mitred."""
+
+
+def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolArray:
+    """Tell which concave edges are the inner corner of one bent sheet.
+
+    The material behind both faces has one thickness t of at most `THICKEST_BEND_MM`. Beyond the outer corner, where the
+    two outer faces meet, there is nothing: not at the middle, and not at the ends, where a tube would have its sides.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    edges : ndarray of int, shape (k,)
+        Concave edges between two faces of one solid.
+    """
+    low, high = graph.edge_range[edges].T
+    p, slope = evaluate_edges(graph, edges, (low + high) / 2)
+    x = slope / np.linalg.norm(slope, axis=1, keepdims=True)
+    n = [project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1)]
+    cos = np.einsum("ki,ki->k", n[0], n[1])[:, None]
+    away = [n[1] - cos * n[0], n[0] - cos * n[1]]  # on each face, away from the edge
+    away = [way / np.linalg.norm(way, axis=1, keepdims=True) for way in away]
+    solid = graph.face_solid[graph.edge_faces[edges, 0]]
+    thick = [
+        way_out(graph, trimmed, solid, p + BEND_STEP_MM * (away[k] - n[k]), -n[k])[0] + BEND_STEP_MM for k in (0, 1)
+    ]
+    bent = (np.abs(thick[1] - thick[0]) <= SAME_THICKNESS * thick[0]) & (thick[0] <= THICKEST_BEND_MM)
+    rows = np.flatnonzero(bent)
+    t, half = thick[0][rows, None], edge_lengths(graph)[edges[rows], None] / 2
+    corner = p[rows] - t * (n[0] + n[1])[rows] / (1.0 + cos[rows])
+    for k in (0, 1):
+        beyond = corner + t / 2 * n[1 - k][rows] - BEND_STEP_MM * away[1 - k][rows]
+        for along in (0.0 * half, *(sign * (half + share * t) for sign in (-1.0, 1.0) for share in BEND_ENDS)):
+            bent[rows] &= ~_are_inside(graph, trimmed, solid[rows], beyond + along * x[rows])
+    return bent
+
+
+def _are_inside(graph: BrepGraph, trimmed: TrimmedFaces, solid: IntArray, points: FloatArray) -> BoolArray:
+    """Tell which points are inside a solid, one solid per point."""
+    inside = np.zeros(len(points), dtype=bool)
+    point, around = find_solids_around(ExactMaterial(graph, trimmed), points)
+    inside[point[around == solid[point]]] = True
+    return inside
+
+
+def is_profile(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
+    """Tell whether a solid is a rolled or drawn profile: an angle, a channel, a Z or an I section.
+
+    The solid has one cross-section from end to end, apart from holes. Its roots, sharp or round, run along all of it.
+    An angle has one root. In a channel or an I section, roots share the web; in a Z section, the web is between them.
+    The two roots of a T section share no face: plates of one length are welded to it as often as it is rolled, so it
+    does not count.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    solid : int
+    """
+    edges, pairs = _roots(graph, np.arange(len(graph.solid_names)) == solid)
+    if len(edges) == 0 or (graph.edge_kind[edges] != CurveKind.LINE).any():
+        return False
+    ways, (first, last) = graph.edge_frame[edges, 1], graph.edge_range[edges].T
+    if (np.linalg.norm(np.cross(ways, ways[0]), axis=1) > ALONG_SIN).any() or not _is_prism(graph, solid, ways[0]):
+        return False
+    of_face = np.repeat(np.arange(graph.face_count), np.diff(trimmed.start))
+    if (last - first < WHOLE * np.ptp(trimmed.p0[graph.face_solid[of_face] == solid] @ ways[0])).any():
+        return False
+    shared = len(pairs) == 1 or np.bincount(pairs.ravel()).max() > 1
+    return bool(shared or (len(pairs) == 2 and _is_zed(graph, pairs)))
+
+
+def _roots(graph: BrepGraph, solids: BoolArray) -> tuple[IntArray, IntArray]:
+    """Return an edge along every concave edge and round of solids, and the pairs of faces beside them, (n, 2)."""
+    concave, strips = find_concave_edges(graph, solids).pieces, find_strips(graph, solids)
+    edges = np.array([*concave.edge.tolist(), *(strip.edges[0][0] for strip in strips)], dtype=np.int64)
+    beside = np.array([*zip(concave.wall, concave.base, strict=True), *(strip.sides for strip in strips)])
+    return edges, np.unique(np.sort(beside.reshape(-1, 2), axis=1), axis=0)
+
+
+def _is_prism(graph: BrepGraph, solid: int, way: FloatArray) -> bool:
+    """Tell whether a solid has one cross-section along a direction: faces along it, plane ends, and holes."""
+    faces = np.flatnonzero(graph.face_solid == solid)
+    kind, turn = graph.face_kind[faces], np.abs(graph.face_frame[faces, 3] @ way)
+    plane, round_ = kind == SurfaceKind.PLANE, kind == SurfaceKind.CYLINDER
+    hole = round_ & (graph.face_outward[faces] < 0)
+    return bool((plane | hole | (round_ & (turn > 1.0 - ACROSS_COS))).all())
+
+
+def _is_zed(graph: BrepGraph, pairs: IntArray) -> bool:
+    """Tell whether two roots look opposite ways over a web: no two of their four faces are in one plane.
+
+    In a T section two faces continue each other; where two plates lap, two faces touch.
+    """
+    n = graph.face_frame[pairs.ravel(), 3] * graph.face_outward[pairs.ravel()][:, None]
+    o = graph.face_frame[pairs.ravel(), 0]
+    apart = np.abs(np.einsum("ijk,ik->ij", o[:, None] - o, n))
+    in_one_plane = (np.abs(n @ n.T) > 1.0 - ACROSS_COS) & (apart < BEND_STEP_MM)
+    return bool(in_one_plane.sum() == len(n))

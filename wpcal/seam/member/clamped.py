@@ -1,0 +1,301 @@
+"""Where two members are held together by bolts: holes and slots of both that line up where they touch.
+
+Such holes speak against a seam round the faces that the bolts press together, not against other seams of the same two
+members. So only seams of the pair that lie in a plane across the axis of the bolt are doubted. A gusset with a hole
+stays welded to the plate on which it stands.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.member.fasteners import BORE_RATIO, COAXIAL_MM, COAXIAL_SIN, LARGEST_RADIUS_MM, Fastener
+
+LARGEST_HOLE_MM = LARGEST_RADIUS_MM * BORE_RATIO[1]
+"""Radius of the largest hole for a bolt: clearance for M40."""
+SECTORS = 12
+"""A face goes round an axis as far as its boundary passes through sectors of 30 degrees."""
+WHOLE, HALF = 11, (5, 8)
+"""Sectors of a whole hole, and of one end of a slot. Rounds in the corner of a pocket pass through three or four."""
+MEETING_MM = 2.0
+"""Holes meet if the end of one is this near to the begin of the other: rims may be chamfered, and a gasket or a washer
+may be between."""
+BESIDE_MM = 1.0
+"""A seam is in a plane if it is this near to it: exporters round, and edges of plates are broken."""
+MOST_OF_SEAM = 0.9
+"""Share of the stations of a seam that must be in the plane."""
+APART = 0.9
+"""The ends of a slot bulge along it, away from each other: cosine."""
+PIECES_OF_ARC = 4
+"""Points on each piece of boundary that are sorted into sectors."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Holes:
+    """Holes and slots of all solids, one row each; a slot has two axes.
+
+    Parameters
+    ----------
+    solid : ndarray of int, shape (n,)
+    o, end : ndarray, shape (n, 3)
+        A point on the axis, and on the axis of the other end of a slot (the same point for a round hole), mm.
+    z : ndarray, shape (n, 3)
+        Direction of the axis.
+    radius : ndarray, shape (n,)
+    low, high : ndarray, shape (n,)
+        Where the hole begins and ends along the axis, measured from the origin of `part`, mm.
+    is_boss : ndarray of bool, shape (n,)
+        Whether the solid is round about the same axis outside, too: a ring, a boss, the end of a lug, a pipe.
+    face : tuple of ndarray of int
+        Its faces.
+    """
+
+    solid: IntArray
+    o: FloatArray
+    end: FloatArray
+    z: FloatArray
+    radius: FloatArray
+    low: FloatArray
+    high: FloatArray
+    is_boss: BoolArray
+    face: tuple[IntArray, ...]
+
+    def __len__(self) -> int:
+        return len(self.solid)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Clamp:
+    """A place at which two members are pressed together along an axis.
+
+    Parameters
+    ----------
+    solids : tuple of int
+        The two members, ascending.
+    o, z : ndarray, shape (3,)
+        A point on the axis and its direction, in `part`, mm.
+    low, high : float
+        Where the pressed faces may be along the axis, measured from `o`, mm.
+    bolts : int
+        Number of bolts here that hold both members.
+    holes : int
+        Number of their holes that line up here.
+    """
+
+    solids: tuple[int, int]
+    o: FloatArray
+    z: FloatArray
+    low: float
+    high: float
+    bolts: int
+    holes: int
+
+    def holds(self, p: FloatArray, beside_mm: float) -> bool:
+        """Tell whether most of the points p, shape (n, 3), are in one plane across the axis, between its two ends."""
+        along = (p - self.o) @ self.z
+        middle = float(np.median(along))
+        flat = (np.abs(along - middle) <= beside_mm).mean() >= MOST_OF_SEAM
+        return bool(flat and self.low - beside_mm <= middle <= self.high + beside_mm)
+
+
+def find_holes(graph: BrepGraph, trimmed: TrimmedFaces) -> Holes:
+    """Find the round holes and the slots for bolts in all solids.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    trimmed : TrimmedFaces
+        Of the same graph.
+    """
+    round_ = graph.face_kind == SurfaceKind.CYLINDER
+    faces = np.flatnonzero(round_ & (graph.face_outward < 0) & (graph.face_param[:, 0] <= LARGEST_HOLE_MM))
+    z, foot = _axes(graph, faces)
+    low, high, sectors, side = _extents(graph, trimmed, faces, z)
+    place = np.column_stack([foot, z * (COAXIAL_MM / COAXIAL_SIN), low, high, graph.face_param[faces, 0]])
+    found = [
+        (own[0], own[0], faces[own]) for own in _alike(place, graph.face_solid[faces]) if _count(sectors, own) >= WHOLE
+    ]
+    halves = [own for own in _alike(place, graph.face_solid[faces]) if HALF[0] <= _count(sectors, own) <= HALF[1]]
+    found += _slots(halves, place, graph.face_solid[faces], foot, side, faces)
+    r, e = (np.array([one[k] for one in found], dtype=np.int64) for k in (0, 1))
+    return Holes(
+        graph.face_solid[faces[r]], foot[r], foot[e], z[r], graph.face_param[faces[r], 0], low[r], high[r],
+        _are_bosses(graph, faces[r], z[r], foot[r]) & (r == e), tuple(one[2] for one in found),
+    )  # fmt: skip
+
+
+def _count(sectors: BoolArray, own: IntArray) -> int:
+    return int(sectors[own].any(axis=0).sum())
+
+
+def _alike(place: FloatArray, solid: IntArray) -> list[IntArray]:
+    """Return groups of rows of one solid at the same place, within `COAXIAL_MM`."""
+    n = len(place)
+    pairs = cKDTree(place).query_pairs(COAXIAL_MM, output_type="ndarray") if n else np.zeros((0, 2), dtype=np.int64)
+    pairs = pairs[solid[pairs[:, 0]] == solid[pairs[:, 1]]]
+    linked = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    count, label = connected_components(linked, directed=False)
+    order = np.argsort(label, kind="stable")
+    return np.split(order, np.searchsorted(label[order], np.arange(1, count))) if n else []
+
+
+def _slots(
+    halves: list[IntArray], place: FloatArray, solid: IntArray, foot: FloatArray, side: FloatArray, faces: IntArray
+) -> list[tuple[int, int, IntArray]]:
+    """Return the slots: two half rounds of one solid that bulge away from each other, the nearest such pairs."""
+    found, taken = [], set[int]()
+    for a, first in enumerate(halves):
+        i = int(first[0])
+        best = None
+        for b, second in enumerate(halves):
+            k = int(second[0])
+            run = foot[k] - foot[i]
+            length = float(np.linalg.norm(run))
+            if b == a or solid[i] != solid[k] or np.abs(place[i, 3:] - place[k, 3:]).max() > COAXIAL_MM or length == 0:
+                continue
+            apart = float(side[i] @ run) / length < -APART and float(side[k] @ run) / length > APART
+            if apart and (best is None or length < best[0]):
+                best = (length, b, k)
+        if best is not None and not {a, best[1]} & taken:
+            taken |= {a, best[1]}
+            found.append((i, best[2], faces[np.concatenate([first, halves[best[1]]])]))
+    return found
+
+
+def _axes(graph: BrepGraph, faces: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return the directions of axes, the largest component positive, and their points nearest to the origin."""
+    z = graph.face_frame[faces, 3]
+    largest = np.take_along_axis(z, np.argmax(np.round(np.abs(z), 6), axis=1)[:, None], axis=1)
+    z = z * np.where(largest < 0, -1.0, 1.0)
+    o = graph.face_frame[faces, 0]
+    return z, o - np.einsum("ki,ki->k", o, z)[:, None] * z
+
+
+def _extents(
+    graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray, z: FloatArray
+) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
+    """Return where the boundary of each face begins and ends along its axis, its sectors, and where it bulges."""
+    low, high = np.zeros(len(faces)), np.zeros(len(faces))
+    sectors, side = np.zeros((len(faces), SECTORS), dtype=bool), np.zeros((len(faces), 3))
+    share = np.linspace(0.0, 1.0, PIECES_OF_ARC, endpoint=False)[:, None, None]
+    for row, face in enumerate(faces.tolist()):
+        own = slice(trimmed.start[face], trimmed.start[face + 1])
+        p0, p1 = trimmed.p0[own], trimmed.p1[own]
+        if len(p0) == 0:
+            continue
+        along = np.concatenate([p0, p1]) @ z[row]
+        low[row], high[row] = along.min(), along.max()
+        arm = ((1.0 - share) * p0 + share * p1).reshape(-1, 3) - graph.face_frame[face, 0]
+        across = arm.mean(axis=0) - (arm.mean(axis=0) @ z[row]) * z[row]
+        side[row] = across / max(float(np.linalg.norm(across)), 1e-12)
+        angle = np.arctan2(arm @ graph.face_frame[face, 2], arm @ graph.face_frame[face, 1])
+        # The same sectors for every face about one axis: measured from a direction that depends on the axis only.
+        turn = np.arctan2(_zero(z[row]) @ graph.face_frame[face, 2], _zero(z[row]) @ graph.face_frame[face, 1])
+        hand = np.sign(z[row] @ graph.face_frame[face, 3])
+        sectors[row, (np.mod(hand * (angle - turn), 2 * np.pi) / (2 * np.pi) * SECTORS).astype(int) % SECTORS] = True
+    return low, high, sectors, side
+
+
+def _zero(z: FloatArray) -> FloatArray:
+    """Return a direction across an axis."""
+    across: FloatArray = np.eye(3)[int(np.argmin(np.round(np.abs(z), 6)))]
+    return across
+
+
+def _are_bosses(graph: BrepGraph, faces: IntArray, z: FloatArray, foot: FloatArray) -> BoolArray:
+    """Tell which holes have an outer round of the same solid about their axis."""
+    outer = np.flatnonzero((graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward > 0))
+    of_solid: dict[int, list[int]] = defaultdict(list)
+    for face in outer.tolist():
+        of_solid[int(graph.face_solid[face])].append(face)
+    found = np.zeros(len(faces), dtype=bool)
+    for row, face in enumerate(faces.tolist()):
+        own = np.array(of_solid[int(graph.face_solid[face])], dtype=np.int64)
+        if len(own):
+            arm = graph.face_frame[own, 0] - foot[row]
+            off = np.linalg.norm(arm - (arm @ z[row])[:, None] * z[row], axis=1)
+            along = np.abs(graph.face_frame[own, 3] @ z[row]) > 1 - COAXIAL_SIN
+            found[row] = bool((along & (off <= COAXIAL_MM)).any())
+    return found
+
+
+def find_clamps(holes: Holes, fasteners: Mapping[int, Fastener]) -> tuple[Clamp, ...]:
+    """Find the places at which bolts, or holes for them, hold two members together.
+
+    Parameters
+    ----------
+    holes : Holes
+    fasteners : mapping
+        Fasteners by number of the solid; they and their holes are no members.
+
+    Returns
+    -------
+    tuple of Clamp
+        Those of bolts first. A bolt holds the members that it goes through, and those on which its head, its nuts and
+        its washers lie. Holes of which one is the bore of a ring, a boss or a pipe do not count.
+    """
+    held: dict[int, set[int]] = defaultdict(set)
+    for fastener in fasteners.values():
+        held[fastener.pin] |= (fastener.through | fastener.on) - fasteners.keys()
+    clamps: list[Clamp] = []
+    for pin, members in sorted(held.items()):
+        bolt = fasteners[pin]
+        pairs = combinations(sorted(members), 2)
+        clamps += [Clamp(pair, bolt.o, bolt.z, bolt.low, bolt.high, 1, 0) for pair in pairs]
+    for a, b in _coaxial(holes):
+        pair = (int(min(holes.solid[a], holes.solid[b])), int(max(holes.solid[a], holes.solid[b])))
+        meets = _meeting(holes, a, b)
+        if meets is not None and not {*pair} & fasteners.keys() and not (holes.is_boss[a] or holes.is_boss[b]):
+            clamps.append(Clamp(pair, holes.o[a], holes.z[a], meets, meets, 0, 1))
+    return tuple(clamps)
+
+
+def _coaxial(holes: Holes) -> list[tuple[int, int]]:
+    """Return pairs of holes of different solids on one axis, of similar diameter; slots count along their length."""
+    if len(holes) < 2:
+        return []
+    scaled = np.column_stack([(holes.o + holes.end) / 2, holes.z * (COAXIAL_MM / COAXIAL_SIN)])
+    tree = cKDTree(scaled)
+    pairs = set(map(tuple, tree.query_pairs(3 * COAXIAL_MM, output_type="ndarray").tolist()))
+    reach = np.linalg.norm(holes.end - holes.o, axis=1) / 2
+    for slot in np.flatnonzero(reach > 0).tolist():
+        near = tree.query_ball_point(scaled[slot], reach[slot] + 3 * COAXIAL_MM)
+        pairs |= {(min(slot, other), max(slot, other)) for other in near if other != slot}
+    found = []
+    for a, b in sorted(pairs):
+        ratio = holes.radius[a] / holes.radius[b]
+        if holes.solid[a] == holes.solid[b] or not BORE_RATIO[0] <= ratio <= 1 / BORE_RATIO[0]:
+            continue
+        if np.linalg.norm(np.cross(holes.z[a], holes.z[b])) > COAXIAL_SIN:
+            continue
+        if _off(holes, a, b) <= 2 * COAXIAL_MM or _off(holes, b, a) <= 2 * COAXIAL_MM:
+            found.append((a, b))
+    return found
+
+
+def _off(holes: Holes, slot: int, hole: int) -> float:
+    """Return the distance of the middle of a hole from the line along which the axis of a slot runs, mm."""
+    run = holes.end[slot] - holes.o[slot]
+    arm = (holes.o[hole] + holes.end[hole]) / 2 - holes.o[slot]
+    length = float(run @ run)
+    share = min(max(float(arm @ run) / length, 0.0), 1.0) if length > 0 else 0.0
+    return float(np.linalg.norm(arm - share * run))
+
+
+def _meeting(holes: Holes, a: int, b: int) -> float | None:
+    """Return where along the axis one hole ends and the other begins; None if they do not meet there."""
+    for first, second in ((a, b), (b, a)):
+        if abs(holes.high[first] - holes.low[second]) <= MEETING_MM and holes.low[first] < holes.high[second]:
+            return float(holes.high[first] + holes.low[second]) / 2
+    return None

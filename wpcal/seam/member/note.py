@@ -1,0 +1,277 @@
+"""What every solid of a part is taken for, whether it can be welded, and why."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import Any
+
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.solid_facts import SolidFacts, facts_of
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.errors import ErrorCode, InputError
+from wpcal.seam.member.fasteners import Fastener, find_fasteners
+from wpcal.seam.member.names import Hit, read_material, read_name
+from wpcal.seam.member.words import IRON, METALS, NOT_METAL, Kind
+from wpcal.seam.options import Judging
+from wpcal.seam.rules import Rule
+from wpcal.seam.seam import Finding
+
+LIGHTEST_METAL_KG_M3 = 1600.0
+"""Magnesium, the lightest metal that is welded, has 1740; glass-filled plastic may have 1600."""
+NO_MATERIAL_KG_M3 = 1000.0
+"""What programs write if nobody chose a material."""
+NEAREST_NAMES = 3
+"""Names shown for a pattern that fits no solid."""
+_NUMBER = re.compile(r"#\d+$")
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """What one solid is taken for.
+
+    Parameters
+    ----------
+    solid : str
+    taken_as : str
+        In words: ``steel``, ``a bolt or screw``, ``wood``.
+    findings : tuple of Finding
+        What speaks against welding it; empty for a member.
+    why : tuple of str
+        The evidence in words, also that for a member.
+    metal : Kind or None
+        The metal, if it is known.
+    said : bool or None
+        Whether a person said that it can be welded.
+    """
+
+    solid: str
+    taken_as: str
+    findings: tuple[Finding, ...]
+    why: tuple[str, ...]
+    metal: Kind | None = None
+    said: bool | None = None
+
+    @property
+    def factor(self) -> float:
+        """The confidence of each of its seams is multiplied by it."""
+        product = 1.0
+        for finding in self.findings:
+            product *= finding.factor
+        return product
+
+    def to_record(self) -> dict[str, Any]:
+        """Return the entry of a solid in ``seams.json``."""
+        factor = round(self.factor, 4)
+        return {
+            "solid": self.solid,
+            "taken_as": self.taken_as,
+            "factor": factor,
+            "why": list(self.why),
+            "said": self.said,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class MemberNotes:
+    """What the solids of a part are taken for, and what a person said about them.
+
+    Parameters
+    ----------
+    judging : Judging
+    members : tuple of Member
+        In the order of the solids.
+    """
+
+    judging: Judging
+    members: tuple[Member, ...]
+
+    def to_record(self) -> dict[str, Any]:
+        """Return the entries ``judging`` and ``members`` of ``seams.json``."""
+        said = self.judging
+        return {
+            "judging": {
+                "weld": list(said.weld),
+                "not": list(said.not_welded),
+                "level": said.level.name.lower(),
+                "least_confidence": said.level.value,
+            },
+            "members": [one.to_record() for one in self.members],
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Members:
+    """The solids of a part, and which of them are fasteners by shape.
+
+    Parameters
+    ----------
+    notes : MemberNotes
+    fasteners : dict
+        By number of the solid.
+    """
+
+    notes: MemberNotes
+    fasteners: dict[int, Fastener]
+
+    def __getitem__(self, solid: int) -> Member:
+        return self.notes.members[solid]
+
+
+def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> Members:
+    """Say of every solid what it is taken for.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+        With `solid_facts`, if a file says more than names.
+    trimmed : TrimmedFaces
+        Of the same graph.
+    judging : Judging
+        What a person says about solids.
+
+    Returns
+    -------
+    Members
+
+    Raises
+    ------
+    InputError
+        If a pattern of `judging` fits no solid.
+    """
+    facts = [facts_of(graph.solid_facts, solid) for solid in range(len(graph.solid_names))]
+    labels = [_labels(name, fact) for name, fact in zip(graph.solid_names, facts, strict=True)]
+    said = _said(labels, judging)
+    fasteners = find_fasteners(graph, trimmed)
+    common = set.intersection(*(set(own) for own in labels)) if len(labels) > 1 else set()
+    members = []
+    for solid, name in enumerate(graph.solid_names):
+        own = _Evidence(name, facts[solid], common, fasteners.get(solid))
+        members.append(own.member(said[solid]))
+    return Members(MemberNotes(judging, tuple(members)), fasteners)
+
+
+@dataclass(frozen=True, slots=True)
+class _Evidence:
+    """What is known about one solid.
+
+    Parameters
+    ----------
+    name : str
+    facts : SolidFacts
+    common : set of str
+        Names that belong to all solids of the part: they say nothing about one of them.
+    fastener : Fastener or None
+    """
+
+    name: str
+    facts: SolidFacts
+    common: set[str]
+    fastener: Fastener | None
+
+    def member(self, said: tuple[bool, str] | None) -> Member:
+        written = [hit for hit in (read_material(text) for text in self.facts.materials) if hit is not None][:1]
+        named = read_name(plain_name(self.name)) if plain_name(self.name) not in self.common else ()
+        metal = next((hit.kind for hit in (*written, *named) if hit.kind in METALS), None)
+        if said is not None:
+            can, pattern = said
+            words = f"you said so ({'--weld' if can else '--not'} {pattern})"
+            said_not = () if can else (Rule.SAID_NOT.found(f"{self.name} is not welded: {words}"),)
+            return Member(self.name, "a member" if can else "not welded", said_not, (words,), metal, can)
+        if named and named[0].kind is Kind.WELD_NUT:
+            return Member(self.name, Kind.WELD_NUT.value, (), (f"name: {named[0].word}",), metal)
+        against = list(self._against(written, named))
+        material = "; ".join(self.facts.materials)
+        why = [f"material: {material}"] if written and written[0].kind in METALS else []
+        why += [f"name: {hit.word}" for hit in named if not written and hit.kind in METALS]
+        if not against:
+            taken = metal.value if metal is not None else "a member"
+            return Member(self.name, taken, (), tuple(why) or ("nothing speaks against welding it",), metal)
+        findings = tuple(finding for finding, _, _ in against)
+        return Member(self.name, against[0][1], findings, tuple(text for _, _, text in against), metal)
+
+    def _against(self, written: list[Hit], named: tuple[Hit, ...]) -> Iterator[tuple[Finding, str, str]]:
+        """Yield the findings against welding a solid, what it is then taken for, and the evidence in words."""
+        if self.fastener is not None:
+            what = self.fastener.what
+            yield Rule.FASTENER.found(f"{self.name} is {what}"), what, "shape and seat"
+        yield from self._material(written, named)
+        thing = next((hit for hit in named if hit.kind not in METALS | NOT_METAL), None)
+        if thing is not None and self.fastener is None:
+            rule = Rule.STANDARD_PART if thing.is_standard else Rule.NAMED_PART
+            yield self._found(rule, thing, f"name: {thing.word}")
+        elif thing is None and self.fastener is None:
+            above = next(self._above(), None)
+            if above is not None and not (written and written[0].kind in METALS and above[1].kind in NOT_METAL):
+                yield self._found(Rule.NAMED_ABOVE, above[1], f"name above: {above[0]}")
+
+    def _material(self, written: list[Hit], named: tuple[Hit, ...]) -> Iterator[tuple[Finding, str, str]]:
+        density = self.facts.density_kg_m3
+        stuff = next((hit for hit in named if hit.kind in NOT_METAL), None)
+        if written:
+            if written[0].kind in NOT_METAL:
+                yield self._found(Rule.NOT_METAL_WRITTEN, written[0], f"material: {'; '.join(self.facts.materials)}")
+        elif stuff is not None:
+            yield self._found(Rule.NOT_METAL_NAMED, stuff, f"name: {stuff.word}")
+        elif density is not None and density < LIGHTEST_METAL_KG_M3 and abs(density - NO_MATERIAL_KG_M3) > 0.5:
+            text = f"density {density:.0f} kg/m³"
+            finding = Rule.NOT_METAL_DENSITY.found(f"{self.name} is too light for a metal ({text})")
+            yield finding, "wood, plastic or foam", text
+
+    def _found(self, rule: Rule, hit: Hit, evidence: str) -> tuple[Finding, str, str]:
+        return rule.found(f"{self.name} is taken for {hit.kind.value} ({evidence})"), hit.kind.value, evidence
+
+    def _above(self) -> Iterator[tuple[str, Hit]]:
+        """Yield the names above a solid, the nearest first, with what they say against welding it."""
+        own = plain_name(self.name)
+        for name in reversed(dict.fromkeys((*self.facts.products, *self.facts.path))):
+            if name == own or name in self.common:
+                continue
+            hit = next((one for one in read_name(plain_name(name)) if one.kind not in METALS), None)
+            if hit is not None and hit.kind is not Kind.WELD_NUT:
+                yield name, hit
+
+
+def plain_name(name: str) -> str:
+    """Return the name of a solid without the number that tells it from others of the same name."""
+    return _NUMBER.sub("", name)
+
+
+def _labels(name: str, facts: SolidFacts) -> tuple[str, ...]:
+    """Return every name under which a solid can be addressed."""
+    return tuple(dict.fromkeys((name, plain_name(name), *facts.products, *facts.path)))
+
+
+def _said(labels: Sequence[tuple[str, ...]], judging: Judging) -> list[tuple[bool, str] | None]:
+    """Return for each solid what a person said, with the pattern."""
+    found: list[tuple[bool, str] | None] = [None] * len(labels)
+    patterns = [(pattern, True) for pattern in judging.weld] + [(pattern, False) for pattern in judging.not_welded]
+    for pattern, can in sorted(patterns, key=lambda item: (_letters(item[0]), not item[1])):
+        plain = pattern.casefold().replace("[", "[[]")
+        fitting = [row for row, own in enumerate(labels) if any(fnmatchcase(one.casefold(), plain) for one in own)]
+        if not fitting:
+            raise InputError(_unknown(pattern, labels), code=ErrorCode.SOLID_UNKNOWN)
+        for row in fitting:
+            found[row] = (can, pattern)
+    return found
+
+
+def _letters(pattern: str) -> int:
+    return len(pattern.replace("*", "").replace("?", ""))
+
+
+def _unknown(pattern: str, labels: Sequence[tuple[str, ...]]) -> str:
+    names = {one.casefold(): one for own in labels for one in own}
+    wanted = pattern.casefold().replace("*", "").replace("?", "")
+    near = difflib.get_close_matches(wanted, names, NEAREST_NAMES, 0.3) or sorted(names)[:NEAREST_NAMES]
+    return (
+        f"no solid, product or instance has the name {pattern!r}; the nearest are {', '.join(names[k] for k in near)}"
+    )
+
+
+def are_welded(a: Kind, b: Kind) -> bool:
+    """Tell whether two metals are welded to each other."""
+    return a is b or {a, b} <= IRON

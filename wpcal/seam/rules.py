@@ -1,0 +1,222 @@
+"""The rules by which a candidate is judged: one table. `docs/seams.md` shows it; a test compares the two.
+
+The confidence of a candidate is that of its source, times the factor of every finding. The numbers are set by hand.
+They are a ranking, not probabilities: each says on which side of the three thresholds (`Level`) a candidate is that has
+this finding and no other. There are too few parts with lists to fit them: about as many lists as rules.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from wpcal.seam.limits import THICKEST_MM
+from wpcal.seam.seam import Finding, SeamSource
+
+PRIOR = {
+    SeamSource.CONTACT: 0.95,
+    SeamSource.SECTION: 0.9,
+    SeamSource.CONCAVE: 0.7,
+    SeamSource.BEAD: 0.7,
+    SeamSource.FLARE: 0.85,
+    SeamSource.MARKED: 1.0,
+}
+"""Confidence before any finding. Members in contact are meant to be joined; overlapping ones may be a mistake; a groove
+beside a radius is often left open; a concave edge or a round may be just a shape. What a person marked is a weld,
+whatever the findings."""
+GAP_SHARE_LOST = 0.4
+"""Share of the confidence that is lost if the mean gap is as wide as allowed; a tee with a gap of 0.4 mm of 0.5 mm is
+still accepted."""
+
+
+@dataclass(frozen=True, slots=True)
+class RuleRow:
+    """One row of the table.
+
+    Parameters
+    ----------
+    factor : float
+        The confidence is multiplied by it.
+    finding : str
+        What was found.
+    why : str
+        Why this speaks against a weld, and why as much.
+    evidence : str
+        What the finding rests on.
+    """
+
+    factor: float
+    finding: str
+    why: str
+    evidence: str
+
+
+class Rule(Enum):
+    """Every finding that speaks against a candidate, the strongest first."""
+
+    IN_MATERIAL = RuleRow(
+        0.01,
+        "The wire would be inside another solid. Never accepted.",
+        "No torch welds inside material.",
+        "shape: tip and wire at every station",
+    )
+    SAID_NOT = RuleRow(0.01, "You said that a solid is not welded (`--not`).", "You know the part.", "your word")
+    NOT_METAL_WRITTEN = RuleRow(
+        0.05,
+        "The file says that a solid is of wood, plastic, rubber, glass or the like.",
+        "Such a material is not welded to metal.",
+        "material of the product in the file",
+    )
+    FASTENER = RuleRow(
+        0.05,
+        "A solid is a bolt, a screw, a nut, a washer or a rod with nuts.",
+        "It has the shape and the seat of one; it holds others without a weld.",
+        "shape: head, nut or ring, and holes for its shank",
+    )
+    NOT_REACHED = RuleRow(
+        0.1,
+        "No torch gets there.",
+        "Nobody welds what no torch reaches.",
+        "shape: rays, and the torch swept along the seam",
+    )
+    STANDARD_PART = RuleRow(
+        0.1,
+        "The name has the number of a standard for fasteners, bearings or seals, or a designation such as 6204-2RS.",
+        "Nobody gives such a number to a member.",
+        "name",
+    )
+    OTHER_METAL = RuleRow(
+        0.15,
+        "The materials of the two solids are not welded to each other, such as steel and aluminium.",
+        "They form brittle alloys; such joints are brazed, glued or bolted.",
+        "materials in the file or in names",
+    )
+    NOT_METAL_NAMED = RuleRow(
+        0.15,
+        "The name of a solid says wood, plastic, rubber, glass or the like.",
+        "Names seldom lie about material, but may say what a thing is for.",
+        "name",
+    )
+    NOT_METAL_DENSITY = RuleRow(
+        0.15,
+        "The density of a solid is below 1600 kg/m³, and not 1000.",
+        "Metals that are welded are denser. 1000 is what programs write if nobody chose a material.",
+        "density of the product in the file",
+    )
+    CUT_OUT = RuleRow(
+        0.2,
+        "Concave edge: it is the corner of an opening in one member.",
+        "A cut has corners, too.",
+        "shape: material deeper than the edge is long",
+    )
+    TOO_SHORT = RuleRow(
+        0.3,
+        "The seam is shorter than `--min-length-mm` (5 mm by default).",
+        "It is rather a step in a machined part or a sliver.",
+        "length",
+    )
+    MASSIVE = RuleRow(
+        0.3,
+        f"Concave edge: both members are thicker than {THICKEST_MM:g} mm.",
+        "The part is a casting or a building.",
+        "shape: depth behind both faces",
+    )
+    NAMED_PART = RuleRow(
+        0.3,
+        "The name of a solid says bolt, nut, bearing, motor, linear guide, seal, cable, spring or the like.",
+        "A word may say what a member is for; that is why it counts only where the name is about it.",
+        "name, in 13 languages",
+    )
+    HOLE_RIM = RuleRow(
+        0.3,
+        "The seam runs round inside a hole of at most 40 mm that the other member covers.",
+        "It is a bolt hole, or a plug weld, which is filled and not followed.",
+        "shape",
+    )
+    BOLTED = RuleRow(
+        0.4,
+        "Fasteners go through both members where they touch.",
+        "What is bolted is to come apart, or cannot be welded. Only a seam round the clamped faces is meant.",
+        "shape: fastener, and holes of both members on its axis that open in the plane of the seam",
+    )
+    BENT = RuleRow(
+        0.4,
+        "Concave edge: it is the inner corner of a bent sheet.",
+        "A bend is not a joint.",
+        "shape: the same thickness on both sides",
+    )
+    ROLLED = RuleRow(
+        0.4,
+        "Concave edge or bead: its solid has one section from end to end, as if rolled.",
+        "The root of a rolled profile is not a weld.",
+        "shape",
+    )
+    ROLLING = RuleRow(
+        0.4,
+        "Flare groove: a solid rolls or lies loose (rollers, stock, a wheel on its shaft).",
+        "It touches others along lines, as a bar does that is welded along a plate.",
+        "shape: equal round solids between others, or a shaft in a bore",
+    )
+    NOT_MARKED = RuleRow(
+        0.4, "Other edges are marked, and not this one.", "You say what the seams are.", "`--marked`, `--edge`"
+    )
+    LINED_UP = RuleRow(
+        0.45,
+        "Two or more holes or slots of both members line up where they touch.",
+        "They are for bolts that are not in the file; pads with holes are welded now and then.",
+        "shape: same axis, similar diameter, both open in the plane of the seam",
+    )
+    NAMED_ABOVE = RuleRow(
+        0.45,
+        "The name of a group above a solid in the tree of products says one of these things.",
+        "A motor holds members as well, but they are not welded here.",
+        "name of a product or an instance that does not hold the whole part",
+    )
+    FIXES_BOLTED = RuleRow(
+        0.45,
+        "A weld would fix what bolts hold: the solid is bolted to a member that is welded to the other one.",
+        "Then the bolts would be of no use. Of the two welds the shorter one is doubted.",
+        "seams and bolted faces of the whole part",
+    )
+    ONE_LINED_UP = RuleRow(
+        0.75,
+        "One hole of both members lines up where they touch.",
+        "One hole may be for locating, or for a pipe.",
+        "shape, as above",
+    )
+    PIN_IN_HOLE = RuleRow(
+        0.8,
+        "A round member is in a hole of the same size.",
+        "It may be pressed in, or turn there.",
+        "shape",
+    )
+    GAP = RuleRow(
+        1.0 - GAP_SHARE_LOST,
+        "There is a gap. The factor is for the largest allowed gap; a smaller gap lowers the confidence less.",
+        "Members that are meant to be joined touch.",
+        "mean gap along the seam",
+    )
+
+    @property
+    def factor(self) -> float:
+        """The confidence is multiplied by it."""
+        return self.value.factor
+
+    @property
+    def key(self) -> str:
+        """Name of the rule in records: ``not-reached``."""
+        return self.name.lower().replace("_", "-")
+
+    def found(self, text: str, factor: float | None = None) -> Finding:
+        """Return a finding by this rule, in words."""
+        return Finding(self.key, self.factor if factor is None else factor, text)
+
+
+def rules_table() -> str:
+    """Return the table of the rules in Markdown, as `docs/seams.md` shows it."""
+    rows = ["| finding | factor | why | found by |", "| --- | --- | --- | --- |"]
+    for rule in Rule:
+        row = rule.value
+        factor = f"down to {row.factor:g}" if rule is Rule.GAP else f"{row.factor:g}"
+        rows.append(f"| {row.finding} | {factor} | {row.why} | {row.evidence} |")
+    return "\n".join(rows)
