@@ -99,7 +99,7 @@ def take_marked(
 
 
 def _near_contacts(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray, gap_mm: float) -> JoinedPieces:
-    """Return the contacts of edges with faces farther away than the gap: each edge with the least gap that finds one."""
+    """Return the contacts of edges with faces beyond the gap: each edge with the least gap that finds one."""
     none = np.zeros(0, dtype=np.int64)
     found = [JoinedPieces(SeamPieces(none, np.zeros(0), np.zeros(0), none, none, np.zeros((0, 3))), (), ())]
     for wide_mm in (gap for gap in NEARLY_MM if gap > gap_mm):
