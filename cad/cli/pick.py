@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.options import CalibrateFlags, SeamChoiceFlags
+from cad.cli.options import MESH, PART, CalibrateFlags, SeamChoiceFlags, no_cache_option
 from cad.pick.address import LOCAL, NETWORK_WARNING, opening_file, qr_code
 from wpcal.cli.option_groups import option_names, takes
 from wpcal.cli.program_options import ProgramFlags
@@ -60,6 +60,7 @@ DEFAULT_TABLE = Path("taught.csv")
 @takes("calibration", CalibrateFlags)
 @takes("choice", SeamChoiceFlags)
 @takes("reading", ProgramFlags)
+@no_cache_option
 @click.pass_context
 def pick(
     ctx: click.Context,
@@ -75,6 +76,7 @@ def pick(
     calibration: CalibrateFlags,
     choice: SeamChoiceFlags,
     reading: ProgramFlags,
+    no_cache: bool,
 ) -> int:
     """Click features of PART.step in the browser and type what the robot shows.
 
@@ -91,12 +93,15 @@ def pick(
     from cad.pick.server import PickServer
     from cad.pick.session import PickSession
     from cad.pick.shared_seams import start_seams
-    from wpcal.core.input_file import read_bytes
+    from cad.step.open_text import require_step_file
+    from wpcal.core.input_file import STDIN, read_bytes
 
     is_asked = out is not None
     out = out or table_of(taught)
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
     program = reading.to_reading()
+    if str(part_step) != STDIN:
+        require_step_file(part_step)
     require_table(out, part_step, is_asked=is_asked)
     found = find_table(out)
     is_other = taught is not None and not _is_same(taught, out) and taught != draft_of(out)
@@ -104,7 +109,14 @@ def pick(
         read_bytes(taught)  # says why not
     initial = read_bytes(taught) if taught is not None and is_other else None
     arguments = {"options": options.seams, "choice": replace(options.choice, edits=())}
-    part = run_on_part("cad.pick.part:read_pick_part", part_step, arguments, what=f"reading {part_step}")
+    part = run_on_part(
+        "cad.pick.part:read_pick_part",
+        part_step,
+        arguments,
+        what=f"reading {part_step}",
+        use_cache=not no_cache,
+        needs=(PART, MESH),
+    )
     session = PickSession(part, options, nominal, program)
     seams, seam_notes = start_seams(session, part_step, out, given=choice.seams_file)
     command = partial(calibrate_command, ctx, part_step, seams=seams)

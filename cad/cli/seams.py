@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from cad.cli.options import SeamChoiceFlags, SeamFlags
+from cad.cli.options import MESH, PART, SeamChoiceFlags, SeamFlags, no_cache_option
 from wpcal.cli.option_groups import takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
@@ -27,6 +27,7 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
     help="Say everything that decided about this seam, and draw it into PART.SEAM.svg in the current folder.",
 )
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the pictures and the page.")
+@no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: in the form of seams.json, frame part.")
 def seams(
     *,
@@ -38,6 +39,7 @@ def seams(
     explain: str | None,
     force: bool,
     as_json: bool,
+    no_cache: bool,
 ) -> int:
     """List the weld seams of PART.step: contacts between solids, and concave edges inside one.
 
@@ -57,7 +59,12 @@ def seams(
     }
     _check_drawings(png, html, overwrite=force)
     found, notes, issues, picture, part_glb, told = run_on_part(
-        "cad.workpiece.seams:list_seams", part_step, arguments, what=f"finding the seams of {part_step}"
+        "cad.workpiece.seams:list_seams",
+        part_step,
+        arguments,
+        what=f"finding the seams of {part_step}",
+        use_cache=not no_cache,
+        needs=(PART, MESH) if html is not None else (PART,),
     )
     if told is not None:
         drawn = _picture_file(part_step, told.record["seam"])

@@ -28,6 +28,8 @@ SIGNATURES = (
 )
 """Files that people pass by mistake, by their first bytes."""
 
+IGES_MARK, IGES_MARK_COLUMN = b"S      1", 72
+"""The first line of an IGES file ends with the mark of its start section."""
 START_MARK = b"ISO-10303-21"
 START_SEARCH_BYTES = 1024
 """The mark is the first word. Only a byte order mark, blanks or a comment may precede it."""
@@ -51,13 +53,15 @@ def require_step_file(path: Path) -> None:
     _require_step_start(_read(path, first=START_SEARCH_BYTES), path)
 
 
-def read_step_text(path: Path) -> Part21File:
+def read_step_text(path: Path, *, data: bytes | None = None) -> Part21File:
     """Read and index the text of a STEP file.
 
     Parameters
     ----------
     path : Path
         The file as the user named it.
+    data : bytes, optional
+        The file's bytes, if they were read before.
 
     Returns
     -------
@@ -70,7 +74,7 @@ def read_step_text(path: Path) -> Part21File:
     FormatError
         If it is not ISO 10303-21 text, or is cut off.
     """
-    text = _read(path)
+    text = _read(path) if data is None else data
     _require_step_start(text, path)
     mark = BOM_UTF8 if text.startswith(BOM_UTF8) else b""
     file = index_part21(text.removeprefix(mark), name=str(path))
@@ -88,12 +92,19 @@ def _require_step_start(text: bytes, path: Path) -> None:
     """Check the first bytes of a file, or all of them."""
     if not text.strip():
         raise InputError(f"{path}: is empty, expected a STEP file")
-    if START_MARK not in text[:START_SEARCH_BYTES]:
-        raise FormatError(f"is {_what_it_is(text)}; expected a STEP file (ISO-10303-21)", path=str(path))
+    what = _other_kind(text)
+    if what is None and START_MARK not in text[:START_SEARCH_BYTES]:
+        what = "not STEP text"
+    if what is not None:
+        how = "" if ":" in what else "; save the part as STEP in the CAD program"
+        raise FormatError(f"is {what}; expected a STEP file (ISO-10303-21){how}", path=str(path))
 
 
-def _what_it_is(text: bytes) -> str:
+def _other_kind(text: bytes) -> str | None:
+    """Say what a file is that is no STEP file by its first bytes; an archive may contain the mark of STEP files."""
+    if text[IGES_MARK_COLUMN : IGES_MARK_COLUMN + len(IGES_MARK)] == IGES_MARK:
+        return "an IGES file"
     for signature, what in SIGNATURES:
         if text[: len(signature)].lower() == signature.lower():
             return what
-    return "not STEP text"
+    return None

@@ -88,6 +88,8 @@ def _installed() -> dict[str, EntryPoint]:
 
 
 def _unknown(name: str) -> str:
+    if os.path.exists(name):
+        return f"{name} is a file; a command comes first, as in: wpcal features {name} (`wpcal --help` lists them)"
     near = get_close_matches(name.lower(), _installed(), n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(near)}?" if near else "`wpcal --help` lists them"
     return f"there is no command {name!r}; {hint}"

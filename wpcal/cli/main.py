@@ -68,6 +68,9 @@ def _told(error: Exception) -> tuple[str, int]:
     """Return what is said of an error, and the exit code."""
     from wpcal.core.errors import WpcalError
 
+    if isinstance(error, click.MissingParameter) and error.ctx is not None:
+        usage = error.ctx.get_usage().removeprefix("Usage: ")
+        return f"{error.format_message().rstrip('.')}; usage: {usage}; -h explains it", error.exit_code
     if isinstance(error, click.ClickException):
         return error.format_message(), error.exit_code
     if isinstance(error, WpcalError):

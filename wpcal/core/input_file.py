@@ -11,6 +11,7 @@ import os
 import stat
 import sys
 from contextlib import suppress
+from difflib import get_close_matches
 from pathlib import Path
 
 from wpcal.core.errors import InputError
@@ -22,6 +23,8 @@ MOST_MB = 200.0
 MOST_STEP_MB = 2000.0
 """STEP files. The largest real part that was tried has 170 MB."""
 BYTES_PER_MB = 1_000_000
+NEAR_NAME = 0.75
+"""Likeness (of `difflib`) from which a name is a slip of another one: hoper.step of hopper.step has 0.95."""
 STDIN = "-"
 """As the name of a file: standard input."""
 _KINDS = {
@@ -67,9 +70,21 @@ def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None
             if first is not None:
                 return file.read(first)
             data = file.read(int(most * BYTES_PER_MB) + 1)
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}{_near(path)}") from None
     except OSError as error:
         raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
     return _within(data, path, most)  # it may have grown, or its file system does not know its size
+
+
+def _near(path: Path) -> str:
+    """Return the file of the same folder that was probably meant, as the end of a message."""
+    try:
+        names = {entry.name.lower(): entry.name for entry in path.parent.iterdir()}
+    except OSError:
+        return ""
+    found = get_close_matches(path.name.lower(), names, n=1, cutoff=NEAR_NAME)
+    return f"; did you mean {path.with_name(names[found[0]])}?" if found else ""
 
 
 def _within(data: bytes, path: Path, most: float) -> bytes:
@@ -103,6 +118,21 @@ def require_name(path: Path) -> None:
         raise InputError(f"{shown!r}: {what}") from None
     except OSError as error:
         raise InputError(f"{shown}: {(error.strerror or str(error)).lower()}") from None
+
+
+def holds_file(folder: Path, name: str) -> bool:
+    """Tell whether a folder holds a file whose name was read from another file; False for a name that no file can have.
+
+    Parameters
+    ----------
+    folder : Path
+    name : str
+        A name with a folder in it is never held: a record must not make wpcal read files elsewhere.
+    """
+    try:
+        return Path(name).name == name and (folder / name).is_file()
+    except (OSError, ValueError):  # too long, or not text that a name can be
+        return False
 
 
 def _require_regular(path: Path, mode: int, expected: str) -> None:

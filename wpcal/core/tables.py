@@ -194,6 +194,10 @@ def read_table(path: Path) -> Table:
     return parse_table(read_bytes(path), path=str(path))
 
 
+SPREADSHEET_MARK = b"PK\x03\x04"
+"""Spreadsheets of today are ZIP archives."""
+
+
 def parse_table(raw: bytes, *, path: str) -> Table:
     """Return the table that the bytes of a file hold; errors as in `read_table`.
 
@@ -203,6 +207,8 @@ def parse_table(raw: bytes, *, path: str) -> Table:
     path : str
         Name of the file in messages.
     """
+    if raw.startswith(SPREADSHEET_MARK):
+        raise FormatError("is a spreadsheet (or another ZIP archive): save the sheet as CSV", path=path)
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
