@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tests.benchmarks.welds.lists import FOLDER, read_record, sha256, welds_of
-from tests.benchmarks.welds.results import write_results
+from tests.benchmarks.welds.results import FIRST, LAST, write_results
 from tests.benchmarks.welds.score import WeldScore, score
 
 PUBLIC = Path(os.environ.get("WPCAL_WELD_PARTS", Path(__file__).parents[3] / "shared" / "welds"))
@@ -57,7 +57,9 @@ def main(arguments: Sequence[str] = ()) -> Table | None:
     if not runs:
         sys.exit(f"no list in {chosen.lists} is called {' or '.join(chosen.part)}")
     if chosen.record:
-        write_results(chosen.record, [_record(run) for run in runs])
+        records = [_record(run) for run in runs]
+        write_results(LAST, records)
+        write_results(FIRST, records, only_new=True)
     if chosen.json:
         print(json.dumps([_record(run) for run in runs], indent=1, ensure_ascii=False))
         return None
@@ -76,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--seams", type=Path, metavar="FILE", help="Score this seams.json of one part; search nothing.")
     parser.add_argument("--missed", action="store_true", help="List missed welds and wrong seams of all parts.")
-    parser.add_argument("--record", type=Path, metavar="FILE", help="Write the counts, with the commit of the code.")
+    parser.add_argument("--record", action="store_true", help="Keep the counts in fixtures/welds/results*.json.")
     parser.add_argument("--json", action="store_true", help="Print JSON with every missed weld and wrong seam.")
     return parser
 
