@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
@@ -137,6 +137,25 @@ def members_table(notes: MemberNotes) -> Table:
         groups.setdefault((one.taken_as, "; ".join(one.why), welded), []).append(one.solid)
     for (taken_as, why, welded), names in groups.items():
         table.add_row(_names(names), taken_as, why, welded)
+    return table
+
+
+def explained_table(record: Mapping[str, Any]) -> Table:
+    """Return what decided about one seam: the chain of decisions, the findings with their factors, the members."""
+    state = "accepted" if record["accepted"] else "not taken as a weld"
+    table = Table(title=f"{record['seam']}: {state}, sure {record['confidence']:.0%}")
+    table.add_column("what")
+    table.add_column("factor", justify="right", no_wrap=True)
+    table.add_column("sure", justify="right", no_wrap=True)
+    start = record["start_confidence"]
+    for number, text in enumerate(record["chain"][:-1]):
+        table.add_row(text, "" if number else f"{start:g}", "" if number else f"{start:.0%}")
+    for one in record["findings"]:
+        because = f" ({one['why']} Found by: {one['found_by']})" if one["why"] else ""
+        table.add_row(f"{one['text']}{because}", f"{one['factor']:g}", f"{one['confidence_after']:.1%}")
+    for one in record["members"]:
+        table.add_row(f"{one['solid']}: taken for {one['taken_as']}; {'; '.join(one['why'])}", "", "")
+    table.add_row(record["chain"][-1], "", f"{record['confidence']:.0%}")
     return table
 
 
