@@ -232,7 +232,7 @@ def read_pose(text: str) -> RigidTransform:
     import numpy as np
 
     from wpcal.core.errors import FormatError, InputError
-    from wpcal.core.input_file import read_bytes
+    from wpcal.core.input_file import holds_file, read_bytes
     from wpcal.core.numbers import parse_numbers
     from wpcal.core.records import parse_json
     from wpcal.core.transform import RigidTransform
@@ -245,7 +245,7 @@ def read_pose(text: str) -> RigidTransform:
         six = np.array([*numbers[:3], *np.radians(numbers[3:])])
         return RigidTransform.from_six_tuple(six, target="nominal", source="part")
     path = Path(text)
-    if not path.is_file():
+    if not holds_file(path.parent, path.name):
         raise InputError(f"--nominal: expected x,y,z,a,b,c in mm and degrees or a JSON file, got {text!r}")
     try:
         record = parse_json(read_bytes(path), path=str(path))

@@ -97,13 +97,19 @@ def candidate_from_record(record: Any, label: str, *, path: str) -> Candidate:
         If something is missing.
     """
     try:
-        start, middle = (tuple(float(v) for v in record[key]) for key in ("start_part_mm", "middle_part_mm"))
-        x, y, z = start
-        u, v, w = middle
-        return Candidate(str(record["name"]), (x, y, z), (u, v, w), float(record["length_mm"]))
+        x, y, z = map(_length, record["start_part_mm"])
+        u, v, w = map(_length, record["middle_part_mm"])
+        return Candidate(str(record["name"]), (x, y, z), (u, v, w), _length(record["length_mm"]))
     except (KeyError, TypeError, ValueError, OverflowError):
         message = f"seam {label}: its edit needs a whole candidate (name, start_part_mm, middle_part_mm, length_mm)"
         raise FormatError(message, path=path) from None
+
+
+def _length(value: Any) -> float:
+    """Return a number of a record in mm; a page can also send texts, NaN and true."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST_MM:
+        raise TypeError("expected a number")
+    return float(value)
 
 
 def edit_from_record(record: Any, label: str, *, path: str) -> SeamEdit:

@@ -110,8 +110,8 @@ def is_even(graph: BrepGraph, edge: IntArray) -> BoolArray:
 
 
 def speeds(graph: BrepGraph, edge: IntArray) -> FloatArray:
-    """Return the length per unit of the parameter on lines and circles, shape (k,), mm."""
-    return np.where(graph.edge_kind[edge] == CurveKind.LINE, 1.0, graph.edge_param[edge, 0])
+    """Return the length per unit of the parameter on lines and circles, shape (k,), mm; 1 on other curves."""
+    return np.where(graph.edge_kind[edge] == CurveKind.CIRCLE, graph.edge_param[edge, 0], 1.0)
 
 
 def _piece_stations(
