@@ -27,6 +27,9 @@ settings.load_profile("ci" if os.environ.get("CI") else "dev")
 # A slow machine does not make a command say more.
 os.environ.setdefault("WPCAL_PROGRESS_AFTER_S", "600")
 
+# Each test finds everything anew; those of the cache name a folder of their own.
+os.environ["WPCAL_CACHE"] = "off"
+
 # Set while conftest is imported, before any module under test takes the function by name: so no record goes unchecked.
 records.to_json = checked_to_json
 

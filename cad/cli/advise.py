@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cad.cli.options import POINT_LETTERS, SeamChoiceFlags, SeamFlags
+from cad.cli.options import POINT_LETTERS, SeamChoiceFlags, SeamFlags, no_cache_option
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, KIND_HELP, ONLY_HELP, SIGMA_HELP
 
@@ -70,6 +70,7 @@ class AdviseFlags:
 @takes("choice", SeamChoiceFlags)
 @click.option("-o", "--out", metavar="TEMPLATE.csv", type=click.Path(path_type=Path), help="Output: a table.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: TEMPLATE.csv.")
+@no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the advice.")
 def advise(
     *,
@@ -80,6 +81,7 @@ def advise(
     out: Path | None,
     force: bool,
     as_json: bool,
+    no_cache: bool,
 ) -> int:
     """Choose the features of PART.step to teach, so that the largest predicted 95 % error along the seams is smallest.
 
@@ -95,7 +97,11 @@ def advise(
     if out is not None:
         require_new(out, overwrite=force)
     found: Advice = run_on_part(
-        "cad.workpiece.advise:advise_points", part_step, arguments, what=f"advising for {part_step}"
+        "cad.workpiece.advise:advise_points",
+        part_step,
+        arguments,
+        what=f"advising for {part_step}",
+        use_cache=not no_cache,
     )
     if out is not None:
         from wpcal.advise import template_csv

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cad.cli.holder import HolderFlags
-from cad.cli.options import CalibrateFlags, SeamChoiceFlags
+from cad.cli.options import MESH, PART, CalibrateFlags, SeamChoiceFlags, no_cache_option
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.program_options import ProgramFlags
 from wpcal.cli.shared_help import DETAILS_HELP, FORCE_HELP, JSON_HELP
@@ -43,6 +43,7 @@ class OutputFlags:
 @takes("reading", ProgramFlags)
 @takes("choice", SeamChoiceFlags)
 @takes("output", OutputFlags)
+@no_cache_option
 def calibrate(
     *,
     part_step: Path,
@@ -53,6 +54,7 @@ def calibrate(
     reading: ProgramFlags,
     choice: SeamChoiceFlags,
     output: OutputFlags,
+    no_cache: bool,
 ) -> int:
     """Fit PART.step to the points in TAUGHT and write its weld seams in robot coordinates.
 
@@ -89,7 +91,12 @@ def calibrate(
         "holding": holding,
     }
     written: WrittenCalibration = run_on_part(
-        "cad.workpiece.calibrate:calibrate_files", part_step, arguments, what=f"calibrating {part_step}"
+        "cad.workpiece.calibrate:calibrate_files",
+        part_step,
+        arguments,
+        what=f"calibrating {part_step}",
+        use_cache=not no_cache,
+        needs=(PART, MESH),
     )
     if output.as_json:
         from wpcal.core.records import to_json

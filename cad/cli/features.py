@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cad.cli.options import KIND_LETTERS
+from cad.cli.options import KIND_LETTERS, no_cache_option
 from wpcal.cli.shared_help import JSON_HELP, KIND_HELP
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 @click.option("--min-diameter-mm", type=float, help="Only round features at least this large.")
 @click.option("--near", metavar="X,Y,Z", help="List the features nearest to this point of the part first.")
 @click.option("--all", "show_all", is_flag=True, help="Leave nothing out: also hidden, vague and indirect features.")
+@no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: all features.")
 def features(
     *,
@@ -32,6 +33,7 @@ def features(
     near: str | None,
     show_all: bool,
     as_json: bool,
+    no_cache: bool,
 ) -> int:
     """List the reference features of PART.step, with the names that `wpcal calibrate` accepts.
 
@@ -45,7 +47,7 @@ def features(
 
     place = None if near is None else _place(near)
     judged, notes, issues = run_on_part(
-        "cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}"
+        "cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}", use_cache=not no_cache
     )
     kinds = [FeatureKind(letter) for letter in kind]
     chosen = choose_features(

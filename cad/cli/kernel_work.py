@@ -1,14 +1,24 @@
-"""Work on a part in a child process, while a waiting user sees the current step."""
+"""Work on a part while a waiting user sees the current step: in a child process if it needs the CAD kernel.
+
+What is known of the part already (`cad.workpiece.answer_cache`) needs no kernel. Then there is no child process either.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from cad.cli.options import PART
 from wpcal.cli.progress import shown_progress
 from wpcal.core.input_file import MOST_STEP_MB, STDIN, read_bytes
+
+if TYPE_CHECKING:
+    from cad.workpiece.answer_cache import AnswerCache
 
 FROM_STDIN = "stdin.step"
 """Name of a part that comes from standard input, and so of its results."""
@@ -16,21 +26,33 @@ STARTING = "starting the CAD kernel"
 """What is done until the first message of the kernel's process."""
 
 
-def run_on_part(target: str, part_step: Path, arguments: Mapping[str, Any], *, what: str) -> Any:
-    """Call a function with a STEP file in a child process and show its progress.
+def run_on_part(
+    target: str,
+    part_step: Path,
+    arguments: Mapping[str, Any],
+    *,
+    what: str,
+    use_cache: bool,
+    needs: Sequence[str] = (PART,),
+) -> Any:
+    """Call a function with a STEP file and show its progress, in a child process unless all that it needs is known.
 
     A file that cannot be a STEP file is refused here, before the child loads the CAD kernel (about 3 s).
 
     Parameters
     ----------
     target : str
-        ``package.module:function``. The file is its argument `step`.
+        ``package.module:function``. The file is its argument `step`; it also takes `cache` and `progress`.
     part_step : Path
         ``-`` is standard input.
     arguments : mapping
         The other keyword arguments.
     what : str
         For messages: what is done.
+    use_cache : bool
+        Whether to use and to keep answers about the file.
+    needs : sequence of str
+        Answers without which the function loads the CAD kernel.
 
     Returns
     -------
@@ -50,9 +72,28 @@ def run_on_part(target: str, part_step: Path, arguments: Mapping[str, Any], *, w
         with TemporaryDirectory() as folder:
             copy = Path(folder, FROM_STDIN)
             copy.write_bytes(read_bytes(part_step, most_mb=MOST_STEP_MB))
-            return run_on_part(target, copy, arguments, what=what)
+            return run_on_part(target, copy, arguments, what=what, use_cache=use_cache, needs=needs)
     require_step_file(part_step)
-    from cad.kernel.child import run_in_child
+    from cad.kernel.child import Limits, run_in_child
+    from cad.workpiece.answer_cache import NO_CACHE, KernelNeededError, user_cache
 
-    with shown_progress(STARTING) as progress:
-        return run_in_child(target, {"step": part_step, **arguments}, what=what, progress=progress)
+    cache, limits = user_cache() if use_cache else NO_CACHE, Limits.from_environment()
+    with shown_progress(f"opening {part_step.name}") as progress:
+        if _holds(part_step, cache, needs):
+            module, _, function = target.partition(":")
+            with suppress(KernelNeededError):
+                run = getattr(import_module(module), function)
+                return run(step=part_step, **arguments, cache=replace(cache, kernel=False), progress=progress)
+        progress(STARTING)
+        given = {"step": part_step, **arguments, "cache": cache}
+        return run_in_child(target, given, what=what, limits=limits, progress=progress)
+
+
+def _holds(part_step: Path, cache: AnswerCache, needs: Sequence[str]) -> bool:
+    """Whether answers about a file are kept."""
+    if cache.folder is None or not cache.folder.is_dir():
+        return False
+    from cad.workpiece.answer_cache import file_identity
+
+    data = read_bytes(part_step, most_mb=MOST_STEP_MB)
+    return all(cache.holds(question, file_identity(part_step, data)) for question in needs)

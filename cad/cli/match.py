@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cad.cli.options import POINT_LETTERS, read_pose
+from cad.cli.options import POINT_LETTERS, no_cache_option, read_pose
 from wpcal.cli.option_groups import takes
 from wpcal.cli.program_options import ProgramFlags
 from wpcal.cli.shared_help import JSON_HELP, KIND_HELP, SIGMA_HELP
@@ -35,6 +35,7 @@ MOST_SHOWN = 20
     help=f"{KIND_HELP} For points without a name.  [default: all]",
 )
 @takes("reading", ProgramFlags)
+@no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: all answers.")
 def match(
     *,
@@ -45,6 +46,7 @@ def match(
     kind: tuple[str, ...],
     reading: ProgramFlags,
     as_json: bool,
+    no_cache: bool,
 ) -> int:
     """Find which feature of PART.step each point of TAUGHT is, from the distances between the points.
 
@@ -62,7 +64,9 @@ def match(
         "T_nominal_part": None if nominal is None else read_pose(nominal),
         "kinds": tuple(FeatureKind(letter) for letter in kind) or POINT_KINDS,
     }
-    found: Match = run_on_part("cad.workpiece.calibrate:match_taught", part_step, arguments, what=f"matching {taught}")
+    found: Match = run_on_part(
+        "cad.workpiece.calibrate:match_taught", part_step, arguments, what=f"matching {taught}", use_cache=not no_cache
+    )
     if as_json:
         from wpcal.core.records import to_json
 

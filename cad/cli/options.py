@@ -25,6 +25,16 @@ KIND_LETTERS = (*POINT_LETTERS, "L", "X", "P", "A")
 """All `FeatureKind` values."""
 
 
+PART, MESH, LINES = "part", "mesh", "lines"
+"""Questions of `cad.workpiece.step_file`; written out so that the help needs no NumPy."""
+
+no_cache_option = click.option(
+    "--no-cache",
+    is_flag=True,
+    help="Find everything anew, and keep nothing for the next command on the same file.",
+)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeamFlags:
     """How seams are found and cut into frames."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.options import CalibrateFlags, SeamChoiceFlags
+from cad.cli.options import MESH, PART, CalibrateFlags, SeamChoiceFlags, no_cache_option
 from cad.pick.address import LOCAL, NETWORK_WARNING, opening_file, qr_code
 from wpcal.cli.option_groups import option_names, takes
 from wpcal.cli.program_options import ProgramFlags
@@ -60,6 +60,7 @@ DEFAULT_TABLE = Path("taught.csv")
 @takes("calibration", CalibrateFlags)
 @takes("choice", SeamChoiceFlags)
 @takes("reading", ProgramFlags)
+@no_cache_option
 @click.pass_context
 def pick(
     ctx: click.Context,
@@ -75,6 +76,7 @@ def pick(
     calibration: CalibrateFlags,
     choice: SeamChoiceFlags,
     reading: ProgramFlags,
+    no_cache: bool,
 ) -> int:
     """Click features of PART.step in the browser and type what the robot shows.
 
@@ -107,7 +109,14 @@ def pick(
         read_bytes(taught)  # says why not
     initial = read_bytes(taught) if taught is not None and is_other else None
     arguments = {"options": options.seams, "choice": replace(options.choice, edits=())}
-    part = run_on_part("cad.pick.part:read_pick_part", part_step, arguments, what=f"reading {part_step}")
+    part = run_on_part(
+        "cad.pick.part:read_pick_part",
+        part_step,
+        arguments,
+        what=f"reading {part_step}",
+        use_cache=not no_cache,
+        needs=(PART, MESH),
+    )
     session = PickSession(part, options, nominal, program)
     seams, seam_notes = start_seams(session, part_step, out, given=choice.seams_file)
     command = partial(calibrate_command, ctx, part_step, seams=seams)

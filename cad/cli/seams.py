@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from cad.cli.options import SeamChoiceFlags, SeamFlags
+from cad.cli.options import MESH, PART, SeamChoiceFlags, SeamFlags, no_cache_option
 from wpcal.cli.option_groups import takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
@@ -22,6 +22,7 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
     "--html", metavar="FILE", type=click.Path(path_type=Path), help="Write a page: the part with its seams in 3-D."
 )
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the picture and the page.")
+@no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: in the form of seams.json, frame part.")
 def seams(
     *,
@@ -32,6 +33,7 @@ def seams(
     html: Path | None,
     force: bool,
     as_json: bool,
+    no_cache: bool,
 ) -> int:
     """List the weld seams of PART.step: contacts between solids, and concave edges inside one.
 
@@ -50,7 +52,12 @@ def seams(
     }
     _check_drawings(png, html, overwrite=force)
     found, notes, issues, picture, part_glb = run_on_part(
-        "cad.workpiece.seams:list_seams", part_step, arguments, what=f"finding the seams of {part_step}"
+        "cad.workpiece.seams:list_seams",
+        part_step,
+        arguments,
+        what=f"finding the seams of {part_step}",
+        use_cache=not no_cache,
+        needs=(PART, MESH) if html is not None else (PART,),
     )
     if png is not None:
         write_file(png, picture, overwrite=force)

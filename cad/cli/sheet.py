@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cad.cli.options import LINES, PART, no_cache_option
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
@@ -32,9 +33,18 @@ if TYPE_CHECKING:
 )
 @click.option("--paper", type=click.Choice(["A3", "A4"]), default="A3", show_default=True, help="Size of the drawing.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: SHEET.")
+@no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what is on the sheet.")
 def sheet(
-    *, part_step: Path, taught: Path | None, out: Path, points: str | None, paper: str, force: bool, as_json: bool
+    *,
+    part_step: Path,
+    taught: Path | None,
+    out: Path,
+    points: str | None,
+    paper: str,
+    force: bool,
+    as_json: bool,
+    no_cache: bool,
 ) -> int:
     """Draw PART.step with the points to touch, numbered, and a table to fill in by hand.
 
@@ -48,7 +58,14 @@ def sheet(
 
     options = _options(out, points, taught, paper)
     require_new(out, overwrite=force)
-    made: Sheet = run_on_part("cad.sheet:make_sheet", part_step, {"options": options}, what=f"drawing {part_step}")
+    made: Sheet = run_on_part(
+        "cad.sheet:make_sheet",
+        part_step,
+        {"options": options},
+        what=f"drawing {part_step}",
+        use_cache=not no_cache,
+        needs=(PART, LINES),
+    )
     write_file(out, made.data, overwrite=force)
     if as_json:
         from wpcal.core.records import to_json

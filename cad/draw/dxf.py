@@ -9,12 +9,11 @@ in mm; the name of their layer states the magnification.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
+from cad.draw.reproducible import reproducible
 from wpcal.controllers.naming import NameRules, printable, safe_name, safe_names
 from wpcal.controllers.program import WeldProgram
 from wpcal.core.arrays import FloatArray
@@ -152,19 +151,6 @@ def _text_height(program: WeldProgram, points: list[tuple[str, FloatArray, Float
 
 def _label(space: Any, text: str, p: FloatArray, layer: str, height: float) -> None:
     space.add_text(printable(text), height=height, dxfattribs={"layer": layer}).set_placement((p + height / 2).tolist())
-
-
-@contextmanager
-def reproducible() -> Iterator[None]:
-    """Write without the time and with fixed identifiers, so that the same input gives the same bytes."""
-    from ezdxf import options
-
-    before = options.write_fixed_meta_data_for_testing
-    options.write_fixed_meta_data_for_testing = True
-    try:
-        yield
-    finally:
-        options.write_fixed_meta_data_for_testing = before
 
 
 DXF = Exporter("dxf", "DXF: NAME.dxf with seams, taught points and residual vectors", write_dxf)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.features import judge_workpiece
 from cad.workpiece.seams import SeamChoice, find_seams
+from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
@@ -61,12 +63,15 @@ class PickPart:
 
 
 def read_pick_part(
-    step: Path, *, options: SeamOptions, choice: SeamChoice, progress: Progress = no_progress
+    step: Path,
+    *,
+    options: SeamOptions,
+    choice: SeamChoice,
+    cache: AnswerCache = NO_CACHE,
+    progress: Progress = no_progress,
 ) -> PickPart:
     """Read a STEP file, its features and seams, and draw it; parameters and errors as in `cad.workpiece`."""
-    from cad.kernel.tessellate import mesh_part
-
-    workpiece = open_workpiece(step, progress=progress)
+    workpiece = open_workpiece(step, cache=cache, progress=progress)
     touchables = judge_workpiece(workpiece, progress=progress)
     progress("finding seams")
     candidates, with_sections = find_seams(workpiece, options, replace(choice, edits=()))
@@ -74,10 +79,10 @@ def read_pick_part(
     trimmed = replace(workpiece.trimmed, graph=graph)
     seams = apply_edits(graph, trimmed, candidates, choice.edits, options)
     progress("drawing the part")
-    source = workpiece.source
-    part_glb, mesh_issues = mesh_part(source.solids, sha256=source.sha256)
+    source = workpiece.file
+    part_glb, mesh_issues = draw_part(source)
     notes = tuple(issue.message for issue in (*with_sections.issues, *mesh_issues))
-    plain = replace(workpiece, source=None, solids=(), member_notes=with_sections.member_notes)
+    plain = replace(workpiece, source=None, member_notes=with_sections.member_notes)
     return PickPart(
         file_name=source.file_name,
         sha256=source.sha256,

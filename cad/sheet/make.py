@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from cad.draw.dxf import reproducible
+from cad.draw.reproducible import reproducible
 from cad.sheet.paper import A3, Paper, SheetLayout, lay_out, scale_words
+from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal import __version__
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
@@ -58,13 +59,17 @@ class Sheet:
     record: dict[str, Any]
 
 
-def make_sheet(step: Any, *, options: SheetOptions, progress: Progress = no_progress) -> Sheet:
+def make_sheet(
+    step: Any, *, options: SheetOptions, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress
+) -> Sheet:
     """Draw a part in four views with the reference points to touch and a table to fill in.
 
     Parameters
     ----------
     step : path, build123d shape, iterable of build123d shapes, or Workpiece
     options : SheetOptions
+    cache : AnswerCache
+        As in `open_workpiece`.
     progress : callable, optional
 
     Returns
@@ -82,16 +87,17 @@ def make_sheet(step: Any, *, options: SheetOptions, progress: Progress = no_prog
     """
     from cad.sheet.fonts import require_font
     from cad.sheet.render import render
-    from cad.sheet.views import project_views
+    from cad.sheet.views import part_lines, project_views
 
     require_font()
-    workpiece = open_workpiece(step, progress=progress)
-    features = _features(workpiece, options, progress)
     paper = options.paper
+    workpiece = open_workpiece(step, cache=cache, progress=progress)
+    features = _features(workpiece, options, progress)
     if len(features) > paper.most_points:
         raise InputError(f"{paper.name} has room for {paper.most_points} points, got {len(features)}")
     progress("projecting the views")
-    views = project_views(workpiece.graph, workpiece.solids, np.array([feature.p_mm for feature in features]))
+    points = np.array([feature.p_mm for feature in features])
+    views = project_views(workpiece.graph, part_lines(workpiece), points)
     layout = lay_out(paper, views, len(features))
     progress("drawing")
     title = _title(workpiece)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from cad.workpiece.step_file import LINES
+from cad.workpiece.workpiece import Workpiece
 from wpcal.brep import BrepGraph
 from wpcal.brep.rays import is_blocked
 from wpcal.brep.trim import TrimmedFaces
@@ -53,6 +53,10 @@ TOP = ViewAxes("top", frozen([1.0, 0.0, 0.0]), frozen([0.0, 0.0, 1.0]))
 ISO = ViewAxes("from the front, left and above", frozen(np.array([1.0, -1.0, 0.0]) / np.sqrt(2.0)),
                frozen(np.array([-1.0, -1.0, 1.0]) / np.sqrt(3.0)))  # fmt: skip
 ORTHOGONAL = (FRONT, LEFT, TOP)
+VIEWS = (*ORTHOGONAL, ISO)
+
+ViewLines = tuple[tuple[FloatArray, FloatArray], ...]
+"""For each view its sharp lines, shape (n, 2, 2), and its smooth lines, shape (k, 2, 2), mm."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,29 +89,40 @@ class View:
         return drawn.min(axis=0), drawn.max(axis=0)
 
 
-def project_views(graph: BrepGraph, solids: Sequence[Any], points: FloatArray) -> tuple[View, ...]:
-    """Project a part to the views front, left, top and iso.
-
-    Parameters
-    ----------
-    graph : BrepGraph
-    solids : sequence of kernel shapes
-        The solids of the graph, in its order.
-    points : ndarray, shape (m, 3)
-        Reference points in `part`, mm.
+def part_lines(workpiece: Workpiece) -> ViewLines:
+    """Return what is visible of a part in each view: sharp and smooth lines as in `View`.
 
     Raises
     ------
     KernelError
         When the kernel cannot mesh or project the part.
     """
-    from cad.kernel.visible_lines import meshed_compound, visible_lines
 
-    shape = meshed_compound(solids, chord_mm=CHORD_PART * graph.size_mm, chord_rad=CHORD_RAD)
+    def project() -> ViewLines:
+        solids = workpiece.solids
+        from cad.kernel.visible_lines import meshed_compound, visible_lines
+
+        size_mm = workpiece.graph.size_mm
+        shape = meshed_compound(solids, chord_mm=CHORD_PART * size_mm, chord_rad=CHORD_RAD)
+        return tuple(visible_lines(shape, right=a.right, toward=a.toward, name=a.name) for a in VIEWS)
+
+    return workpiece.answer(LINES, (), project)
+
+
+def project_views(graph: BrepGraph, lines: ViewLines, points: FloatArray) -> tuple[View, ...]:
+    """Project reference points to the views front, left, top and iso of a part.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    lines : ViewLines
+        Of `part_lines`.
+    points : ndarray, shape (m, 3)
+        Reference points in `part`, mm.
+    """
     trimmed = TrimmedFaces.of(graph)
     views = []
-    for axes in (*ORTHOGONAL, ISO):
-        segments, smooth = visible_lines(shape, right=axes.right, toward=axes.toward, name=axes.name)
+    for axes, (segments, smooth) in zip(VIEWS, lines, strict=True):
         seen = _seen(graph, trimmed, points, axes)
         views.append(View(axes, segments, smooth, frozen(points @ axes.plane.T), seen))
     return tuple(views)

@@ -53,13 +53,15 @@ def require_step_file(path: Path) -> None:
     _require_step_start(_read(path, first=START_SEARCH_BYTES), path)
 
 
-def read_step_text(path: Path) -> Part21File:
+def read_step_text(path: Path, *, data: bytes | None = None) -> Part21File:
     """Read and index the text of a STEP file.
 
     Parameters
     ----------
     path : Path
         The file as the user named it.
+    data : bytes, optional
+        The file's bytes, if they were read before.
 
     Returns
     -------
@@ -72,7 +74,7 @@ def read_step_text(path: Path) -> Part21File:
     FormatError
         If it is not ISO 10303-21 text, or is cut off.
     """
-    text = _read(path)
+    text = _read(path) if data is None else data
     _require_step_start(text, path)
     mark = BOM_UTF8 if text.startswith(BOM_UTF8) else b""
     file = index_part21(text.removeprefix(mark), name=str(path))

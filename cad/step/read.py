@@ -150,12 +150,14 @@ class StepPart:
         return found
 
 
-def read_step(path: Path | str) -> StepPart:
+def read_step(path: Path | str, *, data: bytes | None = None) -> StepPart:
     """Read a STEP file: placed solids in mm, names, colours, layers, and what is odd about it.
 
     Parameters
     ----------
     path : Path or str
+    data : bytes, optional
+        The file's bytes, if they were read before.
 
     Returns
     -------
@@ -177,7 +179,7 @@ def read_step(path: Path | str) -> StepPart:
     files of others therefore calls this through `cad.kernel.child.run_in_child`.
     """
     path = Path(path)
-    file = read_step_text(path)
+    file = read_step_text(path, data=data)
     with kernel_call(f"reading {path}"):
         document = read_document(path, file.text)
         tree = StepTree(document)

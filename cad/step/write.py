@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from numpy.typing import ArrayLike
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
@@ -27,11 +28,12 @@ from cad.step.append_seams import SEAMS_NAME, SeamCurve, append_seams
 from cad.step.bake import bake_text
 from cad.step.compare import StepInventory, compare_inventories, compare_seam_edges, take_inventory
 from cad.step.part21 import index_part21
-from cad.step.read import StepPart, read_document
+from cad.step.read import StepPart, read_document, read_step
 from wpcal.brep.mesh import Rgb
 from wpcal.core.arrays import frozen
 from wpcal.core.errors import FormatError, KernelError
 from wpcal.core.issue import Issue
+from wpcal.core.progress import Progress, no_progress
 from wpcal.core.records import write_file
 from wpcal.core.transform import RigidTransform
 
@@ -104,6 +106,14 @@ def write_moved_step(
                 return (*issues, *found)
             issues.append(Issue(DEFEATED, f"{WAY_NAMES[way.__name__]} failed: {found[0].message}"))
     raise KernelError(f"writing {path}: no way of writing was tried")
+
+
+def write_moved_data(*, name: str, data: bytes, progress: Progress = no_progress, **settings: Any) -> tuple[Issue, ...]:
+    """Write a STEP file of that name and those bytes, moved; the rest as in `write_moved_step`."""
+    progress(f"reading {name}")
+    part = read_step(name, data=data)
+    progress("writing the moved part and reading it again")
+    return write_moved_step(part, **settings)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.seams import SeamChoice, find_seams
-from cad.workpiece.workpiece import open_workpiece
+from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.advise import Advice, advise
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
@@ -56,6 +57,7 @@ def advise_points(
     options: AdviseOptions,
     seam_options: SeamOptions,
     choice: SeamChoice | None = None,
+    cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> Advice:
     """Choose the features of a part to teach.
@@ -67,6 +69,8 @@ def advise_points(
     seam_options : SeamOptions
     choice : SeamChoice, optional
         What a person decided about the seams.
+    cache : AnswerCache
+        As in `open_workpiece`. The advice is kept, too.
     progress : callable, optional
 
     Returns
@@ -80,7 +84,18 @@ def advise_points(
     GeometryError
         When the part has no seam, or too few features that may be taught.
     """
-    workpiece = open_workpiece(step, progress=progress)
+    workpiece = open_workpiece(step, cache=cache, progress=progress)
+    choice = choice or SeamChoice()
+
+    def advice() -> Advice:
+        return _advise(workpiece, options, seam_options, choice, progress)
+
+    return workpiece.answer("advice", (options, seam_options, choice), advice)
+
+
+def _advise(
+    workpiece: Workpiece, options: AdviseOptions, seam_options: SeamOptions, choice: SeamChoice, progress: Progress
+) -> Advice:
     have = [feature_named(workpiece.features, name) for name in options.have]
     excluded = {feature_named(workpiece.features, name).name for name in options.exclude}
     progress("finding seams")

@@ -13,8 +13,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
+from cad.workpiece.moved_file import write_moved
 from cad.workpiece.seams import find_seams
+from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
 from wpcal.core.arrays import FloatArray
@@ -76,8 +79,8 @@ class WorkpieceCalibration:
         from cad.kernel.geometry import to_location
 
         T = Location(to_location(self.T_base_part))
-        source = self.workpiece.source
-        return [shape.moved(T) for shape in (self.workpiece.shapes or source.build123d_shapes())]
+        shapes = self.workpiece.shapes or self.workpiece.file.step.build123d_shapes()
+        return [shape.moved(T) for shape in shapes]
 
     def seams_record(self) -> dict[str, Any]:
         """Return the record of ``seams.json``, frames in `base`."""
@@ -210,6 +213,7 @@ def calibrate_files(
     mark_seams: bool = False,
     bake: bool = False,
     holding: Holding | None = None,
+    cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> WrittenCalibration:
     """Calibrate a STEP file and write the records, the moved STEP file, the part's triangles and the page.
@@ -233,6 +237,8 @@ def calibrate_files(
         Move the geometry itself in the STEP file, without a new assembly level.
     holding : Holding, optional
         The cell whose robot 2 held the part: ``cell.json`` with the part's place in the gripper is written, too.
+    cache : AnswerCache
+        As in `open_workpiece`.
 
     Returns
     -------
@@ -245,21 +251,19 @@ def calibrate_files(
     KernelError
         When the kernel fails.
     """
-    from cad.kernel.tessellate import mesh_part
-    from cad.step.write import write_moved_step
     from wpcal.pages.report import build_report
-    from wpcal.planning.cell.grasp import cell_files, solve_grasp
 
-    found = calibrate_workpiece(step, taught, T_nominal_part=T_nominal_part, options=options, progress=progress)
-    source = found.workpiece.source
+    workpiece = open_workpiece(step, cache=cache, progress=progress)
+    source = workpiece.file
+    progress("drawing the part")
+    part_glb, mesh_issues = draw_part(source)
+    found = calibrate_workpiece(workpiece, taught, T_nominal_part=T_nominal_part, options=options, progress=progress)
     marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams if s.accepted] if mark_seams else []
     seams = found.seams_record()
-    progress("drawing the part")
-    part_glb, mesh_issues = mesh_part(source.solids, sha256=source.sha256)
     with new_directory(out, overwrite=overwrite, head=CALIBRATION_FILE, leave_out=files_of_run(out)) as folder:
         progress("writing the moved part and reading it again")
         moved = f"{Path(source.file_name).stem}.calibrated.step"
-        issues = write_moved_step(source, found.T_base_part, folder / moved, seams=marked, bake=bake)
+        issues = write_moved(source, found.T_base_part, folder / moved, seams=marked, bake=bake, progress=progress)
         if part_glb is not None:
             (folder / PART_FILE).write_bytes(part_glb)
         record = found.to_record((*issues, *mesh_issues))
@@ -269,6 +273,8 @@ def calibrate_files(
         (folder / "seams.csv").write_text(seams_csv(seams), encoding="utf-8")
         (folder / "report.html").write_text(build_report(record, seams, part_glb), encoding="utf-8")
         if holding is not None:
+            from wpcal.planning.cell.grasp import cell_files, solve_grasp
+
             for name, cell_record in cell_files(holding, solve_grasp(holding, found.T_base_part)).items():
                 (folder / name).write_text(to_json(cell_record), encoding="utf-8")
         files = (CALIBRATION_FILE, *sorted(file.name for file in folder.iterdir() if file.name != CALIBRATION_FILE))
@@ -283,10 +289,11 @@ def match_taught(
     sigma_mm: float | None,
     T_nominal_part: RigidTransform | None,
     kinds: Sequence[FeatureKind],
+    cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> Match:
     """Find which feature of a STEP file each taught point is; parameters as in `wpcal.match.match_points`."""
-    workpiece = open_workpiece(step, progress=progress)
+    workpiece = open_workpiece(step, cache=cache, progress=progress)
     with blamed_on(taught.path):
         return match_points(
             names_as_features(taught, workpiece.features),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
@@ -13,13 +14,13 @@ from wpcal.seam.options import Judging
 
 
 def list_features(
-    step: Path, *, progress: Progress = no_progress
+    step: Path, *, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress
 ) -> tuple[tuple[Touchable, ...], MemberNotes, tuple[Issue, ...]]:
     """Return the reference features of a STEP file, what its solids are taken for, and what is odd in it.
 
     The features that are easiest to touch come first.
     """
-    workpiece = open_workpiece(step, progress=progress)
+    workpiece = open_workpiece(step, cache=cache, progress=progress)
     notes = take_members(workpiece.graph, workpiece.trimmed, Judging()).notes
     return judge_workpiece(workpiece, progress=progress), notes, workpiece.issues
 

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
+from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
+from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
+from wpcal.brep import BrepGraph
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
@@ -56,31 +60,51 @@ def find_seams(
         The same workpiece, with those curves in its graph, with the pairs that failed in its issues, and with what its
         solids are taken for.
     """
-    trimmed = workpiece.trimmed
-    notes = take_members(workpiece.graph, trimmed, options.judging).notes
-    workpiece = replace(workpiece, member_notes=notes)
-    pairs = interpenetrating_solids(workpiece.graph, trimmed)
-    sections = None
+    choice = choice or SeamChoice()
+    # places may be names of features
+    of = (options, choice.marked, choice.edges, workpiece.features if choice.edges else ())
+    found = workpiece.answer("seams", of, partial(_find, workpiece, options, choice))
+    graph = found.graph or workpiece.graph
+    trimmed = replace(workpiece.trimmed, graph=graph)
+    workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *found.issues), member_notes=found.notes)
+    return apply_edits(graph, trimmed, found.seams, choice.edits, options), workpiece
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """Seams before the edits of a person, and what belongs to them: the graph only if edges were added to it."""
+
+    seams: tuple[Seam, ...]
+    graph: BrepGraph | None
+    notes: MemberNotes
+    issues: tuple[Issue, ...]
+
+
+def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Found:
+    graph, trimmed = workpiece.graph, workpiece.trimmed
+    notes = take_members(graph, trimmed, options.judging).notes
+    pairs = interpenetrating_solids(graph, trimmed)
+    sections, issues = None, tuple[Issue, ...]()
     if len(pairs):
+        solids = workpiece.solids
         from cad.kernel.section import add_sections
 
-        graph, sections, issues = add_sections(workpiece.graph, workpiece.solids, pairs)
-        workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *issues))
+        graph, sections, issues = add_sections(graph, solids, pairs)
         trimmed = replace(trimmed, graph=graph)
-    choice = choice or SeamChoice()
-    graph, beads = add_beads(workpiece.graph, trimmed, options)
+    graph, beads = add_beads(graph, trimmed, options)
     graph, flares = add_grooves(graph, trimmed, options)
     marked = None
     if choice.marked or choice.edges:
+        marks = () if workpiece.source is None else workpiece.source.step.marks
         from cad.workpiece.marked_edges import find_marked
 
-        marks = () if workpiece.source is None else workpiece.source.marks
         graph, marked = find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
-    workpiece, trimmed = replace(workpiece, graph=graph), replace(trimmed, graph=graph)
+    trimmed = replace(trimmed, graph=graph)
     seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, flares=flares, marked=marked)
     if not seams and options.concave is ConcaveEdges.AUTO:
-        workpiece = replace(workpiece, issues=(*workpiece.issues, *left_out(graph, trimmed)))
-    return apply_edits(graph, trimmed, seams, choice.edits, options), workpiece
+        issues = (*issues, *left_out(graph, trimmed))
+    is_wider = graph.edge_count > workpiece.graph.edge_count
+    return _Found(seams, graph if is_wider else None, notes, issues)
 
 
 def list_seams(
@@ -90,13 +114,14 @@ def list_seams(
     choice: SeamChoice | None = None,
     picture: bool = False,
     mesh: bool = False,
+    cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> tuple[tuple[Seam, ...], MemberNotes, tuple[Issue, ...], bytes | None, bytes | None]:
     """Return the seams of a STEP file, frames in `part`, what its solids are taken for, and what is odd in the file.
 
     If asked for, also their picture (PNG) and ``part.glb``.
     """
-    workpiece = open_workpiece(step, progress=progress)
+    workpiece = open_workpiece(step, cache=cache, progress=progress)
     progress("finding seams")
     seams, workpiece = find_seams(workpiece, options, choice)
     png, part_glb = None, None
@@ -106,9 +131,7 @@ def list_seams(
         progress("drawing")
         png = seams_png(workpiece.graph, seams, Path(step).name)
     if mesh:
-        from cad.kernel.tessellate import mesh_part
-
         progress("drawing the part")
-        part_glb, _ = mesh_part(workpiece.source.solids, sha256=workpiece.source.sha256)
+        part_glb, _ = draw_part(workpiece.file)
     notes = workpiece.member_notes or MemberNotes(options.judging, ())
     return seams, notes, workpiece.issues, png, part_glb

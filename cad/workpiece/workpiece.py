@@ -5,13 +5,14 @@ Importing this module does not load the CAD kernel: a process without it can hol
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from cad.kernel.system_libraries import libgl_explained
+from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
+from cad.workpiece.step_file import StepFile
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
@@ -19,6 +20,8 @@ from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.features import ReferenceFeature, find_features
 from wpcal.seam.member.note import MemberNotes
+
+Answer = TypeVar("Answer")
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,12 +34,10 @@ class Workpiece:
     features : tuple of ReferenceFeature
     issues : tuple of Issue
         What is odd in the file.
-    source : StepPart or None
+    source : StepFile or None
         The STEP file; None for shapes from a script.
     shapes : tuple
         The shapes from a script, unchanged.
-    solids : tuple of kernel shapes
-        The solids of the graph, in its order.
     member_notes : MemberNotes or None
         What the solids are taken for; None before seams were found.
     """
@@ -44,18 +45,49 @@ class Workpiece:
     graph: BrepGraph
     features: tuple[ReferenceFeature, ...]
     issues: tuple[Issue, ...] = ()
-    source: Any = None
+    source: StepFile | None = None
     shapes: tuple[Any, ...] = ()
-    solids: tuple[Any, ...] = ()
     member_notes: MemberNotes | None = None
+
+    @property
+    def file(self) -> StepFile:
+        """The STEP file.
+
+        Raises
+        ------
+        InputError
+            For shapes from a script.
+        """
+        if self.source is None:
+            raise InputError("expected a STEP file, got shapes from a script")
+        return self.source
+
+    @property
+    def solids(self) -> tuple[Any, ...]:
+        """The solids of the graph, in its order, as kernel shapes. For them the kernel reads the file."""
+        if self.source is not None:
+            return tuple(solid.shape for solid in self.source.step.solids)
+        return tuple(shape for _, shape in _named_solids(self.shapes))
 
     @cached_property
     def trimmed(self) -> TrimmedFaces:
         """Boundaries of the faces as pieces; computed once, for every question about what lies on a face."""
         return TrimmedFaces.of(self.graph)
 
+    def answer(self, what: str, of: Sequence[object], make: Callable[[], Answer]) -> Answer:
+        """Return an answer that is kept, or find it; parameters as in `AnswerCache.answer`.
 
-def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
+        Only answers about a file as it was read are kept, not about a workpiece that a script changed.
+        """
+        file = self.source
+        if file is None or self.graph is not file.content.graph:
+            return make()
+        if self.features is not file.features or self.issues is not file.content.issues:
+            return make()
+        return file.answer(what, of, make)
+
+
+def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress) -> Workpiece:
     """Read a part and find its reference features.
 
     Parameters
@@ -63,6 +95,8 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
     step : path, build123d shape, iterable of build123d shapes, or Workpiece
         A STEP file, or shapes in mm: the label of a shape becomes the name of its solid. A part that is open already
         is returned as it is.
+    cache : AnswerCache
+        Where answers about STEP files are kept: `user_cache` returns that of the commands. By default nothing is kept.
 
     Returns
     -------
@@ -78,19 +112,9 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
     if isinstance(step, Workpiece):
         return step
     if isinstance(step, str | Path):
-        with libgl_explained():
-            from cad.kernel.to_brep import to_brep
-            from cad.step.read import read_step
-
         progress(f"reading {Path(step).name}")
-        part = read_step(step)
-        if not part.solids:
-            found = "; ".join(issue.message for issue in part.issues)
-            raise InputError(f"{step}: there is nothing to teach or weld on: {found}")
-        solids = tuple(solid.shape for solid in part.solids)
-        graph = to_brep((solid.name, solid.shape) for solid in part.solids)
-        graph = replace(graph, solid_facts=tuple(solid.facts for solid in part.solids))
-        return Workpiece(graph, find_features(graph), part.issues, part, solids=solids)
+        file = StepFile.open(step, cache)
+        return Workpiece(file.content.graph, file.features, file.content.issues, file)
     from cad.kernel.to_brep import to_brep
 
     shapes = tuple(step) if isinstance(step, Iterable) and not hasattr(step, "wrapped") else (step,)
@@ -98,7 +122,7 @@ def open_workpiece(step: Any, *, progress: Progress = no_progress) -> Workpiece:
     if not named:
         raise InputError("the shapes given hold no solid")
     graph = to_brep(named)
-    return Workpiece(graph, find_features(graph), shapes=shapes, solids=tuple(shape for _, shape in named))
+    return Workpiece(graph, find_features(graph), shapes=shapes)
 
 
 def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:

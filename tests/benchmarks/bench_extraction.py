@@ -79,18 +79,18 @@ def measure(path: Path, bays: int) -> dict[str, float]:
 
 def extraction(path: Path) -> tuple[dict[str, float], int, Any]:
     """Return the seconds of every step, the number of faces, and the seams."""
-    from cad.kernel.to_brep import to_brep
-    from cad.step.read import read_step
     from cad.workpiece.seams import find_seams
+    from cad.workpiece.step_file import StepFile
     from cad.workpiece.workpiece import Workpiece
-    from wpcal.features import find_features
     from wpcal.seam import SeamOptions
 
     times = {}
-    times["read_step"], part = seconds(lambda: read_step(path))
-    times["to_brep"], graph = seconds(lambda: to_brep((solid.name, solid.shape) for solid in part.solids))
-    times["features"], features = seconds(lambda: find_features(graph))
-    workpiece = Workpiece(graph, features, (), part, solids=tuple(solid.shape for solid in part.solids))
+    file = StepFile.open(path)
+    times["read_step"], _ = seconds(lambda: file.step)
+    times["to_brep"], content = seconds(lambda: file.content)
+    times["features"], features = seconds(lambda: file.features)
+    graph = content.graph
+    workpiece = Workpiece(graph, features, content.issues, file)
     times["seams"], (seams, _) = seconds(lambda: find_seams(workpiece, SeamOptions()))
     return times, graph.face_count, seams
 

@@ -83,7 +83,7 @@ def test_wires_in_a_group_stand_for_the_contacts_they_lie_on(tmp_path: Path) -> 
         seams, others = chosen(moved, pattern)
         assert (len(seams), len(others)) == (count, 4 - count)
         assert all(seam.source is SeamSource.MARKED and seam.joint.value == "tee" for seam in seams)
-    marks = open_workpiece(moved).source.marks
+    marks = open_workpiece(moved).source.step.marks
     red, green, blue = (round(255 * v) for v in marks[0].color_rgb)
     assert len(chosen(moved, f"#{red:02x}{green:02x}{blue:02X}")[0]) == 4
 

@@ -111,7 +111,7 @@ def check(name: str, request: pytest.FixtureRequest) -> None:
     workpiece = open_workpiece(step)
     seams, found = find_seams(workpiece, SeamOptions())
     accepted = [seam for seam in seams if seam.accepted]
-    mesh = tessellate((s.name, s.shape, s.color_rgb) for s in workpiece.source.solids)
+    mesh = tessellate((s.name, s.shape, s.color_rgb) for s in workpiece.source.step.solids)
     low, high = found.trimmed.face_box
     of = found.graph.face_solid
     names = found.graph.solid_names

@@ -12,7 +12,7 @@ from cad.sheet import SheetOptions, make_sheet
 from cad.sheet.draw import Pen, Row, draw_views
 from cad.sheet.make import _new_document
 from cad.sheet.paper import A3, A4, lay_out
-from cad.sheet.views import ISO, project_views
+from cad.sheet.views import ISO, part_lines, project_views
 from cad.workpiece.workpiece import open_workpiece
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.features import feature_named
@@ -35,7 +35,7 @@ def tee(sample_part):
 
 def views_of(workpiece, names):
     p = np.array([feature_named(workpiece.features, name).p_mm for name in names])
-    return project_views(workpiece.graph, workpiece.solids, p), p
+    return project_views(workpiece.graph, part_lines(workpiece), p), p
 
 
 def test_views_show_the_outline_of_the_part(tee):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from wpcal.advise.candidates import easiest_places, fills_a_plane
 from wpcal.advise.design import Design, farthest_rows, least_swap
 from wpcal.calibrate.criteria import Criterion
-from wpcal.calibrate.points.covariance import isotropic_covariance, minimax_covariance
+from wpcal.calibrate.points.covariance import isotropic_covariance, minimax_covariances
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, error_95
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.csv_text import csv_text
@@ -212,7 +213,7 @@ def advise_set(
     best = choice.best(points, held, no_progress)
     if not fills_a_plane(choice.places.p[list(held)]):
         return best
-    return min(choice.predicted(np.array(held)), best, key=lambda found: found.error_95_mm)
+    return min(*choice.predicted(np.array([held])), best, key=lambda found: found.error_95_mm)
 
 
 def _begun(
@@ -280,19 +281,26 @@ class _Choice:
         rows, errors = self.design.best_sets(n, held=held, rng=rng, progress=progress)
         if len(rows) == 0:
             raise GeometryError("the features to choose from lie on one line: no set of them fixes the part")
-        clear = [k for k, row in enumerate(rows) if least_swap(self.places.p[row])[0] >= self._clear_squares(n)]
-        affordable = [k for k in clear if errors[k] <= SWAP_PRICE * errors[0]]
+        affordable = rows[errors <= SWAP_PRICE * errors[0]]
+        clear = list(islice((row for row in affordable if self._is_clear(row)), FINALISTS))
         progress(f"predicting the error of the best sets of {n} points")
-        finalists = [self.predicted(rows[k]) for k in (affordable or range(len(rows)))[:FINALISTS]]
-        return min(finalists, key=lambda s: s.error_95_mm)
+        return min(self.predicted(np.array(clear or rows[:FINALISTS])), key=lambda s: s.error_95_mm)
 
-    def predicted(self, rows: IntArray) -> AdvisedSet:
-        """Predict the error of one set along all seams."""
-        p = self.places.p[rows]
+    def _is_clear(self, row: IntArray) -> bool:
+        """Whether every exchange of names would be seen in the residuals."""
+        return least_swap(self.places.p[row])[0] >= self._clear_squares(len(row))
+
+    def predicted(self, sets: IntArray) -> list[AdvisedSet]:
+        """Predict the errors of sets along all seams; `sets` has the shape (m, n)."""
+        p = self.places.p[sets]
         if self.criterion is Criterion.MINIMAX:
-            covariance = minimax_covariance(p, self.sigma_mm, seed=self.seed)
+            covariances = minimax_covariances(p, self.sigma_mm, seed=self.seed)
         else:
-            covariance = isotropic_covariance(p, self.sigma_mm)
+            covariances = np.array([isotropic_covariance(each, self.sigma_mm) for each in p])
+        return [self._advised(rows, covariance) for rows, covariance in zip(sets, covariances, strict=True)]
+
+    def _advised(self, rows: IntArray, covariance: FloatArray) -> AdvisedSet:
+        p = self.places.p[rows]
         errors = error_95(self.seam_points, covariance)
         worst = int(np.argmax(errors))
         squares, order = least_swap(p)

@@ -23,7 +23,6 @@ from wpcal.calibrate.points.least_squares import kabsch
 from wpcal.calibrate.uncertainty import COVERAGE
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.progress import Progress
-from wpcal.core.rotations import cross_matrix
 
 MOST_ENUMERATED = 150_000
 """Up to this many sets are all tried, in some seconds. Above it single points are exchanged."""
@@ -83,12 +82,15 @@ class Design:
         flat = np.linalg.det(inertia) <= FLAT * trace**3
         inertia[flat] = np.eye(3)
         A = np.linalg.inv(inertia)
-        K = cross_matrix(self.seam_points[None] - centre[:, None])
-        B = K @ A[:, None] @ K.swapaxes(-1, -2)
+        # B = [u]× A [u]×ᵀ, and [u]×ᵀ [u]× = |u|² I - u uᵀ
+        u = self.seam_points[None] - centre[:, None]
+        Au = u @ A
+        uu, uAu, uAAu = (np.einsum("mki,mki->mk", x, y) for x, y in ((u, u), (u, Au), (Au, Au)))
         a = 1.0 / rows.shape[1]
-        tr_B = np.trace(B, axis1=2, axis2=3)
+        tr_B = uu * np.trace(A, axis1=1, axis2=2)[:, None] - uAu
+        tr_B2 = uu**2 * np.einsum("mij,mij->m", A, A)[:, None] - 2.0 * uu * uAAu + uAu**2
         tr_C = 3.0 * a + tr_B
-        tr_C2 = 3.0 * a**2 + 2.0 * a * tr_B + np.einsum("mkij,mkij->mk", B, B)
+        tr_C2 = 3.0 * a**2 + 2.0 * a * tr_B + tr_B2
         error = np.sqrt(tr_C * np.interp(tr_C**2 / tr_C2, FREEDOMS, QUANTILES))
         error[flat] = np.inf
         return np.asarray(error)

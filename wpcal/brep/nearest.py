@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from wpcal.brep.nurbs import NurbsSurface
 from wpcal.brep.spans import SurfaceSet
 from wpcal.core.arrays import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 SEEDS_PER_SPAN = 3
 """Grid points per knot span and direction at which the search starts: a span bends less than a third of a turn."""
@@ -52,6 +55,8 @@ class NearestOnSurfaces:
         number = np.repeat(np.arange(len(surfaces)), [len(uv) for uv in seeds])
         uv = np.concatenate(seeds)
         p = taken_apart.evaluate(number, uv)[0]
+        from scipy.spatial import cKDTree
+
         tree = cKDTree(np.column_stack([p, APART_MM * number]))
         return cls(taken_apart, bounds[:, 0::2], bounds[:, 1::2], uv, tree)
 

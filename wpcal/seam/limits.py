@@ -39,6 +39,8 @@ thicker than 40 mm."""
 
 GAP_SHARE = 2.5e-3
 """On parts smaller than 200 mm the gap is this share of the diagonal: 0.5 mm would join everything on a small part."""
+GAP_ROUND_OFF_MM = 1e-6
+"""A gap that is as wide as allowed may be wider by round-off: a hole of 30.5 mm round a bar of 30 mm."""
 FLUSH_MM = 0.02
 """An edge nearer than this to the boundary of a face runs along it: twice the sag of the boundary's polylines."""
 OPPOSED_COS = -0.87

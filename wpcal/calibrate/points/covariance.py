@@ -113,19 +113,41 @@ def minimax_covariance(p_base: FloatArray, sigma_mm: float, *, bounded: bool = F
     ndarray, shape (6, 6)
         About the base's origin: rad², rad·mm, mm².
     """
-    linear = isotropic_covariance(p_base, sigma_mm)
+    return np.asarray(minimax_covariances(p_base[None], sigma_mm, bounded=bounded, seed=seed)[0])
+
+
+def minimax_covariances(p_base: FloatArray, sigma_mm: float, *, bounded: bool = False, seed: int = 0) -> FloatArray:
+    """Covariances of ξ for the minimax fits of several sets of points; the rest as in `minimax_covariance`.
+
+    Parameters
+    ----------
+    p_base : ndarray, shape (m, n, 3)
+        m sets of moved model points, base frame, mm.
+    sigma_mm, bounded, seed
+        The same for all sets.
+
+    Returns
+    -------
+    ndarray, shape (m, 6, 6)
+        About the base's origin: rad², rad·mm, mm².
+    """
+    linear = np.array([isotropic_covariance(p, sigma_mm) for p in p_base])
     if sigma_mm == 0:
         return linear
     rng = np.random.default_rng(seed)
-    used = p_base if len(p_base) <= EXCESS_POINTS else p_base[rng.choice(len(p_base), EXCESS_POINTS, replace=False)]
-    shape = (EXCESS_SAMPLES, *used.shape)
+    n = p_base.shape[1]
+    used = p_base if n <= EXCESS_POINTS else p_base[:, rng.choice(n, EXCESS_POINTS, replace=False)]
+    shape = (EXCESS_SAMPLES, *used.shape[1:])
     unit = rng.uniform(-math.sqrt(3.0), math.sqrt(3.0), shape) if bounded else rng.standard_normal(shape)
-    first, further = _simulated_motions(used - used.mean(axis=0), sigma_mm * unit)
-    excess = further.T @ further
-    if bounded:
-        excess += first.T @ further + further.T @ first
-    to_origin = translation_adjoint(used.mean(axis=0))
-    return np.asarray(linear + to_origin @ (excess / len(further)) @ to_origin.T)
+    centres = used.mean(axis=1)
+    motions = _simulated_motions(used - centres[:, None], sigma_mm * unit)
+    for row, (centre, first, further) in enumerate(zip(centres, *motions, strict=True)):
+        excess = further.T @ further
+        if bounded:
+            excess += first.T @ further + further.T @ first
+        to_origin = translation_adjoint(centre)
+        linear[row] += to_origin @ (excess / len(further)) @ to_origin.T
+    return linear
 
 
 def unequal_minimax_covariance(p_base: FloatArray, covariances: FloatArray, *, seed: int = 0) -> FloatArray:
@@ -152,20 +174,25 @@ def unequal_minimax_covariance(p_base: FloatArray, covariances: FloatArray, *, s
     rows = np.arange(n) if n <= EXCESS_POINTS else rng.choice(n, EXCESS_POINTS, replace=False)
     used, factors = p_base[rows], np.linalg.cholesky(covariances[rows])
     errors = np.einsum("nij,mnj->mni", factors, rng.standard_normal((EXCESS_SAMPLES, *used.shape)))
-    total = np.add(*_simulated_motions(used - used.mean(axis=0), errors))
+    total = np.add(*_simulated_motions((used - used.mean(axis=0))[None], errors))[0]
     to_origin = translation_adjoint(used.mean(axis=0))
     return np.asarray(to_origin @ (total.T @ total / len(total)) @ to_origin.T)
 
 
 def _simulated_motions(p: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Least-squares motions of errors (m, n, 3), and the further motions to the minimax fit; shapes (m, 6)."""
-    q = p + errors
-    source = np.broadcast_to(p, errors.shape)
-    R, t = kabsch(source, q, np.full(errors.shape[:2], 1.0 / len(p)))
+    """Least-squares motions of points (m, n, 3) with errors (k, n, 3), and the further motions to the minimax fit.
+
+    Shapes (m, k, 6). The fits of all sets run as one batch.
+    """
+    sets, n = p.shape[:2]
+    q = (p[:, None] + errors).reshape(-1, n, 3)
+    source = np.broadcast_to(p[:, None], (sets, *errors.shape)).reshape(-1, n, 3)
+    R, t = kabsch(source, q, np.full(q.shape[:2], 1.0 / n))
     state = solve_interior_point(source, q, R, t, goal=EXCESS_GOAL)
     first = np.hstack([_small_rotation(R), t])
     R, t = break_ties(source, q, state.R, state.t, state.weights)
-    return first, np.hstack([_small_rotation(R), t]) - first
+    further = np.hstack([_small_rotation(R), t]) - first
+    return first.reshape(sets, -1, 6), further.reshape(sets, -1, 6)
 
 
 def _small_rotation(R: FloatArray) -> FloatArray:

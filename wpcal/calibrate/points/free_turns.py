@@ -12,7 +12,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.rotations import cross_matrix
@@ -141,6 +140,8 @@ class _Turns:
             "fun": lambda c: 1.0 + SLACK - self.squares(c),
             "jac": lambda c: -self.slopes(c),
         }
+        from scipy.optimize import minimize
+
         search: Any = minimize
         found = search(
             lambda c: float(self.squares(c).sum()),

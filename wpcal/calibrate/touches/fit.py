@@ -21,7 +21,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
 
 from wpcal.calibrate.touches.touches import Linearised, Touches
 from wpcal.core.arrays import FloatArray
@@ -177,15 +176,16 @@ def _solve_largest(touches: Touches, pose: Pose, scale: _Scale) -> FloatArray:
     }
     slope = np.zeros(7)
     slope[6] = 1.0  # of s, the last variable; and where the search starts
-    found: Any = minimize(
-        _last,
-        slope,
-        jac=partial(_always, slope),
-        method="SLSQP",
-        constraints=within,
-        options={"maxiter": 100, "ftol": 1e-15},
-    )
+    found = _minimised(_last, slope, partial(_always, slope), within, 1e-15)
     return np.asarray(found.x[:6] * unit)
+
+
+def _minimised(value: Any, start: FloatArray, slope: Any, within: Any, ftol: float) -> Any:
+    """Minimise a function under constraints, from `start`."""
+    from scipy.optimize import minimize
+
+    options: Any = {"maxiter": 100, "ftol": ftol}
+    return minimize(value, start, jac=slope, method="SLSQP", constraints=within, options=options)
 
 
 def _last(z: FloatArray) -> float:
@@ -207,14 +207,7 @@ def _without_ties(touches: Touches, best: Pose, scale: _Scale) -> Pose:
         "fun": lambda z: 1.0 + SAME_VALUE - model.values(z),
         "jac": lambda z: -model.slopes(z),
     }
-    found: Any = minimize(
-        model.half_squares,
-        np.zeros(6),
-        jac=model.half_squares_slope,
-        method="SLSQP",
-        constraints=within,
-        options={"maxiter": 100, "ftol": 1e-14},
-    )
+    found = _minimised(model.half_squares, np.zeros(6), model.half_squares_slope, within, 1e-14)
     trial = best.moved(touches, found.x * unit, scale)
     smaller = np.sum(trial.at.d**2) < np.sum(best.at.d**2)
     return trial if smaller and trial.largest_mm <= unit * (1.0 + 2.0 * SAME_VALUE) else best

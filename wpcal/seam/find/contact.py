@@ -13,7 +13,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import Foot, project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.limits import FLUSH_MM, LEAST_CANDIDATE_MM
+from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM, LEAST_CANDIDATE_MM
 
 CONTACT_SAMPLES = 33
 """Points at which an edge is compared with a face, inside the box of the face: a contact over 1/32 of it is found."""
@@ -218,7 +218,7 @@ class _Touching:
     def _near(self, edge: IntArray, face: IntArray, t: FloatArray) -> tuple[BoolArray, Foot]:
         points = evaluate_edges(self.graph, edge, t)[0]
         foot = project_to_faces(self.graph, face, points)
-        return np.linalg.norm(foot.p - points, axis=1) <= self.gap_mm, foot
+        return np.linalg.norm(foot.p - points, axis=1) <= self.gap_mm + GAP_ROUND_OFF_MM, foot
 
     def refine_end(
         self, edge: IntArray, face: IntArray, t: FloatArray, deep: BoolArray, at: IntArray, way: int

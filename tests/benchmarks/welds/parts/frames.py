@@ -6,7 +6,7 @@ import numpy as np
 from build123d import Pos
 
 from tests.benchmarks.welds.lists import OPTIONAL, PROBABLE, SURE, Weld, arc, circle, line
-from tests.benchmarks.welds.parts.part import Member, Part
+from tests.benchmarks.welds.parts.part import Member, Part, straight
 from tests.benchmarks.welds.parts.shapes import (
     BLACK,
     BRIGHT,
@@ -133,81 +133,52 @@ def lap_ladder() -> Part:
     return Part("lap-ladder", "flat bars lapped on flat bars with 60 mm between them", members, welds)
 
 
+CORNERS = ((0, 0), (600, 0), (600, 400), (0, 400))
+"""Outer corners of the frame with the board, mm."""
+
+
 def board_frame() -> Part:
     """Return a mitred frame of rolled angles 40 x 4 with a plywood board that lies in it, held by screws."""
-    size = ((600.0, 400.0), (400.0, 600.0), (600.0, 400.0), (400.0, 600.0))
     profile = [(0.0, 0.0), (0.0, 40.0), (4.0, 40.0), (4.0, 10.0)]
     profile += [(10 - 6 * np.cos(t), 10 - 6 * np.sin(t)) for t in np.radians([15, 30, 45, 60, 75])]
     profile += [(10.0, 4.0), (40.0, 4.0), (40.0, 0.0)]
-    members, welds = [], []
-    centre = ((0, 0), (600, 0), (600, 400), (0, 400))
+    members = []
     for k, name in enumerate(("angle front", "angle right", "angle back", "angle left")):
-        length = size[k][0]
-        shape = plate([(-1, a, b) for a, b in profile], (length + 2, 0, 0))
-        for x, way in ((0.0, 1.0), (length, -1.0)):
-            shape -= plate(
-                [(x - way * 50, -1, -1), (x - way * 1, -1, -1), (x + way * 60, 60, -1), (x - way * 50, 60, -1)],
-                (0, 0, 60),
-            )
-        members.append(
-            Member(
-                name, Pos(*centre[k], 0) * turned(shape, 90 * k), (STEEL, DARK)[k % 2], "rolled angle 40 x 4, mitred"
-            )
-        )
+        shape = plate([(-1, a, b) for a, b in profile], ((600.0, 400.0)[k % 2] + 2, 0, 0))
+        for x, way in ((0.0, 1.0), ((600.0, 400.0)[k % 2], -1.0)):
+            corners = [(x - way * 50, -1, -1), (x - way * 1, -1, -1), (x + way * 60, 60, -1), (x - way * 50, 60, -1)]
+            shape -= plate(corners, (0, 0, 60))
+        shape = Pos(*CORNERS[k], 0) * turned(shape, 90 * k)
+        members.append(Member(name, shape, (STEEL, DARK)[k % 2], "rolled angle 40 x 4, mitred"))
     names = [member.name for member in members]
-    inward = ((1, 1), (-1, 1), (-1, -1), (1, -1))
-    for k, (x, y) in enumerate(centre):
-        pair = (names[k - 1], names[k])
-        a, b = inward[k]
-        welds.append(Weld(f"corner {k + 1} outside", pair, "corner butt", SURE, line((x, y, 0), (x, y, 40))))
-        welds.append(
-            Weld(
-                f"corner {k + 1} mitre below",
-                pair,
-                "mitre butt",
-                PROBABLE,
-                line((x, y, 0), (x + 40 * a, y + 40 * b, 0)),
-            )
-        )
-        welds.append(
-            Weld(
-                f"corner {k + 1} inside",
-                pair,
-                "inner corner above the board",
-                OPTIONAL,
-                line((x + 4 * a, y + 4 * b, 10), (x + 4 * a, y + 4 * b, 40)),
-            )
-        )
-        welds.append(
-            Weld(
-                f"corner {k + 1} mitre above",
-                pair,
-                "mitre butt under the board",
-                OPTIONAL,
-                line((x + 10 * a, y + 10 * b, 4), (x + 40 * a, y + 40 * b, 4)),
-            )
-        )
-        welds.append(
-            Weld(
-                f"corner {k + 1} top",
-                pair,
-                "mitre on the thin edge",
-                OPTIONAL,
-                line((x, y, 40), (x + 4 * a, y + 4 * b, 40)),
-            )
-        )
-    members.append(
-        Member("plywood board 15 mm", block((12, 12, 4), (588, 388, 19)), WOOD, "wood, lies loose", welded=False)
-    )
+    board = Member("plywood board 15 mm", block((12, 12, 4), (588, 388, 19)), WOOD, "wood, lies loose", welded=False)
+    screws = []
     for k, (x, y) in enumerate(((300, 25), (575, 200), (300, 375), (25, 200))):
         screw = rod(2.0, (x, y, 0), (0, 0, 1), 18) + rod(4.0, (x, y, -2), (0, 0, 1), 2)
-        members.append(Member(f"DIN 97 4 x 20 {k + 1}", screw, BRIGHT, "wood screw", welded=False))
-        hole = rod(2.5, (x, y, -1), (0, 0, 1), 6)
-        old = members[k]
-        members[k] = Member(old.name, old.shape - hole, old.color, old.what)
-        old = members[4]
-        members[4] = Member(old.name, old.shape - rod(2.0, (x, y, 3), (0, 0, 1), 15), old.color, old.what, welded=False)
-    return Part("board-frame", "angle frame with a wooden board: only the steel is welded", members, welds)
+        screws.append(Member(f"DIN 97 4 x 20 {k + 1}", screw, BRIGHT, "wood screw", welded=False))
+        members[k] = members[k].without(rod(2.5, (x, y, -1), (0, 0, 1), 6))
+        board = board.without(rod(2.0, (x, y, 3), (0, 0, 1), 15))
+    welds = [weld for k in range(4) for weld in _mitred_corner(k, (names[k - 1], names[k]))]
+    about = "angle frame with a wooden board: only the steel is welded"
+    return Part("board-frame", about, [*members, board, *screws], welds)
+
+
+def _mitred_corner(k: int, pair: tuple[str, str]) -> list[Weld]:
+    """Return the welds of one corner of the frame with the board."""
+    (x, y), (a, b) = CORNERS[k], ((1, 1), (-1, 1), (-1, -1), (1, -1))[k]
+
+    def inside(by: float, z: float) -> tuple[float, float, float]:
+        return (x + by * a, y + by * b, z)
+
+    name = f"corner {k + 1}"
+    return straight(
+        pair,
+        (f"{name} outside", "corner butt", SURE, (x, y, 0), (x, y, 40)),
+        (f"{name} mitre below", "mitre butt", PROBABLE, (x, y, 0), inside(40, 0)),
+        (f"{name} inside", "inner corner above the board", OPTIONAL, inside(4, 10), inside(4, 40)),
+        (f"{name} mitre above", "mitre butt under the board", OPTIONAL, inside(10, 4), inside(40, 4)),
+        (f"{name} top", "mitre on the thin edge", OPTIONAL, (x, y, 40), inside(4, 40)),
+    )
 
 
 def _channel(

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from tests.benchmarks.welds.lists import OPTIONAL, PROBABLE, SURE, Weld, line, loop
-from tests.benchmarks.welds.parts.part import Member, Part
+from tests.benchmarks.welds.parts.part import Member, Part, straight
 from tests.benchmarks.welds.parts.shapes import BLACK, BRIGHT, DARK, STEEL, block, plate, rod
 
 
@@ -67,182 +69,104 @@ def fused_bracket() -> Part:
     return Part("fused-bracket", "weldment saved as one solid, with a bent edge", members, welds)
 
 
+BOLTS = ((-70, -45), (0, -45), (70, -45), (-70, 45), (0, 45), (70, 45))
+"""Places of the screws of the cover, mm."""
+
+
 def bolted_cover() -> Part:
     """Return a welded trough whose cover is bolted on over a gasket."""
-    wall = 20.0
+    rubber = block((-80, -55, 60), (80, 55, 62)) - block((-60, -35, 60), (60, 35, 62))
+    front, back = (_tapped(y) for y in (-45, 45))
+    gasket = Member("gasket NBR", rubber, BLACK, "rubber", welded=False)
+    cover = Member("cover", block((-80, -55, 62), (80, 55, 72)), STEEL, "plate 10 mm, bolted", welded=False)
     members = [
         Member("base", block((-100, -75, -12), (100, 75, 0)), STEEL, "plate 200 x 150 x 12"),
-        Member("wall front", block((-80, -55, 0), (80, -35, 60)), DARK, "bar 60 x 20"),
-        Member("wall back", block((-80, 35, 0), (80, 55, 60)), DARK, "bar 60 x 20"),
+        Member("wall front", block((-80, -55, 0), (80, -35, 60)), DARK, "bar 60 x 20").without(*front),
+        Member("wall back", block((-80, 35, 0), (80, 55, 60)), DARK, "bar 60 x 20").without(*back),
         Member("wall left", block((-80, -35, 0), (-60, 35, 60)), DARK, "bar 60 x 20"),
         Member("wall right", block((60, -35, 0), (80, 35, 60)), DARK, "bar 60 x 20"),
-        Member(
-            "gasket NBR",
-            block((-80, -55, 60), (80, 55, 62)) - block((-60, -35, 60), (60, 35, 62)),
-            BLACK,
-            "rubber",
-            welded=False,
-        ),
-        Member("cover", block((-80, -55, 62), (80, 55, 72)), STEEL, "plate 10 mm, bolted", welded=False),
+        gasket.without(*(rod(4.5, (x, y, 60), (0, 0, 1), 2) for x, y in BOLTS)),
+        cover.without(*(rod(4.5, (x, y, 62), (0, 0, 1), 10) for x, y in BOLTS)),
     ]
-    for k, (x, y) in enumerate([(-70, -45), (0, -45), (70, -45), (-70, 45), (0, 45), (70, 45)]):
-        for row, (low, high, radius) in {
-            1: (35, 60, 4.0),
-            2: (35, 60, 4.0),
-            5: (60, 62, 4.5),
-            6: (62, 72, 4.5),
-        }.items():
-            if row > 2 or (row == 1) == (y < 0):
-                old = members[row]
-                members[row] = Member(
-                    old.name,
-                    old.shape - rod(radius, (x, y, low), (0, 0, 1), high - low),
-                    old.color,
-                    old.what,
-                    welded=old.welded,
-                )
+    for k, (x, y) in enumerate(BOLTS):
         washer = rod(8, (x, y, 72), (0, 0, 1), 1.6) - rod(4.2, (x, y, 72), (0, 0, 1), 1.6)
         members.append(Member(f"ISO 7089 M8 {k + 1}", washer, BRIGHT, "washer", welded=False))
         hexagon = [(x + 7.5 * np.cos(t), y + 7.5 * np.sin(t), 73.6) for t in np.radians(range(0, 360, 60))]
         screw = plate(hexagon, (0, 0, 5.3)) + rod(4, (x, y, 40), (0, 0, 1), 33.6)
         members.append(Member(f"ISO 4017 M8 x 30 {k + 1}", screw, BRIGHT, "hexagon screw", welded=False))
+    about = "welded trough with a gasket and a cover that are bolted on"
+    return Part("bolted-cover", about, members, _trough_welds())
+
+
+def _tapped(y: float) -> list[Any]:
+    """Return the holes of the screws in one wall of the trough."""
+    return [rod(4.0, (x, y, 35), (0, 0, 1), 25) for x, at in BOLTS if at == y]
+
+
+def _trough_welds() -> list[Weld]:
+    """Return the welds of the four walls of the trough on its base and with each other."""
     welds = []
+    tee, inside = "tee fillet", "fillet inside the trough"
     for y, name in ((-55.0, "wall front"), (55.0, "wall back")):
-        welds.append(Weld(f"{name} outside", (name, "base"), "tee fillet", SURE, line((-80, y, 0), (80, y, 0))))
-        inner = y - np.sign(y) * wall
-        welds.append(
-            Weld(
-                f"{name} inside",
-                (name, "base"),
-                "fillet inside the trough",
-                OPTIONAL,
-                line((-60, inner, 0), (60, inner, 0)),
-            )
+        inner = y - np.sign(y) * 20.0
+        welds += straight(
+            (name, "base"),
+            (f"{name} outside", tee, SURE, (-80, y, 0), (80, y, 0)),
+            (f"{name} inside", inside, OPTIONAL, (-60, inner, 0), (60, inner, 0)),
         )
         for x, other in ((-80.0, "wall left"), (80.0, "wall right")):
-            welds.append(Weld(f"{name} end {x:g}", (name, "base"), "tee fillet", SURE, line((x, y, 0), (x, inner, 0))))
-            welds.append(
-                Weld(
-                    f"{name} {other}",
-                    (name, other),
-                    "corner butt, flush outside",
-                    PROBABLE,
-                    line((x, inner, 0), (x, inner, 60)),
-                )
-            )
-            inside = x - np.sign(x) * wall
-            welds.append(
-                Weld(
-                    f"{name} {other} inside",
-                    (name, other),
-                    "inner corner",
-                    OPTIONAL,
-                    line((inside, inner, 0), (inside, inner, 60)),
-                )
+            corner = x - np.sign(x) * 20.0
+            welds += straight((name, "base"), (f"{name} end {x:g}", tee, SURE, (x, y, 0), (x, inner, 0)))
+            welds += straight(
+                (name, other),
+                (f"{name} {other}", "corner butt, flush outside", PROBABLE, (x, inner, 0), (x, inner, 60)),
+                (f"{name} {other} inside", "inner corner", OPTIONAL, (corner, inner, 0), (corner, inner, 60)),
             )
     for x, name in ((-80.0, "wall left"), (80.0, "wall right")):
-        welds.append(Weld(f"{name} outside", (name, "base"), "tee fillet", SURE, line((x, -35, 0), (x, 35, 0))))
-        inner = x - np.sign(x) * wall
-        welds.append(
-            Weld(
-                f"{name} inside",
-                (name, "base"),
-                "fillet inside the trough",
-                OPTIONAL,
-                line((inner, -35, 0), (inner, 35, 0)),
-            )
+        inner = x - np.sign(x) * 20.0
+        welds += straight(
+            (name, "base"),
+            (f"{name} outside", tee, SURE, (x, -35, 0), (x, 35, 0)),
+            (f"{name} inside", inside, OPTIONAL, (inner, -35, 0), (inner, 35, 0)),
         )
-    return Part("bolted-cover", "welded trough with a gasket and a cover that are bolted on", members, welds)
+    return welds
 
 
 def skewed_ribs() -> Part:
     """Return plates that meet at 60 degrees, with a gap, butt, and at the edge of a plate."""
-    lean = np.tan(np.radians(30.0))
-    rib = plate(
-        [
-            (60, 10, 0),
-            (60 + 8 / np.cos(np.radians(30.0)), 10, 0),
-            (60 + 8 / np.cos(np.radians(30.0)) + 70 * lean, 10, 70),
-            (60 + 70 * lean, 10, 70),
-        ],
-        (0, 80, 0),
-    )
+    foot, lean = 8 / np.cos(np.radians(30.0)), 70 * np.tan(np.radians(30.0))
+    outline = [(60, 10, 10), (60 + foot, 10, 10), (60 + foot + lean, 10, 80), (60 + lean, 10, 80)]
+    rib = "plate 8 mm that leans by 30 degrees, cut to lie on the base"
     members = [
         Member("base", block((0, 0, 0), (300, 100, 10)), STEEL, "plate 300 x 100 x 10"),
         Member("extension", block((301, 0, 0), (400, 100, 10)), STEEL, "plate 10 mm, root gap 1 mm"),
-        Member("leaning rib", rib, DARK, "plate 8 mm that leans by 30 degrees, cut to lie on the base"),
-        Member("raised rib", block((220, 10, 0.5), (230, 90, 80)), DARK, "plate 10 mm, 0.5 mm off the base"),
+        Member("leaning rib", plate(outline, (0, 80, 0)), DARK, rib),
+        Member("raised rib", block((220, 10, 10.5), (230, 90, 90)), DARK, "plate 10 mm, 0.5 mm off the base"),
         Member("end plate", block((-10, 0, -10), (0, 100, 80)), DARK, "plate 10 mm on the end of the base"),
     ]
-    thick = 8 / np.cos(np.radians(30.0))
-    welds = [
-        Weld("butt above", ("base", "extension"), "butt, root gap 1", SURE, line((300.5, 0, 10), (300.5, 100, 10))),
-        Weld("butt below", ("base", "extension"), "butt from below", OPTIONAL, line((300.5, 0, 0), (300.5, 100, 0))),
-    ]
-    z = 10.0
-    # the ribs stand on top of the base
-    members[2] = Member("leaning rib", rib.translate((0, 0, z)), DARK, members[2].what)
-    members[3] = Member("raised rib", members[3].shape.translate((0, 0, z)), DARK, members[3].what)
-    for x, kind in ((60.0, "obtuse"), (60 + thick, "acute")):
-        welds.append(
-            Weld(
-                f"leaning rib {kind}",
-                ("leaning rib", "base"),
-                f"fillet, {kind} side of 60 degrees",
-                SURE,
-                line((x, 10, z), (x, 90, z)),
-            )
-        )
-    welds += [
-        Weld(f"raised rib {x:g}", ("raised rib", "base"), "tee fillet, gap 0.5", SURE, line((x, 10, z), (x, 90, z)))
-        for x in (220.0, 230.0)
-    ]
-    for y in (10.0, 90.0):
-        welds.append(
-            Weld(
-                f"leaning rib end {y:g}",
-                ("leaning rib", "base"),
-                "wrap round the end",
-                OPTIONAL,
-                line((60, y, z), (60 + thick, y, z)),
-            )
-        )
-        welds.append(
-            Weld(
-                f"raised rib end {y:g}",
-                ("raised rib", "base"),
-                "wrap round the end",
-                OPTIONAL,
-                line((220, y, z), (230, y, z)),
-            )
-        )
-    welds.append(Weld("end plate above", ("end plate", "base"), "tee fillet", SURE, line((0, 0, 10), (0, 100, 10))))
-    welds.append(
-        Weld(
-            "end plate below",
-            ("end plate", "base"),
-            "fillet below, plate 10 mm lower",
-            SURE,
-            line((0, 0, 0), (0, 100, 0)),
-        )
+    right, z, wrap = 60 + foot, 10.0, "wrap round the end"
+    leaning = straight(
+        ("leaning rib", "base"),
+        ("leaning rib obtuse", "fillet, obtuse side of 60 degrees", SURE, (60, 10, z), (60, 90, z)),
+        ("leaning rib acute", "fillet, acute side of 60 degrees", SURE, (right, 10, z), (right, 90, z)),
+        *((f"leaning rib end {y}", wrap, OPTIONAL, (60, y, z), (right, y, z)) for y in (10, 90)),
     )
-    for y in (0.0, 100.0):
-        welds.append(
-            Weld(
-                f"end plate side {y:g}",
-                ("end plate", "base"),
-                "flush at the side",
-                OPTIONAL,
-                line((0, y, 0), (0, y, 10)),
-            )
-        )
-        welds.append(
-            Weld(
-                f"butt side {y:g}",
-                ("base", "extension"),
-                "butt at the side",
-                OPTIONAL,
-                line((300.5, y, 0), (300.5, y, 10)),
-            )
-        )
-    return Part("skewed-ribs", "a leaning rib, a rib with a gap, a butt with a root gap, an end plate", members, welds)
+    raised = straight(
+        ("raised rib", "base"),
+        *((f"raised rib {x}", "tee fillet, gap 0.5", SURE, (x, 10, z), (x, 90, z)) for x in (220, 230)),
+        *((f"raised rib end {y}", wrap, OPTIONAL, (220, y, z), (230, y, z)) for y in (10, 90)),
+    )
+    butt = straight(
+        ("base", "extension"),
+        ("butt above", "butt, root gap 1", SURE, (300.5, 0, 10), (300.5, 100, 10)),
+        ("butt below", "butt from below", OPTIONAL, (300.5, 0, 0), (300.5, 100, 0)),
+        *((f"butt side {y}", "butt at the side", OPTIONAL, (300.5, y, 0), (300.5, y, 10)) for y in (0, 100)),
+    )
+    end = straight(
+        ("end plate", "base"),
+        ("end plate above", "tee fillet", SURE, (0, 0, 10), (0, 100, 10)),
+        ("end plate below", "fillet below, plate 10 mm lower", SURE, (0, 0, 0), (0, 100, 0)),
+        *((f"end plate side {y}", "flush at the side", OPTIONAL, (0, y, 0), (0, y, 10)) for y in (0, 100)),
+    )
+    about = "a leaning rib, a rib with a gap, a butt with a root gap, an end plate"
+    return Part("skewed-ribs", about, members, [*butt, *leaning, *raised, *end])

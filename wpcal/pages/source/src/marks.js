@@ -49,7 +49,7 @@ export function fatLines(positions, colors, { width, opacity, dashed, resolution
   return lines;
 }
 
-/** Points as discs with a white rim; `resolution` as for lines. */
+/** Points as discs with a white rim; `resolution` as for lines. Their attribute `share` scales each of them. */
 export function roundPoints(points, sizePx, resolution) {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(new Float32Array(points.flatMap(({ p }) => p)), 3));
@@ -57,16 +57,23 @@ export function roundPoints(points, sizePx, resolution) {
     "color",
     new BufferAttribute(new Float32Array(points.flatMap(({ color }) => linear(color))), 3),
   );
+  geometry.setAttribute("share", new BufferAttribute(new Float32Array(points.length).fill(1), 1));
   const material = new PointsMaterial({ size: sizePx, sizeAttenuation: false, vertexColors: true });
   lift(material, "#include <project_vertex>", POINT_LIFT_PX, resolution);
   const lifted = material.onBeforeCompile;
   material.onBeforeCompile = (shader) => {
     lifted(shader);
-    shader.fragmentShader = shader.fragmentShader.replace(
+    const scaled = shader.vertexShader.replace(
+      "gl_PointSize = size;",
+      "gl_PointSize = size * share;\n  shown = share;",
+    );
+    if (scaled === shader.vertexShader) throw new Error("three.js sets the size of points in another way");
+    shader.vertexShader = `attribute float share;\nvarying float shown;\n${scaled}`;
+    shader.fragmentShader = `varying float shown;\n${shader.fragmentShader}`.replace(
       "#include <color_fragment>",
       `#include <color_fragment>
        float r = length(gl_PointCoord - 0.5);
-       if (r > 0.5) discard;
+       if (r > 0.5 || shown == 0.0) discard;
        if (r > 0.36) diffuseColor.rgb = vec3(1.0);`,
     );
   };

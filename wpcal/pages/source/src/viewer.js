@@ -60,6 +60,7 @@ class Viewer {
     this.depth = new DepthMap(this);
     this.labels = overlay ? new Labels(this, overlay) : null;
     this.asked = false;
+    this.atRest = [() => this.labels?.sort()]; // called when nothing was drawn for a moment
     this.controls = controlsOf(this.camera, canvas, wheel, () => this.render());
     listenToKeys(canvas, this.controls, () => this.view());
     this.cut = new Cut(this);
@@ -238,11 +239,11 @@ class Viewer {
     return caster;
   }
 
-  /** Pixel of the canvas (CSS pixels from its upper left corner) where a place is drawn, and whether it is inside. */
+  /** Pixel of the canvas (CSS pixels from its upper left) of a place, its depth (nearer: less), and if it is inside. */
   project(p) {
     const v = new Vector3(...p).project(this.camera);
     const [x, y] = [((v.x + 1) / 2) * this.width, ((1 - v.y) / 2) * this.height];
-    return { x, y, inside: Math.abs(v.x) <= 1 && Math.abs(v.y) <= 1 && Math.abs(v.z) <= 1 };
+    return { x, y, depth: v.z, inside: Math.abs(v.x) <= 1 && Math.abs(v.y) <= 1 && Math.abs(v.z) <= 1 };
   }
 
   /** Takes all clicks as (x, y), in the place of `onPick`; null gives them back. */
@@ -324,7 +325,7 @@ class Viewer {
     this.labels?.place();
     this.outdateDepth();
     clearTimeout(this.resting);
-    this.resting = setTimeout(() => this.labels?.sort(), REST_MS);
+    this.resting = setTimeout(() => this.atRest.forEach((act) => act()), REST_MS);
   }
 
   /** While the camera does not move, marks and colours change, but what the faces hide stays the same. */

@@ -7,6 +7,7 @@ import { placesAlong } from "../seams/ends.js";
 import { buildStage, checkBox, seeThroughBox } from "../stage.js";
 import { cutControl, measureTool } from "../view_tools.js";
 import { colourOf } from "../viewer.js";
+import { FeatureMarks } from "./feature_marks.js";
 
 const KINDS = {
   V: "corners",
@@ -18,8 +19,6 @@ const KINDS = {
   E: "edge ends",
 };
 const SHOWN_AT_FIRST = ["V", "C", "H", "S", "B"]; // places without a mark on the part are shown on request
-const EASY = "#2f7bd9";
-const HARD = "#7d8a98";
 const FITTED = "#1d3f94";
 const CHECKED = "#6d7682";
 const WAITING = "#d99a1c";
@@ -40,7 +39,11 @@ export class Scene {
     this.byName = new Map(features.map((feature) => [feature.name.toLowerCase(), feature]));
     const places = easiestAtEachPlace(features);
     const letters = Object.keys(KINDS).filter((letter) => places.some((feature) => feature.letter === letter));
-    letters.forEach((letter) => this.addFeatures(letter, places));
+    this.marks = new FeatureMarks(this.viewer);
+    for (const letter of letters) {
+      const these = places.filter((feature) => feature.letter === letter);
+      this.marks.add(letter, these, REACH_PX);
+    }
     this.addSeams();
     this.answerToPointer(onPick, onSeam);
     this.factor = el("span", { class: "factor", "data-test": "factor" });
@@ -50,15 +53,6 @@ export class Scene {
     this.stage.append(sides(this.viewer), this.legend, this.factor);
     this.viewer.view("iso");
     this.radius = this.viewer.extent().radius;
-  }
-
-  addFeatures(letter, features) {
-    const these = features.filter((feature) => feature.letter === letter);
-    const colour = ({ ease }) => (ease === "sharp" || ease === "round" ? EASY : HARD);
-    const points = these.map((feature) => ({ p: feature.p_mm, color: colour(feature) }));
-    this.viewer.addPoints(letter, points, { size: 7 });
-    const places = these.map(({ p_mm }) => p_mm);
-    this.viewer.addTargets(letter, places, { features: these }, { radius: REACH_PX });
   }
 
   panel(letters, overlay, part, solid) {

@@ -1,0 +1,147 @@
+"""The STEP file of a workpiece: its bytes, and what was found in them, from the cache as far as possible.
+
+The kernel is loaded when something asks for the shapes. An answer that is kept needs neither.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from cad.kernel.system_libraries import libgl_explained
+from cad.workpiece.answer_cache import NO_CACHE, AnswerCache, KernelNeededError, file_identity
+from wpcal.brep import BrepGraph
+from wpcal.core.errors import InputError
+from wpcal.core.input_file import MOST_STEP_MB, read_bytes
+from wpcal.core.issue import Issue
+from wpcal.features import ReferenceFeature, find_features
+
+if TYPE_CHECKING:
+    from cad.step.read import StepPart
+
+Answer = TypeVar("Answer")
+
+PART, MESH, LINES = "part", "mesh", "lines"
+"""Questions that the file alone answers: what is in it, its triangles, and its lines in the views of a sheet."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartContent:
+    """What wpcal takes from a STEP file.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    unit : str
+        Length unit of the file.
+    issues : tuple of Issue
+        What is odd in the file.
+    """
+
+    graph: BrepGraph
+    unit: str
+    issues: tuple[Issue, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class StepFile:
+    """A STEP file as it was when it was opened: what is found later is found in the same bytes.
+
+    Parameters
+    ----------
+    path : Path
+        As the user named it.
+    data : bytes
+    cache : AnswerCache
+    """
+
+    path: Path
+    data: bytes
+    cache: AnswerCache = NO_CACHE
+
+    @classmethod
+    def open(cls, path: Path | str, cache: AnswerCache = NO_CACHE) -> StepFile:
+        """Read the bytes of a STEP file.
+
+        Raises
+        ------
+        InputError
+            If they cannot be read.
+        """
+        return cls(Path(path), read_bytes(Path(path), most_mb=MOST_STEP_MB, expected="a STEP file"), cache)
+
+    @property
+    def file_name(self) -> str:
+        """Name without the folder."""
+        return self.path.name
+
+    @cached_property
+    def _identity(self) -> tuple[str, str]:
+        return file_identity(self.path, self.data)
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 of the file's bytes."""
+        return self._identity[0]
+
+    @property
+    def unit(self) -> str:
+        """Length unit of the file: ``mm``, ``inch``, … The shapes are always in mm."""
+        return self.content.unit
+
+    @cached_property
+    def step(self) -> StepPart:
+        """The file as the kernel reads it.
+
+        Raises
+        ------
+        KernelNeededError
+            If this process must not load the kernel.
+        InputError, FormatError, KernelError
+            As `read_step` raises them.
+        """
+        if not self.cache.kernel:
+            raise KernelNeededError
+        with libgl_explained():
+            from cad.step.read import read_step
+        return read_step(self.path, data=self.data)
+
+    @cached_property
+    def content(self) -> PartContent:
+        """The faces and edges; errors as for `step`."""
+        return self.answer(PART, (), self._find_content)
+
+    @cached_property
+    def features(self) -> tuple[ReferenceFeature, ...]:
+        """The reference features."""
+        return find_features(self.content.graph)
+
+    def answer(self, what: str, of: Sequence[object], make: Callable[[], Answer]) -> Answer:
+        """Return an answer about this file that is kept, or find it; parameters as in `AnswerCache.answer`."""
+        return self.cache.answer(what, (*self._identity, *of), make)
+
+    def _find_content(self) -> PartContent:
+        part = self.step
+        if not part.solids:
+            found = "; ".join(issue.message for issue in part.issues)
+            raise InputError(f"{self.path}: there is nothing to teach or weld on: {found}")
+        from cad.kernel.to_brep import to_brep
+
+        graph = to_brep((solid.name, solid.shape) for solid in part.solids)
+        graph = replace(graph, solid_facts=tuple(solid.facts for solid in part.solids))
+        return PartContent(graph, part.unit, part.issues)
+
+
+def draw_part(file: StepFile) -> tuple[bytes | None, tuple[Issue, ...]]:
+    """Return ``part.glb`` of a STEP file, and what is missing in it (`cad.kernel.tessellate.mesh_part`)."""
+
+    def mesh() -> tuple[bytes | None, tuple[Issue, ...]]:
+        solids = file.step.solids
+        from cad.kernel.tessellate import mesh_part
+
+        return mesh_part(solids, sha256=file.sha256)
+
+    return file.answer(MESH, (), mesh)
