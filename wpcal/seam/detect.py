@@ -20,7 +20,7 @@ from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
 from wpcal.seam.judge.stretches import cut_at_material
-from wpcal.seam.judge.unreached import cut_where_unreached
+from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.turning import face_free_space
@@ -68,7 +68,7 @@ def detect_seams(
     joined = without_duplicates(graph, joined, gap_mm=gap_mm)
     contacts, found = joined, []
     if marked is not None:
-        chosen, labels, contacts = take_marked(graph, joined, marked, gap_mm=gap_mm)
+        chosen, labels, contacts = take_marked(graph, trimmed, joined, marked, gap_mm=gap_mm)
         found += _marked_seams(graph, chosen, labels, options)
     found += build_seams(graph, contacts, options, SeamSource.CONTACT)
     if sections is not None:
@@ -94,30 +94,31 @@ def detect_seams(
 
 
 def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: list[Seam], options: SeamOptions) -> list[Seam]:
-    """Judge seams, cut those that are accepted where no torch gets to them, and judge the stretches."""
+    """Judge seams by where a torch gets to them, too; those that are welded otherwise are cut where none does."""
     has_marks = any(seam.source is SeamSource.MARKED for seam in found)
     judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
-    judged = list(judge_seams(graph, trimmed, found, options, judge))
-    accepted = [row for row, seam in enumerate(judged) if seam.accepted]
-    parts = dict(
-        zip(accepted, cut_where_unreached(graph, trimmed, [found[row] for row in accepted], options), strict=True)
-    )
-    kept, stretches = [], []
-    for row, seam in enumerate(judged):
-        first, *others = parts.get(row, [seam])
-        if others or first.blocked_by:
-            stretches += parts[row]
-        else:
-            kept.append(replace(seam, frames=first.frames, lean_rad=first.lean_rad))
-    stretches = list(judge_seams(graph, trimmed, stretches, options, judge))
-    return doubt_what_fixes_bolts(judge, trimmed, [*kept, *stretches])
+    judged = judge_seams(graph, trimmed, found, options, judge)
+    inside = [replace(seam, lean_rad=np.full((len(seam.frames), 2), np.nan)) for seam in judged if seam.inside]
+    welded = [seam for seam, own in zip(found, judged, strict=True) if own.accepted]
+    others = [seam for seam, own in zip(found, judged, strict=True) if not (own.accepted or own.inside)]
+    reached = [piece for pieces in cut_where_unreached(graph, trimmed, welded, options) for piece in pieces]
+    reached += with_reach(graph, trimmed, others)
+    return doubt_what_fixes_bolts(judge, trimmed, [*inside, *judge_seams(graph, trimmed, reached, options, judge)])
 
 
 def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions) -> list[Seam]:
     """Build the seams of marked pieces; their reasons name the marks."""
     label_of = dict(zip(chosen.pieces.edge.tolist(), labels, strict=True))
     return [
-        replace(seam, reasons=in_words(graph, seam.pieces, tuple(label_of[edge] for edge in seam.pieces.edge.tolist())))
+        replace(
+            seam,
+            reasons=in_words(
+                graph,
+                seam.pieces,
+                tuple(label_of[edge] for edge in seam.pieces.edge.tolist()),
+                gap_mm=options.gap_for(graph),
+            ),
+        )
         for seam in build_seams(graph, chosen, options, SeamSource.MARKED)
     ]
 

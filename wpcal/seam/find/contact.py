@@ -52,7 +52,7 @@ class Contacts:
     gap_mm: FloatArray
 
 
-def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> Contacts:
+def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float, edges: IntArray | None = None) -> Contacts:
     """Find every interval of an edge that lies on a face of another solid within a gap.
 
     Parameters
@@ -62,6 +62,8 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
         Of the same graph.
     gap_mm : float
         Largest distance between edge and face, mm.
+    edges : ndarray of int, shape (n,), optional
+        Only these edges; all by default.
 
     Returns
     -------
@@ -73,6 +75,9 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
     Cost: the number of pairs whose boxes meet, times `CONTACT_SAMPLES` points, in array operations.
     """
     edge, face = candidate_pairs(graph, trimmed, gap_mm)
+    if edges is not None:
+        asked = np.isin(edge, edges)
+        edge, face = edge[asked], face[asked]
     low, high = clipped_range(graph, trimmed, edge, face, gap_mm)
     keep = high > low
     edge, face, low, high = edge[keep], face[keep], low[keep], high[keep]
