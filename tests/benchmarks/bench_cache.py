@@ -50,7 +50,8 @@ def seconds(line: str, folder: Path, answers: str) -> float:
     places = {"PART": str(FRAME / "frame.step"), "TAUGHT": str(FRAME / "taught.csv")}
     command = [sys.executable, "-m", "wpcal", *(places.get(word, word) for word in line.split())]
     environment = {**os.environ, "WPCAL_CACHE": answers}
-    process = subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.DEVNULL)
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    process = subprocess.Popen(command, cwd=folder, env=environment, **quiet)
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
