@@ -56,6 +56,13 @@ class SeamFlags:
     min_length_mm: float = option(
         "--min-length-mm", type=float, default=5.0, show_default=True, help="Least length of an accepted seam."
     )
+    join_mm: float = option(
+        "--join-mm",
+        type=float,
+        default=5.0,
+        show_default=True,
+        help="Join contacts in one line across interruptions of at most this length; 0 joins none.",
+    )
     turn_deg: float = option(
         "--turn-deg", type=float, default=45.0, show_default=True, help="Largest turn of the frame between points."
     )
@@ -109,7 +116,8 @@ class SeamFlags:
             raise InputError(f"--split-deg must be between 0 and 180, got {self.split_deg}")
         split_rad = math.radians(self.split_deg)
         concave, judging = ConcaveEdges(self.concave), self.to_judging()
-        return SeamOptions(self.gap_mm, concave, split_rad, steps, min_length_mm=self.min_length_mm, judging=judging)
+        lengths = {"min_length_mm": self.min_length_mm, "join_mm": self.join_mm}
+        return SeamOptions(self.gap_mm, concave, split_rad, steps, **lengths, judging=judging)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -232,7 +240,7 @@ def read_pose(text: str) -> RigidTransform:
     import numpy as np
 
     from wpcal.core.errors import FormatError, InputError
-    from wpcal.core.input_file import read_bytes
+    from wpcal.core.input_file import holds_file, read_bytes
     from wpcal.core.numbers import parse_numbers
     from wpcal.core.records import parse_json
     from wpcal.core.transform import RigidTransform
@@ -245,7 +253,7 @@ def read_pose(text: str) -> RigidTransform:
         six = np.array([*numbers[:3], *np.radians(numbers[3:])])
         return RigidTransform.from_six_tuple(six, target="nominal", source="part")
     path = Path(text)
-    if not path.is_file():
+    if not holds_file(path.parent, path.name):
         raise InputError(f"--nominal: expected x,y,z,a,b,c in mm and degrees or a JSON file, got {text!r}")
     try:
         record = parse_json(read_bytes(path), path=str(path))

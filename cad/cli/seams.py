@@ -21,7 +21,12 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 @click.option(
     "--html", metavar="FILE", type=click.Path(path_type=Path), help="Write a page: the part with its seams in 3-D."
 )
-@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the picture and the page.")
+@click.option(
+    "--explain",
+    metavar="SEAM",
+    help="Say everything that decided about this seam, and draw it into PART.SEAM.svg in the current folder.",
+)
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the pictures and the page.")
 @no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: in the form of seams.json, frame part.")
 def seams(
@@ -31,6 +36,7 @@ def seams(
     choice: SeamChoiceFlags,
     png: Path | None,
     html: Path | None,
+    explain: str | None,
     force: bool,
     as_json: bool,
     no_cache: bool,
@@ -49,9 +55,10 @@ def seams(
         "choice": choice.to_choice(),
         "picture": png is not None,
         "mesh": html is not None,
+        "explain": explain,
     }
     _check_drawings(png, html, overwrite=force)
-    found, notes, issues, picture, part_glb = run_on_part(
+    found, notes, issues, picture, part_glb, told = run_on_part(
         "cad.workpiece.seams:list_seams",
         part_step,
         arguments,
@@ -59,6 +66,9 @@ def seams(
         use_cache=not no_cache,
         needs=(PART, MESH) if html is not None else (PART,),
     )
+    if told is not None:
+        drawn = _picture_file(part_step, told.record["seam"])
+        write_file(drawn, told.svg.encode("utf-8"), overwrite=force)
     if png is not None:
         write_file(png, picture, overwrite=force)
     if html is not None:
@@ -69,9 +79,16 @@ def seams(
     if as_json:
         from wpcal.core.records import to_json
 
-        click.echo(
-            to_json({**seams_record(found, notes=notes), "issues": [issue.to_record() for issue in issues]}), nl=False
-        )
+        explained = {} if told is None else {"explained": {**told.record, "picture": drawn.name}}
+        odd = {"issues": [issue.to_record() for issue in issues]}
+        click.echo(to_json({**seams_record(found, notes=notes), **odd, **explained}), nl=False)
+    elif told is not None:
+        from cad.cli.tables import explained_table
+        from wpcal.cli.console import plain_console
+
+        console = plain_console()
+        console.print(explained_table(told.record))
+        console.print(f"{drawn}: picture of the seam, written")
     else:
         from cad.cli.tables import members_table, refused_table, seams_table
         from wpcal.cli.console import plain_console, show_notes
@@ -83,6 +100,11 @@ def seams(
         console.print(members_table(notes))
         show_notes(issues, console)
     return 0
+
+
+def _picture_file(part_step: Path, seam: str) -> Path:
+    """Return the file in the current folder into which an explained seam is drawn."""
+    return Path(f"{part_step.stem}.{seam}.svg".replace("/", "_").replace(chr(92), "_"))
 
 
 def _check_drawings(png: Path | None, html: Path | None, *, overwrite: bool) -> None:

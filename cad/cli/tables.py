@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
@@ -68,6 +68,7 @@ def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] 
     for heading in ("seam", "joint", "weld"):
         table.add_column(heading, no_wrap=True)
     table.add_column("joins")
+    table.add_column("middle in part, mm", justify="right")
     for heading in ("length mm", "points", "gap mm"):
         table.add_column(heading, justify="right", no_wrap=heading != "length mm")
     table.add_column("sure", justify="right", no_wrap=True)
@@ -76,8 +77,8 @@ def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] 
     for row, seam in enumerate(seams):
         if not seam.accepted:
             continue
-        cells = [seam.name, seam.joint.value, seam.weld.value, " + ".join(seam.solids), _length(seam)]
-        cells += [str(len(seam.frames)), f"{seam.gap_mm[2]:.3f}", f"{seam.confidence:.0%}"]
+        cells = [seam.name, seam.joint.value, seam.weld.value, " + ".join(seam.solids), _middle(seam), _length(seam)]
+        cells += [str(len(seam.frames)), f"{seam.gap_mm[2]:.3f}", _sure(seam)]
         if u95_mm is not None:
             cells.append(f"{u95_mm[row].max():.3f}")
         table.add_row(*cells)
@@ -94,17 +95,30 @@ def refused_table(seams: Sequence[Seam]) -> Table:
     table = Table(title="Not taken as welds")
     for heading in ("seam", "joint", "joins"):
         table.add_column(heading, no_wrap=heading != "joins")
+    table.add_column("middle in part, mm", justify="right")
     table.add_column("length mm", justify="right")
     table.add_column("sure", justify="right", no_wrap=True)
     table.add_column("why")
     for seam in seams:
         if not seam.accepted:
-            cells = [seam.name, seam.joint.value, " + ".join(seam.solids), _length(seam)]
-            why = "; ".join(seam.against)
-            table.add_row(*cells, f"{seam.confidence:.0%}", why.replace(ASSUMED, ""))
+            cells = [seam.name, seam.joint.value, " + ".join(seam.solids), _middle(seam), _length(seam)]
+            by_hand = ("rejected by hand",) if seam.edit is not None and seam.edit.accept is False else ()
+            why = "; ".join((*by_hand, *seam.against))
+            table.add_row(*cells, _sure(seam), why.replace(ASSUMED, ""))
             if ASSUMED in why:
                 table.caption = ASSUMED.strip(" ()")
     return table
+
+
+def _middle(seam: Seam) -> str:
+    """Return where a seam is on the part, to find it there and on the page."""
+    return "" if seam.candidate is None else ", ".join(f"{value + 0.0:.1f}" for value in seam.candidate.middle_mm)
+
+
+def _sure(seam: Seam) -> str:
+    """Return how sure the rules are of what was decided, or that a person decided it."""
+    decided = seam.edit is not None and seam.edit.accept == seam.accepted
+    return "by hand" if decided else f"{seam.confidence:.0%}"
 
 
 def members_table(notes: MemberNotes) -> Table:
@@ -123,6 +137,25 @@ def members_table(notes: MemberNotes) -> Table:
         groups.setdefault((one.taken_as, "; ".join(one.why), welded), []).append(one.solid)
     for (taken_as, why, welded), names in groups.items():
         table.add_row(_names(names), taken_as, why, welded)
+    return table
+
+
+def explained_table(record: Mapping[str, Any]) -> Table:
+    """Return what decided about one seam: the chain of decisions, the findings with their factors, the members."""
+    state = "accepted" if record["accepted"] else "not taken as a weld"
+    table = Table(title=f"{record['seam']}: {state}, sure {record['confidence']:.0%}")
+    table.add_column("what")
+    table.add_column("factor", justify="right", no_wrap=True)
+    table.add_column("sure", justify="right", no_wrap=True)
+    start = record["start_confidence"]
+    for number, text in enumerate(record["chain"][:-1]):
+        table.add_row(text, "" if number else f"{start:g}", "" if number else f"{start:.0%}")
+    for one in record["findings"]:
+        because = f" ({one['why']} Found by: {one['found_by']})" if one["why"] else ""
+        table.add_row(f"{one['text']}{because}", f"{one['factor']:g}", f"{one['confidence_after']:.1%}")
+    for one in record["members"]:
+        table.add_row(f"{one['solid']}: taken for {one['taken_as']}; {'; '.join(one['why'])}", "", "")
+    table.add_row(record["chain"][-1], "", f"{record['confidence']:.0%}")
     return table
 
 

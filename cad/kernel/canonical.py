@@ -15,8 +15,8 @@ from OCP.Geom import Geom_RectangularTrimmedSurface
 from OCP.GeomAbs import GeomAbs_CurveType
 from OCP.gp import gp_Cone, gp_Cylinder, gp_Pln, gp_Sphere
 from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
-from OCP.Standard import Standard_Failure
 
+from cad.kernel.call import KERNEL_EXCEPTIONS
 from wpcal.brep import CurveKind, SurfaceKind
 from wpcal.core.arrays import FloatArray
 
@@ -31,7 +31,7 @@ def recognise_surface(face: Any) -> tuple[int, Any] | None:
     """
     try:
         return _recognised(_on_its_basis(face))
-    except Standard_Failure:
+    except KERNEL_EXCEPTIONS:
         return None
 
 

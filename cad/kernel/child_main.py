@@ -107,7 +107,7 @@ def _answer(channel: IO[bytes], target: str, arguments: Mapping[str, Any], *, wa
     """Call the function and send its result, its error, or a defect as one frame."""
     from cad.kernel.frames import write_frame
     from cad.kernel.system_libraries import libgl_explained
-    from wpcal.core.errors import OutOfMemoryError, WpcalError
+    from wpcal.core.errors import KernelError, OutOfMemoryError, WpcalError
 
     progress = {"progress": lambda text: write_frame(channel, "progress", text)} if wants_progress else {}
     try:
@@ -119,6 +119,10 @@ def _answer(channel: IO[bytes], target: str, arguments: Mapping[str, Any], *, wa
     except WpcalError as error:
         write_frame(channel, "error", error)
     except Exception as error:  # the outermost handler of this process: the parent must learn of every exception
+        if type(error).__module__.startswith("OCP."):
+            what = f"the CAD kernel failed ({type(error).__name__}: {error}); the file may be damaged"
+            write_frame(channel, "error", KernelError(what))
+            return
         write_frame(channel, "fault", (f"{type(error).__name__}: {error}", traceback.format_exc()))
 
 

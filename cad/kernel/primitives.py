@@ -38,9 +38,9 @@ def cylinder(radius: float, length: float, origin: Point, axis: Point) -> Kernel
     return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(*origin), gp_Dir(*axis)), radius, length).Solid()
 
 
-def half_ring(ring: float, radius: float, centre: Point) -> KernelObject:
-    """Return half a ring of a round bar in the plane normal to z; `ring` is the radius of its centre line, mm."""
-    return BRepPrimAPI_MakeTorus(gp_Ax2(gp_Pnt(*centre), gp_Dir(0, 0, 1)), ring, radius, math.pi).Solid()
+def ring(radius: float, bar: float, centre: Point, *, turn: float = 2.0 * math.pi) -> KernelObject:
+    """Return a ring of a round bar round an axis along z, or a part of it; radii of centre line and bar, mm."""
+    return BRepPrimAPI_MakeTorus(gp_Ax2(gp_Pnt(*centre), gp_Dir(0, 0, 1)), radius, bar, turn).Solid()
 
 
 def prism(corners: Sequence[Point], along: Point) -> KernelObject:

@@ -15,10 +15,12 @@ from OCP.GeomAdaptor import GeomAdaptor
 from OCP.GeomConvert import GeomConvert
 from OCP.gp import gp_Pnt, gp_Vec
 
+from cad.kernel.call import kernel_call
 from cad.kernel.canonical import recognise_curve, recognise_surface
 from cad.kernel.geometry import has_triangles_only
 from cad.kernel.topology import EDGE, FACE, EdgeMap, VertexMap, sub_shape_uses
 from wpcal.brep import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.extent import require_finite
 from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
 from wpcal.brep.surfaces import surface_normals
 from wpcal.core.arrays import FloatArray
@@ -58,16 +60,27 @@ def to_brep(solids: Iterable[tuple[str, Any]]) -> BrepGraph:
     BrepGraph
         Faces, edges and vertices in the kernel's order, which is the same at every run. B-splines that are planes,
         cylinders, cones, spheres, lines or circles are stored as such.
+
+    Raises
+    ------
+    GeometryError
+        When a solid has geometry at infinity.
+    KernelError
+        When the kernel fails on a face or an edge.
     """
     rows, names = _Rows(), []
     edge_map, vertex_map = EdgeMap(), VertexMap()
     for index, (name, shape) in enumerate(solids):
         names.append(name)
-        for face, is_forward in sub_shape_uses(shape, FACE):
-            _add_face(rows, index, face, is_forward, edge_map)
-    for edge in edge_map.shapes():
-        _add_edge(rows, edge, vertex_map)
-    return _graph(names, rows, vertex_map.points())
+        with kernel_call(f"reading the faces of {name!r}"):
+            for face, is_forward in sub_shape_uses(shape, FACE):
+                _add_face(rows, index, face, is_forward, edge_map)
+    with kernel_call("reading the edges of the part"):
+        for edge in edge_map.shapes():
+            _add_edge(rows, edge, vertex_map)
+    graph = _graph(names, rows, vertex_map.points())
+    require_finite(graph)
+    return graph
 
 
 def _add_face(rows: _Rows, solid: int, face: Any, is_forward: bool, edge_map: EdgeMap) -> None:

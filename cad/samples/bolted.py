@@ -40,6 +40,14 @@ def _slots_that_line_up() -> Solids:
     return _lap([_hole(88, 25), _hole(88, 55)], [_slot(90, 25), _slot(90, 55)])
 
 
+def _counterbored_cap() -> Solids:
+    """Return a block with two holes under a cap whose holes have room for the heads of socket screws."""
+    return [
+        ("block", cut(box(100, 60, 20, (0, 0, 0)), _hole(20, 30, 9.5), _hole(80, 30, 9.5))),
+        ("cap", cut(box(100, 60, 6, (0, 0, 20)), _hole(20, 30, 17.8), _hole(80, 30, 17.8))),
+    ]
+
+
 def _one_hole_that_lines_up() -> Solids:
     return _lap([_hole(90, 40)], [_hole(90, 40)])
 
@@ -87,6 +95,7 @@ def _panel_on_brackets() -> Solids:
 BOLTED_GRAPHS: dict[str, Callable[[], Solids]] = {
     "holes-in-line": _holes_that_line_up,
     "slots-in-line": _slots_that_line_up,
+    "counterbored-cap": _counterbored_cap,
     "one-hole-in-line": _one_hole_that_lines_up,
     "holes-apart": _holes_that_do_not_line_up,
     "covered-holes": _covered_holes,

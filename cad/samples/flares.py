@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cad.kernel.primitives import box, cut, cylinder, half_ring, square_tube
+from cad.kernel.modelling import fused
+from cad.kernel.primitives import box, cut, cylinder, ring, square_tube
 
 Solids = list[tuple[str, Any]]
 
@@ -42,12 +43,33 @@ def round_tubes(first: float, second: float) -> Solids:
     return solids
 
 
-def half_ring_on_plate(ring: float, radius: float) -> Solids:
-    """Return half a ring of a round bar that lies on a plate whose top is z = 0; `ring` is the radius of its centre."""
+def half_ring_on_plate(radius: float, bar: float) -> Solids:
+    """Return half a ring of a round bar that lies on a plate whose top is z = 0."""
     return [
         ("plate", box(200.0, 200.0, 10.0, (-100.0, -100.0, -10.0))),
-        ("ring", half_ring(ring, radius, (0.0, 0.0, radius))),
+        ("ring", ring(radius, bar, (0.0, 0.0, bar), turn=math.pi)),
     ]
+
+
+def u_bar_on_plate() -> Solids:
+    """Return a bar of 12 mm that is bent to a U with legs of 60 mm, on a plate whose top is z = 0."""
+    legs = [cylinder(6.0, 60.0, (x, 0.0, 6.0), (0.0, -1.0, 0.0)) for x in (-40.0, 40.0)]
+    bar = half_ring_on_plate(40.0, 6.0)[1][1]
+    for leg in legs:
+        bar = fused(bar, leg, unified=False)
+    return [half_ring_on_plate(40.0, 6.0)[0], ("bar", bar)]
+
+
+def ring_round_a_pipe() -> Solids:
+    """Return a pipe of 60 mm along z with a ring of an 8 mm bar tightly round it, at z = 50."""
+    pipe = cut(cylinder(30.0, 100.0, (0, 0, 0), (0, 0, 1)), cylinder(27.0, 100.0, (0, 0, 0), (0, 0, 1)))
+    return [("pipe", pipe), ("ring", ring(34.0, 4.0, (0.0, 0.0, 50.0)))]
+
+
+def rising_bar(slope: float) -> Solids:
+    """Return a bar of 20 mm that leaves the top of a plate, z = 0, at a slope (rad)."""
+    bar = cylinder(10.0, 200.0, (0.0, 0.0, 10.0), (math.cos(slope), 0.0, math.sin(slope)))
+    return [("plate", box(300.0, 200.0, 10.0, (-40.0, -100.0, -10.0))), ("bar", bar)]
 
 
 def rack_of_bars(count: int) -> Solids:

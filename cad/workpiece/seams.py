@@ -5,20 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.brep import BrepGraph
+from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
 from wpcal.seam.edit import PlacedEdit, apply_edits
+from wpcal.seam.explain import explain_seam
+from wpcal.seam.explained_svg import explained_svg
 from wpcal.seam.find.bead import add_beads
 from wpcal.seam.find.built_up import left_out
 from wpcal.seam.find.flare_grooves import add_grooves
 from wpcal.seam.find.interpenetration import interpenetrating_solids
 from wpcal.seam.member.note import MemberNotes, take_members
+from wpcal.seam.names import seams_named
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +43,22 @@ class SeamChoice:
     edits: tuple[PlacedEdit, ...] = ()
     marked: tuple[str, ...] = ()
     edges: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Explained:
+    """Why one seam is taken for a weld or not.
+
+    Parameters
+    ----------
+    record : dict
+        As `wpcal.seam.explain.explain_seam` returns it.
+    svg : str
+        A picture of the seam in its part.
+    """
+
+    record: dict[str, Any]
+    svg: str
 
 
 def find_seams(
@@ -114,12 +135,13 @@ def list_seams(
     choice: SeamChoice | None = None,
     picture: bool = False,
     mesh: bool = False,
+    explain: str | None = None,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
-) -> tuple[tuple[Seam, ...], MemberNotes, tuple[Issue, ...], bytes | None, bytes | None]:
+) -> tuple[tuple[Seam, ...], MemberNotes, tuple[Issue, ...], bytes | None, bytes | None, Explained | None]:
     """Return the seams of a STEP file, frames in `part`, what its solids are taken for, and what is odd in the file.
 
-    If asked for, also their picture (PNG) and ``part.glb``.
+    If asked for, also their picture (PNG), ``part.glb``, and why the seam of a name is taken or refused.
     """
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     progress("finding seams")
@@ -134,4 +156,17 @@ def list_seams(
         progress("drawing the part")
         part_glb, _ = draw_part(workpiece.file)
     notes = workpiece.member_notes or MemberNotes(options.judging, ())
-    return seams, notes, workpiece.issues, png, part_glb
+    told = None if explain is None else _explained(workpiece, seams, notes, explain, Path(step).name)
+    return seams, notes, workpiece.issues, png, part_glb, told
+
+
+def _explained(
+    workpiece: Workpiece, seams: tuple[Seam, ...], notes: MemberNotes, name: str, file_name: str
+) -> Explained:
+    chosen = seams_named([name], [seam.name for seam in seams])
+    if len(chosen) > 1:
+        raise InputError(f"{name}: expected the name of one seam")
+    seam = next(seam for seam in seams if seam.name == chosen[0])
+    record = explain_seam(workpiece.graph, seam, notes)
+    title = f"{seam.name} of {file_name}: {seam.joint.value}, {' + '.join(seam.solids)}, {seam.confidence:.0%}"
+    return Explained(record, explained_svg(workpiece.graph, workpiece.trimmed, seam, title))

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypeVar
 from cad.kernel.system_libraries import libgl_explained
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache, KernelNeededError, file_identity
 from wpcal.brep import BrepGraph
-from wpcal.core.errors import InputError
+from wpcal.core.errors import InputError, blamed_on
 from wpcal.core.input_file import MOST_STEP_MB, read_bytes
 from wpcal.core.issue import Issue
 from wpcal.features import ReferenceFeature, find_features
@@ -130,7 +130,8 @@ class StepFile:
             raise InputError(f"{self.path}: there is nothing to teach or weld on: {found}")
         from cad.kernel.to_brep import to_brep
 
-        graph = to_brep((solid.name, solid.shape) for solid in part.solids)
+        with blamed_on(str(self.path)):
+            graph = to_brep((solid.name, solid.shape) for solid in part.solids)
         graph = replace(graph, solid_facts=tuple(solid.facts for solid in part.solids))
         return PartContent(graph, part.unit, part.issues)
 

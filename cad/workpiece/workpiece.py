@@ -105,7 +105,7 @@ def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progre
     Raises
     ------
     InputError
-        When the file cannot be read, or there is no solid.
+        When the file cannot be read, there is no solid, or a solid has geometry at infinity.
     KernelError
         When the kernel fails.
     """

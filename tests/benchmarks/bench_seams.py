@@ -15,11 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 from rich.console import Console
 from rich.table import Table
 
 from tests.benchmarks.welds.lists import FOLDER, read_record, sha256, welds_of
-from tests.benchmarks.welds.results import write_results
+from tests.benchmarks.welds.results import FIRST, LAST, write_results
 from tests.benchmarks.welds.score import WeldScore, score
 
 PUBLIC = Path(os.environ.get("WPCAL_WELD_PARTS", Path(__file__).parents[3] / "shared" / "welds"))
@@ -56,7 +57,9 @@ def main(arguments: Sequence[str] = ()) -> Table | None:
     if not runs:
         sys.exit(f"no list in {chosen.lists} is called {' or '.join(chosen.part)}")
     if chosen.record:
-        write_results(chosen.record, [_record(run) for run in runs])
+        records = [_record(run) for run in runs]
+        write_results(LAST, records)
+        write_results(FIRST, records, only_new=True)
     if chosen.json:
         print(json.dumps([_record(run) for run in runs], indent=1, ensure_ascii=False))
         return None
@@ -75,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--seams", type=Path, metavar="FILE", help="Score this seams.json of one part; search nothing.")
     parser.add_argument("--missed", action="store_true", help="List missed welds and wrong seams of all parts.")
-    parser.add_argument("--record", type=Path, metavar="FILE", help="Write the counts, with the commit of the code.")
+    parser.add_argument("--record", action="store_true", help="Keep the counts in fixtures/welds/results*.json.")
     parser.add_argument("--json", action="store_true", help="Print JSON with every missed weld and wrong seam.")
     return parser
 
@@ -95,8 +98,20 @@ def part_of(record: dict[str, Any], lists: Path, parts: Path) -> Path | None:
     return None
 
 
+def checked_record(path: Path) -> dict[str, Any]:
+    """Return a list that follows the schema; another one ends the program with one line."""
+    try:
+        record = read_record(path)
+        jsonschema.validate(record, json.loads((FOLDER / "schema.json").read_text(encoding="utf-8")))
+    except ValueError as error:
+        sys.exit(f"{path}: is not JSON: {error}")
+    except jsonschema.ValidationError as error:
+        sys.exit(f"{path}: {error.json_path}: {error.message}; fixtures/welds/schema.json says what a list holds")
+    return record
+
+
 def _run(path: Path, chosen: argparse.Namespace) -> Run:
-    record = read_record(path)
+    record = checked_record(path)
     step = part_of(record, path.parent, chosen.parts)
     if chosen.seams is None and step is None:
         return Run(path.stem, None, 0.0, "part not at hand: " + record["part"].get("address", record["part"]["file"]))
@@ -141,14 +156,13 @@ def _show_faults(run: Run) -> None:
 
 def table_of(runs: Sequence[Run]) -> Table:
     """Return the scores as a table, with a last row for all parts together."""
-    table = Table(title="Seams against lists of welds", caption="")
+    table = Table(title="Seams against lists of welds", caption_justify="left")
     for heading in HEADINGS:
         table.add_column(heading, justify="left" if heading == "part" else "right")
     for run in runs:
-        cells = [run.fault] if run.score is None else _cells(run.score)
-        if run.score is not None and run.fault:
-            table.caption = "; ".join(filter(None, (table.caption, f"{run.part}: {run.fault}")))
-        table.add_row(run.part, *cells, *[""] * (len(HEADINGS) - 2 - len(cells)), f"{run.seconds:.1f}")
+        cells = [""] * (len(HEADINGS) - 2) if run.score is None else _cells(run.score)
+        table.add_row(run.part, *cells, f"{run.seconds:.1f}")
+    table.caption = "\n".join(f"{run.part}: {run.fault}" for run in runs if run.fault)
     scores = [run.score for run in runs if run.score is not None]
     if len(scores) > 1:
         table.add_section()

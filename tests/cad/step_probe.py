@@ -67,6 +67,12 @@ def fill() -> None:
         held.append(bytearray(10**8))
 
 
+def kernel_exception() -> None:
+    from OCP.Standard import Standard_OutOfRange
+
+    raise Standard_OutOfRange("nobody caught this")
+
+
 def defect() -> None:
     raise ZeroDivisionError("nobody foresaw this")
 

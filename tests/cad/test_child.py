@@ -65,6 +65,11 @@ def test_an_early_end_is_one_line(probe: str) -> None:
         run_in_child(f"{probe}:give_up", what="reading")
 
 
+def test_an_exception_of_the_kernel_is_no_defect_of_ours(probe: str) -> None:
+    with pytest.raises(KernelError, match=r"the CAD kernel failed \(Standard_OutOfRange: nobody caught this\)"):
+        run_in_child(f"{probe}:kernel_exception", what="reading")
+
+
 def test_a_defect_is_told_with_its_place(probe: str) -> None:
     with pytest.raises(ChildFaultError, match="ZeroDivisionError: nobody foresaw this") as caught:
         run_in_child(f"{probe}:defect", what="reading")

@@ -16,9 +16,12 @@ from cad.samples.flares import (
     flush_tubes,
     half_ring_on_plate,
     rack_of_bars,
+    ring_round_a_pipe,
+    rising_bar,
     roller_bearing,
     round_tubes,
     tubes_side_by_side,
+    u_bar_on_plate,
     wheel_on_rail,
 )
 from wpcal.brep import BrepGraph, CurveKind
@@ -60,11 +63,11 @@ def check(seam: Seam, ends: list[list[float]], z: FloatArray) -> None:
 
 
 @pytest.mark.parametrize("pose", POSES)
-@pytest.mark.parametrize(("radius", "wall", "ball"), [(4.0, 2.0, 0.6), (6.1, 3.05, 0.6), (10.0, 5.0, 1.0)])
+@pytest.mark.parametrize(("radius", "wall", "ball"), [(2.0, 1.0, 0.495), (6.1, 3.05, 0.6), (10.0, 5.0, 1.0)])
 def test_flush_tubes_have_a_flare_bevel_on_both_sides(
     radius: float, wall: float, ball: float, pose: tuple[float, ...]
 ) -> None:
-    """On 10 mm the wall of 5 mm ends so far from the root that the wire would fall into the tube."""
+    """On 2 mm the wire stays in the mouth; on 10 mm the wall ends so far from the root that it would fall in."""
     _, seams = grooves_of(flush_tubes(radius, wall), pose)
     out = 2.0 * math.sqrt(radius * ball)
     inset = radius - math.sqrt(radius**2 - out**2)
@@ -170,3 +173,33 @@ def test_two_bars_on_a_plate_are_welded() -> None:
     """Of the three grooves on either side, a torch gets to those outside and to that between the bars from above."""
     _, seams = grooves_of(rack_of_bars(2), POSES[0])
     assert [seam.accepted for seam in seams if seam.reachable] == [True] * 3
+
+
+def test_a_ring_round_a_pipe_has_a_groove_above_and_below() -> None:
+    graph, seams = grooves_of(ring_round_a_pipe(), POSES[1])
+    assert [(seam.weld, seam.closed, seam.accepted) for seam in seams] == [(WeldType.FLARE_V, True, True)] * 2
+    assert (graph.edge_kind[[seam.pieces.edge[0] for seam in seams]] == CurveKind.CIRCLE).all()
+    out = 2.0 * math.sqrt(4.0 * WIRE)
+    for seam, z in zip(sorted(seams, key=lambda seam: float(seam.frames.p[0, 2])), (50 - out, 50 + out), strict=True):
+        np.testing.assert_allclose(np.hypot(*seam.frames.p[:, :2].T), 30.0 + WIRE, rtol=0, atol=EXACT)
+        np.testing.assert_allclose(seam.frames.p[:, 2], z, rtol=0, atol=EXACT)
+
+
+def test_a_bent_bar_has_one_seam_inside_and_one_outside() -> None:
+    _, seams = grooves_of(u_bar_on_plate(), POSES[0])
+    out = 2.0 * math.sqrt(6.0 * WIRE)
+    assert [seam.accepted for seam in seams] == [True, True]
+    lengths = sorted(seam.length_mm for seam in seams)
+    assert lengths == pytest.approx([120 + math.pi * (40 - out), 120 + math.pi * (40 + out)], rel=0, abs=EXACT)
+
+
+def test_a_bar_that_leaves_a_plate_is_welded_until_the_gap_is_too_wide() -> None:
+    """The gap of 0.5 mm is where the axis is so high, measured across the bar."""
+    slope = 0.003
+    _, seams = grooves_of(rising_bar(slope), POSES[1])
+    assert len(seams) == 2
+    for seam in seams:
+        s = 0.5 / math.sin(slope)  # along the axis: 10 cos + s sin = 10 + gap; 10 (1 - cos) is 4.5e-5 mm
+        far = seam.frames.p[np.argmax(seam.frames.p[:, 0])]
+        assert far[0] == pytest.approx(s, rel=0, abs=0.1)
+        assert seam.gap_mm == pytest.approx((0.0, 0.25, 0.5), rel=0, abs=1e-3)

@@ -12,8 +12,10 @@ from cad.workpiece.calibrate import calibrate_files
 from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from tests.running import run_here
+from wpcal.brep.curves import evaluate_edges
 from wpcal.core.errors import InputError
-from wpcal.seam import Seam, SeamOptions, SeamSource
+from wpcal.seam import Seam, SeamOptions, SeamSource, detect_seams
+from wpcal.seam.find.marked import MarkedEdges
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 EXACT_MM = 1e-6
@@ -127,3 +129,21 @@ def test_the_commands_take_marks() -> None:
     done = run_here("seams", TEE / "tee.step", "--edge", "100,56,10", "--edge", "25,60,10")
     assert (done.returncode, done.stderr) == (0, "")
     assert "other edges are" in done.stdout
+
+
+@pytest.mark.parametrize("gap_mm", [0.8, 1.2, 2.6])
+def test_an_edge_beyond_the_gap_takes_the_face_that_it_nearly_touches(gap_mm: float) -> None:
+    """The gap was taken for the open air: the bisector of the edge's own faces led into the plate below."""
+    solids = [("plate", box(300, 200, 10, (0, 0, -10))), ("wall", box(200, 8, 80, (50, 96, gap_mm)))]
+    graph = to_brep(solids)
+    middle = (graph.edge_range[:, 0] + graph.edge_range[:, 1]) / 2
+    p = evaluate_edges(graph, np.arange(graph.edge_count), middle)[0]
+    edge = int(np.argmin(np.linalg.norm(p - [150.0, 96.0, gap_mm], axis=1)))
+    marked = MarkedEdges(np.array([edge]), ("picked",))
+    (seam,) = [s for s in detect_seams(graph, marked=marked) if s.accepted]
+    assert (seam.joint.value, seam.weld.value, set(seam.solids)) == ("tee", "fillet", {"plate", "wall"})
+    assert seam.length_mm == pytest.approx(200.0, rel=0, abs=EXACT_MM)
+    np.testing.assert_allclose(
+        seam.frames.R[:, :, 2], np.tile([0, -(0.5**0.5), 0.5**0.5], (len(seam.frames), 1)), atol=1e-9
+    )
+    assert any(text.startswith(f"up to {gap_mm:.2f} mm from the other member") for text in seam.reasons)

@@ -12,7 +12,7 @@ import pytest
 from cad.kernel.primitives import box, cut, cylinder, prism, square_tube
 from cad.kernel.to_brep import to_brep
 from wpcal.core.arrays import FloatArray
-from wpcal.seam import Seam, detect_seams
+from wpcal.seam import Seam, SeamOptions, detect_seams
 
 LENGTH_MM = 1e-3
 COS = 1e-9  # planes and cylinders: exact normals
@@ -65,6 +65,36 @@ def test_where_the_plate_ends_at_a_wall_the_fillet_ends_and_a_flush_groove_goes_
     assert sum(s.length_mm for s in fillet) == pytest.approx(100 - (last - first), abs=LENGTH_MM)
     for seam in groove:
         np.testing.assert_allclose(seam.frames.R[:, 1, 2], -1.0, atol=COS)
+
+
+def test_a_tab_beside_slits_is_one_weld_whose_points_are_on_its_edges_or_on_the_bridges() -> None:
+    """The plate is slit by 2 mm beside a tab 20 mm wide, and the tab stands back by 0.1 mm."""
+    base = box(120, 80, 10, (0, 0, -10))
+    web = cut(
+        box(100, 8, 60, (10, 40, 0)),
+        *(box(2, 20, 5, (x, 35, -1)) for x in (48.0, 70.0)),
+        box(20, 5, 61, (50, 35.1, -0.5)),
+    )
+    solids = [("base", base), ("web", web)]
+    seams = [s for s in detect_seams(to_brep(solids)) if abs(s.frames.p[0, 1] - 40) < 0.2 and s.length_mm > 50]
+    (seam,) = seams
+    assert (seam.weld.value, seam.accepted) == ("fillet", True)
+    s, p = seam.frames.s_mm, seam.frames.p
+    assert seam.length_mm == s[-1] == pytest.approx(96 + 2 * math.hypot(2.0, 0.1), abs=LENGTH_MM)
+    np.testing.assert_allclose(np.diff(s), np.linalg.norm(np.diff(p, axis=0), axis=1), atol=1e-9)
+    assert set(np.round(p[:, 1], 6)) == {40.0, 40.1}
+    np.testing.assert_allclose(seam.frames.R[:, :, 0], np.tile([1.0, 0, 0], (len(p), 1)), atol=1e-9)
+    assert any("2 interruptions of up to 2.0 mm" in text for text in seam.reasons)
+    apart = detect_seams(to_brep(solids), SeamOptions(join_mm=0.0))
+    assert sum(abs(s.frames.p[0, 1] - 40) < 0.2 and s.length_mm > 15 for s in apart) == 3
+
+
+def test_a_rib_in_an_interruption_keeps_the_seams_apart() -> None:
+    base, web = box(120, 80, 10, (0, 0, -10)), box(100, 8, 60, (10, 40, 0))
+    rib = box(4, 30, 60, (60, 10, 0))
+    seams = accepted(("base", base), ("web", web), ("rib", rib))
+    in_front = [s for s in seams if set(s.solids) == {"base", "web"} and abs(s.frames.p[0, 1] - 40) < 0.01]
+    assert all(s.frames.p[:, 0].max() <= 60.01 or s.frames.p[:, 0].min() >= 63.99 for s in in_front if s.length_mm > 20)
 
 
 def tube(length: float, corner: tuple[float, float, float], axis: str, radius: float) -> Any:

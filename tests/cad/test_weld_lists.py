@@ -173,3 +173,16 @@ def test_the_table_the_faults_and_own_lists(tmp_path: Path, capsys: pytest.Captu
     assert json.loads(capsys.readouterr().out)[0]["wrong"] == 1
     with pytest.raises(SystemExit, match="no list"):
         main(["nobody", "--lists", str(tmp_path)])
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("{", "is not JSON"),
+        (json.dumps({**LISTS["pallet"], "welds": [{"id": "a"}]}), r"\$\.welds\[0\]: 'members' is a required property"),
+    ],
+)
+def test_an_own_list_that_is_wrong_is_one_line(tmp_path: Path, text: str, says: str) -> None:
+    (tmp_path / "own.json").write_text(text, encoding="utf-8")
+    with pytest.raises(SystemExit, match=says):
+        main(["--lists", str(tmp_path)])

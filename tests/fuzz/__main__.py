@@ -22,7 +22,8 @@ from pathlib import Path
 from tests.fuzz.findings import FINDINGS, keep
 from tests.fuzz.judge import judge
 from tests.fuzz.mutate import mutated
-from tests.fuzz.targets import Target, targets
+from tests.fuzz.target import Target
+from tests.fuzz.targets import targets
 
 MOST_MEMORY_BYTES = 3 * 2**30
 """Address space of the whole run: Python, NumPy, SciPy and one input take 1 GB of it."""

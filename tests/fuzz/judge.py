@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
-from tests.fuzz.targets import Target
+from tests.fuzz.target import Target
 from wpcal.core.errors import LONGEST_MESSAGE, InputError
 
 MOST_SECONDS = 10.0

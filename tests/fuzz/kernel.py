@@ -23,7 +23,7 @@ from cad.step.read import read_step
 from tests.fuzz.findings import keep
 from tests.fuzz.judge import MOST_SECONDS
 from tests.fuzz.mutate import mutated
-from tests.fuzz.targets import FIXTURES
+from tests.fuzz.target import FIXTURES
 from wpcal.core.errors import InputError, KernelError
 
 MOST_MEMORY_BYTES = 4 * 2**30

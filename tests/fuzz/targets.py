@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,6 +17,9 @@ from cad.step.bake import bake_text
 from cad.step.open_text import read_step_text
 from cad.step.part21 import index_part21
 from cad.step.products import components_of, find_roots
+from tests.fuzz.audited import audited_targets
+from tests.fuzz.further import CELL, further_targets
+from tests.fuzz.target import FIXTURES, Target, of_path, seed
 from wpcal.brep.graph_file import read_graph
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.taught_program import ENCODING, require_program
@@ -26,57 +27,16 @@ from wpcal.core.errors import InputError
 from wpcal.core.tables import parse_table
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bases import read_base_points
-from wpcal.planning.cell.cell_check import check_cell
-from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.grasp import read_holding
-from wpcal.planning.plan.seam_file import read_seam_path
-from wpcal.results.diff import compare_folders
-from wpcal.results.folder import read_finished
 from wpcal.robot.identify.poses_file import parse_tool, read_poses, read_taught_joints
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm, read_arm
 from wpcal.robot.kinematics.urdf import read_urdf
-from wpcal.seam.edit import read_edits
 from wpcal.taught.pairs import read_pairs
 from wpcal.taught.programs import ProgramReader, TaughtProgram
 from wpcal.taught.table import taught_csv, taught_from_table
 from wpcal.taught.user_frames import ANY_FRAME, ProgramReading, parse_uframes, points_in_base, usable_points
 
-HERE = Path(__file__).parent
-FIXTURES = HERE.parents[1] / "fixtures"
 MOVED = RigidTransform.from_six_tuple([100.0, -20.0, 3.0, 0.1, -0.2, 0.3], target="base", source="part")
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """A reader.
-
-    Parameters
-    ----------
-    read : callable
-        Takes the bytes and a path to which it may write them.
-    seeds : tuple of bytes
-        Inputs that it accepts.
-    file : str
-        Name of the file; its end tells some readers what it is.
-    """
-
-    read: Callable[[bytes, Path], object]
-    seeds: tuple[bytes, ...]
-    file: str = "input"
-
-
-def seed(name: str) -> bytes:
-    return (HERE / "seeds" / name).read_bytes()
-
-
-def of_path(read: Callable[[Path], object]) -> Callable[[bytes, Path], object]:
-    """Return a reader of files as a function of bytes."""
-
-    def from_bytes(data: bytes, path: Path) -> object:
-        path.write_bytes(data)
-        return read(path)
-
-    return from_bytes
 
 
 @cache
@@ -130,51 +90,6 @@ def step_text(data: bytes, path: Path) -> object:
     return bake_text(file, MOVED)
 
 
-@cache
-def cell_path() -> Path:
-    return FIXTURES / "cells" / "two-mh6.json"
-
-
-def cell(path: Path) -> object:
-    return check_cell(read_cell(path))
-
-
-def seams(path: Path) -> object:
-    read_edits(path)
-    return read_seam_path(path, "W1", read_cell(cell_path()))
-
-
-@dataclass(slots=True)
-class ResultFolderReader:
-    """Reads a result folder in which one file is replaced by the input."""
-
-    name: str
-    files: Mapping[str, bytes]
-
-    def __call__(self, data: bytes, path: Path) -> object:
-        folder = path.with_suffix(".folder")
-        folder.mkdir(exist_ok=True)
-        for name, content in self.files.items():
-            (folder / name).write_bytes(data if name == self.name else content)
-        with suppress(InputError):
-            compare_folders(folder, folder, atol_mm=1e-6)
-        found = read_finished(folder)
-        return [np.isfinite(seam.frames.p).all() for seam in found.seams]
-
-
-def result_files() -> dict[str, bytes]:
-    """Return a small result folder without its hashes, so that a changed file is read and not only refused."""
-    golden = FIXTURES / "tee" / "golden"
-    calibration = json.loads((golden / "calibration.json").read_text())
-    calibration.pop("files", None)
-    record = json.loads((golden / "seams.json").read_text())
-    record["seams"] = record["seams"][:2]
-    for one in record["seams"]:
-        one["frames"] = one["frames"][:4]
-    record["T_base_part"] = calibration["T_base_part"]
-    return {"calibration.json": json.dumps(calibration).encode(), "seams.json": json.dumps(record).encode()}
-
-
 def draft_seed() -> bytes:
     table = {"columns": ["name", "x_mm", "y_mm", "z_mm"], "rows": [["A", "1", "2", "3"]], "keys": ["a1"]}
     part = {"file": "tee.step", "sha256": "0" * 64}
@@ -184,7 +99,6 @@ def draft_seed() -> bytes:
 @cache
 def targets() -> dict[str, Target]:
     """Return every reader by name."""
-    files = result_files()
     tee = (FIXTURES / "tee" / "tee.step").read_bytes()
     tables = [(FIXTURES / "tee" / name).read_bytes() for name in ("taught.csv", "touches_321.csv")]
     table_seeds = (seed("taught.csv"), *tables)
@@ -200,23 +114,21 @@ def targets() -> dict[str, Target]:
         "tool-option": Target(tool_option, (b"800,0,300,0,0,90", b"0,0,100")),
         "urdf": Target(of_path(read_urdf), (seed("arm.urdf"),)),
         "arm": Target(of_path(read_arm), (arm,)),
-        "cell": Target(of_path(cell), (cell_path().read_bytes(),)),
-        "holding": Target(of_path(lambda path: read_holding(path, "0,0,0,0,-90,0")), (cell_path().read_bytes(),)),
+        "holding": Target(of_path(lambda path: read_holding(path, "0,0,0,0,-90,0")), (CELL.read_bytes(),)),
         "tool": Target(
             of_path(lambda path: parse_tool(str(path))),
             (b'{"schema": "wpcal/tool/1", "xyz_mm": [1, 2, 300.5], "error_95_mm": 0.1}',),
             "tool.json",
         ),
         "draft": Target(of_path(read_draft), (draft_seed(),)),
-        "seams": Target(of_path(seams), (files["seams.json"],)),
         "glb": Target(lambda data, _: read_part_glb(data), (part_glb(),)),
         "graph": Target(of_path(read_graph), ((FIXTURES / "graphs" / "plain-block.npz").read_bytes(),)),
         "step": Target(step_text, (tee, (FIXTURES / "lap" / "lap.step").read_bytes()), "part.step"),
     }
     for suffix in ("mod", "ls", "dat", "jbi"):
         found[suffix] = Target(program, (seed(f"teach.{suffix}"),), f"teach.{suffix}")
-    for name, content in files.items():
-        found[f"folder-{name}"] = Target(ResultFolderReader(name, files), (content,), "result")
+    found |= further_targets()
+    found |= audited_targets()
     return found
 
 

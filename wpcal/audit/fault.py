@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from wpcal.core.errors import ErrorCode, FormatError, WpcalError
+from wpcal.core.errors import ErrorCode, FormatError, WpcalError, whole_text
 
 AUDIT_SCHEMA = "wpcal/audit/1"
 
@@ -36,6 +36,12 @@ class Fault:
     field: str | None = None
     code: str = ErrorCode.FORMAT
     repair: str | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("message", "field", "column"):
+            text = getattr(self, name)
+            if isinstance(text, str):  # it may quote a file that holds what cannot be written
+                object.__setattr__(self, name, whole_text(text))
 
     @classmethod
     def of(cls, error: WpcalError, path: str) -> Fault:

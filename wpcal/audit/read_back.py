@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
+from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,17 +17,18 @@ import numpy as np
 from wpcal.controllers.registry import controller_of_file
 from wpcal.controllers.taught_program import ENCODING, parse_program
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import FormatError
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.numbers import parse_number
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.taught.programs import BASE
 
 URSCRIPT, VAL3 = ".script", ".dtx"
-_NUMBER = r"\s*([^,\]\s]+)\s*"
+_NUMBER = r"\s*+([^,\]\s]{1,60}+)\s*+"  # possessive and bounded: the time stays proportional to the size
 _POSE = r"p\[" + ",".join([_NUMBER] * 6) + r"\]"
-_UR_FRAME = re.compile(r"^\s*(\w+)\s*=\s*" + _POSE, re.MULTILINE)
-_UR_MOVE = re.compile(r"move[jlpc]\(\s*(?:pose_trans\(\s*(\w+)\s*,\s*)?" + _POSE)
+_UR_FRAME = re.compile(r"^[ \t]*+(\w++)[ \t]*+=\s*+" + _POSE, re.MULTILINE)
+_UR_MOVE = re.compile(r"move[jlpc]\(\s*+(?:pose_trans\(\s*+(\w++)\s*+,\s*+)?" + _POSE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,10 +111,14 @@ def _frame_of(
 
 def _urscript(text: str, path: str) -> list[ReadPose]:
     """Read the moves of a script: positions in m, rotation vectors in rad, in the frame of ``pose_trans``."""
-    frames = {match[1]: _ur_pose(match.groups()[1:], path, _line(text, match)) for match in _UR_FRAME.finditer(text)}
+    line_ends = [match.start() for match in re.finditer("\n", text)]
+    frames = {
+        match[1]: _ur_pose(match.groups()[1:], path, bisect_left(line_ends, match.start(1)) + 1)
+        for match in _UR_FRAME.finditer(text)
+    }
     poses = []
     for number, match in enumerate(_UR_MOVE.finditer(text), 1):
-        line = _line(text, match)
+        line = bisect_left(line_ends, match.start()) + 1
         p, R = _ur_pose(match.groups()[1:], path, line)
         if match[1] is not None:
             if match[1] not in frames:
@@ -123,10 +129,6 @@ def _urscript(text: str, path: str) -> list[ReadPose]:
     return poses
 
 
-def _line(text: str, match: re.Match[str]) -> int:
-    return text.count("\n", 0, match.start(0)) + 1 + (match[0][: len(match[0]) - len(match[0].lstrip())].count("\n"))
-
-
 def _ur_pose(cells: tuple[str, ...], path: str, line: int) -> tuple[FloatArray, FloatArray]:
     values = _numbers(cells, path, line)
     return 1000.0 * values[:3], exp_rotation(values[3:])
@@ -134,12 +136,9 @@ def _ur_pose(cells: tuple[str, ...], path: str, line: int) -> tuple[FloatArray, 
 
 def _numbers(cells: tuple[str | None, ...], path: str, line: int | None) -> FloatArray:
     try:
-        values = np.array([float(cell or "") for cell in cells])
-    except ValueError:
-        raise FormatError(f"expected six numbers, got {', '.join(map(str, cells))}", path=path, line=line) from None
-    if not np.isfinite(values).all():
-        raise FormatError(f"expected finite numbers, got {', '.join(map(str, cells))}", path=path, line=line)
-    return values
+        return np.array([parse_number(cell or "") for cell in cells])
+    except InputError as error:
+        raise FormatError(f"a pose of six numbers: {error}", path=path, line=line) from None
 
 
 def _val3(raw: bytes, path: str) -> list[ReadPose]:

@@ -13,6 +13,7 @@ from wpcal.core.errors import WpcalError
 from wpcal.core.record_check import check_record, find_faults
 from wpcal.core.records import parse_json
 from wpcal.core.schemas import has_schema
+from wpcal.core.wording import shown
 from wpcal.planning.cell.cell_file import CELL_SCHEMA, read_cell
 from wpcal.results.folder import RECORD_SCHEMAS
 from wpcal.robot.kinematics.arm_file import ARM_SCHEMA, read_arm
@@ -47,7 +48,8 @@ def audit_record(raw: bytes, path: Path) -> tuple[str, list[Fault]] | None:
     if name is None or not name.startswith("wpcal/"):
         return None
     if not has_schema(name):
-        return name, [Fault(f"the schema {name!r} is not known here: a newer version wrote the file", field="schema")]
+        what = f"the schema {shown(name)} is not known here: a newer version wrote the file"
+        return "record", [Fault(what, field="schema")]
     faults = [Fault(what, field=place or None) for place, what in find_faults(record, name)]
     return name, faults or list(_beyond_schema(record, name, path))
 

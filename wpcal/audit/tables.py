@@ -23,11 +23,12 @@ UNITS = ("_mm", "_deg", "_rad", "_s", "_mm_s", "_mm2")
 
 
 class TableKind(NamedTuple):
-    """A kind of table: what it is, the columns that tell it, and its reader."""
+    """A kind of table: what it is, the columns that tell it, its reader, and whether it may have no rows."""
 
     kind: str
     columns: Sequence[str]
     read: Callable[[Path], object]
+    may_have_no_rows: bool = False
 
 
 def read_numbers(path: Path) -> None:
@@ -42,7 +43,7 @@ TAUGHT = TableKind("taught points", ("name", *TAUGHT_COLUMNS), read_taught)
 TABLES = (
     TableKind("point pairs", REAL_COLUMNS, read_pairs),
     TableKind("points touched by two robots", (*BASE1_COLUMNS, *BASE2_COLUMNS), read_base_points),
-    TableKind("frames of seams", ("seam", "point", "s_mm"), read_numbers),
+    TableKind("frames of seams", ("seam", "point", "s_mm"), read_numbers, may_have_no_rows=True),
     TableKind("measured poses or joint angles", ("q1_deg",), read_numbers),
     TAUGHT,
 )
@@ -62,6 +63,8 @@ def audit_table(raw: bytes, path: Path, *, is_named: bool) -> tuple[str, list[Fa
         Whether a person named this file: if its columns tell no kind, it should hold taught points.
     """
     found = _kind_of(raw) or (TAUGHT if is_named else None)
+    if found is not None and found.may_have_no_rows and len(raw.split()) == 1:  # only the header: a part without seams
+        return found.kind, []
     return None if found is None else (found.kind, faults_by_line(raw, path, found.read))
 
 

@@ -253,6 +253,7 @@ class ArmFlags:
 
         from wpcal.controllers.reachable_spin import ArmAtTool
         from wpcal.core.errors import InputError
+        from wpcal.core.numbers import parse_numbers
         from wpcal.robot.identify.poses_file import parse_tool
         from wpcal.robot.kinematics.arm_file import find_arm
 
@@ -260,10 +261,10 @@ class ArmFlags:
             return None
         arm = find_arm(self.robot)
         try:
-            near = np.radians([float(cell) for cell in (self.near or "").split(",")])
+            near = np.radians(parse_numbers(self.near or ""))
         except ValueError:
             near = np.zeros(0)
-        if near.shape != (6,) or not np.isfinite(near).all():
+        if near.shape != (6,):
             raise InputError(
                 f"--robot needs --near-joints: six joint angles in degrees near the seam, got {self.near!r}"
             )

@@ -116,10 +116,11 @@ class FitFlags:
             When one of them is not a whole number.
         """
         from wpcal.core.errors import InputError
+        from wpcal.core.numbers import parse_whole_number
 
         cells = [] if self.leave_out is None else self.leave_out.split(",")
         try:
-            return tuple(int(cell) for cell in cells)
+            return tuple(parse_whole_number(cell) for cell in cells)
         except ValueError:
             raise InputError(f"rows to leave out: expected line numbers as 57,58, got {self.leave_out!r}") from None
 

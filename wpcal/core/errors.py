@@ -98,12 +98,12 @@ class WpcalError(Exception):
     code: str = ErrorCode.INPUT
 
     def __init__(self, message: str = "", *, code: str | None = None) -> None:
-        super().__init__(_whole_text(message))
+        super().__init__(whole_text(message))
         if code is not None:
             self.code = code
 
 
-def _whole_text(message: str) -> str:
+def whole_text(message: str) -> str:
     """Return a message that can be written: names in a file may be longer than any page, or no Unicode text."""
     if len(message) > LONGEST_MESSAGE:
         message = f"{message[:LONGEST_MESSAGE]}…"

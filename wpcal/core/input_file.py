@@ -120,6 +120,21 @@ def require_name(path: Path) -> None:
         raise InputError(f"{shown}: {(error.strerror or str(error)).lower()}") from None
 
 
+def holds_file(folder: Path, name: str) -> bool:
+    """Tell whether a folder holds a file whose name was read from another file; False for a name that no file can have.
+
+    Parameters
+    ----------
+    folder : Path
+    name : str
+        A name with a folder in it is never held: a record must not make wpcal read files elsewhere.
+    """
+    try:
+        return Path(name).name == name and (folder / name).is_file()
+    except (OSError, ValueError):  # too long, or not text that a name can be
+        return False
+
+
 def _require_regular(path: Path, mode: int, expected: str) -> None:
     if not stat.S_ISREG(mode):
         kind = _KINDS.get(stat.S_IFMT(mode), "is not a regular file")

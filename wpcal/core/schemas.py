@@ -8,8 +8,6 @@ The file ``wpcal/results/schemas/plan-1.schema.json`` (JSON Schema, draft 2020-1
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Iterator
 from functools import cache
 from importlib.resources import files
 
@@ -17,7 +15,6 @@ from wpcal.core.errors import InputError
 
 _FOLDER = files("wpcal") / "results" / "schemas"
 _ENDING = ".schema.json"
-_NAME = re.compile(r"wpcal/([a-z]+(?:-[a-z]+)*)/([1-9][0-9]*)")
 
 
 def schema_names() -> list[str]:
@@ -25,10 +22,10 @@ def schema_names() -> list[str]:
     return sorted(_names())
 
 
-def _names() -> Iterator[str]:
-    for file in _FOLDER.iterdir():
-        kind, _, version = file.name.removesuffix(_ENDING).rpartition("-")
-        yield f"wpcal/{kind}/{version}"
+@cache
+def _names() -> frozenset[str]:
+    parts = (file.name.removesuffix(_ENDING).rpartition("-") for file in _FOLDER.iterdir())
+    return frozenset(f"wpcal/{kind}/{version}" for kind, _, version in parts)
 
 
 def schema_file(name: str) -> str:
@@ -47,8 +44,7 @@ def schema_file(name: str) -> str:
 
 def has_schema(name: str) -> bool:
     """Tell whether a record of this name has a schema here."""
-    found = _NAME.fullmatch(name)
-    return found is not None and (_FOLDER / f"{found[1]}-{found[2]}{_ENDING}").is_file()
+    return name in _names()
 
 
 def schema_text(name: str) -> str:

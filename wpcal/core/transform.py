@@ -14,6 +14,8 @@ from wpcal.core.errors import FrameError, InputError
 from wpcal.core.rotations import rotation_from_zyx, zyx_from_rotation
 from wpcal.core.tangent import log_rotation
 
+LARGEST_OF_ROTATION = 2.0
+"""No number of a rotation is larger than 1; far above this, the square of a wrong one would overflow."""
 ORTHONORMAL_ATOL = 1e-6
 """A matrix from a file (six printed digits) may differ this much from a rotation; an SVD then makes it exact."""
 
@@ -70,6 +72,9 @@ class RigidTransform:
             raise InputError(f"expected a rotation (3, 3) and a translation (3,), got {R.shape} and {t.shape}")
         if not (np.isfinite(R).all() and np.isfinite(t).all()):
             raise InputError(f"T_{self.target}_{self.source} holds a value that is not finite")
+        if np.abs(R).max() > LARGEST_OF_ROTATION:  # its square could overflow
+            what = f"holds {np.abs(R).max():.3g}, and no rotation holds more than 1"
+            raise InputError(f"T_{self.target}_{self.source} is not a rigid motion: R {what}")
         off = float(np.abs(R @ R.T - np.eye(3)).max())
         if off > ORTHONORMAL_ATOL or np.linalg.det(R) < 0:
             what = f"R Rᵀ is off the identity by {off:.3g}, det R = {np.linalg.det(R):.3g}"
@@ -99,9 +104,12 @@ class RigidTransform:
             When the matrix is not 4×4, its last row is not 0 0 0 1, or its rotation is off by more than 1e-6.
         """
         try:
-            m = np.asarray(matrix, dtype=np.float64)
+            m = np.asarray(matrix)
         except (TypeError, ValueError):
             raise InputError("expected a 4×4 matrix of numbers") from None
+        if m.dtype.kind not in "iuf":  # NumPy would also take texts
+            raise InputError("expected a 4×4 matrix of numbers")
+        m = m.astype(np.float64)
         if m.shape != (4, 4):
             raise InputError(f"expected a 4×4 matrix, got shape {m.shape}")
         if not np.allclose(m[3], (0, 0, 0, 1), rtol=0, atol=ORTHONORMAL_ATOL):

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 
 from wpcal.controllers.program import WeldProgram
-from wpcal.controllers.registry import Controller, controller_names, find_controller, spoken_names, suggestion
+from wpcal.controllers.registry import (
+    Controller,
+    controller_names,
+    find_controller,
+    installed,
+    spoken_names,
+    suggestion,
+)
 from wpcal.core.errors import InputError
 
 EXPORTERS = "wpcal.exporters"
@@ -36,7 +42,7 @@ class Exporter:
 
 def exporter_names() -> tuple[str, ...]:
     """Return the names of all installed formats and controllers, sorted."""
-    return tuple(sorted({*controller_names(), *entry_points(group=EXPORTERS).names}))
+    return tuple(sorted({*controller_names(), *(entry.name for entry in installed(EXPORTERS))}))
 
 
 def _each_by_itself(names: str) -> str:
@@ -56,10 +62,10 @@ def exporter_named(name: str) -> Exporter | Controller:
     controller = find_controller(name)
     if controller is not None:
         return controller
-    found = entry_points(group=EXPORTERS, name=name) or entry_points(group=EXPORTERS, name=name.strip().lower())
-    if not found:
+    entries = {entry.name: entry for entry in reversed(installed(EXPORTERS))}
+    entry = entries.get(name) or entries.get(name.strip().lower())
+    if entry is None:
         raise InputError(f"unknown format {name!r}{suggestion(name, sorted({*exporter_names(), *spoken_names()}))}")
-    entry = next(iter(found))
     exporter = entry.load()
     if not isinstance(exporter, Exporter):
         raise InputError(f"format {name!r}: the entry point {entry.value} is not a wpcal.formats.Exporter")

@@ -8,7 +8,7 @@ from typing import Any
 
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.errors import FormatError, FrameError
-from wpcal.core.input_file import read_bytes, sha256_of
+from wpcal.core.input_file import holds_file, read_bytes, sha256_of
 from wpcal.core.transform import RigidTransform
 
 SAME_POSE_MM = 1e-9
@@ -85,6 +85,6 @@ def check_same_run(folder: Path, calibration: Mapping[str, Any]) -> None:
         When a listed file has another SHA-256.
     """
     for name, expected in calibration.get("files", {}).items():
-        if (folder / name).is_file() and sha256_of(read_bytes(folder / name)) != expected:
+        if holds_file(folder, name) and sha256_of(read_bytes(folder / name)) != expected:
             what = "is not the file that the calibration in calibration.json wrote; calibrate again, or move it away"
             raise FormatError(what, path=str(folder / name))

@@ -10,7 +10,8 @@ from typing import Any
 from wpcal.calibrate.result import SCHEMA as CALIBRATION_SCHEMA
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import ErrorCode, FormatError, FrameError, InputError
-from wpcal.core.input_file import read_bytes, sha256_of
+from wpcal.core.input_file import holds_file, read_bytes, sha256_of
+from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.schemas import required_fields
@@ -122,6 +123,8 @@ def read_record(folder: Path, name: str) -> dict[str, Any]:
     missing = [field for field in required_fields(schema) if field not in record]
     if missing:
         raise FormatError(f"lacks {', '.join(missing)}", path=str(folder / name))
+    if name == CALIBRATION_FILE:  # nobody writes it by hand
+        check_record(record, schema, path=str(folder / name), is_complete=True)
     return record
 
 
@@ -163,7 +166,7 @@ def files_of_run(folder: Path) -> tuple[str, ...]:
     listed = record.get("files")
     if not isinstance(listed, dict):
         return ()
-    own = [name for name in listed if Path(name).name == name and (folder / name).is_file()]
+    own = [name for name in listed if holds_file(folder, name)]
     return tuple(name for name in own if sha256_of(read_bytes(folder / name)) == listed[name])
 
 

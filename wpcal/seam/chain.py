@@ -37,7 +37,29 @@ class Chain:
     closed: bool
 
 
-def chain_pieces(graph: BrepGraph, pieces: SeamPieces, group: IntArray, *, split_rad: float) -> list[Chain]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Bridges:
+    """Which ends of pieces may be joined by a straight bridge.
+
+    Parameters
+    ----------
+    join_mm : float
+        Largest length of a bridge, mm.
+    slip_mm : float
+        How far a bridge may lead sideways, mm.
+    side : ndarray, shape (k, 2, 3)
+        Direction out of the joint at the start and at the end of each piece. On both ends of a bridge it is the same
+        within the angle by which the direction of travel may turn.
+    """
+
+    join_mm: float
+    slip_mm: float
+    side: FloatArray
+
+
+def chain_pieces(
+    graph: BrepGraph, pieces: SeamPieces, group: IntArray, *, split_rad: float, bridges: Bridges | None = None
+) -> list[Chain]:
     """Join consecutive pieces of one group if the direction turns by at most `split_rad`.
 
     Parameters
@@ -48,6 +70,8 @@ def chain_pieces(graph: BrepGraph, pieces: SeamPieces, group: IntArray, *, split
         Only pieces with the same number are joined.
     split_rad : float
         Largest turn of the direction of travel from one piece to the next, rad.
+    bridges : Bridges, optional
+        What joins pieces whose ends do not meet; nothing by default.
 
     Returns
     -------
@@ -55,6 +79,8 @@ def chain_pieces(graph: BrepGraph, pieces: SeamPieces, group: IntArray, *, split
     """
     p, out = _ends(graph, pieces)
     link = _links(p.reshape(-1, 3), out.reshape(-1, 3), np.repeat(group, 2), np.cos(split_rad))
+    if bridges is not None:
+        _add_bridges(link, p.reshape(-1, 3), out.reshape(-1, 3), np.repeat(group, 2), bridges, np.cos(split_rad))
     used = np.zeros(len(pieces), dtype=bool)
     loose = [end for end in range(2 * len(pieces)) if end not in link]
     starts = [*loose, *range(0, 2 * len(pieces), 2)]
@@ -84,6 +110,29 @@ def _links(p: FloatArray, out: FloatArray, group: IntArray, least_cos: float) ->
         if i not in link and j not in link:
             link[int(i)], link[int(j)] = int(j), int(i)
     return link
+
+
+def _add_bridges(
+    link: dict[int, int], p: FloatArray, out: FloatArray, group: IntArray, bridges: Bridges, least_cos: float
+) -> None:
+    """Pair ends that are left, the nearest first, if each goes on towards the other on one side of the joint."""
+    ends = np.array([end for end in range(len(p)) if end not in link], dtype=np.int64)
+    if len(ends) == 0:
+        return
+    a, b = ends[cKDTree(p[ends]).query_pairs(bridges.join_mm, output_type="ndarray").astype(np.int64)].T
+    way = p[b] - p[a]
+    length = np.linalg.norm(way, axis=1)
+    side = bridges.side.reshape(-1, 3)
+    fits = (group[a] == group[b]) & (-np.einsum("ki,ki->k", out[a], out[b]) >= least_cos)
+    fits &= (np.einsum("ki,ki->k", side[a], side[b]) >= least_cos) & (a // 2 != b // 2)
+    for end, towards in ((a, way), (b, -way)):
+        along = np.einsum("ki,ki->k", out[end], towards)
+        aside = np.linalg.norm(towards - along[:, None] * out[end], axis=1)
+        fits &= (along >= -bridges.slip_mm) & (aside <= bridges.slip_mm)
+    order = np.lexsort((b[fits], a[fits], np.round(length[fits], 6)))
+    for i, j in zip(a[fits][order].tolist(), b[fits][order].tolist(), strict=True):
+        if i not in link and j not in link:
+            link[i], link[j] = j, i
 
 
 def _walk(start: int, link: dict[int, int], used: BoolArray) -> Chain:

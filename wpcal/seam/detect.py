@@ -68,7 +68,7 @@ def detect_seams(
     joined = without_duplicates(graph, joined, gap_mm=gap_mm)
     contacts, found = joined, []
     if marked is not None:
-        chosen, labels, contacts = take_marked(graph, joined, marked, gap_mm=gap_mm)
+        chosen, labels, contacts = take_marked(graph, trimmed, joined, marked, gap_mm=gap_mm)
         found += _marked_seams(graph, chosen, labels, options)
     found += build_seams(graph, contacts, options, SeamSource.CONTACT)
     if sections is not None:
@@ -117,7 +117,15 @@ def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...
     """Build the seams of marked pieces; their reasons name the marks."""
     label_of = dict(zip(chosen.pieces.edge.tolist(), labels, strict=True))
     return [
-        replace(seam, reasons=in_words(graph, seam.pieces, tuple(label_of[edge] for edge in seam.pieces.edge.tolist())))
+        replace(
+            seam,
+            reasons=in_words(
+                graph,
+                seam.pieces,
+                tuple(label_of[edge] for edge in seam.pieces.edge.tolist()),
+                gap_mm=options.gap_for(graph),
+            ),
+        )
         for seam in build_seams(graph, chosen, options, SeamSource.MARKED)
     ]
 

@@ -20,7 +20,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import LARGEST_MM, FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
-from wpcal.seam.edited_run import framed, is_loop, joined_run, judged_anew, marks_in, part_of
+from wpcal.seam.edited_run import MEETING_MM, framed, is_loop, joined_run, judged_anew, marks_in, part_of
 from wpcal.seam.judge.leans import with_leans
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.cut import middles
@@ -97,13 +97,19 @@ def candidate_from_record(record: Any, label: str, *, path: str) -> Candidate:
         If something is missing.
     """
     try:
-        start, middle = (tuple(float(v) for v in record[key]) for key in ("start_part_mm", "middle_part_mm"))
-        x, y, z = start
-        u, v, w = middle
-        return Candidate(str(record["name"]), (x, y, z), (u, v, w), float(record["length_mm"]))
+        x, y, z = map(_length, record["start_part_mm"])
+        u, v, w = map(_length, record["middle_part_mm"])
+        return Candidate(str(record["name"]), (x, y, z), (u, v, w), _length(record["length_mm"]))
     except (KeyError, TypeError, ValueError, OverflowError):
         message = f"seam {label}: its edit needs a whole candidate (name, start_part_mm, middle_part_mm, length_mm)"
         raise FormatError(message, path=path) from None
+
+
+def _length(value: Any) -> float:
+    """Return a number of a record in mm; a page can also send texts, NaN and true."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST_MM:
+        raise TypeError("expected a number")
+    return float(value)
 
 
 def edit_from_record(record: Any, label: str, *, path: str) -> SeamEdit:
@@ -286,7 +292,7 @@ def _edited(
         others = [(_row_of(seams, replace(placed, candidate=one.candidate)), one.range_mm) for one in edit.join]
         if others:
             runs = [(seams[row].name, part_of(graph, seams[row], range_mm)) for row, range_mm in others]
-            pieces = joined_run(graph, [(seam.name, pieces), *runs])
+            pieces = joined_run(graph, [(seam.name, pieces), *runs], join_mm=max(MEETING_MM, options.join_mm))
     except InputError as error:
         is_placed = str(error).startswith(placed.path)
         raise error if is_placed else InputError(f"{placed.path}: {error}") from None
@@ -308,7 +314,8 @@ def _edited(
 def _decided(seam: Seam, edit: SeamEdit) -> Seam:
     """Return a seam, judged by the rules, with the decision of the person."""
     accepted = not seam.inside and (seam.accepted if edit.accept is None else edit.accept)
-    return replace(seam, accepted=accepted, reasons=(*seam.reasons, *_in_words(edit, seam)))
+    confidence = 1.0 if edit.accept and accepted else seam.confidence  # what a person accepts is a weld
+    return replace(seam, accepted=accepted, confidence=confidence, reasons=(*seam.reasons, *_in_words(edit, seam)))
 
 
 def _in_words(edit: SeamEdit, seam: Seam) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ from wpcal.seam.judge.stations import find_stretches
 from wpcal.seam.judge.stretches import FELT_CHORD_MM
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.build import CLOSED_MM, with_frames
-from wpcal.seam.path.cut import cut_run, piece_lengths
+from wpcal.seam.path.cut import cut_run, spans_of
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.path.turning import face_free_space
 from wpcal.seam.seam import Seam, SeamPieces, SeamSource
@@ -51,7 +51,7 @@ def part_of(graph: BrepGraph, seam: Seam, range_mm: tuple[float, float] | None) 
     return cut_run(graph, seam.pieces, low, min(high, seam.length_mm))
 
 
-def joined_run(graph: BrepGraph, runs: Sequence[tuple[str, SeamPieces]]) -> SeamPieces:
+def joined_run(graph: BrepGraph, runs: Sequence[tuple[str, SeamPieces]], *, join_mm: float = MEETING_MM) -> SeamPieces:
     """Return several runs as one, which goes in the direction of the first.
 
     Parameters
@@ -60,19 +60,21 @@ def joined_run(graph: BrepGraph, runs: Sequence[tuple[str, SeamPieces]]) -> Seam
     runs : sequence of tuple of str and SeamPieces
         Names, for messages, and pieces. The first keeps its direction; the others are put before or after it, in any
         order, and are turned where their other end meets.
+    join_mm : float
+        Largest straight bridge between two runs, mm.
 
     Raises
     ------
     InputError
-        If the ends of a run do not meet those of the others within `MEETING_MM`.
+        If the ends of a run do not meet those of the others within `join_mm`.
     """
     (first, run), *left = [(name, _with_end_pieces(graph, pieces)) for name, pieces in runs]
     while left:
         ways = [way for row, (_, other) in enumerate(left) for way in _ways(graph, run, other, row)]
         gap_mm, row, together = min(ways, key=lambda way: way[:2])
-        if gap_mm > MEETING_MM:
+        if gap_mm > join_mm:
             what = f"{left[row][0]} does not meet {first}: their nearest ends are {gap_mm:.1f} mm apart"
-            raise InputError(f"edit of seam {first}: {what}, expected at most {MEETING_MM:g} mm")
+            raise InputError(f"edit of seam {first}: {what}, expected at most {join_mm:g} mm")
         run = SeamPieces.joined(together)
         del left[row]
     return run
@@ -80,7 +82,7 @@ def joined_run(graph: BrepGraph, runs: Sequence[tuple[str, SeamPieces]]) -> Seam
 
 def _with_end_pieces(graph: BrepGraph, run: SeamPieces) -> SeamPieces:
     """Return a run with short pieces of its own at both ends: the torch turns on them, and not on the last step."""
-    length = float(piece_lengths(graph, run).sum())
+    length = float(spans_of(graph, run)[1][-1])
     if length <= 3.0 * CORNER_MM:
         return run
     places = [(0.0, CORNER_MM), (CORNER_MM, length - CORNER_MM), (length - CORNER_MM, length)]

@@ -37,8 +37,13 @@ THICKEST_MM = 60.0
 """Concave edges: if both members are thicker, the part is a casting or a building. Plates welded by robots are rarely
 thicker than 40 mm."""
 
+MOST_BRIDGE_MM = 5.0
+"""Contacts in one line are welded in one run across interruptions of at most this length: the slit beside a tab, a
+relief hole."""
 GAP_SHARE = 2.5e-3
 """On parts smaller than 200 mm the gap is this share of the diagonal: 0.5 mm would join everything on a small part."""
+GAP_ROUND_OFF_MM = 1e-6
+"""A gap that is as wide as allowed may be wider by round-off: a hole of 30.5 mm round a bar of 30 mm."""
 FLUSH_MM = 0.02
 """An edge nearer than this to the boundary of a face runs along it: twice the sag of the boundary's polylines."""
 OPPOSED_COS = -0.87

@@ -9,7 +9,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.errors import InputError
-from wpcal.seam.limits import LEAST_SEAM_MM, Level, usual_gap_mm
+from wpcal.seam.limits import LEAST_SEAM_MM, MOST_BRIDGE_MM, Level, usual_gap_mm
 
 
 class ConcaveEdges(Enum):
@@ -89,12 +89,14 @@ class SeamOptions:
     steps : StepOptions
     min_length_mm : float
         Least length of an accepted seam, mm.
+    join_mm : float
+        Contacts in one line are joined across interruptions of at most this length, mm.
     judging : Judging
 
     Raises
     ------
     InputError
-        If `min_length_mm` is negative or not finite.
+        If a length is negative or not finite.
     """
 
     gap_mm: float | None = None
@@ -102,11 +104,13 @@ class SeamOptions:
     split_rad: float = float(np.radians(30.0))
     steps: StepOptions = field(default_factory=StepOptions)
     min_length_mm: float = LEAST_SEAM_MM
+    join_mm: float = MOST_BRIDGE_MM
     judging: Judging = Judging()
 
     def __post_init__(self) -> None:
-        if not 0 <= self.min_length_mm < np.inf:
-            raise InputError(f"min_length_mm must be 0 or more, got {self.min_length_mm}")
+        for name in ("min_length_mm", "join_mm"):
+            if not 0 <= getattr(self, name) < np.inf:
+                raise InputError(f"{name} must be 0 or more, got {getattr(self, name)}")
 
     def gap_for(self, graph: BrepGraph) -> float:
         """Return the gap to use on a part, mm."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from cad.step.new_file import new_step_text
 from tests.benchmarks.welds.lists import FOLDER, SCHEMA, sha256, to_json
-from tests.benchmarks.welds.parts import frames, pipes, plates, unwelded
+from tests.benchmarks.welds.parts import frames, gates, pipes, plates, unwelded
 from tests.benchmarks.welds.parts.part import Part
 from tests.benchmarks.welds.parts.shapes import solid_of
 
@@ -29,6 +29,8 @@ PARTS: tuple[Callable[[], Part], ...] = (
     plates.fused_bracket,
     plates.bolted_cover,
     plates.skewed_ribs,
+    gates.gate,
+    gates.drawbar,
     unwelded.casting,
     unwelded.machined_block,
     unwelded.bent_sheet,

@@ -21,15 +21,22 @@ def read_results(path: Path) -> dict[str, dict[str, Any]]:
     return {row["part"]: row for row in json.loads(path.read_text(encoding="utf-8"))["parts"]}
 
 
-def write_results(path: Path, records: Sequence[dict[str, Any]]) -> None:
-    """Write the counts of scores, one line per part. Parts that were not at hand keep the line that they had."""
-    rows = read_results(path) if path.is_file() else {}
+def write_results(path: Path, records: Sequence[dict[str, Any]], *, only_new: bool = False) -> None:
+    """Write the counts of scores, one line per part. Parts that were not at hand keep the line that they had.
+
+    With `only_new`, so do all parts that have one, and the others get the commit of the code on their line.
+    """
+    rows, commit = read_results(path) if path.is_file() else {}, _commit()
     for record in records:
-        if "sure" in record:
+        if "sure" in record and not (only_new and record["part"] in rows):
             rows[record["part"]] = {key: value for key, value in record.items() if key not in LEFT_OUT}
+            if only_new:
+                rows[record["part"]]["commit"] = commit
     lines = ",\n".join(f"  {json.dumps(rows[name])}" for name in sorted(rows))
+    if only_new and path.is_file():
+        commit = json.loads(path.read_text(encoding="utf-8"))["commit"]
     head = '"about": "Scores of the seams that wpcal accepts by default, by the code of the commit."'
-    path.write_text(f'{{\n {head},\n "commit": "{_commit()}",\n "parts": [\n{lines}\n ]\n}}\n', encoding="utf-8")
+    path.write_text(f'{{\n {head},\n "commit": "{commit}",\n "parts": [\n{lines}\n ]\n}}\n', encoding="utf-8")
 
 
 def _commit() -> str:
@@ -47,8 +54,10 @@ def table() -> str:
         *(_row(name, first[name], last[name]) for name in sorted(last)),
         _row("**all**", _sum(first.values()), _sum(last.values())),
     ]
+    later = [f"`{name}` by commit {row['commit'][:7]}" for name, row in sorted(first.items()) if "commit" in row]
     commits = [json.loads(path.read_text(encoding="utf-8"))["commit"][:7] for path in (FIRST, LAST)]
-    return "\n".join([*lines, "", f"First: commit {commits[0]}. Now: commit {commits[1]}.", ""])
+    added = f"; parts that were added later: {', '.join(later)}" if later else ""
+    return "\n".join([*lines, "", f"First: commit {commits[0]}{added}. Now: commit {commits[1]}.", ""])
 
 
 def _row(name: str, first: dict[str, Any], last: dict[str, Any]) -> str:

@@ -16,6 +16,8 @@ from tests.running import run_here
 from wpcal.audit import audit_path
 from wpcal.core.records import to_json
 from wpcal.core.rotations import rotation_from_zyx
+from wpcal.seam.record import SEAMS_CSV_COLUMNS
+from wpcal.taught.columns import TAUGHT_COLUMNS
 
 ROOT = Path(__file__).parents[3]
 FIXTURES = ROOT / "fixtures"
@@ -126,6 +128,13 @@ def test_a_missing_or_misspelt_column_is_found(tmp_path: Path) -> None:
     path.write_text("point;x;y;z\nV1;1;2;3\n", encoding="utf-8")
     (found,) = audit_path(path).files
     assert "x_mm" in found.faults[0].message
+
+
+def test_a_part_without_seams_has_a_clean_table_of_them(tmp_path: Path) -> None:
+    for name, columns, faults in (("seams.csv", SEAMS_CSV_COLUMNS, 0), ("taught.csv", ("name", *TAUGHT_COLUMNS), 1)):
+        path = tmp_path / name
+        path.write_text(",".join(columns) + "\n", encoding="utf-8")
+        assert audit_path(path).fault_count == faults
 
 
 def test_files_of_two_runs_in_one_folder_are_found(tmp_path: Path) -> None:

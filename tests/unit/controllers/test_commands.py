@@ -57,6 +57,7 @@ def test_a_missed_tolerance_ends_with_one_and_the_files_say_so(finished_folder, 
         (["-f", "rapid", "--work-angle-deg", "80"], "work angle: expected -60 to 60 deg, got 80"),
         (["-f", "rapid", "--speed-mm-s", "0"], "0.0 is not in the range x>0"),
         (["-f", "rapid", "--robot", "mh6", "--near-joints", "0,0,0,0,0,0"], "--robot needs --tool"),
+        (["-f", "rapid", "--robot", "mh6", "--near-joints", "0,0,0,0,0,1_0"], "--robot needs --near-joints"),
     ],
 )
 def test_wrong_use_ends_with_two_in_one_line_and_writes_nothing(finished_folder, capsys, options, message):

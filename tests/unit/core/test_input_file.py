@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from wpcal.core.errors import InputError
-from wpcal.core.input_file import LIMIT_VARIABLE, read_bytes, require_name
+from wpcal.core.input_file import LIMIT_VARIABLE, holds_file, read_bytes, require_name
 
 
 def test_a_file_is_read(tmp_path: Path) -> None:
@@ -62,3 +62,12 @@ def test_names_that_no_record_can_hold(name: str, says: str, tmp_path: Path) -> 
         require_name(tmp_path / name)
     with pytest.raises(InputError, match=says):
         read_bytes(tmp_path / name)
+
+
+def test_a_name_that_was_read_is_a_file_of_that_folder_or_none(tmp_path: Path) -> None:
+    (tmp_path / "inner").mkdir()
+    for name in ("here", "inner/there"):
+        (tmp_path / name).write_bytes(b"")
+    assert holds_file(tmp_path, "here")
+    for name in ("inner/there", "../here", "/etc/passwd", "none", "", ".", "a" * 300, "a\0b", "\ud800"):
+        assert not holds_file(tmp_path, name)

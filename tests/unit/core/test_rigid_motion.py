@@ -135,3 +135,13 @@ def test_inputs_are_copied_and_cannot_be_written():
     assert not pairs.p_source.any()
     with pytest.raises(ValueError, match="read-only"):
         pairs.p_source[0, 0] = 1.0
+
+
+@pytest.mark.parametrize("wrong", [1e300, 1e200, 3.0, "1", True, None, 10**400])
+def test_a_matrix_of_other_things_than_a_rotation_is_refused_without_a_warning(wrong):
+    matrix = np.eye(4).tolist()
+    matrix[0][0] = matrix[0][1] = wrong
+    with pytest.raises(InputError, match=r"no rotation holds more than 1|matrix of numbers|not a rigid motion"):
+        RigidTransform.from_matrix(matrix, target="base", source="part")
+    with pytest.raises(InputError):
+        RigidTransform(np.full((3, 3), 1e200), np.zeros(3), "base", "part")

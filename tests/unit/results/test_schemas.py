@@ -31,7 +31,9 @@ def test_the_plan_has_a_schema_like_every_record() -> None:
     assert json.loads(schema_text("wpcal/plan/1"))["properties"]["robots"]["minItems"] == 2
 
 
-@pytest.mark.parametrize("name", ["wpcal/x/1", "plan", "wpcal/plan/01", "wpcal/../plan/1", "wpcal/plan/1/"])
+@pytest.mark.parametrize(
+    "name", ["wpcal/x/1", f"wpcal/{'x' * 300}/1", "plan", "wpcal/plan/01", "wpcal/../plan/1", "wpcal/plan/1/"]
+)
 def test_an_unknown_schema_is_refused(name: str) -> None:
     with pytest.raises(InputError, match=rf"no schema '{re.escape(name)}'; known: .*wpcal/program/1"):
         schema_text(name)

@@ -184,3 +184,13 @@ def test_pulses_go_both_ways_and_need_their_scale(tmp_path):
 def test_a_wrong_number_of_joint_angles_is_refused():
     with pytest.raises(InputError, match="6 joints"):
         find_arm("mh6").forward(np.zeros((1, 5)))
+
+
+def test_a_name_that_no_file_can_have_and_a_joint_without_speed_are_refused(tmp_path):
+    with pytest.raises(InputError, match="too long"):
+        find_arm("a" * 300)
+    record = json.loads(to_json(arm_record(find_arm("mh6"))))
+    record["joints"][2]["speed_deg_s"] = 0
+    (tmp_path / "arm.json").write_text(json.dumps(record))
+    with pytest.raises(FormatError, match=r"joint \w+: speed_deg_s: expected a number from 0.001"):
+        read_arm(tmp_path / "arm.json")

@@ -112,3 +112,8 @@ def test_a_name_above_counts_unless_it_is_above_all_solids() -> None:
     assert other.findings == ()
     whole = replace(motor, path=("Motor", "S0"), products=("Motor",))
     assert all(not member.findings for member in members_with(whole, replace(whole, path=("Motor", "S1"))))
+
+
+def test_a_counterbore_over_a_hole_lines_up_too() -> None:
+    seams = seams_of("counterbored-cap")
+    assert welded(seams) == {}

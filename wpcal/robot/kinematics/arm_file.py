@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import require_name
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
@@ -48,6 +49,7 @@ def find_arm(name_or_path: str) -> Arm:
         with resources.as_file(_folder() / f"{name_or_path}.json") as path:
             return read_arm(path)
     path = Path(name_or_path)
+    require_name(path)
     if not path.exists():
         raise InputError(f"{name_or_path}: no such file, and no shipped arm; shipped are {', '.join(shipped_arms())}")
     return read_urdf(path) if path.suffix.lower() == ".urdf" else read_arm(path)

@@ -13,7 +13,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import Foot, project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.limits import FLUSH_MM, LEAST_CANDIDATE_MM
+from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM, LEAST_CANDIDATE_MM
 
 CONTACT_SAMPLES = 33
 """Points at which an edge is compared with a face, inside the box of the face: a contact over 1/32 of it is found."""
@@ -52,7 +52,7 @@ class Contacts:
     gap_mm: FloatArray
 
 
-def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> Contacts:
+def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float, edges: IntArray | None = None) -> Contacts:
     """Find every interval of an edge that lies on a face of another solid within a gap.
 
     Parameters
@@ -62,6 +62,8 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
         Of the same graph.
     gap_mm : float
         Largest distance between edge and face, mm.
+    edges : ndarray of int, shape (n,), optional
+        Only these edges; all by default.
 
     Returns
     -------
@@ -73,6 +75,9 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float) -> 
     Cost: the number of pairs whose boxes meet, times `CONTACT_SAMPLES` points, in array operations.
     """
     edge, face = candidate_pairs(graph, trimmed, gap_mm)
+    if edges is not None:
+        asked = np.isin(edge, edges)
+        edge, face = edge[asked], face[asked]
     low, high = clipped_range(graph, trimmed, edge, face, gap_mm)
     keep = high > low
     edge, face, low, high = edge[keep], face[keep], low[keep], high[keep]
@@ -218,7 +223,7 @@ class _Touching:
     def _near(self, edge: IntArray, face: IntArray, t: FloatArray) -> tuple[BoolArray, Foot]:
         points = evaluate_edges(self.graph, edge, t)[0]
         foot = project_to_faces(self.graph, face, points)
-        return np.linalg.norm(foot.p - points, axis=1) <= self.gap_mm, foot
+        return np.linalg.norm(foot.p - points, axis=1) <= self.gap_mm + GAP_ROUND_OFF_MM, foot
 
     def refine_end(
         self, edge: IntArray, face: IntArray, t: FloatArray, deep: BoolArray, at: IntArray, way: int

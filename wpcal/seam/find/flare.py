@@ -16,12 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.brep.graph import BrepGraph, SurfaceKind
-from wpcal.brep.meeting import meet_surfaces
+from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.limits import FLUSH_MM
+from wpcal.seam.find.flare_sections import FacePairs, Roots, ball_centres, face_pairs, find_roots, pipe_ranges
+from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM
 from wpcal.seam.torch import USUAL_TORCH
 
 BALLS_MM = (0.6, 1.0, 1.5)
@@ -33,6 +33,10 @@ LEAST_SHARE = 0.5
 that falls into a tube still lies in the corners of the tube."""
 MOST_BALL_MM = 3.0
 """Where a nozzle has no room, the wire ends farther out, in a ball of at most this radius: a bead bridges 6 mm."""
+THIN_STEPS = 8
+"""Balls thinner than the wire are tried in so many steps: 0.525 mm, 0.45 mm, …."""
+INSIDE_SHARE = 0.99
+"""A ball that just fits between two faces is made smaller by 1 %, so that it stays inside their borders."""
 TILT_SIN = 0.02
 """The other face runs along the rounded one if the sine between the two is below this (1.1 degrees). Two bars that
 cross touch at a point; there the sine is small over less than 1 mm."""
@@ -42,137 +46,8 @@ TURN_SAMPLES = 129
 """The same round a whole torus."""
 BISECTIONS = 40
 """Bisections of an end: from 31 mm between samples to 3e-11 mm."""
-LEAST_SIN = 1e-3
-"""Two faces nearer to parallel than this sine under the ball have no groove."""
-WIDE_HOLE = 2.0
-"""A rounded face lies in a hollow one with a groove beside it if the radius of the hollow is this many times its own. A
-pin in its hole is nearer."""
 CHUNK = 20_000
 """Points compared in one array: about 20 MB."""
-PIPES = (SurfaceKind.CYLINDER, SurfaceKind.TORUS)
-OTHERS = (SurfaceKind.PLANE, SurfaceKind.CYLINDER, SurfaceKind.TORUS, SurfaceKind.CONE)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FacePairs:
-    """Pairs of a rounded face and a face of another solid, each with one side of the root.
-
-    Parameters
-    ----------
-    pipe, other : ndarray of int, shape (k,)
-        The rounded face, and the other face.
-    side : ndarray, shape (k,)
-        +1 or -1: the groove is on the side ``side * cross(x, m)`` of the root, with m from the centre to the root.
-    """
-
-    pipe: IntArray
-    other: IntArray
-    side: FloatArray
-
-    def __len__(self) -> int:
-        return len(self.pipe)
-
-    def select(self, rows: IntArray | BoolArray) -> FacePairs:
-        """Return the pairs at `rows`: integers, or a mask of shape (k,)."""
-        return FacePairs(self.pipe[rows], self.other[rows], self.side[rows])
-
-    def is_ring(self, graph: BrepGraph) -> BoolArray:
-        """Tell which rounded faces are tori; shape (k,)."""
-        return np.asarray(graph.face_kind[self.pipe] == SurfaceKind.TORUS, dtype=bool)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Roots:
-    """Cross-sections of grooves, shape (n, 3) or (n,): centre of the rounded face, directions, gap.
-
-    Parameters
-    ----------
-    centre, x, m, t : ndarray, shape (n, 3)
-        The centre; the direction along the rounded face; from the centre to the root; from the root out of the groove.
-    gap_mm : ndarray, shape (n,)
-        Between the two faces at the root; negative where they overlap.
-    tilt : ndarray, shape (n,)
-        Sine between the other face and x.
-    radius_mm : ndarray, shape (n,)
-    """
-
-    centre: FloatArray
-    x: FloatArray
-    m: FloatArray
-    t: FloatArray
-    gap_mm: FloatArray
-    tilt: FloatArray
-    radius_mm: FloatArray
-
-
-def find_roots(graph: BrepGraph, pairs: FacePairs, s: FloatArray) -> Roots:
-    """Return cross-sections of grooves.
-
-    Parameters
-    ----------
-    graph : BrepGraph
-    pairs : FacePairs
-        n pairs.
-    s : ndarray, shape (n,)
-        A place along each rounded face (`pipe_ranges`).
-    """
-    frame, param = graph.face_frame[pairs.pipe], graph.face_param[pairs.pipe]
-    o, ex, ey, ez = np.moveaxis(frame, 1, 0)
-    ring = (graph.face_kind[pairs.pipe] == SurfaceKind.TORUS)[:, None]
-    cos, sin, along = np.cos(s)[:, None], np.sin(s)[:, None], s[:, None]
-    centre = o + np.where(ring, param[:, :1] * (cos * ex + sin * ey), along * ez)
-    x = np.where(ring, cos * ey - sin * ex, ez)
-    radius = np.where(ring[:, 0], param[:, 1], param[:, 0])
-    foot = project_to_faces(graph, pairs.other, centre)
-    height = np.einsum("ki,ki->k", centre - foot.p, foot.normal)
-    tilt = np.einsum("ki,ki->k", foot.normal, x)
-    m = -foot.normal + tilt[:, None] * x
-    length = np.linalg.norm(m, axis=1, keepdims=True)
-    m /= np.where(length > 0, length, 1.0)
-    return Roots(centre, x, m, pairs.side[:, None] * np.cross(x, m), height - radius, np.abs(tilt), radius)
-
-
-def pipe_ranges(
-    graph: BrepGraph, trimmed: TrimmedFaces, pairs: FacePairs, gap_mm: float
-) -> tuple[FloatArray, FloatArray]:
-    """Return the places along the rounded faces between which the other faces are near; two arrays (k,).
-
-    A place is a height along the axis of a cylinder (mm), or an angle about the axis of a torus (rad).
-    """
-    low, high = np.zeros(len(pairs)), np.full(len(pairs), 2.0 * np.pi)
-    rows = np.flatnonzero(graph.face_kind[pairs.pipe] == SurfaceKind.CYLINDER)
-    o, z = graph.face_frame[pairs.pipe[rows], 0], graph.face_frame[pairs.pipe[rows], 3]
-    ends = []
-    for face in (pairs.pipe[rows], pairs.other[rows]):
-        box_low, box_high = (corner[face] for corner in trimmed.face_box)
-        middle = np.einsum("ki,ki->k", (box_low + box_high) / 2 - o, z)
-        half = np.einsum("ki,ki->k", (box_high - box_low) / 2, np.abs(z))
-        ends.append((middle - half - gap_mm, middle + half + gap_mm))
-    low[rows] = np.maximum(ends[0][0], ends[1][0])
-    high[rows] = np.minimum(ends[0][1], ends[1][1])
-    return low, high
-
-
-def face_pairs(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> FacePairs:
-    """Return the pairs of faces of different solids that may have a groove between them, both sides of each."""
-    convex = graph.face_outward > 0
-    pipes = np.flatnonzero(np.isin(graph.face_kind, PIPES) & convex)
-    low, high = trimmed.face_box
-    row, other = trimmed.box_tree.meeting(low[pipes] - gap_mm, high[pipes] + gap_mm)
-    pipe = pipes[row]
-    kind = graph.face_kind[other]
-    kept = (graph.face_solid[pipe] != graph.face_solid[other]) & np.isin(kind, OTHERS)
-    twice = np.isin(kind, PIPES) & convex[other]
-    kept &= ~twice | (pipe < other)
-    pipe, other = pipe[kept], other[kept]
-    hollow = (graph.face_kind[other] == SurfaceKind.CYLINDER) & ~convex[other]
-    radius = np.where(graph.face_kind[pipe] == SurfaceKind.TORUS, graph.face_param[pipe, 1], graph.face_param[pipe, 0])
-    wide = ~hollow | (graph.face_param[other, 0] >= WIDE_HOLE * radius)
-    hollow_ring = ~convex[other] & np.isin(graph.face_kind[other], (SurfaceKind.TORUS, SurfaceKind.CONE))
-    kept = wide & ~hollow_ring
-    pipe, other = pipe[kept], other[kept]
-    side = np.repeat([1.0, -1.0], len(pipe))
-    return FacePairs(np.tile(pipe, 2), np.tile(other, 2), side)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -233,7 +108,7 @@ class FlareSearch:
 
     def find(self) -> Grooves:
         """Return the grooves of a part, their ends on the polylines of the boundaries."""
-        pairs = face_pairs(self.graph, self.trimmed, self.gap_mm)
+        pairs = face_pairs(self.graph, self.trimmed, self.gap_mm + GAP_ROUND_OFF_MM)
         low, high = pipe_ranges(self.graph, self.trimmed, pairs, self.gap_mm)
         kept = high > low
         pairs, low, high = pairs.select(kept), low[kept], high[kept]
@@ -258,15 +133,17 @@ class FlareSearch:
         on = np.stack([self._held(pairs, s, near, np.full(len(pairs), ball)) for ball in balls])
         share = on.sum(axis=2)
         first = np.argmax(share >= LEAST_SHARE * share.max(axis=0), axis=0)
-        rows = np.flatnonzero(share.max(axis=0, initial=0) > 1)
-        if len(rows) == 0:
-            return []
-        pairs, s, near, first = pairs.select(rows), s[rows], near[rows], first[rows]
-        middle = np.argmax(on[first, rows], axis=1) + (share[first, rows] - 1) // 2
-        at = s[np.arange(len(rows)), middle]
-        ball_mm = self.with_room(pairs, at, np.array(balls)[first])
-        on = self._held(pairs, s, near, ball_mm)
-        return [self._stretches(pairs, s, on, ball_mm)]
+        is_held = share.max(axis=0, initial=0) > 1
+        rows = np.flatnonzero(is_held)
+        middle = np.argmax(on[first[rows], rows], axis=1) + (share[first[rows], rows] - 1) // 2
+        ball_mm = np.zeros(len(pairs))
+        ball_mm[rows] = self.with_room(pairs.select(rows), s[rows, middle], np.array(balls)[first[rows]])
+        rows = np.flatnonzero(~is_held)
+        middle = np.argmax(near[rows], axis=1) + (near[rows].sum(axis=1) - 1) // 2
+        ball_mm[rows] = self.in_mouth(pairs.select(rows), s[rows, middle])
+        rows = np.flatnonzero(ball_mm > 0)
+        pairs, s, ball_mm = pairs.select(rows), s[rows], ball_mm[rows]
+        return [self._stretches(pairs, s, self._held(pairs, s, near[rows], ball_mm), ball_mm)]
 
     def _held(self, pairs: FacePairs, s: FloatArray, near: BoolArray, ball_mm: FloatArray) -> BoolArray:
         """Tell at which samples s (k, n) a ball touches both faces of its pair; only the `near` ones are asked."""
@@ -302,11 +179,11 @@ class FlareSearch:
             Radii of balls that touch both faces there.
         """
         roots = find_roots(self.graph, pairs, s)
-        nozzle = self.centres(pairs, roots, np.full(len(pairs), USUAL_TORCH.nozzle_radius_mm))
+        nozzle = ball_centres(self.graph, pairs, roots, np.full(len(pairs), USUAL_TORCH.nozzle_radius_mm))
         most = np.maximum(ball_mm, MOST_BALL_MM)
 
         def is_far(ball: FloatArray) -> BoolArray:
-            c = self.centres(pairs, roots, ball)
+            c = ball_centres(self.graph, pairs, roots, ball)
             away = np.linalg.norm(nozzle - c, axis=1)
             return np.asarray(away > USUAL_TORCH.wire_mm, dtype=bool)  # false where there is no nozzle (NaN)
 
@@ -317,6 +194,37 @@ class FlareSearch:
             low, high = np.where(far, middle, low), np.where(far, high, middle)
         fits = self.holds(pairs, s, high)
         return np.where(fits, high, ball_mm)
+
+    def in_mouth(self, pairs: FacePairs, s: FloatArray) -> FloatArray:
+        """Return the largest balls thinner than a wire that touch both faces, 0 where there is none; shape (n,).
+
+        In a shallow groove, or one beside a small radius, the wire stays in the mouth. A mouth that is not wider than
+        the gap is a contact, which others find.
+
+        Parameters
+        ----------
+        pairs : FacePairs
+            n pairs.
+        s : ndarray, shape (n,)
+            A place on each groove.
+        """
+        low = np.zeros(len(pairs))
+        for share in np.arange(THIN_STEPS, 0, -1) / THIN_STEPS:
+            rows = np.flatnonzero(low == 0)
+            ball = np.full(len(rows), share * BALLS_MM[0])
+            low[rows] = np.where(self.holds(pairs.select(rows), s[rows], ball), ball, 0.0)
+        kept = np.flatnonzero(low > 0)
+        pairs, s, good = pairs.select(kept), s[kept], low[kept]
+        bad = good + BALLS_MM[0] / THIN_STEPS
+        for _ in range(BISECTIONS):
+            middle = (good + bad) / 2
+            here = self.holds(pairs, s, middle)
+            good, bad = np.where(here, middle, good), np.where(here, bad, middle)
+        c = ball_centres(self.graph, pairs, find_roots(self.graph, pairs, s), good)
+        feet = [project_to_faces(self.graph, face, c).p for face in (pairs.pipe, pairs.other)]
+        is_open = np.linalg.norm(feet[0] - feet[1], axis=1) > self.gap_mm
+        low[kept] = np.where(is_open, INSIDE_SHARE * good, 0.0)
+        return low
 
     def _end(self, pairs: FacePairs, s: FloatArray, at: IntArray, way: int, ball_mm: FloatArray) -> FloatArray:
         """Find where stretches end beyond their outermost sample at which a ball touches both faces."""
@@ -332,12 +240,13 @@ class FlareSearch:
 
     def _is_near(self, roots: Roots) -> BoolArray:
         """Tell where the gap is not too wide, and the other face runs along the rounded one; shape (n,)."""
-        return np.asarray((np.abs(roots.gap_mm) <= self.gap_mm) & (roots.tilt <= TILT_SIN), dtype=bool)
+        within = np.abs(roots.gap_mm) <= self.gap_mm + GAP_ROUND_OFF_MM
+        return np.asarray(within & (roots.tilt <= TILT_SIN), dtype=bool)
 
     def holds(self, pairs: FacePairs, s: FloatArray, ball_mm: FloatArray) -> BoolArray:
         """Tell at which places s (n,) balls touch both faces of pairs inside their boundaries; shape (n,)."""
         roots = find_roots(self.graph, pairs, s)
-        p = self.centres(pairs, roots, ball_mm)
+        p = ball_centres(self.graph, pairs, roots, ball_mm)
         held = self._is_near(roots) & np.isfinite(p).all(axis=1)
         for face in (pairs.pipe, pairs.other):
             rows = np.flatnonzero(held)
@@ -345,32 +254,6 @@ class FlareSearch:
             apart = np.abs(np.linalg.norm(p[rows] - foot.p, axis=1) - ball_mm[rows])
             held[rows] = (apart <= FLUSH_MM) & self.trimmed.contains(face[rows], foot.uv)
         return held
-
-    def _in_section(self, pairs: FacePairs, roots: Roots, ball_mm: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return where balls are in the cross-sections, along m and t from the centre: exact between parallel faces."""
-        reach, other = roots.radius_mm + ball_mm, other_radii(self.graph, pairs)
-        flat = ~np.isfinite(other)
-        other = np.where(flat, 1.0, other)
-        apart = roots.radius_mm + roots.gap_mm + other
-        round_ = (reach**2 - (other + ball_mm) ** 2 + apart**2) / (2.0 * np.where(apart == 0, np.inf, apart))
-        up = np.where(flat, roots.radius_mm + roots.gap_mm - ball_mm, round_)
-        return up, np.sqrt(np.maximum(reach**2 - up**2, 0.0))
-
-    def centres(self, pairs: FacePairs, roots: Roots, ball_mm: FloatArray) -> FloatArray:
-        """Return the centres of balls that touch both faces of pairs; NaN where there is none, shape (n, 3)."""
-        up, out = self._in_section(pairs, roots, ball_mm)
-        p0 = roots.centre + up[:, None] * roots.m + out[:, None] * roots.t
-        p = meet_surfaces(self.graph, pairs.pipe, pairs.other, p0, roots.x, height_mm=ball_mm, least_sin=LEAST_SIN)
-        beside = np.einsum("ki,ki->k", p - roots.centre, roots.t) > 0
-        p[~beside] = np.nan
-        return p
-
-
-def other_radii(graph: BrepGraph, pairs: FacePairs) -> FloatArray:
-    """Return the radius of the other faces in the cross-section, mm, (k,): hollow ones below 0, flat ones infinite."""
-    kind, param = graph.face_kind[pairs.other], graph.face_param[pairs.other]
-    radius = np.where(kind == SurfaceKind.TORUS, param[:, 1], param[:, 0]) * graph.face_outward[pairs.other]
-    return np.where(np.isin(kind, PIPES), radius, np.inf)
 
 
 def _from_a_gap(on: BoolArray, s: FloatArray) -> tuple[BoolArray, FloatArray]:

@@ -10,8 +10,9 @@ from wpcal.brep.extend import FreeEdge, add_edges, interpolated, line
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.flare import FacePairs, FlareSearch, Grooves, find_roots
+from wpcal.seam.find.flare import FlareSearch, Grooves
 from wpcal.seam.find.flare_ends import exact_ends
+from wpcal.seam.find.flare_sections import FacePairs, ball_centres, find_roots
 from wpcal.seam.find.flare_shape import measure_grooves
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.limits import LEAST_CANDIDATE_MM
@@ -21,7 +22,7 @@ from wpcal.seam.seam import Groove, JointType, Seam, SeamPieces, WeldType
 EXACT_MM = 1e-8
 """A path this near to a line or a circle at all its points is one: ten times the round-off on a part of one metre."""
 ROUGH_POINTS = 5
-"""Points of a path by which its length is estimated, and whether it is straight."""
+"""Points of a path by which its length and its gap are estimated, and whether it is straight."""
 CURVE_POINTS = 129
 """Points of the spline through any other path: within 1e-7 mm of it on a quarter turn of 100 mm."""
 
@@ -77,7 +78,7 @@ def add_grooves(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -
     pairs, ball = found.pairs.select(kept), found.ball_mm[kept]
     roots = find_roots(graph, pairs, (s0 + s1)[kept] / 2)
     shapes = measure_grooves(search, pairs, roots, ball)
-    centres = search.centres(pairs, roots, ball)
+    centres = ball_centres(search.graph, pairs, roots, ball)
     to_root = np.einsum("ki,ki->k", centres - roots.centre, roots.t)
     edges = [
         FreeEdge(e.kind, e.frame, e.param, e.span, e.nurbs, float(r))
@@ -87,7 +88,7 @@ def add_grooves(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -
     both_round = np.isin(graph.face_kind[pairs.other], (SurfaceKind.CYLINDER, SurfaceKind.TORUS, SurfaceKind.CONE))
     both_round &= graph.face_outward[pairs.other] > 0
     t0, t1 = wider.edge_range[numbers].T
-    gap = np.repeat(np.maximum(roots.gap_mm, 0.0)[:, None], 3, axis=1)
+    gap = _gaps(search, found, np.flatnonzero(kept))
     pieces = SeamPieces(numbers, t0, t1, pairs.pipe, pairs.other, gap)
     words = [_words(both, on) for both, on in zip(both_round.tolist(), shapes.continues.tolist(), strict=True)]
     grooves = {
@@ -125,8 +126,16 @@ def _centres(search: FlareSearch, found: Grooves, rows: IntArray, count: int) ->
     s = found.s0[rows, None] + (found.s1 - found.s0)[rows, None] * np.linspace(0.0, 1.0, count)
     row = np.repeat(rows, count)
     pairs = found.pairs.select(row)
-    p = search.centres(pairs, find_roots(search.graph, pairs, s.ravel()), found.ball_mm[row])
+    p = ball_centres(search.graph, pairs, find_roots(search.graph, pairs, s.ravel()), found.ball_mm[row])
     return p.reshape(len(rows), count, 3)
+
+
+def _gaps(search: FlareSearch, found: Grooves, rows: IntArray) -> FloatArray:
+    """Return the least, mean and largest gap at the root of grooves, shape (k, 3), mm."""
+    s = found.s0[rows, None] + (found.s1 - found.s0)[rows, None] * np.linspace(0.0, 1.0, ROUGH_POINTS)
+    pairs = found.pairs.select(np.repeat(rows, ROUGH_POINTS))
+    gap = np.maximum(find_roots(search.graph, pairs, s.ravel()).gap_mm, 0.0).reshape(s.shape)
+    return np.stack([gap.min(axis=1), gap.mean(axis=1), gap.max(axis=1)], axis=1)
 
 
 def _straight(p: FloatArray) -> FreeEdge | None:

@@ -10,7 +10,8 @@ import numpy as np
 
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.flare import FacePairs, FlareSearch, Roots, other_radii
+from wpcal.seam.find.flare import FlareSearch
+from wpcal.seam.find.flare_sections import FacePairs, Roots, ball_centres, other_radii
 from wpcal.seam.torch import USUAL_TORCH
 
 BISECTIONS = 30
@@ -59,7 +60,7 @@ def measure_grooves(search: FlareSearch, pairs: FacePairs, roots: Roots, ball_mm
     """
     sections = _Sections(search, pairs, roots)
     largest = sections.least_radius
-    c = search.centres(pairs, roots, ball_mm)
+    c = ball_centres(search.graph, pairs, roots, ball_mm)
     most = np.full(len(pairs), USUAL_TORCH.wire_mm)
     mouth = _largest(ball_mm, most, lambda ball: sections.holds_ball(ball, c))
     reach = []
@@ -130,7 +131,7 @@ class _Sections:
 
     def holds_ball(self, ball_mm: FloatArray, c: FloatArray) -> BoolArray:
         """Tell whether balls touch both members, not farther from points c (n, 3) than a nozzle is."""
-        p = self.search.centres(self.pairs, self.roots, ball_mm)
+        p = ball_centres(self.search.graph, self.pairs, self.roots, ball_mm)
         held = np.asarray(np.linalg.norm(p - c, axis=1) <= USUAL_TORCH.wire_mm, dtype=bool)
         for face in (self.pairs.pipe, self.pairs.other):
             foot = project_to_faces(self.search.graph, face[held], p[held])

@@ -1,7 +1,8 @@
 """Edges that a person marked (by name, colour or layer in the CAD file) or picked: these are the seams.
 
 If a marked edge runs along a contact of two solids, the seam is that contact, and the two faces of the contact give the
-frames. Otherwise the seam has the two faces of the edge itself. If the edge has one face, z is the normal of this face.
+frames. An edge beyond the gap takes the face of another solid that it nearly touches. Otherwise the seam has the two
+faces of the edge itself. If the edge has one face, z is the normal of this face.
 If it has none, z points up in `part`.
 """
 
@@ -14,14 +15,18 @@ import numpy as np
 from wpcal.brep.concavity import are_concave
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.trim import distance_to_segments
+from wpcal.brep.trim import TrimmedFaces, distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.contact import CONTACT_SAMPLES
-from wpcal.seam.find.duplicates import SHARES
-from wpcal.seam.find.joint import JoinedPieces
+from wpcal.seam.find.contact import CONTACT_SAMPLES, find_contacts
+from wpcal.seam.find.duplicates import SHARES, without_duplicates
+from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.limits import NEAR_GAPS
 from wpcal.seam.pieces import sample_pieces
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
+
+NEARLY_MM = (0.75, 1.0, 1.5, 2.0, 3.0)
+"""Gaps at which a marked edge is looked for beside a face, one after the other: wider ones are not welded without a
+backing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,13 +45,14 @@ class MarkedEdges:
 
 
 def take_marked(
-    graph: BrepGraph, joined: JoinedPieces, marked: MarkedEdges, *, gap_mm: float
+    graph: BrepGraph, trimmed: TrimmedFaces, joined: JoinedPieces, marked: MarkedEdges, *, gap_mm: float
 ) -> tuple[JoinedPieces, tuple[str, ...], JoinedPieces]:
     """Separate what is marked from the other contacts.
 
     Parameters
     ----------
-    graph : BrepGraph
+    graph, trimmed :
+        The part.
     joined : JoinedPieces
         The contacts.
     marked : MarkedEdges
@@ -56,7 +62,8 @@ def take_marked(
     Returns
     -------
     pieces : JoinedPieces
-        Contacts along marked edges, and marked edges without a contact, with their own faces (-1 for a missing one).
+        Contacts along marked edges; marked edges that nearly touch another solid, with its face; and those without a
+        contact, with their own faces (-1 for a missing one).
     label : tuple of str
         The mark of each piece.
     rest : JoinedPieces
@@ -73,13 +80,38 @@ def take_marked(
             alone.append(row)
     taken = np.array(sorted(label_of), dtype=np.int64)
     rest = np.setdiff1d(np.arange(len(joined.pieces)), taken)
-    own = _with_own_faces(graph, marked.edge[alone])
-    here = joined.select(taken)
+    near = _near_contacts(graph, trimmed, marked.edge[alone], gap_mm)
+    touched = set(near.pieces.edge.tolist())
+    alone = [row for row in alone if int(marked.edge[row]) not in touched]
+    parts = [joined.select(taken), near, _with_own_faces(graph, marked.edge[alone])]
     both = JoinedPieces(
-        SeamPieces.joined([here.pieces, own.pieces]), (*here.joint, *own.joint), (*here.weld, *own.weld)
+        SeamPieces.joined([part.pieces for part in parts]),
+        tuple(joint for part in parts for joint in part.joint),
+        tuple(weld for part in parts for weld in part.weld),
     )
-    labels = (*(label_of[piece] for piece in taken.tolist()), *(marked.label[row] for row in alone))
+    mark_of = dict(zip(marked.edge.tolist(), marked.label, strict=True))
+    labels = (
+        *(label_of[piece] for piece in taken.tolist()),
+        *(mark_of[edge] for edge in near.pieces.edge.tolist()),
+        *(marked.label[row] for row in alone),
+    )
     return both, labels, joined.select(rest)
+
+
+def _near_contacts(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray, gap_mm: float) -> JoinedPieces:
+    """Return the contacts of edges with faces beyond the gap: each edge with the least gap that finds one."""
+    none = np.zeros(0, dtype=np.int64)
+    found = [JoinedPieces(SeamPieces(none, np.zeros(0), np.zeros(0), none, none, np.zeros((0, 3))), (), ())]
+    for wide_mm in (gap for gap in NEARLY_MM if gap > gap_mm):
+        contacts = find_contacts(graph, trimmed, gap_mm=wide_mm, edges=edges)
+        near = join_contacts(graph, trimmed, contacts, gap_mm=wide_mm)
+        found.append(without_duplicates(graph, near, gap_mm=gap_mm))
+        edges = np.setdiff1d(edges, found[-1].pieces.edge)
+    return JoinedPieces(
+        SeamPieces.joined([part.pieces for part in found]),
+        tuple(joint for part in found for joint in part.joint),
+        tuple(weld for part in found for weld in part.weld),
+    )
 
 
 def _run_along(graph: BrepGraph, curves: FloatArray, edge: int, near: float) -> BoolArray:
@@ -105,9 +137,12 @@ def _with_own_faces(graph: BrepGraph, edges: IntArray) -> JoinedPieces:
     return JoinedPieces(pieces, (JointType.UNKNOWN,) * len(edges), tuple(weld))
 
 
-def in_words(graph: BrepGraph, pieces: SeamPieces, labels: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the reasons of a marked seam: its marks, and how z is chosen if a face is missing."""
+def in_words(graph: BrepGraph, pieces: SeamPieces, labels: tuple[str, ...], *, gap_mm: float) -> tuple[str, ...]:
+    """Return the reasons of a marked seam: its marks, a gap beyond `gap_mm`, and how z is chosen without a face."""
     words = tuple(dict.fromkeys(f"marked: {label}" for label in labels))
+    widest = float(pieces.gap_mm[:, 2].max())
+    if widest > gap_mm:
+        words += (f"up to {widest:.2f} mm from the other member: more than the largest gap, {gap_mm:g} mm",)
     count = ((pieces.wall >= 0).astype(int) + (pieces.base >= 0)).min()
     if count == 2:
         return words

@@ -19,6 +19,8 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.contact import CHUNK, Contacts
 from wpcal.seam.limits import OPPOSED_COS
 
+ALONG_COS = 0.5
+"""A face along an edge has its normal across the edge; above this cosine between them, the file is damaged."""
 SAME_PLANE = 0.99
 """Cosine between normals of faces that continue each other (8 degrees)."""
 FLAT_COS = 0.7
@@ -102,8 +104,14 @@ def step_mm(gap_mm: float) -> float:
     return 2.0 * gap_mm + 0.1
 
 
+def _is_along(normal: FloatArray, slope: FloatArray) -> BoolArray:
+    """Tell whether an edge runs along a face with this normal; in a damaged file it may run into it, or nowhere."""
+    along = np.abs(np.einsum("ki,ki->k", normal, slope))
+    return np.asarray(along < ALONG_COS * np.linalg.norm(slope, axis=1), dtype=bool)
+
+
 def inward(normal: FloatArray, slope: FloatArray, sign: float) -> FloatArray:
-    """Return sign times the part of `normal` across the edge, of unit length.
+    """Return sign times the part of `normal` across the edge, of unit length. Zero where there is none.
 
     Parameters
     ----------
@@ -111,10 +119,14 @@ def inward(normal: FloatArray, slope: FloatArray, sign: float) -> FloatArray:
         Normals of a face, and directions of the edge.
     sign : float
     """
-    x = slope / np.linalg.norm(slope, axis=1, keepdims=True)
+    x = _unit(slope)
     across = normal - np.einsum("ki,ki->k", normal, x)[:, None] * x
-    length = np.linalg.norm(across, axis=1, keepdims=True)
-    return np.asarray(sign * across / np.where(length > 0, length, 1.0), dtype=np.float64)
+    return sign * _unit(across)
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 0, length, 1.0), dtype=np.float64)
 
 
 def stations_of(graph: BrepGraph, contacts: Contacts) -> tuple[IntArray, FloatArray]:
@@ -170,8 +182,8 @@ def find_sides(
     number = np.argmin(against, axis=1)
     rows = np.arange(len(edge))
     has_wall = (against[rows, number] < OPPOSED_COS) & (against[rows, 1 - number] > OPPOSED_COS)
-    has_wall &= (sides >= 0).all(axis=1)
     n_wall = n_sides[rows, 1 - number]
+    has_wall &= (sides >= 0).all(axis=1) & _is_along(n_wall, slope) & _is_along(n_face, slope)
     base, n_base, continues = face.copy(), n_face.copy(), np.zeros(len(edge), dtype=bool)
     own = np.flatnonzero(has_wall)
     found = _base(graph, trimmed, face[own], p[own], n_face[own], n_wall[own], ledge_mm)

@@ -15,7 +15,8 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.seam.find.flare import TILT_SIN, face_pairs, find_roots, pipe_ranges
+from wpcal.seam.find.flare import TILT_SIN
+from wpcal.seam.find.flare_sections import face_pairs, find_roots, pipe_ranges
 
 EQUAL = 3
 """Fewer equal bodies are members: a handrail has two bars."""

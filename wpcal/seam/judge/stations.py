@@ -16,7 +16,7 @@ from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_rows
 from wpcal.brep.rays import START_MM, is_blocked
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.path.cut import parameters_at, piece_lengths, points_at
+from wpcal.seam.path.cut import parameters_at, points_at, spans_of
 from wpcal.seam.seam import Seam, SeamFrames, SeamSource
 from wpcal.seam.torch import USUAL_TORCH, TorchShape
 
@@ -197,10 +197,9 @@ def _between(graph: BrepGraph, seam: Seam, bounds: FloatArray) -> FloatArray:
 
 def _parameters(graph: BrepGraph, seam: Seam, s_mm: FloatArray) -> tuple[int, FloatArray]:
     """Return the piece that holds the middle of arc lengths, and their parameters on it, which do not leave it."""
-    lengths = piece_lengths(graph, seam.pieces)
-    ends = np.cumsum(lengths)
+    starts, ends = spans_of(graph, seam.pieces)
     row = int(np.clip(np.searchsorted(ends, s_mm.mean()), 0, len(ends) - 1))
-    own = np.clip(s_mm - ends[row] + lengths[row], 0.0, lengths[row])
+    own = np.clip(s_mm - starts[row], 0.0, ends[row] - starts[row])
     return row, parameters_at(graph, seam.pieces, np.full(len(own), row), own)
 
 
@@ -249,7 +248,7 @@ def _exact(graph: BrepGraph, seam: Seam, s_mm: float, hits: _Crossings, *, enter
     """
     reach = SLANT * start_mm(seam)
     row, t = _parameters(graph, seam, np.array([s_mm - reach, s_mm + reach]))
-    edge, first = int(seam.pieces.edge[row]), float(piece_lengths(graph, seam.pieces)[:row].sum())
+    edge, first = int(seam.pieces.edge[row]), float(spans_of(graph, seam.pieces)[0][row])
     t0 = float(seam.pieces.t0[row])
     ends = np.array([first + abs(arc_length(graph, edge, t0, float(value))) for value in t])
     faces = hits.face[hits.out_mm == start_mm(seam)]

@@ -28,6 +28,8 @@ SECTORS = 12
 """A face goes round an axis as far as its boundary passes through sectors of 30 degrees."""
 WHOLE, HALF = 11, (5, 8)
 """Sectors of a whole hole, and of one end of a slot. Rounds in the corner of a pocket pass through three or four."""
+WIDEST_RATIO = 2.0
+"""Largest ratio of two holes that line up: the counterbore for the head of a socket screw (18) over its hole (9)."""
 MEETING_MM = 2.0
 """Holes meet if the end of one is this near to the begin of the other: rims may be chamfered, and a gasket or a washer
 may be between."""
@@ -275,7 +277,7 @@ def _coaxial(holes: Holes) -> list[tuple[int, int]]:
     found = []
     for a, b in sorted(pairs):
         ratio = holes.radius[a] / holes.radius[b]
-        if holes.solid[a] == holes.solid[b] or not BORE_RATIO[0] <= ratio <= 1 / BORE_RATIO[0]:
+        if holes.solid[a] == holes.solid[b] or not 1 / WIDEST_RATIO <= ratio <= WIDEST_RATIO:
             continue
         if np.linalg.norm(np.cross(holes.z[a], holes.z[b])) > COAXIAL_SIN:
             continue

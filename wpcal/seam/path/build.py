@@ -10,15 +10,17 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.chain import chain_pieces, groups
+from wpcal.seam.chain import SAME_POINT_MM, Bridges, chain_pieces, groups
+from wpcal.seam.find.duplicates import outward
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.limits import LEAST_CANDIDATE_MM
 from wpcal.seam.options import SeamOptions
+from wpcal.seam.path.cut import spans_of
 from wpcal.seam.path.direction import Runs, directed_runs
 from wpcal.seam.path.discretise import discretise, run_lengths
 from wpcal.seam.path.turning import limit_turn
 from wpcal.seam.pieces import solids_of
-from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamSource
+from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, SeamSource
 
 CLOSED_MM = 1e-6
 """A run whose end is this near to its start is closed."""
@@ -45,7 +47,8 @@ def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, so
         return []
     solids = solids_of(graph, pieces)
     keys = [(*pair, weld) for pair, weld in zip(solids.tolist(), joined.weld, strict=True)]
-    chains = chain_pieces(graph, pieces, groups(keys), split_rad=options.split_rad)
+    bridges = _bridges(graph, pieces, options) if source is SeamSource.CONTACT else None
+    chains = chain_pieces(graph, pieces, groups(keys), split_rad=options.split_rad, bridges=bridges)
     runs = directed_runs(graph, pieces, chains)
     frames, lengths, closed = measured(graph, runs, np.array([chain.closed for chain in chains], dtype=bool), options)
     of_piece = run_lengths(graph, Runs(pieces, np.arange(len(pieces) + 1)))
@@ -65,12 +68,28 @@ def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, so
                 length_mm=float(lengths[number]),
                 reachable=True,
                 accepted=True,
-                reasons=(),
+                reasons=_bridge_words(graph, runs.run(number)),
                 frames=frames[number],
                 source=source,
             )
         )
     return seams
+
+
+def _bridges(graph: BrepGraph, pieces: SeamPieces, options: SeamOptions) -> Bridges:
+    """Return what joins contacts across interruptions."""
+    side = np.stack([outward(graph, pieces, t) for t in (pieces.t0, pieces.t1)], axis=1)
+    return Bridges(options.join_mm, options.gap_for(graph), side)
+
+
+def _bridge_words(graph: BrepGraph, run: SeamPieces) -> tuple[str, ...]:
+    """Say where a seam was joined across interruptions, for people."""
+    starts, ends = spans_of(graph, run)
+    bridges = (starts[1:] - ends[:-1])[starts[1:] > ends[:-1]]
+    if len(bridges) == 0:
+        return ()
+    count = "an interruption" if len(bridges) == 1 else f"{len(bridges)} interruptions"
+    return (f"joined in a straight line across {count} of up to {bridges.max():.1f} mm",)
 
 
 def measured(
@@ -94,7 +113,8 @@ def measured(
     closed : ndarray of bool, shape (n,)
     """
     p0, p1 = runs.ends(graph)
-    closed = closed | (np.linalg.norm(p1 - p0, axis=1) <= CLOSED_MM)
+    apart = np.linalg.norm(p1 - p0, axis=1)
+    closed = (closed & (apart <= SAME_POINT_MM)) | (apart <= CLOSED_MM)  # a bridge does not close a seam
     stations = discretise(graph, runs, options.steps)
     stations, frames = limit_turn(graph, runs.pieces, stations, options.steps.turn_rad)
     own = [frames.rows(*ends) for ends in pairwise(stations.start.tolist())]

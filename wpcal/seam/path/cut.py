@@ -8,15 +8,16 @@ from wpcal.brep.curves import evaluate_edges, parameters_at_length
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.path.direction import Runs
-from wpcal.seam.path.discretise import is_even, run_lengths, speeds
+from wpcal.seam.path.discretise import is_even, piece_spans, run_lengths, speeds
 from wpcal.seam.seam import SeamPieces
 
 
 def cut_run(graph: BrepGraph, run: SeamPieces, low_mm: float, high_mm: float) -> SeamPieces:
-    """Return the part of a run between two lengths, mm, measured from the start of the run."""
-    lengths = piece_lengths(graph, run)
-    ends = np.cumsum(lengths)
-    starts = ends - lengths
+    """Return the part of a run between two lengths, mm, measured from the start of the run.
+
+    A part that ends on a bridge between two pieces ends with the piece.
+    """
+    starts, ends = spans_of(graph, run)
     rows = np.flatnonzero((ends > low_mm) & (starts < high_mm))
     part = run.select(rows)
     t0, t1 = part.t0.copy(), part.t1.copy()
@@ -74,11 +75,21 @@ def points_at(graph: BrepGraph, run: SeamPieces, s_mm: FloatArray) -> FloatArray
     ndarray, shape (n, 3)
         In `part`, mm.
     """
-    lengths = piece_lengths(graph, run)
-    ends = np.cumsum(lengths)
+    starts, ends = spans_of(graph, run)
     row = np.minimum(np.searchsorted(ends, s_mm), len(ends) - 1)
-    own = np.clip(s_mm - ends[row] + lengths[row], 0.0, lengths[row])
-    return evaluate_edges(graph, run.edge[row], parameters_at(graph, run, row, own))[0]
+    own = np.clip(s_mm - starts[row], 0.0, (ends - starts)[row])
+    p = evaluate_edges(graph, run.edge[row], parameters_at(graph, run, row, own))[0]
+    on_bridge = np.flatnonzero((s_mm < starts[row]) & (row > 0))
+    before = row[on_bridge] - 1
+    p0 = evaluate_edges(graph, run.edge[before], run.t1[before])[0]
+    share = (s_mm[on_bridge] - ends[before]) / (starts[row[on_bridge]] - ends[before])
+    p[on_bridge] = p0 + share[:, None] * (p[on_bridge] - p0)
+    return p
+
+
+def spans_of(graph: BrepGraph, run: SeamPieces) -> tuple[FloatArray, FloatArray]:
+    """Return where each piece of one run starts and ends, as lengths from its start, mm (`piece_spans`)."""
+    return piece_spans(graph, Runs(run, np.array([0, len(run)])))
 
 
 def piece_lengths(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
@@ -87,11 +98,9 @@ def piece_lengths(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
 
 
 def middles(graph: BrepGraph, runs: Runs) -> FloatArray:
-    """Return the point at half the length of every run, shape (n, 3), mm."""
-    lengths = piece_lengths(graph, runs.pieces)
-    ends = np.cumsum(lengths)
-    first = (ends - lengths)[runs.start[:-1]]
-    half = (first + ends[runs.start[1:] - 1]) / 2
-    row = np.clip(np.searchsorted(ends, half), runs.start[:-1], runs.start[1:] - 1)
-    t = parameters_at(graph, runs.pieces, row, half - ends[row] + lengths[row])
+    """Return the point at half the length of every run, or the end of the bridge there, shape (n, 3), mm."""
+    starts, ends = piece_spans(graph, runs)
+    half = ends[runs.start[1:] - 1] / 2
+    row = runs.start[:-1] + np.add.reduceat((ends < half[runs.run_of_piece]).astype(np.int64), runs.start[:-1])
+    t = parameters_at(graph, runs.pieces, row, np.maximum(half - starts[row], 0.0))
     return evaluate_edges(graph, runs.pieces.edge[row], t)[0]

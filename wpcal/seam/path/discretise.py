@@ -8,7 +8,6 @@ conflict, the chord tolerance takes precedence.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.trim import distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
+from wpcal.seam.chain import SAME_POINT_MM
 from wpcal.seam.options import StepOptions
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.seam import SeamPieces
@@ -68,7 +68,7 @@ def discretise(graph: BrepGraph, runs: Runs, options: StepOptions) -> Stations:
     -------
     Stations
         For each run from its start to its end, both included. A point where two pieces meet occurs once, on the later
-        piece.
+        piece. A bridge between two pieces has a point at either end.
 
     Raises
     ------
@@ -79,11 +79,12 @@ def discretise(graph: BrepGraph, runs: Runs, options: StepOptions) -> Stations:
     counts, t, s = _piece_stations(graph, pieces, options)
     piece = np.repeat(np.arange(len(pieces)), counts)
     last = np.cumsum(counts) - 1
-    before = [np.cumsum(np.append(0.0, s[last[a : b - 1]])) for a, b in pairwise(runs.start)]
-    s = s + np.repeat(np.concatenate(before), counts)
+    starts, ends = piece_spans(graph, runs)
+    s = s + np.repeat(starts, counts)
     kept = np.ones(len(t), dtype=bool)
     kept[last] = False
     kept[last[runs.start[1:] - 1]] = True
+    kept[last[:-1][starts[1:] > ends[:-1]]] = True  # both ends of a bridge
     run = np.repeat(runs.run_of_piece, counts)[kept]
     start = np.searchsorted(run, np.arange(len(runs) + 1))
     return _thinned(graph, pieces, Stations(start, piece[kept], t[kept], s[kept]), options)
@@ -91,7 +92,24 @@ def discretise(graph: BrepGraph, runs: Runs, options: StepOptions) -> Stations:
 
 def run_lengths(graph: BrepGraph, runs: Runs) -> FloatArray:
     """Return the length of every run, mm."""
-    return np.asarray(np.add.reduceat(_lengths(graph, runs.pieces), runs.start[:-1]), dtype=np.float64)
+    return piece_spans(graph, runs)[1][runs.start[1:] - 1]
+
+
+def piece_spans(graph: BrepGraph, runs: Runs) -> tuple[FloatArray, FloatArray]:
+    """Return where each piece starts and ends, as lengths from the start of its run, mm; two arrays (k,).
+
+    A piece starts where the one before it ends, or after the straight bridge between the two.
+    """
+    pieces, first = runs.pieces, runs.start[:-1]
+    length = _lengths(graph, pieces)
+    p0, p1 = (evaluate_edges(graph, pieces.edge, t)[0] for t in (pieces.t0, pieces.t1))
+    bridge = np.zeros(len(pieces))
+    bridge[1:] = np.linalg.norm(p0[1:] - p1[:-1], axis=1)
+    bridge[bridge <= SAME_POINT_MM] = 0.0
+    bridge[first] = 0.0
+    before = np.cumsum(length + bridge) - length
+    start = before - np.repeat(before[first], np.diff(runs.start))
+    return start, start + length
 
 
 def _lengths(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
@@ -110,8 +128,8 @@ def is_even(graph: BrepGraph, edge: IntArray) -> BoolArray:
 
 
 def speeds(graph: BrepGraph, edge: IntArray) -> FloatArray:
-    """Return the length per unit of the parameter on lines and circles, shape (k,), mm."""
-    return np.where(graph.edge_kind[edge] == CurveKind.LINE, 1.0, graph.edge_param[edge, 0])
+    """Return the length per unit of the parameter on lines and circles, shape (k,), mm; 1 on other curves."""
+    return np.where(graph.edge_kind[edge] == CurveKind.CIRCLE, graph.edge_param[edge, 0], 1.0)
 
 
 def _piece_stations(

@@ -1,0 +1,69 @@
+"""What `wpcal seams --explain` says of a seam: the numbers lead to its confidence, and the picture holds the seam."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from tests.saved_graphs import saved_graph
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.explain import explain_seam
+from wpcal.seam.explained_svg import SEAM, explained_svg
+from wpcal.seam.limits import Level
+from wpcal.seam.member.note import take_members
+from wpcal.seam.options import Judging
+from wpcal.seam.rules import Rule
+
+ROUNDED = 2e-3
+"""Factors and confidences are written with three digits."""
+
+
+@pytest.fixture(scope="module")
+def seams() -> tuple[Seam, ...]:
+    return detect_seams(saved_graph("gusset-with-holes"))
+
+
+def test_the_factors_lead_from_the_start_to_the_confidence(seams: tuple[Seam, ...]) -> None:
+    graph = saved_graph("gusset-with-holes")
+    notes = take_members(graph, TrimmedFaces.of(graph), Judging()).notes
+    for seam in seams:
+        record = explain_seam(graph, seam, notes)
+        factors = [one["factor"] for one in record["findings"]]
+        product = record["start_confidence"] * float(np.prod(factors))
+        assert product == pytest.approx(record["confidence"], rel=0, abs=ROUNDED)
+        assert record["accepted"] == seam.accepted
+        assert {one["solid"] for one in record["members"]} == set(seam.solids)
+        assert all(one["why"] and one["found_by"] for one in record["findings"])
+
+
+def test_a_bolted_seam_says_so_and_a_welded_one_says_what_it_joins(seams: tuple[Seam, ...]) -> None:
+    graph = saved_graph("gusset-with-holes")
+    notes = take_members(graph, TrimmedFaces.of(graph), Judging()).notes
+    bolted = next(seam for seam in seams if "strap" in seam.solids and seam.confidence > 0.4)
+    assert explain_seam(graph, bolted, notes)["findings"][0]["rule"] == Rule.LINED_UP.key
+    welded = next(seam for seam in seams if seam.accepted)
+    chain = explain_seam(graph, welded, notes)["chain"]
+    assert "wall: plane of gusset; base: plane of plate; 90 degrees" in chain[1]
+    assert chain[-1] == "confidence 95%: at least the 50% that are asked (usual)"
+
+
+def test_the_verdict_names_the_level_that_was_asked() -> None:
+    graph = saved_graph("gusset-with-holes")
+    judging = Judging(level=Level.GENEROUS)
+    seams = detect_seams(graph, SeamOptions(judging=judging))
+    notes = take_members(graph, TrimmedFaces.of(graph), judging).notes
+    bolted = next(seam for seam in seams if "strap" in seam.solids and seam.accepted)
+    assert "25% that are asked (generous)" in explain_seam(graph, bolted, notes)["chain"][-1]
+
+
+def test_the_picture_holds_the_seam_inside_its_frame(seams: tuple[Seam, ...]) -> None:
+    graph = saved_graph("gusset-with-holes")
+    seam = next(seam for seam in seams if seam.accepted)
+    root = ET.fromstring(explained_svg(graph, TrimmedFaces.of(graph), seam, "a < b"))
+    lines = [line for line in root.iter("{http://www.w3.org/2000/svg}polyline") if line.get("stroke") == SEAM]
+    assert len(lines) == 1
+    points = np.array([pair.split(",") for pair in (lines[0].get("points") or "").split()], dtype=float)
+    assert len(points) == len(seam.frames)
+    assert (points >= 0).all()
+    assert (points <= [900, 640]).all()

@@ -1,0 +1,111 @@
+"""Why a candidate is taken for a weld or not: every finding with its factor, and the facts behind the joint."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.seam.member.note import MemberNotes
+from wpcal.seam.rules import PRIOR, Rule
+from wpcal.seam.seam import Seam
+
+
+def explain_seam(graph: BrepGraph, seam: Seam, notes: MemberNotes) -> dict[str, Any]:
+    """Return everything that decided about a seam.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+        The part.
+    seam : Seam
+        One of its seams, judged, with pieces.
+    notes : MemberNotes
+        What its solids are taken for.
+
+    Returns
+    -------
+    dict
+        Plain values. ``chain`` is the decisions in words, in their order. ``findings`` are those against it, each with
+        the confidence after it.
+    """
+    confidence, findings = PRIOR[seam.source], []
+    by_key = {rule.key: rule.value for rule in Rule}
+    for one in seam.findings:
+        confidence *= one.factor
+        row = by_key.get(one.rule)
+        findings.append(
+            {
+                "rule": one.rule,
+                "factor": round(one.factor, 3),
+                "text": one.text,
+                "why": "" if row is None else row.why,
+                "found_by": "" if row is None else row.evidence,
+                "confidence_after": round(confidence, 4),
+            }
+        )
+    members = [member for member in notes.members if member.solid in seam.solids]
+    return {
+        "seam": seam.name,
+        "accepted": seam.accepted,
+        "confidence": round(seam.confidence, 3),
+        "least_confidence": notes.judging.level.value,
+        "start_confidence": PRIOR[seam.source],
+        "chain": [*_chain(graph, seam), *seam.reasons, _verdict(seam, notes)],
+        "findings": findings,
+        "members": [member.to_record() for member in members],
+    }
+
+
+def _chain(graph: BrepGraph, seam: Seam) -> list[str]:
+    """Say in words where a seam comes from, what it joins, and how a torch gets to it."""
+    least, mean, largest = seam.gap_mm
+    angle = np.degrees(seam.frames.angle_rad)
+    faces = [_faces(graph, own) for own in (seam.pieces.wall, seam.pieces.base)]
+    run = "closed loop" if seam.closed else "run"
+    return [
+        f"found as: {seam.source.value}; {run} of {seam.length_mm:.1f} mm in {len(seam.pieces)} pieces",
+        f"joint: {seam.joint.value}, weld: {seam.weld.value}; wall: {faces[0]}; base: {faces[1]}; "
+        f"{_span(float(angle.min()), float(angle.max()), 'degrees')} between their outward normals",
+        f"gap: {least:.3f} to {largest:.3f} mm, {mean:.3f} mm on average",
+        _reach(seam),
+    ]
+
+
+def _faces(graph: BrepGraph, faces: np.ndarray[Any, np.dtype[np.int64]]) -> str:
+    """Name the kinds of some faces and their solids: ``plane of web``."""
+    known = [face for face in dict.fromkeys(faces.tolist()) if face >= 0]
+    words = [
+        f"{SurfaceKind(graph.face_kind[f]).name.lower()} of {graph.solid_names[graph.face_solid[f]]}" for f in known
+    ]
+    return ", ".join(dict.fromkeys(words)) or "none known"
+
+
+def _span(low: float, high: float, unit: str) -> str:
+    return f"{low:.0f} {unit}" if high - low < 1.0 else f"{low:.0f} to {high:.0f} {unit}"
+
+
+def _reach(seam: Seam) -> str:
+    if seam.lean_rad is None:
+        return "reach: the whole torch was not felt at this candidate"
+    lean = np.degrees(seam.lean_rad)
+    none = np.isnan(lean).any(axis=1)
+    straight = ~none & (np.abs(np.nan_to_num(lean)).max(axis=1) < 0.5)
+    most = float(np.abs(np.nan_to_num(lean)).max())
+    words = [f"straight at {int(straight.sum())} of {len(lean)} stations"]
+    if (~none & ~straight).any():
+        words.append(f"leaning by up to {most:.0f} degrees at {int((~none & ~straight).sum())}")
+    if none.any():
+        words.append(f"not free at {int(none.sum())}")
+    return f"reach: the torch is {', '.join(words)}"
+
+
+def _verdict(seam: Seam, notes: MemberNotes) -> str:
+    level = notes.judging.level
+    if seam.edit is not None and seam.edit.accept is not None:
+        return "decided by hand"
+    if seam.inside or seam.blocked_by:
+        return "refused, whatever the confidence: no torch gets there"
+    sign = "at least" if seam.confidence >= level.value else "less than"
+    return f"confidence {seam.confidence:.0%}: {sign} the {level.value:.0%} that are asked ({level.name.lower()})"
