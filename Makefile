@@ -37,7 +37,7 @@ lowest: ## every command at the lowest versions that pyproject.toml allows
 deep: $(VENV)/ready ## the slow tests
 	$(PYTEST) -n 2 -m deep
 
-attack: $(VENV)/ready ## kills, signals, full disks and two writers against a running calibration; some minutes
+attack: $(VENV)/ready ## kills, signals, full and read-only disks and two writers against a calibration and the picker; some minutes
 	$(BIN)/python -m tests.attack
 
 .PHONY: fuzz

@@ -73,12 +73,12 @@ def read_pick_part(
     """Read a STEP file, its features and seams, and draw it; parameters and errors as in `cad.workpiece`."""
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     touchables = judge_workpiece(workpiece, progress=progress)
-    progress("finding seams")
+    progress(f"finding seams: {workpiece.size}")
     candidates, with_sections = find_seams(workpiece, options, replace(choice, edits=()))
     graph = with_sections.graph
     trimmed = replace(workpiece.trimmed, graph=graph)
     seams = apply_edits(graph, trimmed, candidates, choice.edits, options)
-    progress("drawing the part")
+    progress(f"drawing the part: {workpiece.size}")
     source = workpiece.file
     part_glb, mesh_issues = draw_part(source)
     notes = tuple(issue.message for issue in (*with_sections.issues, *mesh_issues))

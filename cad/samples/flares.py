@@ -72,6 +72,12 @@ def rising_bar(slope: float) -> Solids:
     return [("plate", box(300.0, 200.0, 10.0, (-40.0, -100.0, -10.0))), ("bar", bar)]
 
 
+def plate_along_pipe(radius: float, thickness: float) -> Solids:
+    """Return a pipe along x and a plate that stands with its straight edge on top of the pipe, y = 0 in its middle."""
+    pipe = cut(cylinder(radius, 300.0, (-50, 0, 0), (1, 0, 0)), cylinder(radius - 3.0, 300.0, (-50, 0, 0), (1, 0, 0)))
+    return [("pipe", pipe), ("plate", box(200.0, thickness, 80.0, (0.0, -thickness / 2, radius)))]
+
+
 def rack_of_bars(count: int) -> Solids:
     """Return round bars of 20 mm side by side on a plate, along x."""
     bars = [cylinder(10.0, 200.0, (0.0, 20.0 * k, 10.0), (1.0, 0.0, 0.0)) for k in range(count)]

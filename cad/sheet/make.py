@@ -16,6 +16,7 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal import __version__
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
+from wpcal.core.wording import counted
 from wpcal.features import ReferenceFeature, feature_named
 
 SHEET_SUFFIXES = (".pdf", ".svg", ".dxf", ".png")
@@ -95,11 +96,11 @@ def make_sheet(
     features = _features(workpiece, options, progress)
     if len(features) > paper.most_points:
         raise InputError(f"{paper.name} has room for {paper.most_points} points, got {len(features)}")
-    progress("projecting the views")
+    progress(f"projecting the views: {workpiece.size}")
     points = np.array([feature.p_mm for feature in features])
     views = project_views(workpiece.graph, part_lines(workpiece), points)
     layout = lay_out(paper, views, len(features))
-    progress("drawing")
+    progress(f"drawing the sheet: {counted(len(features), 'point')}")
     title = _title(workpiece)
     with reproducible():
         document = _drawn(layout, _rows(features), title)

@@ -15,6 +15,7 @@ from wpcal.advise import Advice, advise
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core.progress import Progress, no_progress
+from wpcal.core.wording import counted
 from wpcal.features import POINT_KINDS, FeatureKind, Touchable, feature_named, judge_features
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.names import seams_named
@@ -98,10 +99,10 @@ def _advise(
 ) -> Advice:
     have = [feature_named(workpiece.features, name) for name in options.have]
     excluded = {feature_named(workpiece.features, name).name for name in options.exclude}
-    progress("finding seams")
+    progress(f"finding seams: {workpiece.size}")
     found, workpiece = find_seams(workpiece, seam_options, choice)
     seams = _seams_named(found, options.seams)
-    progress("judging features")
+    progress(f"judging {counted(len(workpiece.features), 'feature')}")
     allowed = [
         item
         for item in judge_features(workpiece.graph, workpiece.features)

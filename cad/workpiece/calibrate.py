@@ -27,6 +27,7 @@ from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import counted
 from wpcal.features import FeatureKind
 from wpcal.match import Match, match_points
 from wpcal.results.folder import CALIBRATION_FILE, PART_FILE, files_of_run
@@ -161,9 +162,9 @@ def calibrate_workpiece(
     workpiece = open_workpiece(step, progress=progress)
     named = name_taught(given, workpiece.features, options=options, T_nominal_part=T_nominal_part, progress=progress)
     observed = prepare_fit(named.taught, workpiece, T_nominal_part=T_nominal_part)
-    progress("finding seams")
+    progress(f"finding seams: {workpiece.size}")
     seams, workpiece = find_seams(workpiece, options.seams, options.choice)
-    progress("fitting")
+    progress(f"fitting {counted(len(named.taught.names), 'point')}, {counted(len(seams), 'seam')}")
     with blamed_on(named.taught.path):
         result, u95 = run_fit(
             observed,
@@ -255,7 +256,7 @@ def calibrate_files(
 
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     source = workpiece.file
-    progress("drawing the part")
+    progress(f"drawing the part: {workpiece.size}")
     part_glb, mesh_issues = draw_part(source)
     found = calibrate_workpiece(workpiece, taught, T_nominal_part=T_nominal_part, options=options, progress=progress)
     marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams if s.accepted] if mark_seams else []

@@ -144,16 +144,16 @@ def list_seams(
     If asked for, also their picture (PNG), ``part.glb``, and why the seam of a name is taken or refused.
     """
     workpiece = open_workpiece(step, cache=cache, progress=progress)
-    progress("finding seams")
+    progress(f"finding seams: {workpiece.size}")
     seams, workpiece = find_seams(workpiece, options, choice)
     png, part_glb = None, None
     if picture:
         from cad.draw.picture import seams_png
 
-        progress("drawing")
+        progress(f"drawing a picture: {workpiece.size}")
         png = seams_png(workpiece.graph, seams, Path(step).name)
     if mesh:
-        progress("drawing the part")
+        progress(f"drawing the part: {workpiece.size}")
         part_glb, _ = draw_part(workpiece.file)
     notes = workpiece.member_notes or MemberNotes(options.judging, ())
     told = None if explain is None else _explained(workpiece, seams, notes, explain, Path(step).name)

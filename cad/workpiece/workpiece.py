@@ -18,6 +18,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
+from wpcal.core.wording import counted
 from wpcal.features import ReferenceFeature, find_features
 from wpcal.seam.member.note import MemberNotes
 
@@ -69,6 +70,11 @@ class Workpiece:
             return tuple(solid.shape for solid in self.source.step.solids)
         return tuple(shape for _, shape in _named_solids(self.shapes))
 
+    @property
+    def size(self) -> str:
+        """How large the part is, for progress messages: ``5 solids, 31 faces``."""
+        return f"{counted(len(self.graph.solid_names), 'solid')}, {counted(self.graph.face_count, 'face')}"
+
     @cached_property
     def trimmed(self) -> TrimmedFaces:
         """Boundaries of the faces as pieces; computed once, for every question about what lies on a face."""
@@ -112,7 +118,7 @@ def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progre
     if isinstance(step, Workpiece):
         return step
     if isinstance(step, str | Path):
-        progress(f"reading {Path(step).name}")
+        progress(f"reading {Path(step).name}{_megabytes(Path(step))}")
         file = StepFile.open(step, cache)
         return Workpiece(file.content.graph, file.features, file.content.issues, file)
     from cad.kernel.to_brep import to_brep
@@ -123,6 +129,14 @@ def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progre
         raise InputError("the shapes given hold no solid")
     graph = to_brep(named)
     return Workpiece(graph, find_features(graph), shapes=shapes)
+
+
+def _megabytes(path: Path) -> str:
+    """Return how large a file is, for a progress message; nothing where the reader will say what is wrong."""
+    try:
+        return f": {path.stat().st_size / 1e6:.1f} MB"
+    except (OSError, ValueError):
+        return ""
 
 
 def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:

@@ -15,6 +15,7 @@ from cad.samples.flares import (
     bar_on_plate,
     flush_tubes,
     half_ring_on_plate,
+    plate_along_pipe,
     rack_of_bars,
     ring_round_a_pipe,
     rising_bar,
@@ -203,3 +204,18 @@ def test_a_bar_that_leaves_a_plate_is_welded_until_the_gap_is_too_wide() -> None
         far = seam.frames.p[np.argmax(seam.frames.p[:, 0])]
         assert far[0] == pytest.approx(s, rel=0, abs=0.1)
         assert seam.gap_mm == pytest.approx((0.0, 0.25, 0.5), rel=0, abs=1e-3)
+
+
+@pytest.mark.parametrize("pose", POSES)
+def test_a_plate_along_a_pipe_has_a_fillet_at_either_rim(pose: tuple[float, ...]) -> None:
+    """The gap at the rims, 1 mm, is closed behind: the edge of the plate lies on the pipe in its middle."""
+    radius, thickness = 24.0, 14.0
+    _, seams = grooves_of(plate_along_pipe(radius, thickness), pose)
+    assert [(seam.weld.value, seam.joint.value, seam.accepted) for seam in seams] == [("fillet", "tee", True)] * 2
+    for seam in seams:
+        y = math.copysign(thickness / 2, float(seam.frames.p[0, 1]))
+        away = math.hypot(y, radius)
+        z = np.array([0.0, math.copysign(1.0, y) + y / away, radius / away])
+        check(seam, [[0.0, y, radius], [200.0, y, radius]], z)
+        assert seam.groove is not None
+        assert seam.groove.opening_mm == pytest.approx(radius - math.sqrt(radius**2 - y**2), rel=0, abs=EXACT)

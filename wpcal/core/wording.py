@@ -20,6 +20,11 @@ def shown(value: object) -> str:
     return text if len(text) <= LONGEST_SHOWN + 2 else f"{text[:LONGEST_SHOWN]}…"
 
 
+def counted(number: int, word: str) -> str:
+    """Return a number with its noun: ``1 face``, ``31 faces``."""
+    return f"{number} {word}" if number == 1 else f"{number} {word}s"
+
+
 def listed(names: Iterable[str]) -> str:
     """Return names for a message, separated by commas; where there are many, the first of them and their number."""
     found = list(names)

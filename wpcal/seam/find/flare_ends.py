@@ -40,7 +40,7 @@ def exact_ends(search: FlareSearch, pairs: FacePairs, s: FloatArray, ball_mm: Fl
     """
     graph = search.graph
     feet = _feet(search, pairs, s, ball_mm)
-    found = [_nearest_edges(search.trimmed, face, p) for face, p in zip((pairs.pipe, pairs.other), feet, strict=True)]
+    found = [nearest_edges(search.trimmed, face, p) for face, p in zip((pairs.pipe, pairs.other), feet, strict=True)]
     which = np.where(found[0][1] <= found[1][1], 0, 1)
     edge, off = (np.choose(which, [found[0][k], found[1][k]]) for k in (0, 1))
     rows = np.flatnonzero(off <= 2.0 * FLUSH_MM)
@@ -81,8 +81,22 @@ def _feet(search: FlareSearch, pairs: FacePairs, s: FloatArray, ball_mm: FloatAr
     return first, second
 
 
-def _nearest_edges(trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return the edge of each face nearest to a point, and how far it is, two arrays (n,); -1 for none."""
+def nearest_edges(trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Find the edge of each face that is nearest to a point.
+
+    Parameters
+    ----------
+    trimmed : TrimmedFaces
+    face : ndarray of int, shape (n,)
+    points : ndarray, shape (n, 3)
+        In `part`, mm.
+
+    Returns
+    -------
+    edge : ndarray of int, shape (n,)
+        -1 for a face without a boundary.
+    off_mm : ndarray, shape (n,)
+    """
     edge, off = np.full(len(face), -1), np.full(len(face), np.inf)
     for row, (of_face, p) in enumerate(zip(face.tolist(), points, strict=True)):
         own = slice(trimmed.start[of_face], trimmed.start[of_face + 1])

@@ -12,6 +12,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.flare import FlareSearch, Grooves
 from wpcal.seam.find.flare_ends import exact_ends
+from wpcal.seam.find.flare_rims import along_rims
 from wpcal.seam.find.flare_sections import FacePairs, ball_centres, find_roots
 from wpcal.seam.find.flare_shape import measure_grooves
 from wpcal.seam.find.joint import JoinedPieces
@@ -91,11 +92,15 @@ def add_grooves(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -
     gap = _gaps(search, found, np.flatnonzero(kept))
     pieces = SeamPieces(numbers, t0, t1, pairs.pipe, pairs.other, gap)
     words = [_words(both, on) for both, on in zip(both_round.tolist(), shapes.continues.tolist(), strict=True)]
+    joined = JoinedPieces(pieces, tuple(joint for joint, _ in words), tuple(weld for _, weld in words))
+    own = Grooves(pairs, s0[kept], s1[kept], found.closed[kept], ball)
+    joined = along_rims(search, own, joined, shapes)
     grooves = {
         int(edge): Groove(float(depth), float(opening), float(root))
-        for edge, depth, opening, root in zip(numbers, shapes.depth_mm, shapes.opening_mm, to_root, strict=True)
+        for edge, depth, opening, root in zip(
+            joined.pieces.edge, shapes.depth_mm, shapes.opening_mm, to_root, strict=True
+        )
     }
-    joined = JoinedPieces(pieces, tuple(joint for joint, _ in words), tuple(weld for _, weld in words))
     return wider, FlareGrooves(joined, grooves)
 
 

@@ -35,14 +35,15 @@ class GrooveShapes:
         From the root to where the first of the two faces ends.
     opening_mm : ndarray, shape (n,)
         Distance between the faces there.
-    continues : ndarray of bool, shape (n,)
-        Whether the other face goes on beyond the groove.
+    continues, pipe_continues : ndarray of bool, shape (n,)
+        Whether the other face, and the rounded face, goes on beyond the groove.
     """
 
     mouth_mm: FloatArray
     depth_mm: FloatArray
     opening_mm: FloatArray
     continues: BoolArray
+    pipe_continues: BoolArray
 
 
 def measure_grooves(search: FlareSearch, pairs: FacePairs, roots: Roots, ball_mm: FloatArray) -> GrooveShapes:
@@ -72,7 +73,9 @@ def measure_grooves(search: FlareSearch, pairs: FacePairs, roots: Roots, ball_mm
     opening = np.linalg.norm(sections.on_pipe(depth) - sections.on_other(depth), axis=1)
     step = 2.0 * search.gap_mm + 0.1  # beyond the tolerance for a flush edge
     continues = sections.is_on(pairs.other, sections.on_other(depth + step))
-    return GrooveShapes(mouth, depth, opening, continues)
+    beyond = depth + step
+    pipe_continues = (beyond < roots.radius_mm) & sections.is_on(pairs.pipe, sections.on_pipe(beyond))
+    return GrooveShapes(mouth, depth, opening, continues, pipe_continues)
 
 
 def _largest(good: FloatArray, most: FloatArray, holds: Callable[[FloatArray], BoolArray]) -> FloatArray:

@@ -139,7 +139,10 @@ class Judge:
     rolling : dict
         Solids that roll or lie loose, with the words for it.
     holes : Holes
-    clamps : tuple of Clamp
+    hole_of_face : dict
+        The row of each face in `holes`.
+    clamps : dict
+        By the numbers of the two solids, ascending.
     gap_mm, min_length_mm : float
         Largest gap between members, and least length of a seam, mm.
     level : Level
@@ -152,7 +155,8 @@ class Judge:
     members: Members
     rolling: dict[int, str]
     holes: Holes
-    clamps: tuple[Clamp, ...]
+    hole_of_face: dict[int, int]
+    clamps: dict[tuple[int, int], list[Clamp]]
     gap_mm: float
     min_length_mm: float
     level: Level
@@ -163,21 +167,23 @@ class Judge:
         """Find the members, holes and bolts of a part. `has_marks`: whether edges of the part are marked as seams."""
         number = {name: solid for solid, name in enumerate(graph.solid_names)}
         members, holes = take_members(graph, trimmed, options.judging), find_holes(graph, trimmed)
-        clamps = find_clamps(holes, members.fasteners)
+        hole_of_face = {int(face): row for row, own in enumerate(holes.face) for face in own}
+        clamps: dict[tuple[int, int], list[Clamp]] = defaultdict(list)
+        for clamp in find_clamps(holes, members.fasteners):
+            clamps[clamp.solids].append(clamp)
         gap_mm, min_mm, level = options.gap_for(graph), options.min_length_mm, options.judging.level
         rolling = find_rolling(graph, trimmed, gap_mm)
-        return cls(graph, number, members, rolling, holes, clamps, gap_mm, min_mm, level, has_marks)
+        return cls(graph, number, members, rolling, holes, hole_of_face, dict(clamps), gap_mm, min_mm, level, has_marks)
 
     def clamps_of(self, a: int, b: int) -> list[Clamp]:
         """Return the places at which two solids are clamped together."""
-        pair = (min(a, b), max(a, b))
-        return [clamp for clamp in self.clamps if clamp.solids == pair]
+        return self.clamps.get((min(a, b), max(a, b)), [])
 
     def bolts_of(self, name: str) -> int:
         """Return the number of bolts that hold a solid, or of its holes that line up with those of others."""
         solid = self.number[name]
-        places = {tuple(np.round(clamp.o, 1).tolist()) for clamp in self.clamps if solid in clamp.solids}
-        return len(places)
+        own = (clamp for pair, clamps in self.clamps.items() if solid in pair for clamp in clamps)
+        return len({tuple(np.round(clamp.o, 1).tolist()) for clamp in own})
 
     def both_said(self, seam: Seam) -> bool:
         """Tell whether a person said of both solids of a seam that they can be welded."""
@@ -248,7 +254,7 @@ class Judge:
     def _rim_mm(self, seam: Seam) -> float | None:
         """Return the diameter of the hole inside which a seam runs along the rim; None if it does not."""
         wall, base = seam.pieces.wall, seam.pieces.base
-        hole = next((row for row, own in enumerate(self.holes.face) if wall[0] in own), None)
+        hole = self.hole_of_face.get(int(wall[0]))
         is_round = (self.graph.face_kind[base] == SurfaceKind.CYLINDER) & (self.graph.face_outward[base] > 0)
         if hole is None or not np.isin(wall, self.holes.face[hole]).all() or is_round.any():
             return None

@@ -37,6 +37,8 @@ BESIDE_MM = 1.0
 """A seam is in a plane if it is this near to it: exporters round, and edges of plates are broken."""
 MOST_OF_SEAM = 0.9
 """Share of the stations of a seam that must be in the plane."""
+LONGEST_SLOT_MM = 100.0
+"""Between the axes of the two ends of a slot for a bolt; a longer one is an opening."""
 APART = 0.9
 """The ends of a slot bulge along it, away from each other: cosine."""
 PIECES_OF_ARC = 4
@@ -125,10 +127,9 @@ def find_holes(graph: BrepGraph, trimmed: TrimmedFaces) -> Holes:
     z, foot = _axes(graph, faces)
     low, high, sectors, side = _extents(graph, trimmed, faces, z)
     place = np.column_stack([foot, z * (COAXIAL_MM / COAXIAL_SIN), low, high, graph.face_param[faces, 0]])
-    found = [
-        (own[0], own[0], faces[own]) for own in _alike(place, graph.face_solid[faces]) if _count(sectors, own) >= WHOLE
-    ]
-    halves = [own for own in _alike(place, graph.face_solid[faces]) if HALF[0] <= _count(sectors, own) <= HALF[1]]
+    groups = _alike(place, graph.face_solid[faces])
+    found = [(own[0], own[0], faces[own]) for own in groups if _count(sectors, own) >= WHOLE]
+    halves = [own for own in groups if HALF[0] <= _count(sectors, own) <= HALF[1]]
     found += _slots(halves, place, graph.face_solid[faces], foot, side, faces)
     r, e = (np.array([one[k] for one in found], dtype=np.int64) for k in (0, 1))
     return Holes(
@@ -157,11 +158,12 @@ def _slots(
 ) -> list[tuple[int, int, IntArray]]:
     """Return the slots: two half rounds of one solid that bulge away from each other, the nearest such pairs."""
     found, taken = [], set[int]()
+    tree = cKDTree(np.array([foot[own[0]] for own in halves]).reshape(-1, 3))
     for a, first in enumerate(halves):
         i = int(first[0])
         best = None
-        for b, second in enumerate(halves):
-            k = int(second[0])
+        for b in sorted(tree.query_ball_point(foot[i], LONGEST_SLOT_MM)):
+            k = int(halves[b][0])
             run = foot[k] - foot[i]
             length = float(np.linalg.norm(run))
             if b == a or solid[i] != solid[k] or np.abs(place[i, 3:] - place[k, 3:]).max() > COAXIAL_MM or length == 0:
