@@ -114,7 +114,10 @@ def _surface(face: Any) -> tuple[Row, float, NurbsSurface | None]:
     if found is not None:
         row, _, _ = _elementary(SurfaceKind(found[0]), found[1])
         return row, _hand_of(row, adaptor), None
-    return (SurfaceKind.NURBS, NO_FRAME, (0.0, 0.0)), 1.0, _nurbs_surface(face, adaptor)
+    nurbs, row = _nurbs_surface(face, adaptor), (SurfaceKind.NURBS, NO_FRAME, (0.0, 0.0))
+    if adaptor.IsVClosed() and not adaptor.IsUClosed():  # a tube: the graph counts round it with u
+        return row, -1.0, nurbs.transposed
+    return row, 1.0, nurbs
 
 
 def _frame(position: Any) -> list[list[float]]:

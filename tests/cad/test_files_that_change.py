@@ -59,8 +59,8 @@ def test_a_part_swapped_between_its_text_and_the_kernel(
     expected = calibrate_workpiece(part, taught)
     read_step_text = cad.step.read.read_step_text
 
-    def read_and_swap(path: Path) -> Part21File:
-        file = read_step_text(path)
+    def read_and_swap(path: Path, *, data: bytes | None = None) -> Part21File:
+        file = read_step_text(path, data=data)
         shutil.copy(FIXTURES / "lap" / "lap.step", path)
         return file
 

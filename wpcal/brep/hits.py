@@ -1,4 +1,4 @@
-"""Where rays go through the faces of a part: in closed form, except for tori and free-form faces."""
+"""Where rays go through the faces of a part: in closed form, except for free-form faces."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ import numpy as np
 from wpcal.brep.crossing import find_crossings, heights
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.torus_rays import torus_roots
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 CHUNK = 5000
 """Rays handled in one array: some 50 MB at ten faces per ray."""
 STEPS = 12
-"""Samples of a ray inside the box of a torus or a free-form face. The ray crosses between two samples on different
+"""Samples of a ray inside the box of a free-form face. The ray crosses between two samples on different
 sides of the surface."""
 SHORT_MM = 12.0
 """On a shorter way half as many samples are not farther apart than 2.4 mm, as on a way of 26 mm with all of them."""
@@ -24,9 +25,13 @@ THIN_MM = 0.1
 ON_SURFACE = 1e-6
 """A root of the equation of a surface is a hit if its nearest point on the surface is this near, relative to the
 length of the ray's way there or 1 mm; the other nappe of a cone is farther away."""
+NEWTON_ROUNDS, FLAT = 2, 1e-3
+"""Steps along the ray to the tangent plane at the nearest point make a crossing exact, unless the ray runs along it."""
+FREE_FORM_MM = 1e-3
+"""A crossing of a free-form face is a hit if the surface is this near. Beyond the border of a surface, heights change
+their sign without a crossing."""
 PARALLEL = 1e-14
 """A leading coefficient below this is round-off: the ray runs along a plane or a ruling."""
-SAMPLED = (SurfaceKind.TORUS, SurfaceKind.NURBS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,20 +127,23 @@ def through_faces(
     way : ndarray of int, shape (h,)
         +1 where the ray leaves the material of the face's solid, -1 where it enters it.
     """
-    sampled = np.isin(graph.face_kind[face], SAMPLED)
+    sampled = graph.face_kind[face] == SurfaceKind.NURBS
     closed, open_ = np.flatnonzero(~sampled), np.flatnonzero(sampled)
     roots = _roots(graph, face[closed], origins[closed], rays[closed])
     hit = (roots > 0) & (roots <= length[closed, None])
     pair, at = closed[np.nonzero(hit)[0]], roots[hit]
-    low, high = _within_torus(graph, face, origins, rays, low, high)
-    open_ = open_[high[open_] > low[open_]]
+    rings = _between_end_planes(graph, face, origins, rays, low, high)
+    if len(rings):
+        roots = _torus_roots(graph, face[rings], origins[rings], rays[rings])
+        hit = (roots > 0) & (roots <= length[rings, None])
+        pair, at = np.concatenate([pair, rings[np.nonzero(hit)[0]]]), np.concatenate([at, roots[hit]])
     if len(open_):
         more, at_more = _sampled(graph, face[open_], origins[open_], rays[open_], low[open_], high[open_])
         pair, at = np.concatenate([pair, open_[more]]), np.concatenate([at, at_more])
     points = origins[pair] + at[:, None] * rays[pair]
     foot = project_to_faces(graph, face[pair], points)
-    near = np.linalg.norm(foot.p - points, axis=1) <= ON_SURFACE * np.maximum(1.0, at)
-    kept = np.flatnonzero(near | sampled[pair])
+    near_mm = np.where(sampled[pair], FREE_FORM_MM, ON_SURFACE * np.maximum(1.0, at))
+    kept = np.flatnonzero(np.linalg.norm(foot.p - points, axis=1) <= near_mm)
     kept = kept[trimmed.contains(face[pair[kept]], foot.uv[kept])]
     way = np.where(np.einsum("ki,ki->k", rays[pair[kept]], foot.normal[kept]) > 0, 1, -1)
     return pair[kept], at[kept], way
@@ -165,21 +173,25 @@ def _roots(graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArr
     return np.stack([first, np.where(known, second, np.nan)], axis=1)
 
 
-def _within_torus(
+def _between_end_planes(
     graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray, low: FloatArray, high: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return where rays are in the boxes of faces; for a torus, between its two end planes as well."""
+) -> IntArray:
+    """Return the pairs of a ray and a torus in which the ray is in the box of the face between the two end planes."""
     rows = np.flatnonzero(graph.face_kind[face] == SurfaceKind.TORUS)
-    if len(rows) == 0:
-        return low, high
     frame, half = graph.face_frame[face[rows]], graph.face_param[face[rows], 1] + THIN_MM
     z = np.einsum("ki,ki->k", origins[rows] - frame[:, 0], frame[:, 3])
     dz = np.einsum("ki,ki->k", rays[rows], frame[:, 3])
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (-half - z) / dz, (half - z) / dz
-    low, high = low.copy(), high.copy()
-    low[rows], high[rows] = np.maximum(low[rows], np.fmin(a, b)), np.minimum(high[rows], np.fmax(a, b))
-    return low, high
+    between: BoolArray = np.minimum(high[rows], np.fmax(a, b)) > np.maximum(low[rows], np.fmin(a, b))
+    return np.asarray(rows[between], dtype=np.int64)
+
+
+def _torus_roots(graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray) -> FloatArray:
+    frame, param = graph.face_frame[face], graph.face_param[face]
+    o = np.einsum("kij,kj->ki", frame[:, 1:], origins - frame[:, 0])
+    d = np.einsum("kij,kj->ki", frame[:, 1:], rays)
+    return torus_roots(o, d, param[:, 0], param[:, 1])
 
 
 def _sampled(
@@ -193,7 +205,13 @@ def _sampled(
         for row, at in [_sampled_at(graph, face[rows], origins[rows], rays[rows], low[rows], high[rows], steps)]
     ]
     row, at = (np.concatenate(column) for column in zip(*found, strict=True))
-    return row, at
+    for _ in range(NEWTON_ROUNDS):
+        points = origins[row] + at[:, None] * rays[row]
+        foot = project_to_faces(graph, face[row], points)
+        rise = np.einsum("ki,ki->k", rays[row], foot.normal)
+        steep = np.abs(rise) > FLAT
+        at = at - np.where(steep, np.einsum("ki,ki->k", points - foot.p, foot.normal) / np.where(steep, rise, 1.0), 0.0)
+    return row, np.clip(at, low[row], high[row])
 
 
 def _sampled_at(

@@ -10,7 +10,7 @@ import numpy as np
 
 from wpcal.brep.nurbs import NurbsSurface
 from wpcal.brep.spans import SurfaceSet
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -21,6 +21,8 @@ NEWTON_ROUNDS = 12
 """Most Gauss-Newton steps per point; from a seed within a third of a span, 6 were enough."""
 SETTLED = 1e-14
 """The search of a point ends when a step is below this share of the parameter range: 1e-11 mm on one metre."""
+CLOSED_MM, CLOSED_AT = 1e-4, (0.0, 0.4, 1.0)
+"""A surface goes round if its two ends along u are this near to each other at these shares of v."""
 APART_MM = 1e9
 """Distance between seeds of neighbouring surfaces along a fourth axis: larger than any distance between points."""
 
@@ -34,6 +36,8 @@ class NearestOnSurfaces:
     surfaces : SurfaceSet
     low, high : ndarray, shape (n, 2)
         Least and greatest u and v of the used part of each surface.
+    is_round : ndarray of bool, shape (n,)
+        Whether a surface is closed along u: its two ends there are one.
     seeds : ndarray, shape (k, 2)
         Parameters of the seeds of all surfaces.
     tree : cKDTree
@@ -43,6 +47,7 @@ class NearestOnSurfaces:
     surfaces: SurfaceSet
     low: FloatArray
     high: FloatArray
+    is_round: BoolArray
     seeds: FloatArray
     tree: cKDTree
 
@@ -58,7 +63,8 @@ class NearestOnSurfaces:
         from scipy.spatial import cKDTree
 
         tree = cKDTree(np.column_stack([p, APART_MM * number]))
-        return cls(taken_apart, bounds[:, 0::2], bounds[:, 1::2], uv, tree)
+        low, high = bounds[:, 0::2], bounds[:, 1::2]
+        return cls(taken_apart, low, high, _is_round(taken_apart, low, high), uv, tree)
 
     def project(self, surface: IntArray, points: FloatArray) -> FloatArray:
         """Return the parameters of the nearest points of bounded surfaces.
@@ -81,7 +87,11 @@ class NearestOnSurfaces:
         for _ in range(NEWTON_ROUNDS):
             before = uv[active]
             step = self._step(surface[active], before, points[active])
-            uv[active] = np.clip(before + step, low[active], high[active])
+            after = np.clip(before + step, low[active], high[active])
+            turning = self.is_round[surface[active]]
+            own, start = active[turning], low[active[turning], 0]
+            after[turning, 0] = start + np.mod((before + step)[turning, 0] - start, high[own, 0] - start)
+            uv[active] = after
             active = active[(np.abs(uv[active] - before) > settled[active]).any(axis=1)]
             if len(active) == 0:
                 break
@@ -95,6 +105,15 @@ class NearestOnSurfaces:
         f, g = np.einsum("mi,mi->m", du, r), np.einsum("mi,mi->m", dv, r)
         det = np.where(a * c - b * b == 0, 1.0, a * c - b * b)
         return np.stack([(c * f - b * g) / det, (a * g - b * f) / det], axis=1)
+
+
+def _is_round(surfaces: SurfaceSet, low: FloatArray, high: FloatArray) -> BoolArray:
+    every, apart = np.arange(len(low)), np.zeros(len(low))
+    for share in CLOSED_AT:
+        v = low[:, 1] + share * (high[:, 1] - low[:, 1])
+        ends = [surfaces.evaluate(every, np.stack([u, v], axis=1))[0] for u in (low[:, 0], high[:, 0])]
+        apart = np.maximum(apart, np.linalg.norm(ends[1] - ends[0], axis=1))
+    return np.asarray(apart <= CLOSED_MM, dtype=bool)
 
 
 def _seeds(surface: NurbsSurface) -> FloatArray:

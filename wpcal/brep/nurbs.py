@@ -57,3 +57,10 @@ class NurbsSurface:
     poles: FloatArray
     weights: FloatArray
     bounds: tuple[float, float, float, float]
+
+    @property
+    def transposed(self) -> NurbsSurface:
+        """The same surface with u and v exchanged; du × dv points to the other side."""
+        u0, u1, v0, v1 = self.bounds
+        poles, weights = np.ascontiguousarray(self.poles.swapaxes(0, 1)), np.ascontiguousarray(self.weights.T)
+        return NurbsSurface(self.degrees[::-1], self.knots_v, self.knots_u, poles, weights, (v0, v1, u0, u1))

@@ -49,7 +49,7 @@ class PatchBoxes:
         whole = np.flatnonzero(~free_form)
         faces, lows, highs = [whole], [low[whole]], [high[whole]]
         for face in np.flatnonzero(free_form).tolist():
-            own_low, own_high = _boxes(graph.nurbs_surfaces[graph.face_nurbs[face]])
+            own_low, own_high = patch_corners(graph.nurbs_surfaces[graph.face_nurbs[face]])
             own_low, own_high = np.maximum(own_low, low[face]), np.minimum(own_high, high[face])
             real = (own_low <= own_high).all(axis=1)
             faces.append(np.full(int(real.sum()), face))
@@ -59,7 +59,14 @@ class PatchBoxes:
         return cls(np.concatenate(faces), every_low, every_high, BoxTree.of(every_low, every_high))
 
 
-def _boxes(surface: NurbsSurface) -> tuple[FloatArray, FloatArray]:
+def patch_corners(surface: NurbsSurface) -> tuple[FloatArray, FloatArray]:
+    """Return the corners of a box around each patch of the used part, two arrays (k, 3), mm.
+
+    Parameters
+    ----------
+    surface : NurbsSurface
+        With positive weights.
+    """
     first_u, last_u, first_v, last_v = surface.bounds
     at_u = _spans(surface.knots_u, surface.degrees[0], first_u, last_u)
     at_v = _spans(surface.knots_v, surface.degrees[1], first_v, last_v)

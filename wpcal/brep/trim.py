@@ -16,7 +16,7 @@ import numpy as np
 from wpcal.brep.boxes import BoxTree
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
-from wpcal.brep.patch_boxes import PatchBoxes
+from wpcal.brep.patch_boxes import PatchBoxes, patch_corners
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -95,8 +95,8 @@ class TrimmedFaces:
     def face_box(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest corner of a box around each face; two arrays (F, 3).
 
-        The box holds boundary and apexes. For a sphere or a torus it holds the whole surface. For a NURBS face it has
-        room to bulge; without a boundary it is the box of the poles.
+        The box holds boundary and apexes. For a sphere or a torus it holds the whole surface. For a NURBS face it holds
+        the poles that act on the used part: a tube may bend far beyond the circles at its ends.
         """
         graph = self.graph
         low, high = np.full((graph.face_count, 3), np.inf), np.full((graph.face_count, 3), -np.inf)
@@ -112,12 +112,11 @@ class TrimmedFaces:
         major, minor = graph.face_param[closed, :1], graph.face_param[closed, 1:2]
         reach = np.where(ring, major * across + minor, major)
         low[closed], high[closed] = graph.face_frame[closed, 0] - reach, graph.face_frame[closed, 0] + reach
-        bare = (graph.face_kind == SurfaceKind.NURBS) & (np.diff(self.start) == 0)
-        for closed_face in np.flatnonzero(bare):  # closed on itself along seam edges only
-            poles = graph.nurbs_surfaces[graph.face_nurbs[closed_face]].poles.reshape(-1, 3)
-            low[closed_face], high[closed_face] = poles.min(axis=0), poles.max(axis=0)
-        bulge = self._bulge()
-        return low - bulge, high + bulge
+        for number in np.flatnonzero(graph.face_kind == SurfaceKind.NURBS).tolist():
+            corners = patch_corners(graph.nurbs_surfaces[graph.face_nurbs[number]])
+            low[number] = np.minimum(low[number], corners[0].min(axis=0))
+            high[number] = np.maximum(high[number], corners[1].max(axis=0))
+        return low, high
 
     @cached_property
     def box_tree(self) -> BoxTree:
@@ -128,15 +127,6 @@ class TrimmedFaces:
     def patch_boxes(self) -> PatchBoxes:
         """Boxes of the faces, those of free-form faces divided into patches."""
         return PatchBoxes.of(self.graph, *self.face_box)
-
-    def _bulge(self) -> FloatArray:
-        """How far a NURBS face may extend beyond the box of its boundary, mm, (F, 1)."""
-        graph = self.graph
-        reach = np.zeros(graph.face_count)
-        for face in np.flatnonzero(graph.face_kind == SurfaceKind.NURBS):
-            poles = graph.nurbs_surfaces[graph.face_nurbs[face]].poles.reshape(-1, 3)
-            reach[face] = float(np.ptp(poles, axis=0).max()) / 8.0  # a curved patch between its own boundary curves
-        return reach[:, None]
 
     def contains(self, faces: IntArray, uv: FloatArray) -> BoolArray:
         """Tell which points of surfaces lie inside the trimmed faces.
@@ -245,7 +235,8 @@ class TrimmedFaces:
     ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
         """Return rows, relative v, run along u and rise away from the meridian of the pieces that cross it."""
         kind = self.graph.face_kind[faces]
-        row, piece, u0, run = self._crossing(np.isin(kind, PERIODIC_U), uv[:, 0], row, piece)
+        turning = np.isin(kind, PERIODIC_U) | (self._round[faces, 1] > 0)
+        row, piece, u0, run = self._crossing(turning, self._turned(faces, uv[:, 0]), row, piece)
         v0, rise = self.uv0[piece, 1] - uv[row, 1], self.uv1[piece, 1] - self.uv0[piece, 1]
         torus = kind[row] == SurfaceKind.TORUS
         rise = np.where(torus, wrap_angle(rise), rise)
@@ -269,7 +260,25 @@ class TrimmedFaces:
     @cached_property
     def _u(self) -> tuple[FloatArray, FloatArray]:
         """First parameters at the ends of each piece, each array in one block of memory."""
-        return np.ascontiguousarray(self.uv0[:, 0]), np.ascontiguousarray(self.uv1[:, 0])
+        faces = np.repeat(np.arange(self.graph.face_count), np.diff(self.start))
+        return self._turned(faces, self.uv0[:, 0].copy()), self._turned(faces, self.uv1[:, 0].copy())
+
+    def _turned(self, faces: IntArray, u: FloatArray) -> FloatArray:
+        """Return first parameters as angles where a free-form face goes round, elsewhere as they are; shape (m,)."""
+        low, whole = self._round[faces].T
+        return np.where(whole > 0, (u - low) / np.where(whole > 0, whole, 1.0) * 2.0 * np.pi, u)
+
+    @cached_property
+    def _round(self) -> FloatArray:
+        """Of free-form faces that are closed along u, where u begins and how far it goes; else 0 and 0; (F, 2)."""
+        found = np.zeros((self.graph.face_count, 2))
+        faces = np.flatnonzero(self.graph.face_kind == SurfaceKind.NURBS)
+        if len(faces) == 0:
+            return found
+        of, nearest = self.graph.face_nurbs[faces], self.graph.nearest_on_nurbs
+        low, whole = nearest.low[of, 0], nearest.high[of, 0] - nearest.low[of, 0]
+        found[faces] = np.where(nearest.is_round[of], [low, whole], 0.0).T
+        return found
 
     def _holds_meridian(self, faces: IntArray, u: FloatArray) -> BoolArray:
         """Tell which faces on closed surfaces contain the whole meridian at u, which their boundary does not cross.

@@ -20,7 +20,7 @@ from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
 from wpcal.seam.judge.stretches import cut_at_material
-from wpcal.seam.judge.unreached import cut_where_unreached
+from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.turning import face_free_space
@@ -94,23 +94,16 @@ def detect_seams(
 
 
 def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: list[Seam], options: SeamOptions) -> list[Seam]:
-    """Judge seams, cut those that are accepted where no torch gets to them, and judge the stretches."""
+    """Judge seams by where a torch gets to them, too; those that are welded otherwise are cut where none does."""
     has_marks = any(seam.source is SeamSource.MARKED for seam in found)
     judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
-    judged = list(judge_seams(graph, trimmed, found, options, judge))
-    accepted = [row for row, seam in enumerate(judged) if seam.accepted]
-    parts = dict(
-        zip(accepted, cut_where_unreached(graph, trimmed, [found[row] for row in accepted], options), strict=True)
-    )
-    kept, stretches = [], []
-    for row, seam in enumerate(judged):
-        first, *others = parts.get(row, [seam])
-        if others or first.blocked_by:
-            stretches += parts[row]
-        else:
-            kept.append(replace(seam, frames=first.frames, lean_rad=first.lean_rad))
-    stretches = list(judge_seams(graph, trimmed, stretches, options, judge))
-    return doubt_what_fixes_bolts(judge, trimmed, [*kept, *stretches])
+    judged = judge_seams(graph, trimmed, found, options, judge)
+    inside = [replace(seam, lean_rad=np.full((len(seam.frames), 2), np.nan)) for seam in judged if seam.inside]
+    welded = [seam for seam, own in zip(found, judged, strict=True) if own.accepted]
+    others = [seam for seam, own in zip(found, judged, strict=True) if not (own.accepted or own.inside)]
+    reached = [piece for pieces in cut_where_unreached(graph, trimmed, welded, options) for piece in pieces]
+    reached += with_reach(graph, trimmed, others)
+    return doubt_what_fixes_bolts(judge, trimmed, [*inside, *judge_seams(graph, trimmed, reached, options, judge)])
 
 
 def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions) -> list[Seam]:

@@ -16,9 +16,9 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.seam.judge.evidence import Judge, is_judgement, judge_seams
-from wpcal.seam.judge.leans import Felt, feel_seams
 from wpcal.seam.judge.stations import find_stretches
 from wpcal.seam.judge.stretches import FELT_CHORD_MM
+from wpcal.seam.judge.unreached import with_reach
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.build import CLOSED_MM, with_frames
 from wpcal.seam.path.cut import cut_run, spans_of
@@ -148,15 +148,8 @@ def judged_anew(
         inside = tuple(graph.solid_names[solid] for solid in sorted(solids))
         own = tuple(text for text in seam.reasons if not is_judgement(text, seam.source))
         found.append(framed(graph, trimmed, replace(seam, inside=inside, reasons=own), options))
-    reached = zip(found, feel_seams(graph, trimmed, found), strict=True)
-    leant = [replace(seam, lean_rad=along.lean_rad, blocked_by=_blocked_by(graph, along)) for seam, along in reached]
     judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
-    return list(judge_seams(graph, trimmed, leant, options, judge))
-
-
-def _blocked_by(graph: BrepGraph, felt: Felt) -> tuple[str, ...]:
-    """Return the names of the solids in the way if the torch gets to no station."""
-    return tuple(graph.solid_names[solid] for solid in sorted(felt.solids)) if (felt.solid >= 0).all() else ()
+    return list(judge_seams(graph, trimmed, with_reach(graph, trimmed, found), options, judge))
 
 
 def marks_in(seams: Sequence[Seam]) -> bool:

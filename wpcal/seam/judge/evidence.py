@@ -5,7 +5,6 @@ Each finding multiplies the confidence by the factor of its rule (`wpcal.seam.ru
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -14,12 +13,10 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import FloatArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.find.formed import are_bends, is_profile
-from wpcal.seam.judge.reach import LEAST_FREE, free_share
 from wpcal.seam.judge.rolling import find_rolling
-from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
 from wpcal.seam.limits import THICKEST_MM, Level
@@ -36,10 +33,7 @@ FELT_GAP = 0.1
 """Gaps below this fraction of the allowed gap do not lower the confidence."""
 AROUND = 0.1
 """A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees)."""
-REACH_STATIONS = 5
-"""Least number of places along a seam at which the reach is tested; on a long seam they are one nozzle apart."""
-
-FREE_WORDS, MISSED_WORDS = "of the torch's directions are free", "no torch gets there at"
+STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "no torch gets there at"
 """How the reasons about reach end and begin."""
 ASSUMED = (
     f" (assumed: {USUAL_TORCH}; if yours is bent or smaller, or gets there at another weld angle, accept the seam by "
@@ -62,7 +56,7 @@ def judge_seams(
     graph, trimmed :
         The part.
     seams : sequence of Seam
-        With frames in `part`.
+        With frames in `part`; where a torch was felt, with its leans or with the solids in its way.
     options : SeamOptions
     judge : Judge
         Of the same part.
@@ -74,15 +68,13 @@ def judge_seams(
     """
     if not seams:
         return ()
-    shares = _free_shares(graph, trimmed, seams)
     concave = _concave_evidence(graph, trimmed, seams) if options.concave is ConcaveEdges.AUTO else {}
     judged = []
-    for row, (seam, felt) in enumerate(zip(seams, shares, strict=True)):
-        share = float(np.median(felt))
+    for row, seam in enumerate(seams):
         kept = (finding for finding in seam.findings if finding.rule in OF_WHOLE_PART)
-        reasons = (seam.source.value, *seam.reasons, *_reach_words(felt))
-        reachable = share >= LEAST_FREE and not seam.blocked_by
-        found = (*judge.evidence(seam, share), *concave.get(row, ()), *kept)
+        reasons = (seam.source.value, *seam.reasons, *_reach_words(seam))
+        reachable = not (seam.inside or seam.blocked_by)
+        found = (*judge.evidence(seam), *concave.get(row, ()), *kept)
         judged.append(weighed(replace(seam, reachable=reachable, reasons=reasons), found, judge.level))
     return tuple(judged)
 
@@ -95,35 +87,20 @@ def weighed(seam: Seam, findings: Iterable[Finding], level: Level) -> Seam:
     return replace(seam, findings=found, confidence=confidence, accepted=sure and not (seam.inside or seam.blocked_by))
 
 
-def _free_shares(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[FloatArray]:
-    """Return the share of free directions at the felt places of every seam."""
-    at = [_felt_rows(seam) for seam in seams]
-    p = np.concatenate([seam.frames.p[rows] for seam, rows in zip(seams, at, strict=True)])
-    R = np.concatenate([seam.frames.R[rows] for seam, rows in zip(seams, at, strict=True)])
-    counts = [len(rows) for rows in at]
-    start = np.repeat([start_mm(seam) for seam in seams], counts)
-    number = np.repeat(np.arange(len(seams)), counts)
-    return np.split(free_share(graph, trimmed, number, p, R, start_mm=start), np.cumsum(counts)[:-1])
-
-
-def _felt_rows(seam: Seam) -> IntArray:
-    """Return the stations at which the reach of a seam is felt: all along it, without its ends if it has others."""
-    places = max(REACH_STATIONS, math.ceil(seam.length_mm / (2.0 * USUAL_TORCH.nozzle_radius_mm)))
-    last = len(seam.frames) - 1
-    rows = np.floor(np.linspace(0, last, places + 2)[1:-1] + 0.5).astype(int)
-    return np.unique(np.concatenate([rows, last - rows]))  # the same places from either end
-
-
-def _reach_words(shares: FloatArray) -> tuple[str, ...]:
-    """Say how well a torch gets to a seam, and at how many places it does not."""
-    missed = int((shares < LEAST_FREE).sum())
-    words = f"{np.median(shares):.0%} {FREE_WORDS}"
-    return (words, f"{MISSED_WORDS} {missed} of {len(shares)} places") if missed else (words,)
+def _reach_words(seam: Seam) -> tuple[str, ...]:
+    """Say how a torch gets to a seam, and at how many of its frames it does not."""
+    if seam.lean_rad is None or seam.blocked_by or seam.inside:
+        return ()
+    count = len(seam.lean_rad)
+    missed = int(np.isnan(seam.lean_rad[:, 0]).sum())
+    straight = int((seam.lean_rad == 0).all(axis=1).sum())
+    words = f"{straight} of {count} frames {STRAIGHT_WORDS}"
+    return (words, f"{MISSED_WORDS} {missed} of {count} frames") if missed else (words,)
 
 
 def is_judgement(text: str, source: SeamSource) -> bool:
     """Tell whether a reason was added by `judge_seams`, which is to judge again."""
-    return text == source.value or text.endswith(FREE_WORDS) or text.startswith(MISSED_WORDS)
+    return text == source.value or text.endswith(STRAIGHT_WORDS) or text.startswith(MISSED_WORDS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -189,15 +166,13 @@ class Judge:
         """Tell whether a person said of both solids of a seam that they can be welded."""
         return len(seam.solids) == 2 and all(self.members[self.number[name]].said for name in seam.solids)
 
-    def evidence(self, seam: Seam, share: float) -> Iterator[Finding]:
+    def evidence(self, seam: Seam) -> Iterator[Finding]:
         """Yield the findings against a candidate."""
         solids = [self.number[name] for name in seam.solids]
         if seam.inside:
             yield Rule.IN_MATERIAL.found(in_material_words(seam))
         elif seam.blocked_by:
             yield Rule.NOT_REACHED.found(f"{blocked_words(seam)}{ASSUMED}")
-        elif share < LEAST_FREE:
-            yield Rule.NOT_REACHED.found(f"no torch gets there: {share:.0%} of its directions are free{ASSUMED}")
         for solid in solids:
             yield from self.members[solid].findings
             if seam.source is SeamSource.FLARE and solid in self.rolling and not self.members[solid].said:

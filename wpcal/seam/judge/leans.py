@@ -31,7 +31,10 @@ LEANS_RAD = np.radians(
     )
 )
 """Work and travel angles that are tried, the smallest first; shape (15, 2)."""
-TIERS = (slice(1, 5), slice(5, len(LEANS_RAD)))
+SMALL_LEANS = 5
+"""So many leans are straight or tilted one way, by 20 degrees at most. The others are for the ends of a seam: what is
+reached only with them from end to end is behind something."""
+TIERS = (slice(1, SMALL_LEANS), slice(SMALL_LEANS, len(LEANS_RAD)))
 """Larger leans are tried only where none of the smaller ones is free."""
 STEP_MM = 1.0
 """Step of dense stations: where a free stretch begins or ends is known to this."""
@@ -117,7 +120,7 @@ def feel_seams(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], *
     Returns
     -------
     list of Felt
-        One per seam.
+        One per seam. A seam is reached nowhere if none of the small leans (`SMALL_LEANS`) is free at any station.
     """
     if not seams:
         return []
@@ -130,6 +133,9 @@ def feel_seams(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], *
         if len(rows):
             free[rows, tier] = _is_free(graph, trimmed, own.select(rows), R[rows], LEANS_RAD[tier])
     cuts = np.cumsum([len(seam.frames) for seam in seams])[:-1]
+    if not is_dense:
+        has_small = np.array([rows[:, :SMALL_LEANS].any() for rows in np.split(free, cuts)])
+        free &= has_small[own.owner, None]
     chosen = np.concatenate([_chosen(rows) for rows in np.split(free, cuts)])
     lean = np.where(chosen[:, None] < 0, np.nan, LEANS_RAD[chosen])
     solid = np.where(chosen < 0, solid, -1)
@@ -143,7 +149,8 @@ def _is_free(graph: BrepGraph, trimmed: TrimmedFaces, own: TorchPoses, R: FloatA
     n, k = len(own), len(leans)
     owner = np.add.outer(np.arange(k) * (own.owner[-1] + 1), own.owner).ravel()
     back = np.concatenate([back_directions(R, lean) for lean in leans])
-    poses = TorchPoses(owner, np.tile(own.p, (k, 1)), back, np.tile(own.start_mm, k), np.tile(own.end_mm, k))
+    p, frames = np.tile(own.p, (k, 1)), np.tile(R, (k, 1, 1))
+    poses = TorchPoses(owner, p, back, frames, np.tile(own.start_mm, k), np.tile(own.end_mm, k))
     return np.asarray(find_solids_met(graph, trimmed, poses).reshape(k, n).T < 0, dtype=bool)
 
 
@@ -154,9 +161,9 @@ def _straight(seams: Sequence[Seam], *, is_dense: bool) -> TorchPoses:
     last = np.cumsum(counts) - 1
     end[slice(None) if is_dense else np.concatenate([last, last - np.array(counts) + 1])] += APPROACH_MM
     p = np.concatenate([seam.frames.p for seam in seams])
-    z = np.concatenate([seam.frames.R[:, :, 2] for seam in seams])
+    R = np.concatenate([seam.frames.R for seam in seams])
     start = np.repeat([start_mm(seam) for seam in seams], counts)
-    return TorchPoses(np.repeat(np.arange(len(seams)), counts), p, z, start, end)
+    return TorchPoses(np.repeat(np.arange(len(seams)), counts), p, R[:, :, 2], R, start, end)
 
 
 def _chosen(free: BoolArray) -> IntArray:
@@ -191,7 +198,8 @@ def _solids_between(
     """
     n = len(own)
     back = back_directions(R, np.nan_to_num(lean_rad))
-    leant = TorchPoses(own.owner, own.p, back, own.start_mm, np.minimum(own.end_mm, USUAL_TORCH.length_mm))
+    end_mm = np.minimum(own.end_mm, USUAL_TORCH.length_mm)
+    leant = TorchPoses(own.owner, own.p, back, own.R, own.start_mm, end_mm)
     after = np.full(n, -1)
     held = ~np.isnan(lean_rad[:, 0])
     joined = np.append((own.owner[1:] == own.owner[:-1]) & held[1:] & held[:-1], False)
@@ -206,7 +214,7 @@ def _solids_between(
     p = own.p[at] + share * (own.p[at + 1] - own.p[at])
     way = back[at] + share * (back[at + 1] - back[at])
     way /= np.linalg.norm(way, axis=1, keepdims=True)
-    between = TorchPoses(own.owner[at], p, way, leant.start_mm[at], leant.end_mm[at])
+    between = TorchPoses(own.owner[at], p, way, own.R[at], leant.start_mm[at], leant.end_mm[at])
     met = find_solids_met(graph, trimmed, between, is_between=True)
     bad = np.flatnonzero(met >= 0)
     after[at[bad]] = met[bad]

@@ -29,6 +29,10 @@ CHUNK = 4000
 SMALL_TURN_RAD = 0.2
 """Between two poses that differ by less, the end of the torch stays within 1.5 mm of the straight way."""
 BULGE_MM = 2.0
+POCKET_WIDTHS = 4
+"""Directions across the wire in which a pocket is measured: every 45 degrees around it."""
+POCKET_STEP_MM = 2.0
+"""Lines at which the width of a pocket is measured are so far apart: a wall around the wire is rarely thinner."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,6 +47,8 @@ class TorchPoses:
         Tips of the wire in `part`, mm.
     back : ndarray, shape (n, 3)
         Unit directions in `part` from the tip along the wire.
+    R : ndarray, shape (n, 3, 3)
+        Frames of the seams in `part`.
     start_mm, end_mm : ndarray, shape (n,)
         Between these distances from the tip the torch is felt.
     """
@@ -50,6 +56,7 @@ class TorchPoses:
     owner: IntArray
     p: FloatArray
     back: FloatArray
+    R: FloatArray
     start_mm: FloatArray
     end_mm: FloatArray
 
@@ -58,7 +65,8 @@ class TorchPoses:
 
     def select(self, rows: IntArray | BoolArray | slice) -> TorchPoses:
         """Return the poses at `rows`: integers, a slice, or a mask of shape (n,)."""
-        return TorchPoses(self.owner[rows], self.p[rows], self.back[rows], self.start_mm[rows], self.end_mm[rows])
+        start, end = self.start_mm[rows], self.end_mm[rows]
+        return TorchPoses(self.owner[rows], self.p[rows], self.back[rows], self.R[rows], start, end)
 
     @property
     def mouth_mm(self) -> FloatArray:
@@ -103,6 +111,9 @@ def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, i
         left = poses.select(rows)
         rim = _circle(left.back, nozzle_mm / np.cos(np.pi / AROUND), AROUND)
         face[rows] = stage(graph, trimmed, left, rim, is_between=is_between)
+    if not is_between:
+        rows = np.flatnonzero(face < 0)
+        face[rows] = _pocket_faces(graph, trimmed, poses.select(rows))
     return np.where(face < 0, -1, graph.face_solid[face])
 
 
@@ -129,6 +140,41 @@ def _other_lines(
     rays = np.concatenate([np.broadcast_to(poses.back[:, None], lines.shape), rim / spoke[..., None]], axis=1)
     far = np.broadcast_to((poses.end_mm - poses.mouth_mm)[:, None], lines.shape[:2])
     return first_faces(graph, trimmed, poses.owner, origins, rays, np.concatenate([far, spoke], axis=1))
+
+
+def _pocket_faces(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> IntArray:
+    """Return a face beside the wire where it is in a hole or pocket narrower than the nozzle, elsewhere -1.
+
+    There the wire alone would fit, without gas and without sight. The width is measured around the wire in four
+    directions normal to z of the seam. A seam that goes on to one side is not in a pocket.
+    """
+    found, rows = np.full(len(poses), -1), np.arange(len(poses))
+    for turn in np.arange(POCKET_WIDTHS) * np.pi / POCKET_WIDTHS:
+        own = poses.select(rows)
+        way = np.cos(turn) * own.R[:, :, 0] + np.sin(turn) * own.R[:, :, 1]
+        face, one = _nearest_beside(graph, trimmed, own, way)
+        near = np.flatnonzero(face >= 0)
+        other = np.full(len(rows), np.inf)
+        other[near] = _nearest_beside(graph, trimmed, own.select(near), -way[near])[1]
+        is_narrow = one + other < 2.0 * USUAL_TORCH.nozzle_radius_mm + POCKET_STEP_MM
+        found[rows] = np.where(is_narrow, face, -1)
+        rows = rows[is_narrow]
+    return found
+
+
+def _nearest_beside(
+    graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, way: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """Return the face nearest to the wire in a direction (n, 3), -1 for none, and at which distance a line meets it."""
+    radii = np.arange(POCKET_STEP_MM, 2.0 * USUAL_TORCH.nozzle_radius_mm, POCKET_STEP_MM)
+    n, k = len(poses), len(radii)
+    start = (poses.p + poses.start_mm[:, None] * poses.back)[:, None] + radii[:, None] * way[:, None]
+    each = poses.select(np.repeat(np.arange(n), k))
+    lines = start.reshape(-1, 1, 3)
+    met = first_faces(graph, trimmed, each.owner, lines, each.back, each.mouth_mm - each.start_mm).reshape(n, k)
+    nearest = (met >= 0).argmax(axis=1) if n else np.zeros(0, dtype=np.int64)
+    face = met[np.arange(n), nearest]
+    return face, np.where(face < 0, np.inf, radii[nearest])
 
 
 def _circle(back: FloatArray, radius_mm: float, count: int) -> FloatArray:

@@ -20,6 +20,8 @@ from wpcal.seam.path.build import with_frames
 from wpcal.seam.path.turning import face_free_space
 from wpcal.seam.seam import Seam
 
+LEAST_REACHED = 0.5
+"""Share of its length that a torch must reach of a seam at which it always leans."""
 ROUNDS = 3
 """A stretch gets frames of its own, which differ a little from those at which it was felt, so it is felt again. What is
 still not free after so many rounds is refused."""
@@ -71,7 +73,38 @@ def cut_where_unreached(
     for (row, seam), felt in zip(todo, feel_seams(graph, trimmed, [seam for _, seam in todo]), strict=True):
         free = replace(seam, lean_rad=felt.lean_rad)
         done[row].append(free if felt.is_free else _blocked(graph, seam, felt.solids))
-    return done
+    return [_or_nothing(graph, seam, pieces) for seam, pieces in zip(seams, done, strict=True)]
+
+
+def _or_nothing(graph: BrepGraph, seam: Seam, pieces: list[Seam]) -> list[Seam]:
+    """Return the stretches of a seam, or all of it as one that no torch reaches.
+
+    Where the torch can nowhere be straight, and leans to reach less than `LEAST_REACHED`, it only looks in from an end:
+    into a tube, or under a cover.
+    """
+    free = [piece for piece in pieces if not piece.blocked_by]
+    is_straight = any((piece.lean_rad == 0).all(axis=1).any() for piece in free if piece.lean_rad is not None)
+    if not free or is_straight or sum(piece.length_mm for piece in free) >= LEAST_REACHED * seam.length_mm:
+        return pieces
+    number = {name: solid for solid, name in enumerate(graph.solid_names)}
+    return [_blocked(graph, seam, frozenset(number[name] for piece in pieces for name in piece.blocked_by))]
+
+
+def with_reach(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[Seam]:
+    """Return whole seams with the torch's leans; one that the torch reaches nowhere names the solids in its way.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    seams : sequence of Seam
+        With frames in `part`.
+    """
+    found = []
+    for seam, felt in zip(seams, feel_seams(graph, trimmed, seams), strict=True):
+        leant = replace(seam, lean_rad=felt.lean_rad)
+        found.append(_blocked(graph, leant, felt.solids) if (felt.solid >= 0).all() else leant)
+    return found
 
 
 def _felt_finer(
@@ -176,7 +209,8 @@ def _names(graph: BrepGraph, solids: frozenset[int]) -> str:
 
 
 def _blocked(graph: BrepGraph, seam: Seam, solids: frozenset[int]) -> Seam:
-    return replace(seam, blocked_by=tuple(graph.solid_names[solid] for solid in sorted(solids)))
+    nowhere = np.full((len(seam.frames), 2), np.nan)
+    return replace(seam, blocked_by=tuple(graph.solid_names[solid] for solid in sorted(solids)), lean_rad=nowhere)
 
 
 def blocked_words(seam: Seam) -> str:
