@@ -27,7 +27,7 @@ def test_accepted_seams_are_selected_unless_told_otherwise(finished_folder):
     assert [seam.name for seam in finished.select().seams] == ["W1", "Kehlnaht Ü/3"]
     assert [seam.name for seam in finished.select(["W2"]).seams] == ["W2"]
     assert len(finished.select(everything=True).seams) == 3
-    with pytest.raises(InputError, match="unknown seam W9; the file has W1, W2"):
+    with pytest.raises(InputError, match="unknown seam W9; there are W1, W2"):
         finished.select(["W9"])
 
 
