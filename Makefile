@@ -44,6 +44,7 @@ attack: $(VENV)/ready ## kills, signals, full and read-only disks and two writer
 fuzz: $(VENV)/ready ## wrong input for every reader, SECONDS=600 in all; findings go to tests/fuzz/findings and are tested
 	$(BIN)/python -m tests.fuzz --seconds $(or $(SECONDS),600)
 	$(BIN)/python -m tests.fuzz.kernel --inputs $(or $(FILES),300)
+	$(BIN)/python -m tests.fuzz.chain --inputs $(or $(FILES),300)
 
 bench: $(VENV)/ready ## ratios against named peers, measured in this run
 	$(BIN)/python -m tests.benchmarks

@@ -9,6 +9,7 @@ parsed.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,9 +20,14 @@ from numpy.typing import NDArray
 from cad.step.part21_values import MOST_DIGITS, Instance, Record, Value, parse_instance, parse_value
 from wpcal.core.arrays import IntArray
 from wpcal.core.errors import FormatError
+from wpcal.core.wording import shown
 
 _QUOTE, _SEMICOLON, _HASH, _ZERO = b"';#0"
 _NOT_BLANK = re.compile(rb"[^\x00-\x20]")
+_LARGE_EXPONENT = re.compile(rb"(?<=[0-9.])[eE]\+?[0-9]{3,9}")
+_LAST_DIGITS = re.compile(rb"[0-9]+\.?[0-9]*$")
+_MOST_PLACES = 400
+"""Digits before an exponent that are looked at: as many as float64 has places."""
 _USUAL_BLANKS = 32
 """Exporters write a line end and a few blanks between statements."""
 
@@ -146,9 +152,11 @@ def index_part21(text: bytes, *, name: str) -> Part21File:
     Raises
     ------
     FormatError
-        When a string or comment does not end, or the file is cut off: no data section, or one that does not end.
+        When a string or comment does not end, or the file is cut off: no data section, or one that does not end. When
+        a number is too large for a float64: the kernel would take it as infinity, and may compute with it for ever.
     """
     clean = _blank_comments(text, name)
+    _refuse_infinite(clean, text, name)
     characters = np.frombuffer(clean, dtype=np.uint8)
     ends = _statement_ends(characters, text, name)
     starts = _skip_space(clean, characters, np.concatenate([[0], ends[:-1] + 1]) if len(ends) else ends)
@@ -178,6 +186,21 @@ def _blank_comments(text: bytes, name: str) -> bytes:
             pieces += [text[done:at], b" " * (end - at)]
         done = end
     return b"".join([*pieces, text[done:]]) if done else text
+
+
+def _refuse_infinite(clean: bytes, text: bytes, name: str) -> None:
+    """Refuse a number outside strings that float64 cannot hold."""
+    done, quotes = 0, 0
+    for found in _LARGE_EXPONENT.finditer(clean):
+        quotes += clean.count(b"'", done, found.start())
+        done = found.start()
+        digits = _LAST_DIGITS.search(clean, max(0, done - _MOST_PLACES), done)
+        number = (digits[0] if digits else b"0") + found[0]
+        if quotes % 2 == 0 and math.isinf(float(number)):
+            what = (
+                f"the number {shown(number.decode('ascii'))} is too large; the file is damaged there: export it again"
+            )
+            raise FormatError(what, path=name, line=line_of(text, done))
 
 
 def _statement_ends(characters: NDArray[np.uint8], text: bytes, name: str) -> IntArray:

@@ -10,7 +10,7 @@ from cad.kernel import canonical, to_brep
 from cad.workpiece.workpiece import open_workpiece
 from tests.fuzz.chain import READ, in_child
 from tests.fuzz.target import FIXTURES
-from wpcal.core.errors import GeometryError, KernelError
+from wpcal.core.errors import FormatError, GeometryError, KernelError
 
 TEE = FIXTURES / "tee" / "tee.step"
 COORDINATES = b"CARTESIAN_POINT('',("
@@ -25,15 +25,27 @@ def damaged(number: int, values: bytes) -> bytes:
 
 @pytest.mark.parametrize("number", [1, 19, 64])
 def test_a_point_at_infinity_ends_with_an_error_of_ours(number: int, tmp_path: Path) -> None:
-    outcomes = in_child(damaged(number, b"1.E400,0.,0."), tmp_path)
+    outcomes = in_child(damaged(number, b"1.E30,0.,0."), tmp_path)
     assert outcomes == [READ, "refused: GeometryError"]
 
 
 def test_the_message_names_the_file_and_the_solid(tmp_path: Path) -> None:
     path = tmp_path / "part.step"
-    path.write_bytes(damaged(19, b"1.E400,0.,0."))
+    path.write_bytes(damaged(19, b"1.E30,0.,0."))
     with pytest.raises(GeometryError, match=r"part\.step: geometry in base plate is infinite or farther away"):
         open_workpiece(path)
+
+
+def test_a_number_that_is_infinite_for_the_kernel_is_refused_at_its_line(tmp_path: Path) -> None:
+    """On an infinite knot the kernel's mesher runs until the time limit of 600 s."""
+    path = tmp_path / "part.step"
+    path.write_bytes(damaged(19, b"1.E400,0.,0.").replace(b"base plate", b"plate 1.E999 /* 2.E999 */"))
+    with pytest.raises(FormatError, match=r"part\.step, line \d+: the number '1\.E400' is too large"):
+        open_workpiece(path)
+    path.write_bytes(
+        TEE.read_bytes().replace(b"base plate", b"plate 1.E999").replace(b"0.,0.)", b"0.E400,0.E+0001)", 1)
+    )
+    assert "plate 1.E999" in open_workpiece(path).graph.solid_names
 
 
 @pytest.mark.parametrize("kind", [Standard_OutOfRange, Standard_DomainError])
