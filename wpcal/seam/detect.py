@@ -17,6 +17,7 @@ from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
+from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
 from wpcal.seam.judge.stretches import cut_at_material
@@ -87,10 +88,21 @@ def detect_seams(
         found += build_seams(graph, beads, options, SeamSource.BEAD)
     if flares is not None:
         found += flares.measured(build_seams(graph, flares.joined, options, SeamSource.FLARE))
+    if marked is None and options.gap_mm is None:
+        found += _at_wide_gaps(graph, trimmed, joined, found, options)
     found = cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
     judged = _reached(graph, trimmed, found, options)
     judged.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
     return with_candidates(graph, [replace(seam, name=f"W{number}") for number, seam in enumerate(judged, 1)])
+
+
+def _at_wide_gaps(
+    graph: BrepGraph, trimmed: TrimmedFaces, joined: JoinedPieces, found: list[Seam], options: SeamOptions
+) -> list[Seam]:
+    """Build the seams at constant gaps above the usual one, beside which nothing else is."""
+    known = SeamPieces.joined([joined.pieces, *(seam.pieces for seam in found)])
+    wide = find_wide_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph))
+    return build_seams(graph, wide, options, SeamSource.CONTACT)
 
 
 def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: list[Seam], options: SeamOptions) -> list[Seam]:

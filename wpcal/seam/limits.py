@@ -52,6 +52,9 @@ opposite)."""
 NEAR_GAPS = 3.0
 """Curves nearer to each other than this many gaps are one seam: each may be a gap away from the other member, and there
 may be a gap between the two."""
+WIDE_GAPS = 2.0
+"""A gap that stays the same along the whole edge may be this many times as wide as the usual one: 1 mm. A pipe that
+was cut short, or a root gap, is that wide; what only comes near is rarely so along a whole edge."""
 
 
 def usual_gap_mm(size_mm: float) -> float:

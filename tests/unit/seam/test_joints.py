@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.saved_graphs import saved_graph
-from wpcal.seam import Seam, detect_seams
+from wpcal.seam import Seam, SeamOptions, detect_seams
 
 LENGTH_MM = 0.01  # the agreed accuracy of a seam's length
 ANGLE_RAD = 1e-6  # exact surfaces; the intersection curve of the kernel is good to 1e-7 mm on a 35 mm radius
@@ -47,8 +47,9 @@ def test_the_gap_is_reported() -> None:
     assert [seam.gap_mm for seam in seams] == [pytest.approx((0.4, 0.4, 0.4), rel=0, abs=1e-9)] * 4
 
 
-def test_parts_that_do_not_touch_have_no_seam() -> None:
-    assert seams_of("joint-tee-apart") == ()
+def test_parts_that_do_not_touch_have_no_seam_within_the_given_gap() -> None:
+    assert detect_seams(saved_graph("joint-tee-apart"), SeamOptions(gap_mm=0.5)) == ()
+    assert [seam.gap_mm[0] for seam in seams_of("joint-tee-apart")] == [pytest.approx(1.0, rel=0, abs=1e-9)] * 4
 
 
 def test_the_saddle_has_an_outer_loop_and_an_inner_one_out_of_reach() -> None:

@@ -52,7 +52,14 @@ class Contacts:
     gap_mm: FloatArray
 
 
-def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float, edges: IntArray | None = None) -> Contacts:
+def find_contacts(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    *,
+    gap_mm: float,
+    edges: IntArray | None = None,
+    pairs: tuple[IntArray, IntArray] | None = None,
+) -> Contacts:
     """Find every interval of an edge that lies on a face of another solid within a gap.
 
     Parameters
@@ -64,6 +71,8 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float, edg
         Largest distance between edge and face, mm.
     edges : ndarray of int, shape (n,), optional
         Only these edges; all by default.
+    pairs : two ndarrays of int, shape (k,), optional
+        Only these edges and faces, some of `candidate_pairs`; all by default.
 
     Returns
     -------
@@ -74,7 +83,7 @@ def find_contacts(graph: BrepGraph, trimmed: TrimmedFaces, *, gap_mm: float, edg
     -----
     Cost: the number of pairs whose boxes meet, times `CONTACT_SAMPLES` points, in array operations.
     """
-    edge, face = candidate_pairs(graph, trimmed, gap_mm)
+    edge, face = candidate_pairs(graph, trimmed, gap_mm) if pairs is None else pairs
     if edges is not None:
         asked = np.isin(edge, edges)
         edge, face = edge[asked], face[asked]

@@ -19,7 +19,7 @@ from wpcal.seam.find.formed import are_bends, is_profile
 from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
-from wpcal.seam.limits import THICKEST_MM, Level
+from wpcal.seam.limits import GAP_ROUND_OFF_MM, THICKEST_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_clamps, find_holes
 from wpcal.seam.member.note import Members, are_welded, take_members
 from wpcal.seam.options import ConcaveEdges, SeamOptions
@@ -247,11 +247,12 @@ class Judge:
             return False
         other = [self.number[name] for name in seam.solids if self.number[name] != graph.face_solid[pins[0]]]
         bores = np.flatnonzero((graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0))
-        fits = np.abs(graph.face_param[bores, 0] - radius) <= self.gap_mm
+        play = max(self.gap_mm, seam.gap_mm[2] + GAP_ROUND_OFF_MM)
+        fits = np.abs(graph.face_param[bores, 0] - radius) <= play
         holes = bores[fits & np.isin(graph.face_solid[bores], other)]
         arm: FloatArray = graph.face_frame[holes, 0] - o
         off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1)
-        return bool((off <= self.gap_mm).any())
+        return bool((off <= play).any())
 
 
 def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> dict[int, list[Finding]]:
