@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.brep.curves import evaluate_edges
-from wpcal.brep.graph import BrepGraph
+from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
@@ -29,6 +29,8 @@ ends, where others begin."""
 SAMPLES = np.linspace(0.0, 1.0, 65)
 """Points of what has been found: on a circle of 500 mm radius it is 0.6 mm from its chords."""
 
+SAME_WAY_COS = 0.9
+"""Cosine between the directions of one gap (26 degrees)."""
 DEPTHS = (1.0, 2.0, 4.0)
 """How many gaps deep another solid is looked for in a gap."""
 
@@ -58,6 +60,7 @@ def find_wide_gaps(graph: BrepGraph, trimmed: TrimmedFaces, found: SeamPieces, *
     touched = np.isin(_touches(graph, *pairs), _touches(graph, even.edge, even.face))
     near = find_contacts(graph, trimmed, gap_mm=wide_mm, pairs=(pairs[0][touched], pairs[1][touched]))
     even = _rows(even, _is_most(graph, even, near))
+    even = _rows(even, ~_is_clearance(graph, even))
     joined = join_contacts(graph, trimmed, even, gap_mm=wide_mm)
     joined = joined.select(np.flatnonzero(~_is_beside(graph, joined.pieces, found, NEAR_GAPS * wide_mm)))
     joined = joined.select(np.flatnonzero(~_is_filled(graph, trimmed, joined.pieces)))
@@ -86,6 +89,24 @@ def _is_most(graph: BrepGraph, even: Contacts, near: Contacts) -> BoolArray:
     at = np.searchsorted(own, keys[1])
     np.add.at(total, at, length[1])
     return np.asarray((np.bincount(of, length[0], len(own)) > total / 2)[of], dtype=bool)
+
+
+def _is_clearance(graph: BrepGraph, even: Contacts) -> BoolArray:
+    """Tell which contacts are of two solids that keep such a gap to flat faces of several directions.
+
+    That is the clearance of a tray in a box or of a tab in a slot. A fit-up gap is across one plane or one cylinder.
+    """
+    p = evaluate_edges(graph, even.edge, (even.t0 + even.t1) / 2)[0]
+    normal = project_to_faces(graph, even.face, p).normal
+    pair = np.sort(np.stack([graph.edge_solid[even.edge], graph.face_solid[even.face]], axis=1), axis=1)
+    _, of = np.unique(pair, axis=0, return_inverse=True)
+    flat = graph.face_kind[even.face] == SurfaceKind.PLANE
+    outside = graph.edge_solid[even.edge] == pair[:, 0]
+    way = np.where(outside[:, None], normal, -normal)  # from the second solid of the pair to the first
+    turned = (way @ way.T < SAME_WAY_COS) & (of[:, None] == of) & flat[:, None] & flat
+    several = np.zeros(len(even.edge), dtype=bool)
+    several[np.isin(of, of[turned.any(axis=1)])] = True
+    return several
 
 
 def _length_mm(graph: BrepGraph, contacts: Contacts) -> FloatArray:
