@@ -78,11 +78,7 @@ def detect_seams(
         crossing = JoinedPieces(beside, (JointType.TEE,) * n, (WeldType.FILLET,) * n)
         found += build_seams(graph, crossing, options, SeamSource.SECTION)
     if options.concave is not ConcaveEdges.NEVER:
-        concave = find_concave_edges(graph, min_length_mm=options.min_edge_mm)
-        if options.concave is ConcaveEdges.AUTO:
-            concave = _in_weldments(graph, trimmed, concave, joined)
-        if marked is not None:
-            concave = concave.select(np.flatnonzero(~np.isin(concave.pieces.edge, marked.edge)))
+        concave = _concave(graph, trimmed, joined, marked, options)
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
     if beads is not None:
         found += build_seams(graph, beads, options, SeamSource.BEAD)
@@ -133,6 +129,18 @@ def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...
         )
         for seam in build_seams(graph, chosen, options, SeamSource.MARKED)
     ]
+
+
+def _concave(
+    graph: BrepGraph, trimmed: TrimmedFaces, contacts: JoinedPieces, marked: MarkedEdges | None, options: SeamOptions
+) -> JoinedPieces:
+    """Return the concave edges inside solids that are candidates by themselves."""
+    concave = find_concave_edges(graph, min_length_mm=options.min_edge_mm)
+    if options.concave is ConcaveEdges.AUTO:
+        concave = _in_weldments(graph, trimmed, concave, contacts)
+    if marked is None:
+        return concave
+    return concave.select(np.flatnonzero(~np.isin(concave.pieces.edge, marked.edge)))
 
 
 def _in_weldments(
