@@ -58,6 +58,8 @@ def _mouths(
     """Return the points at which normals are taken, and whether they are centres of balls in grooves; otherwise p."""
     rows = np.flatnonzero(ball_mm > 0)
     at, found = p.copy(), np.zeros(len(p), dtype=bool)
+    if len(rows) == 0:
+        return at, found
     first, second, c, most = wall[rows], base[rows], p[rows], ball_mm[rows]
     least = np.minimum(np.linalg.norm(project_to_faces(graph, first, c).p - c, axis=1), most)
     for share in np.linspace(0.0, 1.0, MOUTH_STEPS + 1)[1:]:  # the ball grows, so that it stays between the two faces
