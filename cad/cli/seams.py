@@ -50,8 +50,9 @@ def seams(
     from wpcal.core.records import write_file
     from wpcal.seam.record import seams_record
 
+    options = finding.to_options()
     arguments = {
-        "options": finding.to_options(),
+        "options": options,
         "choice": choice.to_choice(),
         "picture": png is not None,
         "mesh": html is not None,
@@ -71,17 +72,18 @@ def seams(
         write_file(drawn, told.svg.encode("utf-8"), overwrite=force)
     if png is not None:
         write_file(png, picture, overwrite=force)
+    record = seams_record(found, notes=notes, join_mm=options.most_join_mm)
     if html is not None:
         from wpcal.pages.seams import build_seams_page
 
-        page = build_seams_page(seams_record(found, notes=notes), part_glb, file_name=part_step.name)
+        page = build_seams_page(record, part_glb, file_name=part_step.name)
         write_file(html, page.encode("utf-8"), overwrite=force)
     if as_json:
         from wpcal.core.records import to_json
 
         explained = {} if told is None else {"explained": {**told.record, "picture": drawn.name}}
         odd = {"issues": [issue.to_record() for issue in issues]}
-        click.echo(to_json({**seams_record(found, notes=notes), **odd, **explained}), nl=False)
+        click.echo(to_json({**record, **odd, **explained}), nl=False)
     elif told is not None:
         from cad.cli.tables import explained_table
         from wpcal.cli.console import plain_console

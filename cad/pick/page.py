@@ -41,6 +41,7 @@ def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequenc
         "notes": [*notes, *part.notes],
         "seams": shown["seams"],
         "seams_revision": revision,
+        "join_mm": part.seam_options.most_join_mm,
         "choices": {"use": list(USES), "kind": list(KINDS)},
         "tolerance_mm": options.tolerance_mm,
     }

@@ -148,7 +148,8 @@ class SharedSeams:
         if self.path is None:
             return ""
         part = self._session.part
-        data = to_json(seams_record(part.seams, notes=part.workpiece.member_notes)).encode("utf-8")
+        notes, join_mm = part.workpiece.member_notes, part.seam_options.most_join_mm
+        data = to_json(seams_record(part.seams, notes=notes, join_mm=join_mm)).encode("utf-8")
         try:
             found = bytes_of(self.path)
             if found is not None and (self._on_disk is None or sha256_of(found) != sha256_of(self._on_disk)):

@@ -33,7 +33,13 @@ def start_picker(folder: Path) -> subprocess.Popen[str]:
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,
+        preexec_fn=_heed_signals,  # noqa: PLW1509  # the tests start it from one thread
     )
+
+
+def _heed_signals() -> None:
+    """Undo what `nohup` does to the tests: a program that inherits an ignored SIGHUP goes on ignoring it."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def type_a_row(process: subprocess.Popen[str]) -> http.client.HTTPConnection:

@@ -30,7 +30,7 @@ def test_the_page_stands_alone_and_lists_the_seams(open_page: Any, written: tupl
     taken = sum(seam["accepted"] for seam in record["seams"])
     assert f"{taken} seams accepted" in opened.page.inner_text("[data-test=count]")
     rows = opened.page.locator("#seams tbody tr").all_inner_texts()
-    assert [row.split("\t")[0] for row in rows] == [seam["name"] for seam in record["seams"]]
+    assert [row.split("\t")[1] for row in rows] == [seam["name"] for seam in record["seams"]]
 
 
 def test_the_pointer_on_a_seam_says_which_it_is(open_page: Any, written: tuple[Path, Any]) -> None:

@@ -127,7 +127,10 @@ def _limited_chain(path: Path, out: Path, told: IO[str]) -> None:
     warnings.simplefilter("error")
     faulthandler.enable(told)
     faulthandler.register(signal.SIGXCPU, told, all_threads=False, chain=True)
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY_BYTES, MOST_MEMORY_BYTES))
+    own = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+    resource.setrlimit(
+        resource.RLIMIT_AS, (own + MOST_MEMORY_BYTES,) * 2
+    )  # a worker of pytest that forked may be large
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     _limit_time(MOST_SECONDS)
     try:

@@ -20,7 +20,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import LARGEST_MM, FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
-from wpcal.seam.edited_run import MEETING_MM, framed, is_loop, joined_run, judged_anew, marks_in, part_of
+from wpcal.seam.edited_run import framed, is_loop, joined_run, judged_anew, marks_in, part_of
 from wpcal.seam.judge.leans import with_leans
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.cut import middles
@@ -292,7 +292,7 @@ def _edited(
         others = [(_row_of(seams, replace(placed, candidate=one.candidate)), one.range_mm) for one in edit.join]
         if others:
             runs = [(seams[row].name, part_of(graph, seams[row], range_mm)) for row, range_mm in others]
-            pieces = joined_run(graph, [(seam.name, pieces), *runs], join_mm=max(MEETING_MM, options.join_mm))
+            pieces = joined_run(graph, [(seam.name, pieces), *runs], join_mm=options.most_join_mm)
     except InputError as error:
         is_placed = str(error).startswith(placed.path)
         raise error if is_placed else InputError(f"{placed.path}: {error}") from None

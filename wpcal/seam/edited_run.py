@@ -19,6 +19,7 @@ from wpcal.seam.judge.evidence import Judge, is_judgement, judge_seams
 from wpcal.seam.judge.stations import find_stretches
 from wpcal.seam.judge.stretches import FELT_CHORD_MM
 from wpcal.seam.judge.unreached import with_reach
+from wpcal.seam.limits import MEETING_MM
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.build import CLOSED_MM, with_frames
 from wpcal.seam.path.cut import cut_run, spans_of
@@ -30,8 +31,6 @@ SAME_PLACE_MM = 0.1
 """A range may end this far beyond its seam: files of other programs round."""
 CORNER_MM = 1.0
 """At a corner between joined seams the torch turns on this length. On a longer way the wire would cut the corner."""
-MEETING_MM = 1.0
-"""Ends nearer than this meet: an arc goes on over a gap of 1 mm, and the torch goes straight from one to the other."""
 
 
 def part_of(graph: BrepGraph, seam: Seam, range_mm: tuple[float, float] | None) -> SeamPieces:

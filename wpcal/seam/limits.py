@@ -52,6 +52,8 @@ opposite)."""
 NEAR_GAPS = 3.0
 """Curves nearer to each other than this many gaps are one seam: each may be a gap away from the other member, and there
 may be a gap between the two."""
+MEETING_MM = 1.0
+"""Ends nearer than this meet: an arc goes on over a gap of 1 mm, and the torch goes straight from one to the other."""
 
 
 def usual_gap_mm(size_mm: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.errors import InputError
-from wpcal.seam.limits import LEAST_SEAM_MM, MOST_BRIDGE_MM, Level, usual_gap_mm
+from wpcal.seam.limits import LEAST_SEAM_MM, MEETING_MM, MOST_BRIDGE_MM, Level, usual_gap_mm
 
 
 class ConcaveEdges(Enum):
@@ -115,6 +115,11 @@ class SeamOptions:
     def gap_for(self, graph: BrepGraph) -> float:
         """Return the gap to use on a part, mm."""
         return usual_gap_mm(graph.size_mm) if self.gap_mm is None else self.gap_mm
+
+    @property
+    def most_join_mm(self) -> float:
+        """How far the ends of two seams that a person joins may be from each other, mm."""
+        return max(MEETING_MM, self.join_mm)
 
     @property
     def min_edge_mm(self) -> float:

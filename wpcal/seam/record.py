@@ -43,6 +43,7 @@ def seams_record(
     *,
     space: RobotSpace = RobotSpace.NOMINAL,
     notes: MemberNotes | None = None,
+    join_mm: float | None = None,
 ) -> dict[str, Any]:
     """Return the record of ``seams.json``.
 
@@ -58,6 +59,8 @@ def seams_record(
         The model of the robot that computed the taught points behind `T_base_part`.
     notes : MemberNotes, optional
         What the solids are taken for.
+    join_mm : float, optional
+        A decision may join seams whose ends are at most so far from each other, mm (`SeamOptions.most_join_mm`).
 
     Returns
     -------
@@ -75,6 +78,7 @@ def seams_record(
         "torch": asdict(USUAL_TORCH),
         "T_base_part": None if T_base_part is None else T_base_part.matrix.tolist(),
         **({} if notes is None else notes.to_record()),
+        **({} if join_mm is None else {"join_mm": join_mm}),
         "seams": [
             _seam_record(seam, T_base_part, None if u95_mm is None else u95_mm[row]) for row, seam in enumerate(seams)
         ],

@@ -31,7 +31,8 @@ OTHERS = {
     "Cable": Kind.CABLE, "foam block": Kind.SOFT, "Beton": Kind.STONE, "Schweißmutter M8": Kind.WELD_NUT,
     "weld nut": Kind.WELD_NUT, "DIN 929": Kind.WELD_NUT, "tyre": Kind.WHEEL, "Druckfeder": Kind.SPRING,
     "steel tube": Kind.STEEL, "Stahlplatte": Kind.STEEL, "alu profile": Kind.ALUMINIUM,
-    "Edelstahlblech": Kind.STAINLESS,
+    "Edelstahlblech": Kind.STAINLESS, "battery model": Kind.DEVICE, "gearbox assembly": Kind.DRIVE,
+    "Akku Modell": Kind.DEVICE, "bearing unit 2": Kind.BEARING,
 }  # fmt: skip
 
 

@@ -190,10 +190,9 @@ def _channel(
         (-web - root + root * np.cos(t), -inner + root - root * np.sin(t))
         for t in np.radians([90, 75, 60, 45, 30, 15, 0])
     ]
-    high = [(x, -z) for x, z in low[::-1]]
-    return [(0, -half), (0, half), (-flange, half), (-flange, inner), *high, *low, (-flange, -inner), (-flange, -half)][
-        ::-1
-    ]
+    high = [(x, -z) for x, z in low]
+    toe, sole = [(-flange, half), (-flange, inner)], [(-flange, -inner), (-flange, -half)]
+    return [(0, -half), (0, half), *toe, *high, *low[::-1], *sole][::-1]
 
 
 def channel_cross() -> Part:

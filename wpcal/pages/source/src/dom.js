@@ -54,13 +54,14 @@ function byKeyboard(attributes) {
   return { tabindex: 0, onkeydown, ...attributes };
 }
 
-/** A table: columns {title, number?, cell: row => string | Node}; `rowOf(row)` gives attributes of its line. */
+/** A table: columns {title, number?, sorted?, cell: row => string | Node}; `rowOf(row)` gives attributes of its line,
+ * `sorted` is ascending or descending. */
 export function table(columns, rows, { rowOf = () => ({}), caption = null } = {}) {
   const kind = ({ number }) => (number ? "number" : null);
   const head = el(
     "tr",
     {},
-    columns.map((column) => el("th", { scope: "col", class: kind(column) }, column.title)),
+    columns.map((column) => el("th", { scope: "col", class: kind(column), "aria-sort": column.sorted }, column.title)),
   );
   const body = rows.map((row) =>
     el(

@@ -41,6 +41,31 @@ test("accept, refuse, turn and the other side are said once and taken back", () 
   assert.deepEqual(edit(seams[0], "otherSide"), { other_side: true });
 });
 
+test("several seams are accepted or refused at once", () => {
+  const state = stateOf(A, B, C);
+  const next = previewed(state, { kind: "refuse", rows: [0, 2] });
+  assert.deepEqual(
+    next.seams.map(({ accepted, edit }) => [accepted, edit]),
+    [
+      [false, { reject: true }],
+      [true, undefined],
+      [false, { reject: true }],
+    ],
+  );
+  assert.deepEqual(
+    previewed(next, { kind: "accept", rows: [0, 2] }).seams.map(({ accepted }) => accepted),
+    [true, true, true],
+  );
+});
+
+test("seams are joined as far as wpcal joins them, and the bridge is a part of the seam", () => {
+  const state = stateOf(A, seamFrom("W2", [104, 0, 0], [150, 0, 0]));
+  assert.deepEqual([meetingRows(state, 0, 1), meetingRows(state, 0, 5)], [[], [1]]);
+  const { seams, frames } = previewed(state, { kind: "join", row: 0, other: 1 });
+  assert.equal(seams[0].length_mm, 150);
+  assert.deepEqual(frames[0].s, [0, 100, 104, 150]);
+});
+
 test("a cut is measured from where the torch starts", () => {
   const { seams } = stateOf(A);
   const halves = decisionsAfter(seams, { kind: "cut", row: 0, s: 30 });
@@ -69,7 +94,7 @@ test("two halves joined again are the seam as it was found", () => {
 test("seams that meet are joined, and separated again", () => {
   const state = stateOf(A, B, C);
   assert.deepEqual(
-    [0, 1, 2].map((row) => meetingRows(state, row)),
+    [0, 1, 2].map((row) => meetingRows(state, row, 1)),
     [[1], [0], []],
   );
   const joined = previewed(state, { kind: "join", row: 0, other: 1 });

@@ -41,13 +41,14 @@ class Picker {
     });
     this.saving = new Saving(this, start.saves_to);
     this.backend = new PickerSeams(data.seams_revision, (state) => this.editor.take(state));
-    this.editor = new SeamEditor({ seams: data.seams, frames }, this.backend, {
+    const onSeams = {
       onState: (state) => this.takeSeams(state),
       onSelect: (row) => {
         this.scene.chooseSeam(row);
         this.editor.element.scrollIntoView({ block: "nearest" });
       },
-    });
+    };
+    this.editor = new SeamEditor({ seams: data.seams, frames }, this.backend, onSeams, data.join_mm);
     this.seamsBox = el("div", { class: "seam-tables" });
     this.tabulate(data.seams);
     this.layout = this.build();

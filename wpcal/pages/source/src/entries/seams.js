@@ -7,7 +7,8 @@ import { decisionsOf } from "../seams/decisions.js";
 import { SeamEditor, verdictOf } from "../seams/editor.js";
 import { placesAlong } from "../seams/ends.js";
 import { download, seamsFile } from "../seams/file.js";
-import { seamList } from "../seams/list.js";
+import { SeamList } from "../seams/list.js";
+import { memberTable } from "../seams/members.js";
 import { previewed } from "../seams/preview.js";
 import { buildOrSayWhy, buildStage, seeThroughBox } from "../stage.js";
 import { cutControl, measureTool } from "../view_tools.js";
@@ -25,19 +26,26 @@ class SeamsPage {
     Object.assign(this, { record, file });
     this.count = el("p", { "data-test": "count" });
     this.view = el("section", { id: "view", "aria-label": "3-D view" });
-    this.list = el("section", { id: "seams" });
     const state = { seams: record.seams, frames };
     const backend = {
       change: async (before, operation) => ({ state: previewed(before, operation) }),
       restore: async (before) => ({ state: before }),
     };
-    this.editor = new SeamEditor(state, backend, { onState: () => this.show(), onSelect: (row) => this.look(row) });
+    const on = { onState: () => this.show(), onSelect: (row) => this.look(row) };
+    this.editor = new SeamEditor(state, backend, on, record.join_mm);
+    this.list = new SeamList({
+      onChoose: (row) => this.choose(row),
+      onTick: (names, isOn) => this.editor.tick(names, isOn),
+      members: record.members ?? [],
+    });
+    const members = memberTable(record.members ?? [], (solid) => this.list.find(solid));
+    const lists = el("div", { id: "lists" }, this.list.element, members);
     this.saving = el("div", { class: "saving", hidden: true }, [
       el("button", { type: "button", id: "download", onclick: () => this.save() }, `Save ${FILE}`),
       el("p", {}, "Then: ", el("code", {}, `wpcal calibrate ${file} TAUGHT.csv -o RESULT --seams ${FILE}`)),
     ]);
     const tools = el("section", { id: "tools" }, this.editor.element, this.saving);
-    root.append(el("header", {}, el("h1", {}, file), this.count), this.view, tools, this.list);
+    root.append(el("header", {}, el("h1", {}, file), this.count), this.view, tools, lists);
     this.viewer = buildOrSayWhy(this.view, () => this.build(part));
     this.show();
   }
@@ -73,7 +81,7 @@ class SeamsPage {
     const refused = plural(seams.length - accepted, "candidate");
     this.count.textContent = `${plural(accepted, "seam")} accepted, ${refused} refused`;
     this.saving.hidden = !this.editor.done.length && !decisionsOf(seams).length;
-    this.list.replaceChildren(seamList(seams, (row) => this.choose(row), this.editor.selected));
+    this.list.show(seams, this.editor.selected, this.editor.ticked);
     if (this.viewer) this.draw(this.viewer);
   }
 
@@ -111,7 +119,7 @@ class SeamsPage {
     const box = this.view.querySelector(`input[data-layer="${layerOf(this.editor.state.seams[row])}"]`);
     if (box && !box.checked) box.click();
     this.show();
-    this.view.scrollIntoView({ behavior: "smooth" });
+    this.view.scrollIntoView({ behavior: "smooth", block: "nearest" });
   }
 }
 

@@ -2,7 +2,8 @@
 // out and judges what follows; nothing here moves a torch.
 //
 // A seam is shown as {name, accepted, candidate, edit?, length_mm, closed, …}. An operation is {kind, row, …}:
-//   {kind: "accept" | "refuse" | "turn" | "otherSide" | "separate", row}
+//   {kind: "accept" | "refuse", row} or, for several at once, {kind, rows}
+//   {kind: "turn" | "otherSide" | "separate", row}
 //   {kind: "rename", row, name}    {kind: "cut", row, s: mm from the start}    {kind: "join", row, other: row}
 
 const SAME_MM = 1e-6; // two lengths of one candidate are the same place
@@ -37,10 +38,9 @@ export function decisionsAfter(seams, operation) {
  */
 export function changesBy(seams, operation) {
   const { kind, row } = operation;
+  if (kind === "accept" || kind === "refuse") return decided(seams, kind, operation.rows ?? [row]);
   const own = { ...(seams[row].edit ?? {}) };
   const one = (edit) => ({ edits: new Map([[row, [edit]]]), freed: [] });
-  if (kind === "accept") return one({ ...without(own, "reject"), accept: true });
-  if (kind === "refuse") return one({ ...without(own, "accept"), reject: true });
   if (kind === "turn") return one(toggled(own, "reverse"));
   if (kind === "otherSide") return one(toggled(own, "other_side"));
   if (kind === "rename") return one({ ...own, name: newName(seams, row, operation.name) });
@@ -48,6 +48,13 @@ export function changesBy(seams, operation) {
   if (kind === "join") return join(seams, row, operation.other);
   if (kind === "separate") return separate(seams, row);
   throw new Error(`unknown operation ${kind}`);
+}
+
+/** Seams that are welded, or not, whatever wpcal thinks of them. */
+function decided(seams, kind, rows) {
+  const [said, other] = kind === "accept" ? ["accept", "reject"] : ["reject", "accept"];
+  const editOf = (row) => ({ ...without(seams[row].edit ?? {}, other), [said]: true });
+  return { edits: new Map(rows.map((row) => [row, [editOf(row)]])), freed: [] };
 }
 
 function isSomething(edit) {

@@ -1,6 +1,7 @@
 // The editor of seams: what can be done with the seam that is chosen, with undo and redo. Its `backend` knows whether
 // wpcal carries decisions out at once (the picker) or when it gets the file (the page of seams).
 import { el, fixed } from "../dom.js";
+import { plural } from "../words.js";
 import { Refusal } from "./decisions.js";
 import { meetingRows } from "./ends.js";
 
@@ -10,9 +11,20 @@ export class SeamEditor {
    * @param {{change: function(state, operation): Promise, restore: function(state): Promise}} backend  both return the
    *   new state, or {state, warning}, or throw a Refusal
    * @param {{onState: function(state), onSelect: function(row)}} on
+   * @param {number} join_mm  wpcal joins ends that are at most so far from each other
    */
-  constructor(state, backend, on) {
-    Object.assign(this, { state, backend, on, selected: null, undone: [], done: [], isBusy: false });
+  constructor(state, backend, on, join_mm) {
+    Object.assign(this, {
+      state,
+      backend,
+      on,
+      join_mm,
+      ticked: new Set(),
+      selected: null,
+      undone: [],
+      done: [],
+      isBusy: false,
+    });
     this.bar = el("div", { class: "seam-bar" });
     this.said = el("p", { class: "seam-said", role: "status" });
     this.element = el("div", { id: "seam-editor", role: "group", "aria-label": "edit seams" }, this.bar, this.said);
@@ -35,11 +47,50 @@ export class SeamEditor {
 
   adopt(state, name = this.state.seams[this.selected]?.name) {
     this.state = state;
+    this.keepTicks();
     const row = state.seams.findIndex((seam) => seam.name === name);
     this.selected = row < 0 ? null : row;
     if (row >= 0) this.s = state.frames[row].s.at(-1) / 2;
     this.show();
     this.on.onState(state);
+  }
+
+  /** Ticks seams, by name, or takes their ticks away: what is said next is said about all that are ticked. */
+  tick(names, isOn) {
+    for (const name of names) isOn ? this.ticked.add(name) : this.ticked.delete(name);
+    this.show();
+  }
+
+  keepTicks() {
+    const names = new Set(this.state.seams.map(({ name }) => name));
+    this.ticked = new Set([...this.ticked].filter((name) => names.has(name)));
+  }
+
+  /** What can be said about all ticked seams at once; null without any. */
+  tickedForm() {
+    if (!this.ticked.size) return null;
+    const { seams } = this.state;
+    const rows = seams.map((_, row) => row).filter((row) => this.ticked.has(seams[row].name));
+    const length = rows.reduce((sum, row) => sum + seams[row].length_mm, 0);
+    const act = async (kind, said) => {
+      this.ticked.clear();
+      await this.do({ kind, rows }, `${plural(rows.length, "seam")} ${said}`);
+    };
+    const several = rows.length > 1;
+    return el(
+      "div",
+      { class: "buttons ticked" },
+      el("strong", {}, `${plural(rows.length, "seam")} ticked, ${fixed(length, 1)} mm`),
+      button("Accept ticked", () => act("accept", several ? "are welded" : "is welded")),
+      button("Refuse ticked", () => act("refuse", several ? "are not welded" : "is not welded")),
+      button("Untick", () => this.untick()),
+    );
+  }
+
+  untick() {
+    this.ticked.clear();
+    this.show();
+    this.on.onState(this.state);
   }
 
   say(text, kind = "") {
@@ -61,7 +112,8 @@ export class SeamEditor {
   }
 
   /** The name under which the chosen seam goes on. */
-  nameAfter({ kind, row, name }) {
+  nameAfter({ kind, row, name, rows }) {
+    if (rows) return this.state.seams[this.selected]?.name;
     const own = this.state.seams[row].name;
     return kind === "rename" ? name.trim() : kind === "cut" ? `${own}a` : own;
   }
@@ -117,7 +169,8 @@ export class SeamEditor {
     ];
     if (!seam) {
       const hint = this.state.seams.length ? "Click a seam to accept, refuse, turn, cut, join or name it." : "";
-      this.bar.replaceChildren(el("p", { class: "hint" }, hint), el("div", { class: "buttons" }, history));
+      const parts = [el("p", { class: "hint" }, hint), this.tickedForm(), el("div", { class: "buttons" }, history)];
+      this.bar.replaceChildren(...parts.filter(Boolean));
       return;
     }
     const what = `${seam.name}: ${seam.joint} ${seam.weld}, ${fixed(seam.length_mm, 1)} mm`;
@@ -133,7 +186,7 @@ export class SeamEditor {
       ),
       ...history,
     ];
-    const forms = [this.cutForm(seam), this.joinForm(seam), this.nameForm(seam)];
+    const forms = [this.cutForm(seam), this.joinForm(seam), this.nameForm(seam), this.tickedForm()];
     this.bar.replaceChildren(el("p", {}, words), el("div", { class: "buttons" }, simple), ...forms.filter(Boolean));
   }
 
@@ -148,7 +201,7 @@ export class SeamEditor {
   }
 
   joinForm(seam) {
-    const rows = meetingRows(this.state, this.selected);
+    const rows = meetingRows(this.state, this.selected, this.join_mm);
     if (!rows.length) return null;
     const { seams } = this.state;
     const options = rows.map((row) => el("option", { value: row }, seams[row].name));

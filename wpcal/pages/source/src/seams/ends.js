@@ -1,16 +1,15 @@
 // Places on seams: where two of them meet, and between the frames.
 const BETWEEN = 10; // places from one frame to the next; on the screen they are a few pixels apart
-const MEETING_MM = 1; // as `MEETING_MM` of wpcal.seam.edited_run, which decides
 
 function ends({ p }) {
   return [p[0], p.at(-1)];
 }
 
-/** The rows of the seams that begin or end where this one does. */
-export function meetingRows({ seams, frames }, row) {
+/** The rows of the seams that begin or end at most `join_mm` from an end of this one: wpcal joins no others. */
+export function meetingRows({ seams, frames }, row, join_mm) {
   if (seams[row].closed) return [];
   const own = ends(frames[row]);
-  const isNear = (other) => ends(frames[other]).some((q) => own.some((p) => distance(p, q) <= MEETING_MM));
+  const isNear = (other) => ends(frames[other]).some((q) => own.some((p) => distance(p, q) <= join_mm));
   return seams.map((_, other) => other).filter((other) => other !== row && !seams[other].closed && isNear(other));
 }
 

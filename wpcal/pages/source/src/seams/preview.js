@@ -3,6 +3,7 @@ import { changesBy, Refusal } from "./decisions.js";
 import { distance } from "./ends.js";
 
 const JUDGED = new Set(["cut", "join", "otherSide"]); // material and reach may be others then
+const SAME_MM = 1e-6;
 
 /** The state {seams, frames} after an operation; the seams that wpcal still judges are `pending`. */
 export function previewed({ seams, frames }, operation) {
@@ -11,10 +12,11 @@ export function previewed({ seams, frames }, operation) {
   if (kind === "separate") throw new Refusal("Undo takes a join back; wpcal seams --html shows the seams anew.");
   const next = { seams: [], frames: [] };
   seams.forEach((seam, at) => {
+    const isMeant = at === row || (operation.rows?.includes(at) ?? false);
     const own = edits.get(at) ?? [seam.edit];
     const shapes = at === row ? shapesAfter(kind, frames, { row, s, other }) : [frames[at]];
     own.forEach((edit, k) => {
-      next.seams.push(at === row ? changed(seam, edit, shapes[k], kind) : seam);
+      next.seams.push(isMeant ? changed(seam, edit, shapes[k], kind) : seam);
       next.frames.push(shapes[k]);
     });
   });
@@ -29,7 +31,7 @@ function changed(seam, edit, shape, kind) {
     name: edit.name ?? (seam.edit?.name ? seam.candidate.name : seam.name),
     length_mm: shape.s.at(-1),
     accepted: edit.accept ? !isRefused : edit.reject ? false : seam.accepted,
-    closed: kind === "cut" ? false : kind === "join" ? distance(shape.p[0], shape.p.at(-1)) < 1e-6 : seam.closed,
+    closed: kind === "cut" ? false : kind === "join" ? distance(shape.p[0], shape.p.at(-1)) < SAME_MM : seam.closed,
     pending: seam.pending || JUDGED.has(kind),
   };
 }
@@ -81,11 +83,12 @@ function joined(one, two) {
     [distance(a, d), two, one],
     [distance(a, c), backwards(two), one],
   ].sort((x, y) => x[0] - y[0]);
-  const [, first, last] = ways[0];
-  const length = first.s.at(-1);
+  const [gap, first, last] = ways[0];
+  const length = first.s.at(-1) + gap;
+  const from = gap > SAME_MM ? 0 : 1; // a bridge has two ends
   return {
-    s: [...first.s, ...last.s.slice(1).map((v) => v + length)],
-    p: [...first.p, ...last.p.slice(1)],
-    R: [...first.R, ...last.R.slice(1)],
+    s: [...first.s, ...last.s.slice(from).map((v) => v + length)],
+    p: [...first.p, ...last.p.slice(from)],
+    R: [...first.R, ...last.R.slice(from)],
   };
 }
