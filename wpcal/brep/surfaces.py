@@ -7,6 +7,7 @@ and differ from those in the CAD file.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,10 +87,9 @@ def _project_elementary(
     """Return nearest points, own normals and parameters; zero for kinds without a closed form."""
     local = np.einsum("mij,mj->mi", frame[:, 1:], points - frame[:, 0])
     foot, normal, uv = np.zeros_like(local), np.zeros_like(local), np.zeros((len(local), 2))
-    for kind, solve in _CLOSED_FORMS.items():
-        rows = kinds == kind
-        if rows.any():
-            foot[rows], normal[rows], uv[rows] = solve(local[rows], param[rows])
+    for kind in np.flatnonzero(np.bincount(kinds, minlength=len(_CLOSED_FORMS))[: len(_CLOSED_FORMS)]).tolist():
+        rows = np.flatnonzero(kinds == kind)
+        foot[rows], normal[rows], uv[rows] = _CLOSED_FORMS[kind](local[rows], param[rows])
     axes = frame[:, 1:]
     return frame[:, 0] + np.einsum("mij,mi->mj", axes, foot), np.einsum("mij,mi->mj", axes, normal), uv
 
@@ -145,7 +145,7 @@ def _on_torus(local: FloatArray, param: FloatArray) -> tuple[FloatArray, FloatAr
     return centre + normal * param[:, 1:], normal, np.column_stack([angle, v])
 
 
-_CLOSED_FORMS = {
+_CLOSED_FORMS: dict[int, Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray, FloatArray]]] = {
     SurfaceKind.PLANE: _on_plane,
     SurfaceKind.CYLINDER: _on_cylinder,
     SurfaceKind.CONE: _on_cone,

@@ -18,6 +18,7 @@ from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.patch_boxes import PatchBoxes, patch_corners
 from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.u_ranges import URanges
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 PERIODIC_U = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS)
@@ -151,7 +152,8 @@ class TrimmedFaces:
         open_ = (
             np.isin(self.graph.face_kind[faces], CLOSED) & ~inside
         )  # undecided until a piece crosses the meridian of the point
-        for row, piece in self._pairs(faces):
+        may_cross = np.flatnonzero(self._u_ranges.hold(faces, uv[:, 0]))
+        for row, piece in self._pairs(faces, may_cross):
             crossed, v, run, away = self._crossings(faces, uv, row, piece)
             _decide(inside, crossed, v, run, away)
             open_[crossed] = False
@@ -218,12 +220,16 @@ class TrimmedFaces:
             nearest[row[first]] = piece[first]
         return nearest
 
-    def _pairs(self, faces: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
-        """Yield pairs of a row of `faces` and a piece of that face's boundary, rows ascending, in chunks."""
-        counts = self.start[faces + 1] - self.start[faces]
+    def _pairs(self, faces: IntArray, among: IntArray | None = None) -> Iterator[tuple[IntArray, IntArray]]:
+        """Yield pairs of a row of `faces`, or of those `among` them, and a piece of that face's boundary.
+
+        Rows are ascending; pairs come in chunks.
+        """
+        asked = np.arange(len(faces)) if among is None else among
+        counts = self.start[faces[asked] + 1] - self.start[faces[asked]]
         chunk = np.cumsum(counts) // MOST_PAIRS
-        for rows in np.split(np.arange(len(faces)), np.flatnonzero(np.diff(chunk)) + 1):
-            count = counts[rows]
+        for own in np.split(np.arange(len(asked)), np.flatnonzero(np.diff(chunk)) + 1):
+            rows, count = asked[own], counts[own]
             row = np.repeat(rows, count)
             before = np.cumsum(count) - count
             piece = np.arange(len(row)) + np.repeat(self.start[faces[rows]] - before, count)
@@ -262,6 +268,11 @@ class TrimmedFaces:
         """First parameters at the ends of each piece, each array in one block of memory."""
         faces = np.repeat(np.arange(self.graph.face_count), np.diff(self.start))
         return self._turned(faces, self.uv0[:, 0].copy()), self._turned(faces, self.uv1[:, 0].copy())
+
+    @cached_property
+    def _u_ranges(self) -> URanges:
+        """Outside of these no piece crosses a meridian."""
+        return URanges.of(self.graph.face_kind, self.start, *self._u)
 
     def _turned(self, faces: IntArray, u: FloatArray) -> FloatArray:
         """Return first parameters as angles where a free-form face goes round, elsewhere as they are; shape (m,)."""
