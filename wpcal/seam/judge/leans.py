@@ -35,7 +35,7 @@ SMALL_LEANS = 5
 """So many leans are straight or tilted one way, by 20 degrees at most. The others are for the ends of a seam: what is
 reached only with them from end to end is behind something."""
 TIERS = (slice(1, SMALL_LEANS), slice(SMALL_LEANS, len(LEANS_RAD)))
-"""Larger leans are tried only where none of the smaller ones is free."""
+"""Larger leans are tried only where none of the smaller ones is free, and not on a seam on which none of them is."""
 STEP_MM = 1.0
 """Step of dense stations: where a free stretch begins or ends is known to this."""
 BETWEEN_MM = 2.0
@@ -70,6 +70,11 @@ class Felt:
     def is_free(self) -> bool:
         """Whether the torch gets along the whole seam."""
         return not self.solids
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the torch meets a solid at every station."""
+        return bool((self.solid >= 0).all())
 
     @property
     def turns_into_a_solid(self) -> bool:
@@ -128,14 +133,15 @@ def feel_seams(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], *
     solid = find_solids_met(graph, trimmed, own)
     free = np.zeros((len(own), len(LEANS_RAD)), dtype=bool)
     free[:, 0] = solid < 0
+    cuts = np.cumsum([len(seam.frames) for seam in seams])[:-1]
     for tier in TIERS:
-        rows = np.flatnonzero(~free.any(axis=1))
+        is_felt = ~free.any(axis=1)
+        if tier.start >= SMALL_LEANS and not is_dense:
+            has_small = np.array([rows.any() for rows in np.split(free, cuts)])
+            is_felt &= has_small[own.owner]
+        rows = np.flatnonzero(is_felt)
         if len(rows):
             free[rows, tier] = _is_free(graph, trimmed, own.select(rows), R[rows], LEANS_RAD[tier])
-    cuts = np.cumsum([len(seam.frames) for seam in seams])[:-1]
-    if not is_dense:
-        has_small = np.array([rows[:, :SMALL_LEANS].any() for rows in np.split(free, cuts)])
-        free &= has_small[own.owner, None]
     chosen = np.concatenate([_chosen(rows) for rows in np.split(free, cuts)])
     lean = np.where(chosen[:, None] < 0, np.nan, LEANS_RAD[chosen])
     solid = np.where(chosen < 0, solid, -1)

@@ -56,6 +56,8 @@ def cut_where_unreached(
         for (row, seam), felt in zip(todo, feel_seams(graph, trimmed, [seam for _, seam in todo]), strict=True):
             if felt.is_free:
                 done[row].append(replace(seam, lean_rad=felt.lean_rad))
+            elif felt.is_held:
+                done[row].append(_blocked(graph, seam, felt.solids))
             else:
                 held.append((row, seam, felt))
         todo = []
@@ -103,7 +105,7 @@ def with_reach(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -
     found = []
     for seam, felt in zip(seams, feel_seams(graph, trimmed, seams), strict=True):
         leant = replace(seam, lean_rad=felt.lean_rad)
-        found.append(_blocked(graph, leant, felt.solids) if (felt.solid >= 0).all() else leant)
+        found.append(_blocked(graph, leant, felt.solids) if felt.is_held else leant)
     return found
 
 
