@@ -137,7 +137,7 @@ def shuffled(graph: BrepGraph, seed: int) -> tuple[BrepGraph, IntArray]:
     """The same part with its faces, edges and coedges in another order; and the new number of each face."""
     rng = np.random.default_rng(seed)
     face, edge, coedge = (rng.permutation(n) for n in (graph.face_count, graph.edge_count, len(graph.coedge_face)))
-    names = [field.name for field in dataclasses.fields(graph)]
+    names = [field.name for field in dataclasses.fields(graph) if getattr(graph, field.name) is not None]
     columns: dict[str, Any] = {n: getattr(graph, n)[face] for n in names if n.startswith("face_")}
     columns |= {n: getattr(graph, n)[edge] for n in names if n.startswith("edge_")}
     columns["coedge_face"] = np.argsort(face)[graph.coedge_face][coedge]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.brep.graph import BrepGraph
+from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.mesh import usual_deflection_mm
 from wpcal.brep.near_groups import find_near_faces, first_faces, first_rows
 from wpcal.brep.trim import TrimmedFaces
@@ -171,10 +171,22 @@ def _nearest_beside(
     start = (poses.p + poses.start_mm[:, None] * poses.back)[:, None] + radii[:, None] * way[:, None]
     each = poses.select(np.repeat(np.arange(n), k))
     lines = start.reshape(-1, 1, 3)
-    met = first_faces(graph, trimmed, each.owner, lines, each.back, each.mouth_mm - each.start_mm).reshape(n, k)
+    met = first_faces(graph, trimmed, each.owner, lines, each.back, each.mouth_mm - each.start_mm)
+    met = np.where((met >= 0) & _is_wide_round(graph)[met], -1, met).reshape(n, k)
     nearest = (met >= 0).argmax(axis=1) if n else np.zeros(0, dtype=np.int64)
     face = met[np.arange(n), nearest]
     return face, np.where(face < 0, np.inf, radii[nearest])
+
+
+def _is_wide_round(graph: BrepGraph) -> BoolArray:
+    """Tell which faces are round about a nozzle that fits inside: bores and the insides of rings; shape (F,).
+
+    Along the inside of a ring, lines beside the wire begin inside the ring, but it is no narrow pocket.
+    """
+    a, b = graph.face_param.T
+    bore = (graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0) & (a >= USUAL_TORCH.nozzle_radius_mm)
+    ring = (graph.face_kind == SurfaceKind.TORUS) & (a - b >= USUAL_TORCH.nozzle_radius_mm)
+    return np.asarray(bore | ring, dtype=bool)
 
 
 def _circle(back: FloatArray, radius_mm: float, count: int) -> FloatArray:
