@@ -55,6 +55,7 @@ fixtures: $(VENV)/ready ## write fixtures/ anew (golden results only with tests/
 	$(BIN)/python docs/make_controller_files.py
 
 viewer: ## build the pages' JavaScript anew; needs Node
+	test ! -L wpcal/pages/source/node_modules || { echo "node_modules is a link: npm ci would empty its target"; exit 1; }
 	cd wpcal/pages/source && npm ci --ignore-scripts --no-audit --no-fund && node build.mjs
 
 shots: $(VENV)/ready ## photograph the pages for docs/; needs chromium

@@ -190,6 +190,7 @@ def test_a_bent_bar_has_one_seam_inside_and_one_outside() -> None:
     _, seams = grooves_of(u_bar_on_plate(), POSES[0])
     out = 2.0 * math.sqrt(6.0 * WIRE)
     assert [seam.accepted for seam in seams] == [True, True]
+    assert not any("joined" in text for seam in seams for text in seam.reasons)  # pieces that meet are no bridge
     lengths = sorted(seam.length_mm for seam in seams)
     assert lengths == pytest.approx([120 + math.pi * (40 - out), 120 + math.pi * (40 + out)], rel=0, abs=EXACT)
 
