@@ -1,8 +1,8 @@
 """README, tour and the page of the first part, typed as they are into a new folder.
 
 A block of shell commands is marked ``sh``; every line of it is run. The lines of the README run in a shell, each in a
-process of its own. On the other pages, `wpcal pick` and the commands of others run in a shell. The other lines are given
-to the command line of wpcal in this process, which loads the kernel once. Three things are not literal:
+process of its own. On the other pages, `wpcal pick` and the commands of others run in a shell; the other lines are
+given to the command line of wpcal in this process, which loads the kernel once. Three things are not literal:
 
 * ``<!-- save as NAME -->`` before a block: a person writes the block into that file.
 * ``<!-- not run: why -->`` before a block: the block is not run.
