@@ -22,7 +22,7 @@ def about_z(angle):
 
 
 def circle(radius_mm, tilt_rad, points=60, turn_rad=2 * np.pi):
-    """A circle round z, the torch tilted away from its axis and turned with the travel (third: directions of travel)."""
+    """A circle round z with the torch tilted from its axis and turned with the travel; directions of travel."""
     angle = np.linspace(0.0, turn_rad, points)
     p = radius_mm * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     tilted = Rotation.from_euler("x", tilt_rad).as_matrix() @ DOWN
