@@ -111,7 +111,7 @@ def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Fo
     if not found.seams and options.concave is ConcaveEdges.AUTO:
         issues = (*issues, *left_out(found.graph, replace(trimmed, graph=found.graph)))
     is_wider = found.graph.edge_count > graph.edge_count
-    return _Found(found.seams, found.graph if is_wider else None, notes, issues)
+    return _Found(found.seams, found.graph if is_wider else None, notes.with_shapes(found.seams), issues)
 
 
 def _cross(workpiece: Workpiece, graph: BrepGraph, pairs: IntArray) -> tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]:

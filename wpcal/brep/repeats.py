@@ -65,12 +65,12 @@ class Copy:
         return np.asarray(self.group.low - self.first.low, dtype=np.float64)
 
     def faces_of(self, faces: IntArray) -> IntArray:
-        """Return the faces of this group that are copies of faces of the first; -1 stays -1."""
+        """Return the faces of this group that are copies of faces of the first, shape (k,); -1 stays -1."""
         at = np.searchsorted(self.first.faces, np.maximum(faces, self.first.faces[0]))
         return np.where(faces < 0, -1, self.group.faces[at])
 
     def edges_of(self, edges: IntArray) -> IntArray:
-        """Return the edges of this group that are copies of edges of the first."""
+        """Return the edges of this group that are copies of edges of the first, shape (k,)."""
         return np.asarray(self.group.edges[np.searchsorted(self.first.edges, edges)])
 
 
