@@ -104,7 +104,7 @@ class Mover:
 
 
 def renumbered(seam: Seam, faces: IntArray, edges: IntArray) -> Seam:
-    """Return a seam with other numbers of its faces and edges: those in `faces`, shape (F,), and `edges`, shape (E,)."""
+    """Return a seam with the numbers of its faces and edges in `faces`, shape (F,), and `edges`, shape (E,)."""
     own = seam.pieces
     wall, base = (np.where(face < 0, -1, faces[face]) for face in (own.wall, own.base))
     return replace(seam, pieces=SeamPieces(edges[own.edge], own.t0, own.t1, wall, base, own.gap_mm))
