@@ -54,7 +54,7 @@ def check_program(
     for path in program.paths:
         rows = path.weld_rows
         wire = wire_directions(path.R_base[rows], axis)
-        tips = path.p_base[rows] + stick_out * wire
+        tips = path.p_base[rows] + (stick_out + path.seam.more_wire_mm) * wire
         found = find_weld_pose_in_material(part, path.seam, tips, -wire, torch, back_mm=back_mm)
         if found is not None:
             inside[path.seam.name] = found

@@ -110,7 +110,7 @@ def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: list[Seam], options
     welded = [seam for seam, own in zip(found, judged, strict=True) if own.accepted]
     others = [seam for seam, own in zip(found, judged, strict=True) if not (own.accepted or own.inside)]
     reached = [piece for pieces in cut_where_unreached(graph, trimmed, welded, options) for piece in pieces]
-    reached += with_reach(graph, trimmed, others)
+    reached += with_reach(graph, trimmed, others, options.reach)
     return doubt_what_fixes_bolts(judge, trimmed, [*inside, *judge_seams(graph, trimmed, reached, options, judge)])
 
 
