@@ -358,7 +358,7 @@ def _solids_between(
 
 
 def at_stations(seam: Seam, rows: IntArray, most: int) -> Seam:
-    """Return a seam with few of its frames: at most so many of some rows, evenly."""
+    """Return a seam with few of its frames: at most so many of `rows` (integers, shape (k,)), evenly."""
     few = rows[np.unique(np.linspace(0, len(rows) - 1, min(most, len(rows)) + 2).round().astype(int)[1:-1])]
     return replace(seam, frames=seam.frames.select(few))
 

@@ -275,7 +275,7 @@ def _circle(back: FloatArray, radius_mm: float, count: int) -> FloatArray:
 
 
 def turned(angle_rad: FloatArray) -> FloatArray:
-    """Return angles between -pi and pi, rad."""
+    """Return angles of shape (n,), or of any other shape, between -pi and pi, rad."""
     return np.asarray(np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi, dtype=np.float64)
 
 
