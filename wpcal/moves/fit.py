@@ -107,7 +107,7 @@ def fit_moves(
     p : array_like, shape (n, 3)
         Tool centre points along the path, in any one frame, mm; at least two.
     R : array_like, shape (n, 3, 3)
-        Axes of the tool there, in the same frame. Between two points the tool turns about one axis.
+        Axes of the tool there, in the same frame. Between two points the tool turns smoothly.
     s_mm : array_like, shape (n,), optional
         Lengths along the path, increasing; by default those of the chords.
     headings : array_like, shape (n, 3), optional
