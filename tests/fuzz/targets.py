@@ -40,6 +40,7 @@ from wpcal.weld.find import find_welds
 from wpcal.weld.record import read_stated_welds
 from wpcal.weld.rules import read_rules, shipped_rules, shipped_text
 from wpcal.weld.runs import weld_runs
+from wpcal.weld.xmcf.read import parse_xmcf
 
 MOVED = RigidTransform.from_six_tuple([100.0, -20.0, 3.0, 0.1, -0.2, 0.3], target="base", source="part")
 
@@ -104,6 +105,13 @@ def draft_seed() -> bytes:
 WELDS = b"""{"schema": "wpcal/welds/1", "welds": [{"name": "W1", "values": {"thickness_mm": 8, "leg_mm": 12,
 "passes": 3, "weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}, "stitch": {"length_mm": 20, "pitch_mm": 50},
 "job": 4, "crater": {"time_s": 0.5}, "weld": "fillet weld", "wire_mm": 1.2, "speed_mm_s": 5, "position": "PB"}}]}"""
+XMCF = b"""<xmcf><version>3.1.1</version><units length="mm" angle="deg"/><connection_group id="1"><connected_to>
+<part index="1" label="a"/></connected_to><connection_list><connection_1d label="X"><loc_list><loc v="0">0 0 0</loc>
+<loc v="1">100 0 0</loc></loc_list><seamweld><y_joint technology="arc"><weld_position u="0" x="0" y="0" z="1"
+section="Fillet" thickness="4"><regular_segments num_segments="3" length="20" spacing="30"/></weld_position>
+<weld_position u="0" x="0" y="0" z="1"><segment_list><segment from="1" to="3"/><segment from="6" to="8"/></segment_list>
+</weld_position><sheet_parameter index="1" gap="1" sheet_thickness="8" sheet_angle="90"/></y_joint></seamweld>
+</connection_1d></connection_list></connection_group></xmcf>"""
 
 
 def welds(data: bytes, path: Path) -> object:
@@ -145,6 +153,7 @@ def targets() -> dict[str, Target]:
         ),
         "draft": Target(of_path(read_draft), (draft_seed(),)),
         "welds": Target(welds, (WELDS,)),
+        "xmcf": Target(lambda data, _: parse_xmcf(data, path="welds.xml"), (XMCF,)),
         "weld-rules": Target(of_path(read_rules), (shipped_text().encode(),)),
         "glb": Target(lambda data, _: read_part_glb(data), (part_glb(),)),
         "graph": Target(of_path(read_graph), ((FIXTURES / "graphs" / "plain-block.npz").read_bytes(),)),

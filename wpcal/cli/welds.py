@@ -9,7 +9,7 @@ import click
 
 from wpcal.cli.export_options import SelectionFlags
 from wpcal.cli.option_groups import takes
-from wpcal.cli.shared_help import JSON_HELP
+from wpcal.cli.shared_help import JSON_HELP, XMCF_HELP
 from wpcal.cli.weld_options import WeldRuleFlags
 
 if TYPE_CHECKING:
@@ -36,6 +36,18 @@ if TYPE_CHECKING:
     help="State a value, for example W1-W4:leg_mm=5; an empty VALUE gives it back to the rules. Repeatable.",
 )
 @click.option(
+    "--xmcf",
+    metavar="WELDS.xml",
+    type=click.Path(path_type=Path),
+    help=f"{XMCF_HELP}: size, thickness, gap, angle and stitches are taken.",
+)
+@click.option(
+    "--write-xmcf",
+    metavar="WELDS.xml",
+    type=click.Path(path_type=Path),
+    help="Also write the seams with their welds as an xMCF file in coordinates of the part.",
+)
+@click.option(
     "--write-rules",
     metavar="RULES.toml",
     type=click.Path(path_type=Path),
@@ -49,6 +61,8 @@ def welds(
     selection: SelectionFlags,
     rules: WeldRuleFlags,
     settings: tuple[str, ...],
+    xmcf: Path | None,
+    write_xmcf: Path | None,
     write_rules: Path | None,
     as_json: bool,
 ) -> int:
@@ -64,15 +78,24 @@ def welds(
     from wpcal.weld.record import read_stated_welds, welds_record
     from wpcal.weld.rules import shipped_text
     from wpcal.weld.set_values import set_values
+    from wpcal.weld.xmcf.match import match_xmcf, with_files
+    from wpcal.weld.xmcf.read import read_xmcf
+    from wpcal.weld.xmcf.write import xmcf_text
 
-    if write_rules is not None:
-        require_new(write_rules, overwrite=False)
+    for new in (write_rules, write_xmcf):
+        if new is not None:
+            require_new(new, overwrite=False)
     selection.require_one()
     table = rules.read()
     finished = read_finished(folder)
     stated = read_stated_welds(output, table) if output is not None and output.exists() else ()
     names = [seam.name for seam in finished.seams]
     stated = set_values(stated, settings, names)
+    T_part_base = finished.T_base_part.inverse()
+    taken = None
+    if xmcf is not None:
+        taken = match_xmcf(finished.seams, read_xmcf(xmcf), T_part_base, file=xmcf.name)
+        stated = with_files(stated, taken.stated)
     chosen = selection.select(finished)
     found = find_welds(
         finished.seams,
@@ -88,11 +111,14 @@ def welds(
         write_file(output, to_json(record), overwrite=True)
     if write_rules is not None:
         write_file(write_rules, shipped_text(), overwrite=False)
+    if write_xmcf is not None:
+        write_file(write_xmcf, xmcf_text(chosen.seams, T_part_base, found.by_seam()), overwrite=False)
+    notes = [*found.notes, *(() if taken is None else taken.notes)]
     if as_json:
-        click.echo(to_json({**record, "notes": list(found.notes)}), nl=False)
+        click.echo(to_json({**record, "notes": notes}), nl=False)
     else:
         _show(found)
-    for note in found.notes:
+    for note in notes:
         click.echo(f"wpcal: {note}", err=True)
     return 0
 

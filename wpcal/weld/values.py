@@ -260,11 +260,11 @@ def describe_weld(values: WeldValues) -> str:
     """
     size = ""
     if values.leg_mm is not None:
-        size = f"z{values.leg_mm:g} "
+        size = f"z{values.leg_mm:.3g} "
     elif values.throat_mm is not None:
-        size = f"a{values.throat_mm:g} "
+        size = f"a{values.throat_mm:.3g} "
     elif values.depth_mm is not None:
-        size = f"s{values.depth_mm:g} "
+        size = f"s{values.depth_mm:.3g} "
     words = [f"{size}{values.weld.value if values.weld else 'weld'}"]
     if values.passes is not None and values.passes > 1:
         words.append(f"{values.passes} passes")
