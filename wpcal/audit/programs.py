@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from wpcal.audit.fault import Fault
+from wpcal.audit.moves import Step, places_between, read_moves
 from wpcal.audit.read_back import ReadPose, is_weld_program, read_poses_back
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
@@ -74,7 +75,7 @@ class Surroundings:
         if self.arm is not None:
             done.append(f"inside the reach of {self.arm.name}")
         if self.part is not None:
-            done.append(f"out of material with {self.torch}")
+            done.append(f"out of material with {self.torch}, also between poses")
         return ", ".join(done)
 
 
@@ -92,7 +93,8 @@ def audit_program(raw: bytes, path: Path, around: Surroundings) -> list[Fault]:
         poses = read_poses_back(raw, path, around.T_base_part)
     except WpcalError as error:
         return [Fault.of(error, str(path))]
-    return list(_pose_faults(poses, around))
+    faults = list(_pose_faults(poses, around))
+    return faults if faults or around.part is None else list(_move_faults(poses, read_moves(raw, path), around))
 
 
 def _pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fault]:
@@ -118,6 +120,24 @@ def _pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fa
         for row, solid, part in zip(found.row.tolist(), found.solid, found.part, strict=True):
             what = f"the {part.value} of {around.torch} is inside {solid!r}"
             yield _fault(sound[row], what, ErrorCode.POSE_IN_MATERIAL)
+
+
+def _move_faults(poses: Sequence[ReadPose], chains: Sequence[Sequence[Step]], around: Surroundings) -> Iterator[Fault]:
+    """Yield the faults between sound poses, one for each move."""
+    p, R, ends = places_between([pose for pose in poses if pose.in_base], chains)
+    if not ends or around.part is None:
+        return
+    wire = wire_directions(R, around.tool_axis)
+    tips = p + around.stick_out_mm * wire
+    found = find_poses_in_material(around.part, tips, -wire, around.torch, start_mm=around.start_mm)
+    told = set[str]()
+    for row, solid, part in zip(found.row.tolist(), found.solid, found.part, strict=True):
+        pose = ends[row]
+        if pose.name not in told:
+            told.add(pose.name)
+            x, y, z = tips[row]
+            what = f"on the move there, at base {x:.1f}, {y:.1f}, {z:.1f} mm, the {part.value} of {around.torch}"
+            yield _fault(pose, f"{what} is inside {solid!r}", ErrorCode.POSE_IN_MATERIAL)
 
 
 def _what_is_no_pose(pose: ReadPose) -> str:
