@@ -27,9 +27,10 @@ STEP_RAD = np.radians(2.0)
 Step = tuple[str, ...]
 """Names of poses: the end of a line; an empty name and the end of a joint move; or middle and end of an arc."""
 
-_RAPID_PROC = re.compile(r"\bPROC\s++\w++(?P<body>.*?)\bENDPROC\b", re.DOTALL | re.IGNORECASE)
+_RAPID_BEGIN, _RAPID_END = re.compile(r"\bPROC\b", re.IGNORECASE), re.compile(r"\bENDPROC\b", re.IGNORECASE)
 _RAPID_MOVE = re.compile(
-    r"^\s*+(?:Move|Arc)(?P<kind>[JLC])\w*+\s++(?P<a>\w++)\s*+(?:,\s*+(?P<b>\w++)\s*+)?", re.MULTILINE | re.IGNORECASE
+    r"^[ \t]*+(?:Move|Arc)(?P<kind>[JLC])\w*+[ \t]++(?P<a>\w++)[ \t]*+(?:,[ \t]*+(?P<b>\w++))?",
+    re.MULTILINE | re.IGNORECASE,
 )
 _KRL_MOVE = re.compile(
     r"^[ \t]*+S?(?P<kind>PTP|LIN|CIRC)[ \t]++(?P<a>\w++)[ \t]*+(?:,[ \t]*+(?P<b>\w++))?", re.MULTILINE | re.IGNORECASE
@@ -41,7 +42,8 @@ _FANUC_MOVE = re.compile(
 )
 _INFORM_MOVE = re.compile(r"^MOV(?P<kind>[JLC])[ \t]++(?P<a>[CP]\d++)", re.MULTILINE)
 _VAL3_MOVE = re.compile(r"\bmove(?P<kind>[jlc])\(\s*+(?P<a>\w++\[\w++\])\s*+,\s*+(?:(?P<b>\w++\[\w++\])\s*+,)?")
-_VAL3_LOOP = re.compile(r"\bfor (\w++)=(\d{1,5}) to (\d{1,5})\s++(move[lc]\([^\n]*+)\s++endFor")
+LARGEST_MOVE_MM = 20_000.0
+"""No robot makes longer moves; they are not followed."""
 
 
 def read_moves(raw: bytes, path: Path) -> list[list[Step]]:
@@ -52,14 +54,15 @@ def read_moves(raw: bytes, path: Path) -> list[list[Step]]:
     raw : bytes
         Of the file that holds the poses.
     path : Path
-        Its suffix tells the language. The moves of KRL and VAL3 are in another file beside it, if there is one.
+        Its suffix tells the language. The moves of KRL and VAL3 are in another file beside it, if there is one. Loops
+        over the points of an array are not followed.
     """
     text, suffix = raw.decode(ENCODING), path.suffix.lower()
     if suffix == URSCRIPT:
         return [list(_urscript(text))]
     if suffix == VAL3:
         code = _beside(path.parent / "start.pgx")
-        return [list(_named(_VAL3_MOVE.finditer(_VAL3_LOOP.sub(_unrolled, code))))]
+        return [list(_named(_VAL3_MOVE.finditer(code)))]
     if suffix == ".dat":
         return [list(_named(_KRL_MOVE.finditer(_beside(path.with_suffix(".src")))))]
     if suffix == ".ls":
@@ -67,7 +70,8 @@ def read_moves(raw: bytes, path: Path) -> list[list[Step]]:
     if suffix == ".jbi":
         return [list(_inform(text))]
     plain = re.sub(r"![^\n]*+", "", text)
-    return [list(_named(_RAPID_MOVE.finditer(body["body"]))) for body in _RAPID_PROC.finditer(plain)]
+    bodies = [_RAPID_BEGIN.split(piece, maxsplit=1)[-1] for piece in _RAPID_END.split(plain)[:-1]]
+    return [list(_named(_RAPID_MOVE.finditer(body))) for body in bodies]
 
 
 def _beside(path: Path) -> str:
@@ -81,11 +85,6 @@ def _named(found: Iterator[re.Match[str]], *, prefix: str = "") -> Iterator[Step
             yield a, prefix + b
         else:
             yield (a,) if kind == "L" else ("", a)[kind == "C" :]
-
-
-def _unrolled(loop: re.Match[str]) -> str:
-    name, first, last, move = loop.groups()
-    return "\n".join(move.replace(f"[{name}]", f"[{number}]") for number in range(int(first), int(last) + 1))
 
 
 def _inform(text: str) -> Iterator[Step]:
@@ -143,6 +142,8 @@ def places_between(
             known = [by_name.get(name.lower()) for name in (before[-1], *step)]
             start, end = known[0], known[-1]
             if start is None or end is None or None in known:
+                continue
+            if np.linalg.norm(end.p_base - start.p_base) > LARGEST_MOVE_MM:
                 continue
             middle = known[1] if len(known) == 3 else None
             rows.append((start, end, np.full(3, np.nan) if middle is None else middle.p_base))

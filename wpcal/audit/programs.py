@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,8 @@ SAME_MM = 0.05
 decimals of a degree moves a point at 2 m by 0.02 mm."""
 SAME_RAD = np.radians(0.01)
 """The same for orientations: three formats write three decimals of a degree."""
+MOVES_AT_ONCE = 100
+"""Of which all places are in one array: a file with absurd moves needs some 100 MB."""
 
 
 class WrittenWrongError(WpcalError):
@@ -124,20 +127,21 @@ def _pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fa
 
 def _move_faults(poses: Sequence[ReadPose], chains: Sequence[Sequence[Step]], around: Surroundings) -> Iterator[Fault]:
     """Yield the faults between sound poses, one for each move."""
-    p, R, ends = places_between([pose for pose in poses if pose.in_base], chains)
-    if not ends or around.part is None:
-        return
-    wire = wire_directions(R, around.tool_axis)
-    tips = p + around.stick_out_mm * wire
-    found = find_poses_in_material(around.part, tips, -wire, around.torch, start_mm=around.start_mm)
-    told = set[str]()
-    for row, solid, part in zip(found.row.tolist(), found.solid, found.part, strict=True):
-        pose = ends[row]
-        if pose.name not in told:
-            told.add(pose.name)
-            x, y, z = tips[row]
-            what = f"on the move there, at base {x:.1f}, {y:.1f}, {z:.1f} mm, the {part.value} of {around.torch}"
-            yield _fault(pose, f"{what} is inside {solid!r}", ErrorCode.POSE_IN_MATERIAL)
+    sound, told = [pose for pose in poses if pose.in_base], set[str]()
+    moves = [pair for chain in chains for pair in pairwise(chain)]
+    for first in range(0, len(moves), MOVES_AT_ONCE):
+        p, R, ends = places_between(sound, moves[first : first + MOVES_AT_ONCE])
+        if not ends or around.part is None:
+            continue
+        wire = wire_directions(R, around.tool_axis)
+        tips = p + around.stick_out_mm * wire
+        found = find_poses_in_material(around.part, tips, -wire, around.torch, start_mm=around.start_mm)
+        for row, solid, part in zip(found.row.tolist(), found.solid, found.part, strict=True):
+            if ends[row].name not in told:
+                told.add(ends[row].name)
+                x, y, z = tips[row]
+                what = f"on the move there, at base {x:.1f}, {y:.1f}, {z:.1f} mm, the {part.value} of {around.torch}"
+                yield _fault(ends[row], f"{what} is inside {solid!r}", ErrorCode.POSE_IN_MATERIAL)
 
 
 def _what_is_no_pose(pose: ReadPose) -> str:
