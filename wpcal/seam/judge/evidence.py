@@ -16,6 +16,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.find.formed import are_bends, is_profile
+from wpcal.seam.judge.held_fast import is_held_fast
 from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
@@ -226,6 +227,9 @@ class Judge:
             why = None if self.members[self.number[name]].said else self.one_pieces.why(self.number[name])
             if why is not None:
                 yield Rule.ONE_PIECE.found(f"{name}: {why}", solid=name)
+        a, b = (self.number[name] for name in seam.solids)
+        if not self.both_said(seam) and is_held_fast(self.graph, self.one_pieces.trimmed, a, b, self.gap_mm):
+            yield Rule.HELD_FAST.found("one of the two is a ring between two shoulders of the other")
 
     def _pair_evidence(self, seam: Seam, a: int, b: int) -> Iterator[Finding]:
         """Yield what speaks against welding these two members to each other at this place."""
