@@ -63,6 +63,11 @@ class SeamFlags:
         show_default=True,
         help="Join contacts in one line across interruptions of at most this length; 0 joins none.",
     )
+    wrap: bool = option(
+        "--wrap",
+        is_flag=True,
+        help="Weld seams that meet at a corner of a member in one run round it, with the short ends between them.",
+    )
     turn_deg: float = option(
         "--turn-deg", type=float, default=45.0, show_default=True, help="Largest turn of the frame between points."
     )
@@ -117,7 +122,7 @@ class SeamFlags:
         split_rad = math.radians(self.split_deg)
         concave, judging = ConcaveEdges(self.concave), self.to_judging()
         lengths = {"min_length_mm": self.min_length_mm, "join_mm": self.join_mm}
-        return SeamOptions(self.gap_mm, concave, split_rad, steps, **lengths, judging=judging)
+        return SeamOptions(self.gap_mm, concave, split_rad, steps, **lengths, judging=judging, wrap=self.wrap)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -82,6 +82,10 @@ def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] 
         if u95_mm is not None:
             cells.append(f"{u95_mm[row].max():.3f}")
         table.add_row(*cells)
+    wraps = sum(seam.wrap_of is not None and not seam.accepted for seam in seams)
+    if wraps:
+        ends = "a short end is" if wraps == 1 else f"{wraps} short ends are"
+        table.caption = f"{ends} left open; --wrap welds them in one run with the seams beside them"
     return table
 
 

@@ -20,8 +20,10 @@ from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
+from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
+from wpcal.seam.judge.wrapping import weld_round_corners
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.turning import face_free_space
@@ -87,9 +89,13 @@ def detect_seams(
     if marked is None and options.gap_mm is None:
         found += _at_wide_gaps(graph, trimmed, joined, found, options)
     found = cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
-    judged = _reached(graph, trimmed, found, options)
+    judge = Judge.of(graph, trimmed, options, has_marks=any(seam.source is SeamSource.MARKED for seam in found))
+    judged = _reached(graph, trimmed, found, options, judge)
+    if options.wrap:
+        judged = weld_round_corners(graph, trimmed, judged, options, judge)
     judged.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
-    return with_candidates(graph, [replace(seam, name=f"W{number}") for number, seam in enumerate(judged, 1)])
+    named = [replace(seam, name=f"W{number}") for number, seam in enumerate(judged, 1)]
+    return with_candidates(graph, with_short_ends(graph, trimmed, named, options.judging.level))
 
 
 def _at_wide_gaps(
@@ -101,10 +107,10 @@ def _at_wide_gaps(
     return build_seams(graph, wide, options, SeamSource.CONTACT)
 
 
-def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: list[Seam], options: SeamOptions) -> list[Seam]:
+def _reached(
+    graph: BrepGraph, trimmed: TrimmedFaces, found: list[Seam], options: SeamOptions, judge: Judge
+) -> list[Seam]:
     """Judge seams by where a torch gets to them, too; those that are welded otherwise are cut where none does."""
-    has_marks = any(seam.source is SeamSource.MARKED for seam in found)
-    judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
     judged = judge_seams(graph, trimmed, found, options, judge)
     inside = [replace(seam, lean_rad=np.full((len(seam.frames), 2), np.nan)) for seam in judged if seam.inside]
     welded = [seam for seam, own in zip(found, judged, strict=True) if own.accepted]

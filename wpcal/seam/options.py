@@ -92,6 +92,9 @@ class SeamOptions:
     join_mm : float
         Contacts in one line are joined across interruptions of at most this length, mm.
     judging : Judging
+    wrap : bool
+        Whether accepted seams that meet at a corner of a member are welded in one run round it, with the short ends
+        between them (`judge.wrapping`).
 
     Raises
     ------
@@ -106,6 +109,7 @@ class SeamOptions:
     min_length_mm: float = LEAST_SEAM_MM
     join_mm: float = MOST_BRIDGE_MM
     judging: Judging = Judging()
+    wrap: bool = False
 
     def __post_init__(self) -> None:
         for name in ("min_length_mm", "join_mm"):

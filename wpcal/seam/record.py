@@ -106,6 +106,7 @@ def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatAr
         "inside": list(seam.inside),
         "blocked_by": list(seam.blocked_by),
         "gap_mm": {"min": least, "mean": mean, "max": largest},
+        **({} if seam.wrap_of is None else {"wrap_of": seam.wrap_of}),
         **({} if seam.groove is None else {"groove": asdict(seam.groove)}),
         **({} if seam.candidate is None else {"candidate": _candidate_record(seam.candidate)}),
         **({} if seam.edit is None else {"edit": _edit_record(seam.edit)}),
@@ -280,4 +281,5 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         blocked_by=tuple(seam.get("blocked_by", ())),
         lean_rad=_lean_from_record(rows),
         groove=Groove(**seam["groove"]) if "groove" in seam else None,
+        wrap_of=seam.get("wrap_of"),
     )

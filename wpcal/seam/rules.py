@@ -160,6 +160,12 @@ class Rule(Enum):
     NOT_MARKED = RuleRow(
         0.4, "Other edges are marked, and not this one.", "You say what the seams are.", "`--marked`, `--edge`"
     )
+    SHORT_END = RuleRow(
+        0.4,
+        "The run goes across the end of a plate, beside a long seam along it.",
+        "Nobody strikes an arc only for that: the end is a wrap of the long seam (`--wrap`), or stays open.",
+        "shape: the plate behind the long seam is as thick as the run is long",
+    )
     LINED_UP = RuleRow(
         0.45,
         "Two or more holes or slots of both members line up where they touch.",

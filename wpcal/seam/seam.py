@@ -290,6 +290,9 @@ class Seam:
         something. None: not felt.
     groove : Groove or None
         The cross-section of a flare groove; None for another weld.
+    wrap_of : str or None
+        The name of the seam of which this is a wrap: it goes across the end of a plate, beside that seam. None for any
+        other seam.
     """
 
     name: str
@@ -314,6 +317,7 @@ class Seam:
     blocked_by: tuple[str, ...] = ()
     lean_rad: FloatArray | None = None
     groove: Groove | None = None
+    wrap_of: str | None = None
 
     @property
     def against(self) -> tuple[str, ...]:

@@ -27,7 +27,7 @@ from wpcal.seam.rules import GAP_SHARE_LOST, PRIOR, Rule
 from wpcal.seam.seam import Finding, Seam, SeamSource
 from wpcal.seam.torch import USUAL_TORCH
 
-OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key})
+OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key, Rule.SHORT_END.key})
 """Findings that need all seams of the part: they stay when a part of them is judged again."""
 FELT_GAP = 0.1
 """Gaps below this fraction of the allowed gap do not lower the confidence."""
