@@ -121,8 +121,8 @@ class SeamFlags:
             raise InputError(f"--split-deg must be between 0 and 180, got {self.split_deg}")
         split_rad = math.radians(self.split_deg)
         concave, judging = ConcaveEdges(self.concave), self.to_judging()
-        lengths = {"min_length_mm": self.min_length_mm, "join_mm": self.join_mm}
-        return SeamOptions(self.gap_mm, concave, split_rad, steps, **lengths, judging=judging, wrap=self.wrap)
+        least, join = self.min_length_mm, self.join_mm
+        return SeamOptions(self.gap_mm, concave, split_rad, steps, least, join, judging, self.wrap)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,6 +22,7 @@ from wpcal.seam.find.bead import add_beads
 from wpcal.seam.find.built_up import left_out
 from wpcal.seam.find.flare_grooves import add_grooves
 from wpcal.seam.find.interpenetration import interpenetrating_solids
+from wpcal.seam.find.play import with_play
 from wpcal.seam.member.note import MemberNotes, take_members
 from wpcal.seam.names import seams_named
 
@@ -88,7 +89,8 @@ def find_seams(
     graph = found.graph or workpiece.graph
     trimmed = replace(workpiece.trimmed, graph=graph)
     workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *found.issues), member_notes=found.notes)
-    return apply_edits(graph, trimmed, found.seams, choice.edits, options), workpiece
+    measured = replace(options, play=found.notes.play)
+    return apply_edits(graph, trimmed, found.seams, choice.edits, measured), workpiece
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,7 +105,8 @@ class _Found:
 
 def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Found:
     graph, trimmed = workpiece.graph, workpiece.trimmed
-    notes = take_members(graph, trimmed, options.judging).notes
+    options = with_play(graph, trimmed, options)
+    notes = replace(take_members(graph, trimmed, options.judging).notes, play=options.play or ())
     pairs = interpenetrating_solids(graph, trimmed)
     sections, issues = None, tuple[Issue, ...]()
     if len(pairs):

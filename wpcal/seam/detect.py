@@ -17,6 +17,8 @@ from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
+from wpcal.seam.find.play import with_play
+from wpcal.seam.find.root_gaps import find_root_gaps
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
@@ -66,6 +68,7 @@ def detect_seams(
     """
     options = options or SeamOptions()
     trimmed = trimmed or TrimmedFaces.of(graph)
+    options = with_play(graph, trimmed, options)
     gap_mm = options.gap_for(graph)
     joined = join_contacts(graph, trimmed, find_contacts(graph, trimmed, gap_mm=gap_mm), gap_mm=gap_mm)
     joined = without_duplicates(graph, joined, gap_mm=gap_mm)
@@ -87,7 +90,7 @@ def detect_seams(
     if flares is not None:
         found += flares.measured(build_seams(graph, flares.joined, options, SeamSource.FLARE))
     if marked is None and options.gap_mm is None:
-        found += _at_wide_gaps(graph, trimmed, joined, found, options)
+        found = _with_wide_gaps(graph, trimmed, joined, found, options)
     found = cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
     judge = Judge.of(graph, trimmed, options, has_marks=any(seam.source is SeamSource.MARKED for seam in found))
     judged = _reached(graph, trimmed, found, options, judge)
@@ -98,13 +101,16 @@ def detect_seams(
     return with_candidates(graph, with_short_ends(graph, trimmed, named, options.judging.level))
 
 
-def _at_wide_gaps(
+def _with_wide_gaps(
     graph: BrepGraph, trimmed: TrimmedFaces, joined: JoinedPieces, found: list[Seam], options: SeamOptions
 ) -> list[Seam]:
-    """Build the seams at constant gaps above the usual one, beside which nothing else is."""
+    """Add the seams at constant gaps above the usual one, beside which nothing else is, and at root gaps."""
     known = SeamPieces.joined([joined.pieces, *(seam.pieces for seam in found)])
-    wide = find_wide_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph))
-    return build_seams(graph, wide, options, SeamSource.CONTACT)
+    wide = find_wide_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph), play=options.play or ())
+    found = [*found, *build_seams(graph, wide, options, SeamSource.CONTACT)]
+    known = SeamPieces.joined([joined.pieces, *(seam.pieces for seam in found)])
+    roots = find_root_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph))
+    return [*found, *build_seams(graph, roots, options, SeamSource.CONTACT)]
 
 
 def _reached(

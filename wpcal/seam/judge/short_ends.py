@@ -21,7 +21,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.judge.evidence import weighed
-from wpcal.seam.limits import LEAST_CHANGE_MM, Level
+from wpcal.seam.limits import LEAST_CANDIDATE_MM, LEAST_CHANGE_MM, Level
 from wpcal.seam.path.cut import parameters_at, spans_of
 from wpcal.seam.rules import Rule
 from wpcal.seam.seam import Seam, SeamSource
@@ -38,6 +38,8 @@ PLACES = (1.0, 2.0)
 """Where along the long seam the thickness is felt: from its end, in lengths of the run."""
 INSIDE, OUTSIDE = 0.5, 1.25
 """How deep behind the long seam there is material, and none any more, in lengths of the run."""
+LEAST_TURN = 0.35
+"""The two faces of a joint face the same way if the sine of the angle between them is below this (20 degrees)."""
 LOW, HIGH = 0.15, 1.0
 """How far up the plate this is felt, in lengths of the run: near the joint, and as high as the plate is thick."""
 
@@ -110,22 +112,23 @@ def _is_across_a_plate(
     points, owner, solids = [], [], []
     for pair, (row, other, side) in enumerate(zip(short.tolist(), beside.tolist(), end.tolist(), strict=True)):
         across = seams[row].frames.p[-1] - seams[row].frames.p[0]
-        size = float(np.linalg.norm(across))
-        for inward, up in _views(graph, seams[other], side, seams[row].length_mm, across / max(size, 1e-9)):
+        across = across / max(float(np.linalg.norm(across)), LEAST_CANDIDATE_MM)
+        for inward, up in _views(graph, seams[other], side, seams[row].length_mm, across):
             depth = np.array([[INSIDE, LOW], [OUTSIDE, LOW], [INSIDE, HIGH]]) * seams[row].length_mm
             p = inward[0][:, None] + depth[:, :1] * inward[1][:, None] + depth[:, 1:] * up[:, None]
             points.append(p)
             owner.append(pair)
-            solids.append({graph.solid_names.index(name) for name in seams[row].solids})
+            solids.append([graph.solid_names.index(name) for name in seams[row].solids[:2]])
     if not points:
         return fits
     q = np.array(points)  # view, place, probe, xyz
-    inside = np.zeros(q.shape[:3], dtype=bool)
+    inside = np.zeros((2, *q.shape[:3]), dtype=bool)  # of either solid
     point, solid = find_solids_around(ExactMaterial(graph, trimmed), q.reshape(-1, 3))
     for at, number in zip(point.tolist(), solid.tolist(), strict=True):
         view, place, probe = np.unravel_index(at, q.shape[:3])
-        inside[view, place, probe] |= number in solids[view]
-    holds = (inside[:, :, 0] & ~inside[:, :, 1] & inside[:, :, 2]).all(axis=1)
+        if number in solids[view]:
+            inside[solids[view].index(number), view, place, probe] = True
+    holds = (inside[..., 0] & ~inside[..., 1] & inside[..., 2]).all(axis=2).any(axis=0)
     fits[np.array(owner)[holds]] = True
     return fits
 
@@ -135,7 +138,8 @@ def _views(
 ) -> list[tuple[tuple[FloatArray, FloatArray], FloatArray]]:
     """Return how a plate may stand along a seam: places, directions into it, and up along it; arrays (places, 3).
 
-    Either face of the joint may be that of the plate. In a butt joint both are, and the plate lies on either side.
+    Either face of the joint may be that of the plate. Where both face the same way, as in a butt joint or round a tab
+    in a slot, the plate lies on either side, or stands there on end.
     """
     s = np.minimum(np.array(PLACES) * size_mm, seam.length_mm / 2)
     starts, ends = spans_of(graph, seam.pieces)
@@ -148,13 +152,12 @@ def _views(
     normals = [project_to_faces(graph, face[row], p).normal for face in (seam.pieces.wall, seam.pieces.base)]
     views = []
     for own, other in (normals, normals[::-1]):
-        if (np.abs(own @ across) < ACROSS_COS).any():
-            continue
         up = other - np.einsum("ki,ki->k", other, own)[:, None] * own
-        if (np.linalg.norm(up, axis=1) > np.sqrt(0.5) / 2).all():
-            ways = [up]
+        length, side = np.linalg.norm(up, axis=1, keepdims=True), np.cross(own, slope)
+        side /= np.linalg.norm(side, axis=1, keepdims=True)
+        if (length > LEAST_TURN).all():
+            ways = [(-own, up / length)]
         else:
-            side = np.cross(own, slope)
-            ways = [side, -side]
-        views += [((p, -own), way / np.linalg.norm(way, axis=1, keepdims=True)) for way in ways]
+            ways = [(-own, side), (-own, -side), (side, -own), (-side, -own)]
+        views += [((p, inward), up) for inward, up in ways if (np.abs(inward @ across) >= ACROSS_COS).all()]
     return views
