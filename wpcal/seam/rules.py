@@ -192,13 +192,13 @@ class Rule(Enum):
     )
     PIN_IN_HOLE = RuleRow(
         0.8,
-        "A round member is in a hole of the same size.",
+        "A round member is in a hole of the same size, and is not a tube that is longer than it is wide.",
         "It may be pressed in, or turn there.",
         "shape",
     )
     GAP = RuleRow(
         1.0 - GAP_SHARE_LOST,
-        "There is a gap. The factor is for the largest allowed gap; a smaller gap lowers the confidence less.",
+        "There is a gap that is not the play of the assembly. The factor is for the largest allowed gap; a smaller gap lowers the confidence less.",
         "Members that are meant to be joined touch.",
         "mean gap along the seam",
     )
