@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from wpcal.cli.option_groups import option
-from wpcal.cli.shared_help import CRITERION_HELP, SOLVER_HELP, TOLERANCE_HELP
+from wpcal.cli.shared_help import CRITERION_HELP, SOLVER_HELP, TOLERANCE_HELP, XMCF_HELP
 from wpcal.cli.teaching_options import TeachingFlags
 
 if TYPE_CHECKING:
@@ -143,14 +143,22 @@ class MarkedFlags:
         help="The edge at x,y,z (part frame, mm) or at a feature (M12) is a seam. With --edge or --marked nothing "
         "else is.",
     )
+    xmcf: Path | None = option(
+        "--xmcf",
+        metavar="WELDS.xml",
+        type=click.Path(path_type=Path),
+        help=f"{XMCF_HELP}: the edges at them are the seams. With it nothing else is.",
+    )
 
     def to_choice(self, seams_file: Path | None) -> SeamChoice:
         """Return these edges with the edits of a seams.json, which is read."""
         from cad.workpiece.seams import SeamChoice
         from wpcal.seam.edit import read_edits
+        from wpcal.weld.xmcf.read import places_of, read_xmcf
 
         edits = () if seams_file is None else read_edits(seams_file)
-        return SeamChoice(edits, self.marked, self.edges)
+        places = () if self.xmcf is None else places_of(read_xmcf(self.xmcf), file=str(self.xmcf))
+        return SeamChoice(edits, self.marked, (*self.edges, *places))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

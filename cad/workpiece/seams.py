@@ -128,7 +128,7 @@ def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Fo
     if not seams and options.concave is ConcaveEdges.AUTO:
         issues = (*issues, *left_out(graph, trimmed))
     is_wider = graph.edge_count > workpiece.graph.edge_count
-    return _Found(seams, graph if is_wider else None, notes, issues)
+    return _Found(seams, graph if is_wider else None, notes.with_shapes(seams), issues)
 
 
 def list_seams(

@@ -28,6 +28,7 @@ WRITING = {
     "study": "table1.csv --trials 10 -o study.json",
     "taught": "points.mod --uframe base -o points.csv",
     "tcp": "joints.csv --robot mh6 -o tool.json",
+    "welds": "old -o welds.json",
 }
 """Every command that writes, from a working folder on the disk, with `old`, the result of an earlier run."""
 

@@ -31,10 +31,16 @@ from wpcal.planning.cell.grasp import read_holding
 from wpcal.robot.identify.poses_file import parse_tool, read_poses, read_taught_joints
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm, read_arm
 from wpcal.robot.kinematics.urdf import read_urdf
+from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 from wpcal.taught.pairs import read_pairs
 from wpcal.taught.programs import ProgramReader, TaughtProgram
 from wpcal.taught.table import taught_csv, taught_from_table
 from wpcal.taught.user_frames import ANY_FRAME, ProgramReading, parse_uframes, points_in_base, usable_points
+from wpcal.weld.find import find_welds
+from wpcal.weld.record import read_stated_welds
+from wpcal.weld.rules import read_rules, shipped_rules, shipped_text
+from wpcal.weld.runs import weld_runs
+from wpcal.weld.xmcf.read import parse_xmcf
 
 MOVED = RigidTransform.from_six_tuple([100.0, -20.0, 3.0, 0.1, -0.2, 0.3], target="base", source="part")
 
@@ -96,6 +102,31 @@ def draft_seed() -> bytes:
     return json.dumps({"schema": "wpcal/pick-draft/1", "part": part, "file_sha256": None, "table": table}).encode()
 
 
+WELDS = b"""{"schema": "wpcal/welds/1", "welds": [{"name": "W1", "values": {"thickness_mm": 8, "leg_mm": 12,
+"passes": 3, "weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}, "stitch": {"length_mm": 20, "pitch_mm": 50},
+"job": 4, "crater": {"time_s": 0.5}, "weld": "fillet weld", "wire_mm": 1.2, "speed_mm_s": 5, "position": "PB"}}]}"""
+XMCF = b"""<xmcf><version>3.1.1</version><units length="mm" angle="deg"/><connection_group id="1"><connected_to>
+<part index="1" label="a"/></connected_to><connection_list><connection_1d label="X"><loc_list><loc v="0">0 0 0</loc>
+<loc v="1">100 0 0</loc></loc_list><seamweld><y_joint technology="arc"><weld_position u="0" x="0" y="0" z="1"
+section="Fillet" thickness="4"><regular_segments num_segments="3" length="20" spacing="30"/></weld_position>
+<weld_position u="0" x="0" y="0" z="1"><segment_list><segment from="1" to="3"/><segment from="6" to="8"/></segment_list>
+</weld_position><sheet_parameter index="1" gap="1" sheet_thickness="8" sheet_angle="90"/></y_joint></seamweld>
+</connection_1d></connection_list></connection_group></xmcf>"""
+
+
+def welds(data: bytes, path: Path) -> object:
+    """Read a file of welds, and find the weld of a seam with what it states."""
+    path.write_bytes(data)
+    line = np.linspace(0.0, 100.0, 5)[:, None] * [1.0, 0.0, 0.0]
+    frames = SeamFrames(line[:, 0], line, np.broadcast_to(np.eye(3), (5, 3, 3)), np.full(5, np.pi / 2), "base")
+    i, f = np.zeros(1, dtype=np.int64), np.zeros(1)
+    pieces = SeamPieces(i, f, f, i, i, np.zeros((1, 3)))
+    seam = Seam("W1", JointType.TEE, WeldType.FILLET, ("a", "b"), pieces, False, 100.0, True, True, (), frames)
+    stated = read_stated_welds(path, shipped_rules())
+    found = find_welds([seam], RigidTransform(np.eye(3), np.zeros(3), "base", "part"), shipped_rules(), stated=stated)
+    return [run.seam.frames.p for run in weld_runs(seam, found.welds[0])]
+
+
 @cache
 def targets() -> dict[str, Target]:
     """Return every reader by name."""
@@ -121,6 +152,9 @@ def targets() -> dict[str, Target]:
             "tool.json",
         ),
         "draft": Target(of_path(read_draft), (draft_seed(),)),
+        "welds": Target(welds, (WELDS,)),
+        "xmcf": Target(lambda data, _: parse_xmcf(data, path="welds.xml"), (XMCF,)),
+        "weld-rules": Target(of_path(read_rules), (shipped_text().encode(),)),
         "glb": Target(lambda data, _: read_part_glb(data), (part_glb(),)),
         "graph": Target(of_path(read_graph), ((FIXTURES / "graphs" / "plain-block.npz").read_bytes(),)),
         "step": Target(step_text, (tee, (FIXTURES / "lap" / "lap.step").read_bytes()), "part.step"),

@@ -19,8 +19,14 @@ from wpcal.results.folder import RECORD_SCHEMAS
 from wpcal.robot.kinematics.arm_file import ARM_SCHEMA, read_arm
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 from wpcal.seam.record_check import seam_faults
+from wpcal.weld.record import WELDS_SCHEMA, read_stated_welds
+from wpcal.weld.rules import RuleTable
 
-READERS: Mapping[str, Callable[[Path], object]] = {CELL_SCHEMA: read_cell, ARM_SCHEMA: read_arm}
+READERS: Mapping[str, Callable[[Path], object]] = {
+    CELL_SCHEMA: read_cell,
+    ARM_SCHEMA: read_arm,
+    WELDS_SCHEMA: lambda path: read_stated_welds(path, RuleTable((), "any")),
+}
 """What a schema cannot say, the reader of the record does."""
 
 
@@ -59,7 +65,7 @@ def _beyond_schema(record: dict[str, Any], name: str, path: Path) -> list[Fault]
     try:
         if name == SEAMS_SCHEMA:
             seams_from_record(record, path=str(path))
-        elif name in READERS:  # people write cells and arms, and may leave fields out
+        elif name in READERS:  # people write cells, arms and welds, and may leave fields out
             READERS[name](path)
         else:
             check_record(record, name, path=str(path), is_complete=True)

@@ -19,7 +19,8 @@ from wpcal.core.arrays import FloatArray, IntArray
 NEWTON_ROUNDS = 12
 """Most steps of Newton's method, which squares the distance in each step; analytic surfaces need 5."""
 SETTLED_MM = 1e-8
-"""The search ends when no point moves by more: the next step would be below round-off."""
+"""The search for a point ends when it moves by less: the next step would be below round-off. Each point ends by itself,
+so that it does not depend on the others."""
 
 
 def meet_surfaces(
@@ -53,18 +54,20 @@ def meet_surfaces(
     ndarray, shape (n, 3)
         In `part`, mm; NaN where there is no answer.
     """
-    p, lost = p0.copy(), np.zeros(len(p0), dtype=bool)
+    p, height = p0.copy(), np.broadcast_to(height_mm, len(p0))
+    rows = np.arange(len(p0))
     for _ in range(NEWTON_ROUNDS):
-        feet = [project_to_faces(graph, face, p) for face in (first, second)]
-        A = np.stack([feet[0].normal, feet[1].normal, x], axis=1)
-        lost |= np.abs(np.linalg.det(A)) < least_sin
+        at, normal = p[rows], x[rows]
+        feet = [project_to_faces(graph, face[rows], at) for face in (first, second)]
+        A = np.stack([feet[0].normal, feet[1].normal, normal], axis=1)
+        lost = np.abs(np.linalg.det(A)) < least_sin
         A[lost] = np.eye(3)
-        off = [np.einsum("ki,ki->k", foot.p - p, foot.normal) + height_mm for foot in feet]
-        back = np.einsum("ki,ki->k", p0 - p, x)
+        off = [np.einsum("ki,ki->k", foot.p - at, foot.normal) + height[rows] for foot in feet]
+        back = np.einsum("ki,ki->k", p0[rows] - at, normal)
         step = np.linalg.solve(A, np.stack([*off, back], axis=1)[..., None])[..., 0]
-        step[lost] = 0.0
-        p = p + step
-        if not (np.abs(step) > SETTLED_MM).any():
+        step[lost] = np.nan
+        p[rows] += step
+        rows = rows[(np.abs(step) > SETTLED_MM).any(axis=1)]
+        if len(rows) == 0:
             break
-    p[lost] = np.nan
     return p

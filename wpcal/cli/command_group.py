@@ -18,7 +18,7 @@ SECTIONS: Mapping[str, Sequence[str]] = {
     "Begin": ("demo",),
     "Look at the part": ("features", "seams", "advise", "sheet"),
     "Teach": ("pick", "taught", "match"),
-    "Calibrate": ("calibrate", "report", "export", "audit", "diff"),
+    "Calibrate": ("calibrate", "report", "welds", "export", "audit", "diff"),
     "Without a part": ("fit", "study"),
     "A better robot": ("identify", "tcp", "correct"),
     "Two robots": ("bases", "plan"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,18 +54,20 @@ def export(
     exporters = list({exporter.name: exporter for exporter in map(exporter_named, formats)}.values())
     targets = {exporter.name: (out or folder) / exporter.name for exporter in exporters}
     with shown_progress(f"reading {folder}") as progress:
-        program = flags.build(folder, progress=progress)
+        programs = flags.build(folder, progress=progress)
+        forms = {each.name: programs.form(takes_arcs=getattr(each, "takes_arcs", False)) for each in exporters}
         for target in targets.values():
             check_writable(target, overwrite=force)
-        contents = {exporter.name: exporter.write(program) for exporter in exporters}
+        contents = {exporter.name: exporter.write(forms[exporter.name]) for exporter in exporters}
         for done, (name, files) in enumerate(contents.items(), 1):
             progress(f"reading {name} back and checking it: {done} of {len(contents)}")
-            check_written(files, program, name=name)
+            check_written(files, forms[name], name=name)
     for name, files in contents.items():
         with new_directory(targets[name], overwrite=force) as temporary:
             for file, data in files.items():
                 (temporary / file).write_bytes(data.encode("utf-8") if isinstance(data, str) else data)
-    _show(program, contents, targets, as_json=as_json)
+    _show(forms, contents, targets, as_json=as_json)
+    program = forms[exporters[0].name]
     if program.calibration.get("verdict") == "PASS":
         return 0
     click.echo(
@@ -90,30 +93,48 @@ def _list_formats(*, as_json: bool) -> int:
 
 
 def _show(
-    program: WeldProgram,
+    forms: Mapping[str, WeldProgram],
     contents: Mapping[str, Mapping[str, str | bytes]],
     targets: Mapping[str, Path],
     *,
     as_json: bool,
 ) -> None:
-    from wpcal.controllers.program import NOT_CHECKED
+    from wpcal.controllers.program import NOT_CHECKED, describe_moves
 
+    program = next(iter(forms.values()))
     if as_json:
         from wpcal.core.records import to_json
 
         written = {name: [str(targets[name] / file) for file in sorted(files)] for name, files in contents.items()}
-        seams = [path.seam.name for path in program.paths]
         record = {
             "schema": "wpcal/export/1",
             "verdict": program.calibration.get("verdict"),
-            "seams": seams,
+            "seams": [path.seam.name for path in program.paths],
             "files": written,
+            "moves": {name: _moves(form) for name, form in forms.items()},
             "checked": list(program.checked),
             "not_checked": NOT_CHECKED,
         }
         click.echo(to_json(record), nl=False)
         return
-    poses = sum(len(path) for path in program.paths)
     for name, files in contents.items():
-        click.echo(f"{name}: {len(program.paths)} seams, {poses} poses: {', '.join(sorted(files))} in {targets[name]}")
+        form = forms[name]
+        poses = sum(len(path) for path in form.paths)
+        away = "" if form.tolerance is None else f"; {describe_moves(form)}"
+        what = f"{len(form.paths)} seams, {poses} poses{away}"
+        click.echo(f"{name}: {what}: {', '.join(sorted(files))} in {targets[name]}")
     click.echo(f"wpcal: {'; '.join((*program.checked, NOT_CHECKED))}", err=True)
+
+
+def _moves(form: WeldProgram) -> list[dict[str, object]]:
+    """Return per seam the number of lines and arcs along it, and how far they are from it."""
+    from wpcal.moves import Arc
+
+    rows = []
+    for path in form.paths:
+        arcs = sum(isinstance(move, Arc) for move in path.weld_moves)
+        row: dict[str, object] = {"seam": path.seam.name, "lines": len(path.weld_moves) - arcs, "arcs": arcs}
+        if path.moves is not None:
+            row |= {"off_mm": path.moves.off_mm, "off_deg": math.degrees(path.moves.off_rad)}
+        rows.append(row)
+    return rows

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from wpcal.controllers.reachable_spin import ArmAtTool
     from wpcal.controllers.torch import TorchSettings
     from wpcal.core.progress import Progress
+    from wpcal.moves import PathTolerance
     from wpcal.results.folder import FinishedCalibration
     from wpcal.seam.torch import TorchShape
 
@@ -122,6 +123,28 @@ class MotionFlags:
         from wpcal.controllers.program import MotionSettings
 
         return MotionSettings(self.approach_mm, self.retract_mm, self.speed_mm_s, self.air_speed_mm_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PathFlags:
+    """How the seams become moves."""
+
+    path_tol_mm: float = option(
+        "--path-tol-mm",
+        type=float,
+        default=0.05,
+        show_default=True,
+        help="A seam becomes as few lines and circular arcs as keep the wire within this distance, and within 0.5 deg.",
+    )
+    every_point: bool = option(
+        "--every-point", is_flag=True, help="Write a linear move to every point of a seam, and no arcs."
+    )
+
+    def to_tolerance(self) -> PathTolerance | None:
+        """Return the tolerance of lines and arcs; None for every point."""
+        from wpcal.moves import PathTolerance
+
+        return None if self.every_point else PathTolerance(self.path_tol_mm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -282,27 +305,75 @@ class WeldProgramFlags:
     selection: SelectionFlags
     torch: TorchFlags
     motion: MotionFlags
+    path: PathFlags
     air: AirFlags
     shape: TorchShapeFlags
     controller: ControllerFlags
     arm: ArmFlags
 
-    def build(self, folder: Path, *, progress: Progress) -> WeldProgram:
-        """Read the calibration and put the torch on its seams as the options say."""
-        from wpcal.controllers.compensation import compensate_program
-        from wpcal.controllers.followed_program import program_for_arm
+    def build(self, folder: Path, *, progress: Progress) -> WeldPrograms:
+        """Read the calibration, and return what puts the torch on its seams as the options say."""
         from wpcal.controllers.program import build_program
         from wpcal.core.robot_space import RobotSpace
         from wpcal.results.folder import read_finished
 
         self.selection.require_one()
         torch, motion, controller = self.torch.to_settings(), self.motion.to_settings(), self.controller.to_settings()
-        arm = self.arm.read()
+        tolerance, arm = self.path.to_tolerance(), self.arm.read()
         space = RobotSpace.NOMINAL if arm is None else arm.arm.space
         finished = self.selection.select(read_finished(folder, space=space))
         program = build_program(finished, torch=torch, motion=motion, controller=controller)
-        check = partial(self.air.check, torch=self.shape.to_shape())
-        progress(f"comparing {sum(map(len, program.paths))} poses on {len(program.paths)} seams with the part")
-        if arm is None:
-            return check(program)
-        return compensate_program(program_for_arm(program, arm, check=check), arm)
+        return WeldPrograms(self, program, tolerance, arm, progress)
+
+
+class WeldPrograms:
+    """The program of a calibration in its two forms, each made when it is first asked for.
+
+    Parameters
+    ----------
+    flags : WeldProgramFlags
+    program : WeldProgram
+        With a pose for every frame of the seams, not compared with the part.
+    tolerance : PathTolerance or None
+        Of lines and arcs; None for every point in every format.
+    arm : ArmAtTool or None
+    progress : Progress
+    """
+
+    def __init__(
+        self,
+        flags: WeldProgramFlags,
+        program: WeldProgram,
+        tolerance: PathTolerance | None,
+        arm: ArmAtTool | None,
+        progress: Progress,
+    ) -> None:
+        self._flags, self._program, self._arm, self._progress = flags, program, arm, progress
+        self._tolerance = tolerance
+        self._made: dict[bool, WeldProgram] = {}
+
+    def form(self, *, takes_arcs: bool) -> WeldProgram:
+        """Return the program with lines and arcs, or with every point of the seams.
+
+        Parameters
+        ----------
+        takes_arcs : bool
+            Whether the format can state arcs. With ``--every-point`` both forms are the same.
+        """
+        few = takes_arcs and self._tolerance is not None
+        if few not in self._made:
+            self._made[few] = self._make(self._tolerance if few else None)
+        return self._made[few]
+
+    def _make(self, tolerance: PathTolerance | None) -> WeldProgram:
+        from wpcal.controllers.compensation import compensate_program
+        from wpcal.controllers.few_moves import fit_program
+        from wpcal.controllers.followed_program import program_for_arm
+
+        program, arm = self._program, self._arm
+        check = partial(self._flags.air.check, torch=self._flags.shape.to_shape())
+        points = sum(map(len, program.paths))
+        self._progress(f"comparing {points} poses on {len(program.paths)} seams with the part")
+        if arm is not None:
+            return compensate_program(program_for_arm(program, arm, check=check, tolerance=tolerance), arm)
+        return check(program if tolerance is None else fit_program(program, tolerance))

@@ -22,6 +22,7 @@ HINTS: Mapping[str, str] = {
     ErrorCode.SOLID_UNKNOWN: "--weld, --not",
     ErrorCode.EDGE_UNKNOWN: "--edge",
     ErrorCode.PORT_UNUSABLE: "--port",
+    ErrorCode.WELD_RULES_MISSING: "--weld-rules",
     ErrorCode.PLACE_UNWRITABLE: "--out",
 }
 """By the code of an error: the options that help."""

@@ -34,6 +34,7 @@ TOOL_METAVAR = "X,Y,Z[,RX,RY,RZ]|TOOL.json"
 TOOL_HELP = (
     "Tool centre point in the flange frame: numbers in mm and degrees (R = Rz Ry Rx), or the file of `wpcal tcp`."
 )
+XMCF_HELP = "Welds of an xMCF file (ISO/PAS 8329, coordinates of the part)"
 WORK_ANGLE_HELP = "Work angle of the torch: from the bisector, + towards y."
 TRAVEL_ANGLE_HELP = "Travel angle of the torch: + push (0 to 15 is usual), - drag."
 SPEED_HELP = "Speed along the seam."

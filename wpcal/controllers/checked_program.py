@@ -52,13 +52,13 @@ def check_program(
     back_mm = (motion.approach_mm, motion.retract_mm)
     ends, inside = list[Ends](), dict[str, str]()
     for path in program.paths:
-        rows = path.weld_rows
-        wire = wire_directions(path.R_base[rows], axis)
-        tips = path.p_base[rows] + stick_out * wire
-        found = find_weld_pose_in_material(part, path.seam, tips, -wire, torch, back_mm=back_mm)
+        p, R, frame, _ = path.stations()
+        wire = wire_directions(R, axis)
+        tips = p + stick_out * wire
+        found = find_weld_pose_in_material(part, path.seam, tips, -wire, torch, back_mm=back_mm, frame=frame)
         if found is not None:
             inside[path.seam.name] = found
-        at = [rows.start - 1, rows.stop]
+        at = [path.weld_rows.start - 1, path.weld_rows.stop]
         ends.append(Ends(path.seam.name, path.p_base[at], path.R_base[at]))
     if inside:
         raise refused(inside, [path.seam.name for path in program.paths], torch)

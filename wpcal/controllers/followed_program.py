@@ -12,11 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wpcal.controllers.few_moves import fit_program
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.reachable_spin import ArmAtTool, point_name, spun_programs
-from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.tangent import exp_rotation, log_rotation
+from wpcal.moves import PathTolerance
 from wpcal.robot.kinematics.branch_path import Broken, continue_branch
 
 STEP_MM = 20.0
@@ -27,20 +29,27 @@ STEP_RAD = np.radians(5.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Leg:
-    """Poses that are passed in linear moves, and what each of them is, for messages."""
+    """Places that are passed one after another, what each of them is, for messages, and which of them are poses."""
 
     p: FloatArray
     R: FloatArray
     names: list[str]
+    is_pose: BoolArray
 
 
 def program_for_arm(
-    program: WeldProgram, arm: ArmAtTool, *, check: Callable[[WeldProgram], WeldProgram]
+    program: WeldProgram,
+    arm: ArmAtTool,
+    *,
+    check: Callable[[WeldProgram], WeldProgram],
+    tolerance: PathTolerance | None = None,
 ) -> WeldProgram:
     """Return a program that an arm follows from start to end.
 
     Shoulder and elbow are as at the joints that the user states, and every joint is within one turn, where that is
-    possible. Otherwise more turns are used, and other branches.
+    possible. Otherwise more turns are used, and other branches. With a tolerance the seams become lines and arcs: the
+    fewest if the arm can turn the torch as they need it, else the fewest with a turn about the wire that the arm can
+    make.
 
     Parameters
     ----------
@@ -49,27 +58,39 @@ def program_for_arm(
     arm : ArmAtTool
     check : callable
         Adds the ways between the seams, as `wpcal.controllers.checked_program.check_program` does.
+    tolerance : PathTolerance, optional
+        Of lines and arcs; None keeps a pose for every frame of the seams.
 
     Raises
     ------
     GeometryError
         When the arm cannot follow it in any branch (code ``joint-path``), or `check` refuses it.
     """
-    try:
-        return _first_branch(program, arm.within_one_turn(), check, as_near=True)
-    except GeometryError as error:
-        if error.code != ErrorCode.JOINT_PATH:
-            raise
-    return _first_branch(program, arm, check, as_near=False)
+
+    def fit_and_check(spun: WeldProgram) -> WeldProgram:
+        return check(fit_program(spun, tolerance, spin_is_free=False))
+
+    ways = [(program, check if tolerance is None else fit_and_check)]
+    if tolerance is not None:
+        ways.insert(0, (fit_program(program, tolerance), check))
+    tries = [(way, as_near) for way in ways for as_near in (True, False)]
+    for (spun, finish), as_near in tries[:-1]:
+        try:
+            return _first_branch(spun, arm.within_one_turn() if as_near else arm, finish, as_near=as_near)
+        except GeometryError as error:
+            if error.code != ErrorCode.JOINT_PATH:
+                raise
+    (spun, finish), as_near = tries[-1]
+    return _first_branch(spun, arm, finish, as_near=as_near)
 
 
 def _first_branch(
-    program: WeldProgram, arm: ArmAtTool, check: Callable[[WeldProgram], WeldProgram], *, as_near: bool
+    program: WeldProgram, arm: ArmAtTool, finish: Callable[[WeldProgram], WeldProgram], *, as_near: bool
 ) -> WeldProgram:
     refused: GeometryError | None = None
     for spun in spun_programs(program, arm, as_near=as_near):
         try:
-            return follow_program(check(spun.program), arm, spun.branch)
+            return follow_program(finish(spun.program), arm, spun.branch)
         except GeometryError as error:
             if error.code != ErrorCode.JOINT_PATH:
                 raise
@@ -121,7 +142,7 @@ def follow_program(program: WeldProgram, arm: ArmAtTool, branch: int) -> WeldPro
 
 def _legs(program: WeldProgram) -> Iterator[_Leg]:
     """Yield one leg per joint move: to each seam, or with a safe point to that only."""
-    paths = [_Leg(path.p_base, path.R_base, _names(path)) for path in program.paths]
+    paths = [_leg(path) for path in program.paths]
     safe = program.safe_point
     if safe is None:
         yield from paths
@@ -130,14 +151,22 @@ def _legs(program: WeldProgram) -> Iterator[_Leg]:
         np.concatenate([safe.p_base, *(leg.p for leg in paths), safe.p_base]),
         np.concatenate([safe.R_base, *(leg.R for leg in paths), safe.R_base]),
         ["the safe point", *(name for leg in paths for name in leg.names), "the way back to the safe point"],
+        np.concatenate([[True], *(leg.is_pose for leg in paths), [True]]),
     )
 
 
-def _names(path: WeldPath) -> list[str]:
-    rows = path.weld_rows
-    name = path.seam.name
-    along = [point_name(path, row) for row in range(path.weld_count)]
-    return [*[f"the way to seam {name}"] * rows.start, *along, *[f"the way from seam {name}"] * (len(path) - rows.stop)]
+def _leg(path: WeldPath) -> _Leg:
+    rows, name = path.weld_rows, path.seam.name
+    p, R, frame, is_pose = path.stations()
+    before, after = rows.start, len(path) - rows.stop
+    points = [point_name(path, row) for row in range(len(path.seam.frames))]
+    along = [points[row] for row in np.ceil(frame).astype(int)]
+    return _Leg(
+        np.concatenate([path.p_base[: rows.start], p, path.p_base[rows.stop :]]),
+        np.concatenate([path.R_base[: rows.start], R, path.R_base[rows.stop :]]),
+        [*[f"the way to seam {name}"] * before, *along, *[f"the way from seam {name}"] * after],
+        np.concatenate([np.ones(before, dtype=bool), is_pose, np.ones(after, dtype=bool)]),
+    )
 
 
 def _follow(leg: _Leg, arm: ArmAtTool, branch: int, near: ArrayLike) -> FloatArray:
@@ -152,7 +181,7 @@ def _follow(leg: _Leg, arm: ArmAtTool, branch: int, near: ArrayLike) -> FloatArr
             "between the seams are linear, so the arm stays in one branch",
             code=ErrorCode.JOINT_PATH,
         )
-    return np.asarray(path[rows], dtype=np.float64)
+    return np.asarray(path[rows[leg.is_pose]], dtype=np.float64)
 
 
 def _densely(p: FloatArray, R: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:

@@ -30,6 +30,7 @@ def find_weld_pose_in_material(
     torch: TorchShape,
     *,
     back_mm: tuple[float, float],
+    frame: FloatArray | None = None,
 ) -> str | None:
     """Say where along a seam, or on its way along the wire to its ends, the torch is inside material.
 
@@ -46,6 +47,9 @@ def find_weld_pose_in_material(
     torch : TorchShape
     back_mm : tuple of float
         How far the torch comes from along the wire at the first point, and goes at the last, mm.
+
+    frame : ndarray, shape (n,), optional
+        Numbers of the seam's frames at the tips, with fractions between them. None: the tips are those of the frames.
 
     Returns
     -------
@@ -65,7 +69,9 @@ def find_weld_pose_in_material(
     if len(found) == 0:
         return None
     x, y, z = p[found.row[0]]
-    place, row = float(at[found.row[0]]), math.floor(at[found.row[0]])
+    place = float(at[found.row[0]])
+    place = place if frame is None else float(np.interp(place, np.arange(len(frame)), frame))
+    row = math.floor(place)
     where = f"point {row}" if row == place else f"between points {row} and {row + 1}"
     what = f"the {found.part[0].value} is inside {found.solid[0]!r}"
     return f"seam {seam.name}: {where}, base {x:.1f}, {y:.1f}, {z:.1f} mm: {what}"

@@ -12,9 +12,10 @@ import numpy as np
 from wpcal import __version__
 from wpcal.controllers.spin import spun, unwinding_spin
 from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
-from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.arrays import BoolArray, FloatArray, frozen
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.transform import RigidTransform
+from wpcal.moves import Arc, Line, Move, MovePath, PathTolerance
 from wpcal.results.folder import FinishedCalibration
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.posture import Posture, posture
@@ -22,6 +23,9 @@ from wpcal.seam.seam import Seam
 
 NOT_CHECKED = "NOT CHECKED: the arm, fixtures, cables, the way to the first point. RUN IT DRY FIRST"
 """Said in the header of every program and on the console."""
+
+USUAL_ZONE_MM = 1.0
+"""Distance from a corner at which most of the languages let the tool leave the path."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,23 +96,25 @@ class ControllerSettings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeldPath:
-    """The tool along one seam: the way to it, one pose per frame of the seam, the way from it.
+    """The tool along one seam: the way to it, k poses along the seam, the way from it.
 
     Parameters
     ----------
     seam : Seam
         With n frames in `base`.
-    p_base : ndarray, shape (a + n + b, 3)
+    p_base : ndarray, shape (a + k + b, 3)
         Tool centre points in `base`, mm.
-    R_base : ndarray, shape (a + n + b, 3, 3)
+    R_base : ndarray, shape (a + k + b, 3, 3)
         Columns are the axes of the tool in `base`.
     u95_mm : ndarray, shape (n,), or None
         The 95 % error at the frames of the seam, mm.
     before, after : int
         a and b: poses of the way to the seam, the last of them the approach, and of the way from it, the first of them
         the retract. Where there are more than one, all moves between them are linear.
-    joints : ndarray, shape (a + n + b, 6), or None
+    joints : ndarray, shape (a + k + b, 6), or None
         Shown angles of the arm at the poses, rad; None if no arm is given.
+    moves : MovePath or None
+        The lines and arcs along the seam, with the poses `weld_rows`. None: a line to every frame of the seam, k = n.
     """
 
     seam: Seam
@@ -118,9 +124,54 @@ class WeldPath:
     before: int = 1
     after: int = 1
     joints: FloatArray | None = None
+    moves: MovePath | None = None
 
     def __len__(self) -> int:
         return len(self.p_base)
+
+    @property
+    def has_arcs(self) -> bool:
+        """Whether one of the moves along the seam is an arc."""
+        return any(isinstance(move, Arc) for move in self.weld_moves)
+
+    @property
+    def weld_moves(self) -> tuple[Move, ...]:
+        """The moves along the seam; their rows are counted from its first pose, which is row 0."""
+        return tuple(map(Line, range(1, self.weld_count))) if self.moves is None else self.moves.moves
+
+    def stops(self, blend_mm: float) -> tuple[bool, ...]:
+        """Tell at the end of which of the moves along the seam the tool stops: at corners of lines and arcs, and last.
+
+        Parameters
+        ----------
+        blend_mm : float
+            Size of the zone in which a program lets the tool leave a corner, mm.
+        """
+        if self.moves is None:
+            return (*[False] * (self.weld_count - 2), True)
+        return self.moves.stops(blend_mm)
+
+    def stations(self) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
+        """Return where the tool is at every frame of the seam, and at the poses along it.
+
+        Returns
+        -------
+        p, R : ndarray, shapes (m, 3) and (m, 3, 3)
+            In `base`, as a controller interpolates between the poses.
+        frame : ndarray, shape (m,)
+            Number of the frame of the seam at this place, with a fraction between two frames.
+        is_pose : ndarray of bool, shape (m,)
+            Whether it is one of the poses along the seam.
+        """
+        if self.moves is None:
+            rows, n = self.weld_rows, self.weld_count
+            return self.p_base[rows], self.R_base[rows], np.arange(float(n)), np.ones(n, dtype=np.bool_)
+        own = self.seam.frames.s_mm
+        s = np.union1d(own, self.moves.s_mm)
+        p, R = self.moves.poses_at(s)
+        is_pose = np.isin(s, self.moves.s_mm)
+        p[is_pose], R[is_pose] = self.moves.p, self.moves.R
+        return p, R, np.interp(s, own, np.arange(len(own))), is_pose
 
     @property
     def weld_rows(self) -> slice:
@@ -139,7 +190,7 @@ class WeldPath:
         return [*["to"] * (self.before - 1), "approach", *["weld"] * n, "retract", *["from"] * (self.after - 1)]
 
     def poses_in(self, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:
-        """Return positions (a + n + b, 3), mm, and axes (a + n + b, 3, 3) of the tool in another frame."""
+        """Return positions (a + k + b, 3), mm, and axes (a + k + b, 3, 3) of the tool in another frame."""
         return poses_in(self.p_base, self.R_base, T_base_frame)
 
     def labels(self, stem: str, *, width: int) -> list[str]:
@@ -214,6 +265,8 @@ class WeldProgram:
         Lines that say what was compared with the part; empty if nothing was.
     arm : Arm or None
         The arm whose joints the poses have.
+    tolerance : PathTolerance or None
+        How far the lines and arcs of the paths may be from the seams; None for a line to every frame.
     """
 
     paths: tuple[WeldPath, ...]
@@ -226,6 +279,7 @@ class WeldProgram:
     safe_point: SafePoint | None = None
     checked: tuple[str, ...] = ()
     arm: Arm | None = None
+    tolerance: PathTolerance | None = None
 
     @property
     def label_width(self) -> int:
@@ -300,10 +354,15 @@ def describe(program: WeldProgram) -> list[str]:
     lines += [
         f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
         f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
-        f"turn about the wire: least, within {math.degrees(torch.spin_range_rad):g} deg of the travel direction",
+        f"turn about the wire: {'least' if program.tolerance is None else 'as few moves need it'}, "
+        f"within {math.degrees(torch.spin_range_rad):g} deg of the travel direction",
         f"stick-out {torch.stick_out_mm:g} mm, approach {program.motion.approach_mm:g} mm, "
         f"retract {program.motion.retract_mm:g} mm",
     ]
+    if program.tolerance is not None:
+        lines.append(describe_moves(program))
+        if any(any(path.stops(USUAL_ZONE_MM)[:-1]) for path in program.paths):
+            lines.append(f"the tool stops at corners that a zone would cut by more than {program.tolerance.mm:g} mm")
     if program.arm is not None and (postures := program.posture_of(program.groups[0])) is not None:
         axis_1 = "behind" if postures.is_behind[0] else "in front of"
         lower_arm = "behind" if postures.is_behind_lower_arm[0] else "in front of"
@@ -314,8 +373,25 @@ def describe(program: WeldProgram) -> list[str]:
     return [*lines, *(program.checked or ["NOT CHECKED for collisions with the part"]), NOT_CHECKED]
 
 
+def describe_moves(program: WeldProgram) -> str:
+    """Return one line about the lines and arcs of a program: how far they are from the seams at most."""
+    tolerance = program.tolerance
+    moves = [path.moves for path in program.paths if path.moves is not None]
+    off_mm, off_rad = max(each.off_mm for each in moves), max(each.off_rad for each in moves)
+    allowed = "" if tolerance is None else f" (allowed: {tolerance.mm:g} mm, {math.degrees(tolerance.wire_rad):g} deg)"
+    return f"lines and arcs: the wire is at most {off_mm:.3f} mm and {math.degrees(off_rad):.2f} deg off{allowed}"
+
+
 def describe_path(path: WeldPath) -> str:
-    """Return one line about a seam: what it is, and its 95 % error."""
+    """Return one line about a seam: what it is, its points or moves, and its 95 % error."""
     seam = path.seam
-    text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {path.weld_count} points"
+    text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {_count(path)}"
     return text if path.u95_mm is None else f"{text}, 95 % error up to {path.u95_mm.max():.3f} mm"
+
+
+def _count(path: WeldPath) -> str:
+    if path.moves is None:
+        return f"{path.weld_count} points"
+    arcs = sum(isinstance(move, Arc) for move in path.weld_moves)
+    counts = ((len(path.weld_moves) - arcs, "line"), (arcs, "arc"))
+    return " and ".join(f"{count} {what}{'s' if count > 1 else ''}" for count, what in counts if count)

@@ -15,9 +15,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wpcal.controllers.few_moves import AXIS, spin_from_travel, with_moves
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.controllers.spin import START_COST, possible_offsets, spun, swing_and_twist
-from wpcal.controllers.torch import tool_rotations
+from wpcal.controllers.spin import START_COST, STEP_RAD, possible_offsets, spun, swing_and_twist
+from wpcal.controllers.torch import ToolAxis, TorchSettings, tool_rotations
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.transform import RigidTransform
@@ -146,8 +147,7 @@ def spun_programs(program: WeldProgram, arm: ArmAtTool, *, as_near: bool = False
                 stops.append(replace(chosen, seam=number))
                 break
             rows, before = chosen
-            along = seam.every[np.arange(len(rows)), rows]
-            paths.append(replace(seam.path, R_base=frozen(np.concatenate([along[:1], along, along[-1:]]))))
+            paths.append(seam.spun(rows, program.torch.tool_axis))
         else:
             found = True
             yield SpunProgram(replace(program, paths=tuple(paths)), branch)
@@ -161,8 +161,9 @@ def spun_programs(program: WeldProgram, arm: ArmAtTool, *, as_near: bool = False
 
 
 def point_name(path: WeldPath, row: int) -> str:
-    """Name a point of a seam with its place: along the seam and in the base, mm."""
-    x, y, z = path.p_base[path.weld_rows][row]
+    """Name a frame of a seam with its place: along the seam and in the base, mm."""
+    p, _, frame, _ = path.stations()
+    x, y, z = p[np.searchsorted(frame, row)]
     frames = path.seam.frames
     return (
         f"seam {path.seam.name}: point {row}, {frames.s_mm[row] - frames.s_mm[0]:.1f} mm along it, "
@@ -174,7 +175,9 @@ def point_name(path: WeldPath, row: int) -> str:
 class _Seam:
     """Every turn about the wire at every point of a seam, and the joints of all branches there.
 
-    `every` has shape (n, k, 3, 3), `e` (n, k), rad, `joints` (n, k, 8, 6), `ends` (2, k, 8, 6), `swing` (n - 1,), rad.
+    `every` has shape (n, k, 3, 3), `e` (n, k), rad, `joints` (n, k, 8, 6), `ends` (2, k, 8, 6), `swing` (n - 1,), rad,
+    `frame` (n,): the seam's frame at each point, or the next one. Lines and arcs turn the tool as they are: they have
+    the same turn about the wire, one column, at every point (`is_one_turn`).
     """
 
     path: WeldPath
@@ -183,10 +186,14 @@ class _Seam:
     swing: FloatArray
     joints: FloatArray
     ends: FloatArray
+    frame: IntArray
+    is_one_turn: bool
 
     @classmethod
     def of(cls, path: WeldPath, program: WeldProgram, arm: ArmAtTool) -> _Seam:
         torch, rows = program.torch, path.weld_rows
+        if path.moves is not None:
+            return cls._of_moves(path, torch, arm)
         R = tool_rotations(path.seam.frames.R, torch, path.seam.lean_rad)
         swing, twist = swing_and_twist(R, torch.tool_axis)
         free = -np.concatenate([[0.0], np.cumsum(twist)])
@@ -194,7 +201,28 @@ class _Seam:
         every = spun(R[:, None], free[:, None] + e, torch.tool_axis)
         joints = arm.branches(path.p_base[rows][:, None], every)
         ends = arm.branches(path.p_base[[rows.start - 1, rows.stop]][:, None], every[[0, -1]])
-        return cls(path, every, e, swing, joints, ends)
+        return cls(path, every, e, swing, joints, ends, np.arange(len(R)), is_one_turn=False)
+
+    @classmethod
+    def _of_moves(cls, path: WeldPath, torch: TorchSettings, arm: ArmAtTool) -> _Seam:
+        p, R, frame, _ = path.stations()
+        most, now = torch.spin_range_rad, spin_from_travel(path, torch)
+        e = np.arange(-np.pi, np.pi, STEP_RAD)
+        e = e[np.argsort(np.abs(e), kind="stable")]
+        whole = most >= np.pi
+        e = np.concatenate([[0.0], e[1:] if whole else e[np.abs(now[:, None] + e).max(axis=0) <= most]])
+        every = spun(R[:, None], np.broadcast_to(e, (len(R), len(e))), torch.tool_axis)
+        ends = arm.branches(path.p_base[[path.weld_rows.start - 1, path.weld_rows.stop]][:, None], every[[0, -1]])
+        joints = arm.branches(p[:, None], every)
+        all_e, swing = np.tile(e, (len(R), 1)), np.zeros(len(R) - 1)
+        return cls(path, every, all_e, swing, joints, ends, np.ceil(frame).astype(np.int64), is_one_turn=True)
+
+    def spun(self, columns: IntArray, axis: ToolAxis) -> WeldPath:
+        """Return the path with the chosen turns about the wire."""
+        if self.path.moves is not None:
+            return with_moves(self.path, self.path.moves.turned_about(AXIS[axis], float(self.e[0, columns[0]])))
+        along = self.every[np.arange(len(columns)), columns]
+        return replace(self.path, R_base=frozen(np.concatenate([along[:1], along, along[-1:]])))
 
     def choose(
         self, arm: ArmAtTool, branch: int, near: FloatArray, begin: Begin
@@ -214,17 +242,25 @@ class _Seam:
         for row in range(len(states)):
             columns, q = states[row]
             if not len(columns):
-                return _Stop(0, row, _why_not(arm.arm, self.joints[row, :, branch], np.abs(self.e[row])))
+                return _Stop(
+                    0, int(self.frame[row]), _why_not(arm.arm, self.joints[row, :, branch], np.abs(self.e[row]))
+                )
             if row:
                 before, q_before = states[row - 1]
                 turn = self.e[row, columns] - self.e[row - 1, before][:, None]
                 total = cost[:, None] + np.hypot(self.swing[row - 1], turn)
                 step = np.abs(q - q_before[:, None]).max(axis=2)
                 total[step > LARGEST_STEP_RAD] = np.inf
+                if self.is_one_turn:
+                    total[before[:, None] != columns] = np.inf
                 came.append(np.argmin(total, axis=0))
                 cost = total[came[-1], np.arange(len(columns))]
             if not np.isfinite(cost).any():
-                return _Stop(0, row, "the arm would have to change its branch between this point and the one before")
+                return _Stop(
+                    0,
+                    int(self.frame[row]),
+                    "the arm would have to change its branch between this point and the one before",
+                )
         chosen = int(np.argmin(cost))
         rows, last = np.zeros(len(states), dtype=np.int64), states[-1][1][chosen]
         for row in range(len(states) - 1, -1, -1):

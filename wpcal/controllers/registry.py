@@ -56,6 +56,8 @@ class Controller:
         What people also call it, lower case: the maker. Taken wherever `name` is.
     reads_back : bool
         Whether `reader` also reads what `writer` writes. Programs are then read back before they are put in place.
+    takes_arcs : bool
+        Whether `writer` writes the lines and arcs of `WeldPath.weld_moves`. Otherwise it gets a pose for every frame.
 
     Raises
     ------
@@ -71,6 +73,7 @@ class Controller:
     sync_writer: str | None = None
     brands: tuple[str, ...] = ()
     reads_back: bool = False
+    takes_arcs: bool = False
 
     def __post_init__(self) -> None:
         if (self.reader is None) != (not self.suffixes):

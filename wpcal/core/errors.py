@@ -68,6 +68,8 @@ class ErrorCode(StrEnum):
     """No edge is at the place that the caller gave."""
     PORT_UNUSABLE = "port-unusable"
     """The port cannot be opened; the caller can choose another."""
+    WELD_RULES_MISSING = "weld-rules-missing"
+    """Weld data was written with rules of the user; the caller must give them again."""
     PLACE_UNWRITABLE = "place-unwritable"
     """Nothing can be written at the place of an output; the caller can choose another."""
 

@@ -102,7 +102,8 @@ def is_loop(graph: BrepGraph, run: SeamPieces) -> bool:
 
 def framed(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, options: SeamOptions) -> Seam:
     """Return a seam with the length and the frames of its pieces; its edit says from which side the torch comes."""
-    faced = face_free_space(graph, trimmed, with_frames(graph, seam, options))
+    (framed,) = with_frames(graph, [seam], options)
+    faced = face_free_space(graph, trimmed, framed)
     if seam.edit is None or not seam.edit.other_side:
         return faced
     R = faced.frames.R * np.array([1.0, -1.0, -1.0])

@@ -242,11 +242,14 @@ class Finding:
         The confidence is multiplied by it.
     text : str
         The finding in words, for people.
+    solid : str
+        Name of the solid that it is about; empty if it is about the candidate.
     """
 
     rule: str
     factor: float
     text: str
+    solid: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

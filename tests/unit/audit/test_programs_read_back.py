@@ -116,7 +116,8 @@ def test_a_program_that_reads_back_differently_is_not_put_in_place(
 
     right = write.write_rapid
     monkeypatch.setattr(write, "write_rapid", lambda one: {k: moved(v, "rapid", 1.0) for k, v in right(one).items()})
-    ended = run_here("export", FIXTURES / "tee" / "golden", "-f", "krl", "-f", "rapid", "-o", tmp_path / "out")
+    golden = FIXTURES / "tee" / "golden"
+    ended = run_here("export", golden, "--every-point", "-f", "krl", "-f", "rapid", "-o", tmp_path / "out")
     assert ended.returncode == 70
     assert "rapid: the pose at base" in ended.stderr
     assert not (tmp_path / "out").exists()

@@ -7,6 +7,8 @@ import pytest
 from tests.saddle import CELL, SEAMS, THINNED, scan_coarsely, shared_search
 from wpcal.cli.main import run
 
+pytestmark = pytest.mark.many
+
 SHOWN = 4
 """Every fourth path of the shared sweep: enough to choose from."""
 

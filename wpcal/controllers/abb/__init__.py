@@ -11,4 +11,5 @@ RAPID = Controller(
     reads_back=True,
     sync_writer="wpcal.controllers.abb.sync:write_sync_rapid",
     brands=("abb",),
+    takes_arcs=True,
 )

@@ -21,6 +21,7 @@ from wpcal.controllers.rounding import rounded
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
 from wpcal.core.transform import RigidTransform
+from wpcal.moves import Arc
 
 KEYWORDS = (
     "alias and backward case connect const default div do else elseif endfor endfunc endif endmodule endproc "
@@ -47,6 +48,12 @@ JOINT_SPEED = "v100"
 OFF = ("    ConfJ\\Off;", "    ConfL\\Off;")
 ON = ("    ConfJ\\On;", "    ConfL\\On;")
 """As a controller starts; a caller of a procedure gets them back."""
+CIRCLE = ("    CirPathMode\\ObjectFrame;",)
+"""On arcs the tool turns about one axis, and not with the tangent."""
+USUAL_CIRCLE = ("    CirPathMode\\PathFrame;",)
+"""As a controller starts."""
+ZONE_MM = 1.0
+"""Of z1."""
 TURN_DEG_S = 500
 """As in the predefined speeds: rotation never limits the speed along a seam."""
 
@@ -81,7 +88,9 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
     off, on = ((), ()) if program.arm is not None else (OFF, ON)
     for path in program.paths:
         moves = _moves(path, names[path.seam.name], tool, width, comes_from_safe=program.safe_point is not None)
-        lines += ["", f"  PROC {PROCEDURE}{names[path.seam.name]}()", *off, *moves, *on, "  ENDPROC"]
+        mode, usual = (CIRCLE, USUAL_CIRCLE) if path.has_arcs else ((), ())
+        name = f"{PROCEDURE}{names[path.seam.name]}"
+        lines += ["", f"  PROC {name}()", *off, *mode, *moves, *usual, *on, "  ENDPROC"]
     calls = [f"    {PROCEDURE}{stem};" for stem in names.values()]
     if program.safe_point is not None:
         end = f"{tool}\\WObj:=wpPart;"
@@ -150,16 +159,23 @@ def _targets(
 def _moves(path: WeldPath, stem: str, tool: str, width: int, *, comes_from_safe: bool) -> list[str]:
     end = f"{tool}\\WObj:=wpPart;"
     labels, rows = path.labels(stem, width=width), path.weld_rows
-    way_to, (first, *between, last), way_from = labels[: rows.start], labels[rows], labels[rows.stop :]
+    way_to, along, way_from = labels[: rows.start], labels[rows], labels[rows.stop :]
     moves = [f"    MoveL {label},vAir,fine,{end}" for label in way_to]
     if not comes_from_safe:
         moves[0] = f"    MoveJ {way_to[0]},vAir,fine,{end}"
     return [
         *moves,
-        f"    MoveL {first},vAir,fine,{end}",
+        f"    MoveL {along[0]},vAir,fine,{end}",
         "    ! ARC ON",
-        *(f"    MoveL {label},vWeld,z1,{end}" for label in between),
-        f"    MoveL {last},vWeld,fine,{end}",
+        *_weld_moves(path, along, end),
         "    ! ARC OFF",
         *(f"    MoveL {label},vAir,fine,{end}" for label in way_from),
     ]
+
+
+def _weld_moves(path: WeldPath, along: list[str], end: str) -> list[str]:
+    lines = []
+    for move, stop in zip(path.weld_moves, path.stops(ZONE_MM), strict=True):
+        to = f"MoveC {along[move.via]},{along[move.to]}" if isinstance(move, Arc) else f"MoveL {along[move.to]}"
+        lines.append(f"    {to},vWeld,{'fine' if stop else 'z1'},{end}")
+    return lines

@@ -9,4 +9,5 @@ FANUC = Controller(
     suffixes=(".ls",),
     reader="wpcal.controllers.fanuc.read:READER",
     reads_back=True,
+    takes_arcs=True,
 )

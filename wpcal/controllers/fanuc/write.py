@@ -22,6 +22,7 @@ from wpcal.controllers.user_frame_jobs import ConfigurationRule, JobLanguage, wr
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
+from wpcal.moves import Arc
 
 NAMES = NameRules("FANUC", 32, "aux com1 com2 con lpt1 lpt2 nul prn")
 """Names of programs have up to 36 characters. A file must not have the name of a device of the controller."""
@@ -39,6 +40,8 @@ CONFIGURATION = ConfigurationRule(
     compute=config,
 )
 """For example N U T, 0, 0, 0: flip, (left, right,) up, front, and the turns of three joints."""
+ZONE_MM = 1.0
+"""About how far from a corner CNT100 leaves the path at a weld speed: the way that it brakes in."""
 JOINT_PERCENT = 10
 """Of the first move to a seam. Slow, because the arm can come from anywhere."""
 LANGUAGE = JobLanguage(
@@ -131,11 +134,19 @@ def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
         begin,
         *(f"L P[{number}] {air} FINE" for number in range(2, first + 1)),
         "  !ARC ON",
-        *(f"L P[{number}] {weld} CNT100" for number in range(first + 1, last)),
-        f"L P[{last}] {weld} FINE",
+        *_weld_moves(path, first, weld),
         "  !ARC OFF",
         *(f"L P[{number}] {air} FINE" for number in range(last + 1, len(path) + 1)),
     ]
+
+
+def _weld_moves(path: WeldPath, first: int, speed: str) -> list[str]:
+    lines = []
+    for move, stop in zip(path.weld_moves, path.stops(ZONE_MM), strict=True):
+        end = f"P[{first + move.to}] {speed} {'FINE' if stop else 'CNT100'}"
+        # the end of a circular move is on a line of its own, without a number
+        lines.append(f"C P[{first + move.via}]\r\n    :  {end}" if isinstance(move, Arc) else f"L {end}")
+    return lines
 
 
 def _frame_lines(program: WeldProgram) -> list[str]:

@@ -10,4 +10,5 @@ KRL = Controller(
     reader="wpcal.controllers.kuka.read:READER",
     reads_back=True,
     brands=("kuka",),
+    takes_arcs=True,
 )

@@ -19,6 +19,7 @@ from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
+from wpcal.moves import Arc
 
 KEYWORDS = (
     "anin anout axis b_and b_exor b_not b_or begin bool brake case cast_from cast_to ccirc channel char circ "
@@ -38,6 +39,8 @@ LONGEST_COMMENT = 76
 """Keeps lines on the pendant's screen."""
 JOINT_PERCENT = 10
 """Of PTP moves. Slow, because the arm can come from anywhere."""
+CIRCLE = ("$ORI_TYPE=#VAR", "$CIRC_TYPE=#BASE")
+"""On arcs the tool turns about one axis, and not with the tangent."""
 BLEND_MM = 1.0
 """Distance from a corner at which LIN moves may leave it: the default least step of seams."""
 
@@ -147,13 +150,14 @@ def _start(program: WeldProgram) -> list[str]:
         "$BASE=WP_PART",
         "$IPO_MODE=#BASE",
         f"$APO.CDIS={BLEND_MM:g}",
+        *(CIRCLE if any(path.has_arcs for path in program.paths) else ()),
         *(to_safe_point if program.safe_point is not None else []),
     ]
 
 
 def _moves(path: WeldPath, stem: str, program: WeldProgram, width: int) -> list[str]:
     labels, rows = path.labels(stem, width=width), path.weld_rows
-    way_to, (first, *between, last), way_from = labels[: rows.start], labels[rows], labels[rows.stop :]
+    way_to, along, way_from = labels[: rows.start], labels[rows], labels[rows.stop :]
     weld, air = program.motion.speed_mm_s / 1000.0, program.motion.air_speed_mm_s / 1000.0  # $VEL.CP is in m/s
     begin = "PTP" if program.safe_point is None else "LIN"
     return [
@@ -161,12 +165,19 @@ def _moves(path: WeldPath, stem: str, program: WeldProgram, width: int) -> list[
         f"$VEL.CP={air:g}",
         f"{begin} {way_to[0]}",
         *(f"LIN {label}" for label in way_to[1:]),
-        f"LIN {first}",
+        f"LIN {along[0]}",
         "; ARC ON",
         f"$VEL.CP={weld:g}",
-        *(f"LIN {label} C_DIS" for label in between),
-        f"LIN {last}",
+        *_weld_moves(path, along),
         "; ARC OFF",
         f"$VEL.CP={air:g}",
         *(f"LIN {label}" for label in way_from),
     ]
+
+
+def _weld_moves(path: WeldPath, along: list[str]) -> list[str]:
+    lines = []
+    for move, stop in zip(path.weld_moves, path.stops(BLEND_MM), strict=True):
+        to = f"CIRC {along[move.via]},{along[move.to]}" if isinstance(move, Arc) else f"LIN {along[move.to]}"
+        lines.append(to if stop else f"{to} C_DIS")
+    return lines

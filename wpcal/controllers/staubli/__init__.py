@@ -7,4 +7,5 @@ VAL3 = Controller(
     title="Staubli VAL3: NAME.pjx, NAME.dtx, start.pgx with the part's frame and points",
     writer="wpcal.controllers.staubli.write:write_val3",
     brands=("staubli",),
+    takes_arcs=True,
 )

@@ -20,6 +20,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
+from wpcal.moves import Arc
 
 KEYWORDS = (
     "and begin call case default do else elseif end endfor endif endswitch endwhile false for fpart global if link "
@@ -32,6 +33,8 @@ MOST_POINTS = 9999
 MM_DECIMALS = 5
 DEG_DECIMALS = 6
 """As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg."""
+COUNTER = ('    <Data name="nPoint" access="private" xsi:type="array" type="num" size="1" />',)
+"""Of a loop over all points of a seam."""
 BLEND_MM = 0.5
 """Half of the default least step of seams: blends of neighbours touch and do not overlap."""
 JOINT_PERCENT = 10
@@ -99,7 +102,7 @@ def _database(program: WeldProgram, names: dict[str, str]) -> str:
         *_data("mAir", "mdesc", [_motion(program.motion.air_speed_mm_s, "off")]),
         *_data("mJoint", "mdesc", [_motion(program.motion.air_speed_mm_s, "off", percent=JOINT_PERCENT)]),
         *_data("mWeld", "mdesc", [_motion(program.motion.speed_mm_s, "cartesian")]),
-        '    <Data name="nPoint" access="private" xsi:type="array" type="num" size="1" />',
+        *(COUNTER if any(path.moves is None for path in program.paths) else ()),
     ]
     same = 'shoulder="ssame" elbow="esame" wrist="wsame" fatherId="fPart[0]"'
     if program.safe_point is not None:
@@ -188,11 +191,21 @@ def _moves(path: WeldPath, name: str, tool: str, *, comes_from_safe: bool) -> li
         *(f"  movel({name}[{row}],{tool},mAir)" for row in range(1, rows.start + 1)),
         "  waitEndMove()",
         "  // ARC ON",
-        f"  for nPoint={rows.start + 1} to {rows.stop - 1}",
-        f"    movel({name}[nPoint],{tool},mWeld)",
-        "  endFor",
-        "  waitEndMove()",
+        *_weld_moves(path, name, tool),
         "  // ARC OFF",
         *(f"  movel({name}[{row}],{tool},mAir)" for row in range(rows.stop, count)),
         "  waitEndMove()",
     ]
+
+
+def _weld_moves(path: WeldPath, name: str, tool: str) -> list[str]:
+    first, last = path.weld_rows.start, path.weld_rows.stop - 1
+    if path.moves is None:
+        loop = f"  for nPoint={first + 1} to {last}", f"    movel({name}[nPoint],{tool},mWeld)", "  endFor"
+        return [*loop, "  waitEndMove()"]
+    lines = []
+    for move, stop in zip(path.weld_moves, path.stops(BLEND_MM), strict=True):
+        to = f"{name}[{first + move.to}],{tool},mWeld"
+        lines.append(f"  movec({name}[{first + move.via}],{to})" if isinstance(move, Arc) else f"  movel({to})")
+        lines += ["  waitEndMove()"] if stop else []
+    return lines

@@ -7,4 +7,5 @@ URSCRIPT = Controller(
     title="Universal Robots: NAME.script with the part's frame and poses",
     writer="wpcal.controllers.ur.write:write_urscript",
     brands=("ur", "universal-robots"),
+    takes_arcs=True,
 )

@@ -19,6 +19,7 @@ from wpcal.controllers.rounding import rounded
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.core.transform import RigidTransform
+from wpcal.moves import Arc
 
 NAMES = NameRules(
     "URScript",
@@ -86,7 +87,7 @@ def _poses(p: FloatArray, R: FloatArray) -> list[str]:
 def _moves(path: WeldPath, T_base_frame: RigidTransform, program: WeldProgram) -> list[str]:
     poses = [f"pose_trans(wp_part, {pose})" for pose in _poses(*path.poses_in(T_base_frame))]
     rows = path.weld_rows
-    way_to, (first, *between, last), way_from = poses[: rows.start], poses[rows], poses[rows.stop :]
+    way_to, along, way_from = poses[: rows.start], poses[rows], poses[rows.stop :]
     a = f"a={ACCELERATION_M_S2:g}"
     weld, air = (f"{a}, v={v * MM:g}" for v in (program.motion.speed_mm_s, program.motion.air_speed_mm_s))
     begin = f"  movej({way_to[0]}, {JOINT_LIMITS})" if program.safe_point is None else f"  movel({way_to[0]}, {air})"
@@ -94,10 +95,21 @@ def _moves(path: WeldPath, T_base_frame: RigidTransform, program: WeldProgram) -
         *comment_lines([f"{path.seam.name}: {describe_path(path)}"], mark="  # ", longest=LONGEST_COMMENT),
         begin,
         *(f"  movel({pose}, {air})" for pose in way_to[1:]),
-        f"  movel({first}, {air})",
+        f"  movel({along[0]}, {air})",
         "  # ARC ON",
-        *(f"  movel({pose}, {weld}, r={BLEND_MM * MM:g})" for pose in between),
-        f"  movel({last}, {weld})",
+        *_weld_moves(path, along, weld),
         "  # ARC OFF",
         *(f"  movel({pose}, {air})" for pose in way_from),
     ]
+
+
+def _weld_moves(path: WeldPath, along: list[str], speed: str) -> list[str]:
+    """Return the moves along the seam. Mode 0 of an arc: the tool turns about one axis, and not with the tangent."""
+    lines = []
+    for move, stop in zip(path.weld_moves, path.stops(BLEND_MM), strict=True):
+        blend = "" if stop else f", r={BLEND_MM * MM:g}"
+        if isinstance(move, Arc):
+            lines.append(f"  movec({along[move.via]}, {along[move.to]}, {speed}{blend}, mode=0)")
+        else:
+            lines.append(f"  movel({along[move.to]}, {speed}{blend})")
+    return lines

@@ -11,4 +11,5 @@ INFORM = Controller(
     reads_back=True,
     sync_writer="wpcal.controllers.yaskawa.sync:write_sync_inform",
     brands=("yaskawa", "motoman"),
+    takes_arcs=True,
 )

@@ -22,6 +22,7 @@ from wpcal.controllers.yaskawa.configuration import rconf
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
+from wpcal.moves import Arc
 
 NAMES = NameRules("INFORM", 32)
 """Names of jobs have up to 32 characters."""
@@ -39,6 +40,8 @@ CONFIGURATION = ConfigurationRule(
     example="1,0,0,0,0,0,0,0",
     complete=rconf,
 )
+ZONE_MM = 1.0
+"""About how far from a corner the usual position level leaves the path at a weld speed."""
 JOINT_PERCENT = 5.0
 """Of the first move to a seam. Slow, because the arm can come from anywhere."""
 NO_DATE = "2000/01/01 00:00"
@@ -173,10 +176,30 @@ def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
         begin,
         *(f"MOVL C{number:05d} {air}" for number in range(1, rows.start + 1)),
         "'ARC ON",
-        *(f"MOVL C{number:05d} {weld}" for number in range(rows.start + 1, rows.stop)),
+        *_weld_moves(path, rows.start, weld),
         "'ARC OFF",
         *(f"MOVL C{number:05d} {air}" for number in range(rows.stop, len(path))),
     ]
+
+
+def _weld_moves(path: WeldPath, first: int, speed: str) -> list[str]:
+    """Return the moves along the seam.
+
+    An arc has three MOVC, the first at its start. Between two arcs a MOVL to the point where they meet tells that the
+    second is another circle.
+    """
+    lines, at, follows_arc = [], first, False
+    for move, stop in zip(path.weld_moves, path.stops(ZONE_MM), strict=True):
+        to = first + move.to
+        level = " PL=0" if stop and to != first + path.weld_count - 1 else ""
+        if isinstance(move, Arc):
+            lines += [f"MOVL C{at:05d} {speed}"] if follows_arc else []
+            lines += [f"MOVC C{number:05d} {speed}" for number in (at, first + move.via)]
+            lines.append(f"MOVC C{to:05d} {speed}{level}")
+        else:
+            lines.append(f"MOVL C{to:05d} {speed}{level}")
+        at, follows_arc = to, isinstance(move, Arc)
+    return lines
 
 
 def _speed(mm_s: float) -> str:

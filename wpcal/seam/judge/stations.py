@@ -266,26 +266,25 @@ def _where_wire_is_free(graph: BrepGraph, trimmed: TrimmedFaces, changes: Sequen
     if not changes:
         return np.zeros(0)
     start = np.array([start_mm(change.seam) for change in changes])
-    length = np.repeat(np.maximum(USUAL_TORCH.wire_mm - start, 0.0), SEARCH_PLACES)
-
-    def meets(places: FloatArray) -> BoolArray:
-        frames = [_wire(graph, change.seam, s) for change, s in zip(changes, places, strict=True)]
-        p, z = (np.concatenate(column) for column in zip(*frames, strict=True))
-        q = p + np.repeat(start, SEARCH_PLACES)[:, None] * z
-        blocked: BoolArray = is_blocked(graph, trimmed, q, z, length_mm=length).reshape(places.shape)
-        return blocked
-
+    length = np.maximum(USUAL_TORCH.wire_mm - start, 0.0)
     bad = np.array([change.s_mm for change in changes])
     end = np.array([0.0 if change.enters else change.seam.frames.s_mm[-1] for change in changes])
     good = bad + np.clip(end - bad, -SEARCH_MM, SEARCH_MM)
-    rows, share = np.arange(len(changes)), np.arange(1, SEARCH_PLACES + 1) / SEARCH_PLACES
-    while np.abs(good - bad).max() > CUT_MM:
-        places = bad[:, None] + (good - bad)[:, None] * share
-        free = ~meets(places)
+    share = np.arange(1, SEARCH_PLACES + 1) / SEARCH_PLACES
+    while True:
+        rows = np.flatnonzero(np.abs(good - bad) > CUT_MM)
+        if len(rows) == 0:
+            return np.asarray(good, dtype=np.float64)
+        places = bad[rows, None] + (good - bad)[rows, None] * share
+        frames = [_wire(graph, changes[row].seam, s) for row, s in zip(rows.tolist(), places, strict=True)]
+        p, z = (np.concatenate(column) for column in zip(*frames, strict=True))
+        q = p + np.repeat(start[rows], SEARCH_PLACES)[:, None] * z
+        is_met = is_blocked(graph, trimmed, q, z, length_mm=np.repeat(length[rows], SEARCH_PLACES))
+        free = ~is_met.reshape(places.shape)
         first = np.where(free.any(axis=1), free.argmax(axis=1), SEARCH_PLACES - 1)
-        bad = np.where(first > 0, places[rows, np.maximum(first - 1, 0)], bad)
-        good = places[rows, first]
-    return np.asarray(good, dtype=np.float64)
+        own = np.arange(len(rows))
+        bad[rows] = np.where(first > 0, places[own, np.maximum(first - 1, 0)], bad[rows])
+        good[rows] = places[own, first]
 
 
 def _wire(graph: BrepGraph, seam: Seam, s_mm: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,18 +43,25 @@ def cut_at_material(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Sea
     felt = seams
     if options.steps.chord_mm > FELT_CHORD_MM:
         finer = replace(options, steps=replace(options.steps, chord_mm=FELT_CHORD_MM))
-        felt = [face_free_space(graph, trimmed, with_frames(graph, seam, finer)) for seam in seams]
+        felt = [face_free_space(graph, trimmed, seam) for seam in with_frames(graph, seams, finer)]
+    stretches_of = find_stretches(graph, trimmed, felt)
+    cuts = [
+        Cut(seam, stretches, _cut_reason(graph, seam, stretches))
+        for seam, stretches in zip(seams, stretches_of, strict=True)
+        if len(stretches) > 1
+    ]
+    cut = iter(cut_at(graph, trimmed, cuts, options))
     found = []
-    for seam, stretches in zip(seams, find_stretches(graph, trimmed, felt), strict=True):
-        if len(stretches) == 1:
-            found.append(_inside(graph, seam, stretches[0]))
-        else:
-            solids = frozenset().union(*(stretch.solids for stretch in stretches))
-            names = ", ".join(graph.solid_names[solid] for solid in sorted(solids))
-            reason = f"cut from a seam of {seam.length_mm:.1f} mm, which goes through {names}"
-            pieces = cut_at(graph, trimmed, seam, stretches, options, reason)
-            found += [_inside(graph, own, stretch) for own, stretch in pieces]
+    for seam, stretches in zip(seams, stretches_of, strict=True):
+        pieces = [(seam, stretches[0])] if len(stretches) == 1 else next(cut)
+        found += [_inside(graph, own, stretch) for own, stretch in pieces]
     return found
+
+
+def _cut_reason(graph: BrepGraph, seam: Seam, stretches: Sequence[Stretch]) -> str:
+    solids = frozenset().union(*(stretch.solids for stretch in stretches))
+    names = ", ".join(graph.solid_names[solid] for solid in sorted(solids))
+    return f"cut from a seam of {seam.length_mm:.1f} mm, which goes through {names}"
 
 
 def _inside(graph: BrepGraph, seam: Seam, stretch: Stretch) -> Seam:
@@ -62,42 +69,57 @@ def _inside(graph: BrepGraph, seam: Seam, stretch: Stretch) -> Seam:
     return replace(seam, inside=names) if names else seam
 
 
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """A seam and where it is cut.
+
+    Parameters
+    ----------
+    seam : Seam
+    stretches : sequence of Stretch
+        From start to end. In a closed seam the last and the first are joined if both are free, or neither is.
+    reason : str
+        Added to the reasons of each stretch.
+    """
+
+    seam: Seam
+    stretches: Sequence[Stretch]
+    reason: str
+
+
 def cut_at(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    seam: Seam,
-    stretches: Sequence[Stretch],
-    options: SeamOptions,
-    reason: str,
-) -> list[tuple[Seam, Stretch]]:
-    """Make stretches of a seam seams of their own.
+    graph: BrepGraph, trimmed: TrimmedFaces, cuts: Sequence[Cut], options: SeamOptions
+) -> list[list[tuple[Seam, Stretch]]]:
+    """Make stretches of n seams seams of their own, all at once.
 
     Parameters
     ----------
     graph, trimmed :
         The part.
-    seam : Seam
-    stretches : sequence of Stretch
-        From start to end. In a closed seam the last and the first are joined if both are free, or neither is.
+    cuts : sequence of Cut
     options : SeamOptions
-    reason : str
-        Added to the reasons of each.
 
     Returns
     -------
-    list of (Seam, Stretch)
+    list of list of (Seam, Stretch), length n
     """
-    stretches = list(stretches)
+    parts = [_parts(graph, cut) for cut in cuts]
+    framed = with_frames(graph, [part for own in parts for part, _ in own], options)
+    faced = iter([face_free_space(graph, trimmed, seam) for seam in framed])
+    return [[(next(faced), stretch) for _, stretch in own] for own in parts]
+
+
+def _parts(graph: BrepGraph, cut: Cut) -> list[tuple[Seam, Stretch]]:
+    """Return the stretches of a seam as seams that still have the frames of the whole seam."""
+    seam, stretches = cut.seam, list(cut.stretches)
     runs = [cut_run(graph, seam.pieces, stretch.low_mm, stretch.high_mm) for stretch in stretches]
     if seam.closed and bool(stretches[0].solids) == bool(stretches[-1].solids):
         runs[0] = SeamPieces.joined([runs.pop(), runs[0]])
         last = stretches.pop()
         stretches[0] = replace(stretches[0], solids=stretches[0].solids | last.solids)
-    found = []
-    for pieces, stretch in zip(_directed(graph, runs), stretches, strict=True):
-        own = replace(seam, pieces=pieces, closed=False, reasons=(*seam.reasons, reason))
-        found.append((face_free_space(graph, trimmed, with_frames(graph, own, options)), stretch))
-    return found
+    reasons = (*seam.reasons, cut.reason)
+    parts = [replace(seam, pieces=pieces, closed=False, reasons=reasons) for pieces in _directed(graph, runs)]
+    return list(zip(parts, stretches, strict=True))
 
 
 def _directed(graph: BrepGraph, runs: list[SeamPieces]) -> list[SeamPieces]:

@@ -13,7 +13,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.judge.leans import STEP_MM, Felt, feel_seams
 from wpcal.seam.judge.stations import Stretch
-from wpcal.seam.judge.stretches import FELT_CHORD_MM, cut_at, place_words
+from wpcal.seam.judge.stretches import FELT_CHORD_MM, Cut, cut_at, place_words
 from wpcal.seam.limits import LEAST_CANDIDATE_MM
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.build import with_frames
@@ -62,16 +62,19 @@ def cut_where_unreached(
                 held.append((row, seam, felt))
         todo = []
         finer = _felt_finer(graph, trimmed, [(seam, felt) for _, seam, felt in held], options)
+        cuts = []
         for (row, seam, felt), (dense, solid, solid_after) in zip(held, finer, strict=True):
             if is_coarse and (solid < 0).all() and (solid_after < 0).all():
                 done[row].append(replace(seam, lean_rad=felt.lean_rad))
                 continue
             stretches, passed = _stretches(dense.frames.s_mm, solid, solid_after)
-            for piece in _pieces(graph, trimmed, seam, dense, stretches, passed, options):
-                if piece.blocked_by:
-                    done[row].append(piece)
-                else:
-                    todo.append((row, piece))
+            cuts.append((row, dense, Cut(seam, stretches, _cut_reason(graph, seam, stretches, passed))))
+        pieces_of = _pieces(graph, trimmed, [(dense, cut) for _, dense, cut in cuts], options)
+        for row, piece in ((row, piece) for (row, *_), pieces in zip(cuts, pieces_of, strict=True) for piece in pieces):
+            if piece.blocked_by:
+                done[row].append(piece)
+            else:
+                todo.append((row, piece))
     for (row, seam), felt in zip(todo, feel_seams(graph, trimmed, [seam for _, seam in todo]), strict=True):
         free = replace(seam, lean_rad=felt.lean_rad)
         done[row].append(free if felt.is_free else _blocked(graph, seam, felt.solids))
@@ -120,7 +123,7 @@ def _felt_finer(
     Only the steps in which a free stretch begins or ends are felt again; where the torch cannot change its lean, the
     whole seam, since another station may be the better one for it.
     """
-    dense = [_dense(graph, trimmed, seam, options) for seam, _ in held]
+    dense = _dense(graph, trimmed, [seam for seam, _ in held], options)
     solids, unsure = [], []
     after = [np.full(len(fine.frames) - 1, -1) for fine in dense]
     for fine, (seam, felt) in zip(dense, held, strict=True):
@@ -138,27 +141,26 @@ def _felt_finer(
     return list(zip(dense, solids, after, strict=True))
 
 
-def _dense(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, options: SeamOptions) -> Seam:
+def _dense(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], options: SeamOptions) -> list[Seam]:
     chord_mm, min_step_mm = min(options.steps.chord_mm, FELT_CHORD_MM), min(options.steps.min_step_mm, STEP_MM / 2)
     steps = replace(options.steps, chord_mm=chord_mm, max_step_mm=STEP_MM, min_step_mm=min_step_mm)
-    return face_free_space(graph, trimmed, with_frames(graph, seam, replace(options, steps=steps)))
+    finer = with_frames(graph, seams, replace(options, steps=steps))
+    return [face_free_space(graph, trimmed, seam) for seam in finer]
 
 
 def _pieces(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    seam: Seam,
-    dense: Seam,
-    stretches: Sequence[Stretch],
-    passed: frozenset[int],
-    options: SeamOptions,
-) -> list[Seam]:
-    """Return the free and the blocked stretches of a seam that was felt at dense stations."""
-    if len(stretches) == 1:  # it is free at stations that are near to each other, or nowhere
-        whole = stretches[0]
-        return [_blocked(graph, seam, whole.solids) if whole.solids else dense]
-    found = cut_at(graph, trimmed, seam, stretches, options, _cut_reason(graph, seam, stretches, passed))
-    return [_blocked(graph, piece, stretch.solids) if stretch.solids else piece for piece, stretch in found]
+    graph: BrepGraph, trimmed: TrimmedFaces, cuts: Sequence[tuple[Seam, Cut]], options: SeamOptions
+) -> list[list[Seam]]:
+    """Return the free and the blocked stretches of seams that were felt at dense stations (the first of each pair)."""
+    cut = iter(cut_at(graph, trimmed, [own for _, own in cuts if len(own.stretches) > 1], options))
+    found = []
+    for dense, own in cuts:
+        if len(own.stretches) == 1:  # it is free at stations that are near to each other, or nowhere
+            whole = own.stretches[0]
+            found.append([_blocked(graph, own.seam, whole.solids) if whole.solids else dense])
+        else:
+            found.append([_blocked(graph, piece, at.solids) if at.solids else piece for piece, at in next(cut)])
+    return found
 
 
 def _stretches(s_mm: FloatArray, solid: IntArray, solid_after: IntArray) -> tuple[list[Stretch], frozenset[int]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -127,11 +128,17 @@ def measured(
     return looped, run_lengths(graph, runs), closed
 
 
-def with_frames(graph: BrepGraph, seam: Seam, options: SeamOptions) -> Seam:
-    """Return a seam with new length and frames, computed from its pieces."""
-    runs = Runs(seam.pieces, np.array([0, len(seam.pieces)]))
-    (frames,), lengths, _ = measured(graph, runs, np.array([seam.closed]), options)
-    return replace(seam, length_mm=float(lengths[0]), frames=frames, lean_rad=None)
+def with_frames(graph: BrepGraph, seams: Sequence[Seam], options: SeamOptions) -> list[Seam]:
+    """Return seams with new lengths and frames, computed from their pieces, all at once."""
+    if len(seams) == 0:
+        return []
+    start = np.cumsum([0, *(len(seam.pieces) for seam in seams)])
+    runs = Runs(SeamPieces.joined([seam.pieces for seam in seams]), start)
+    frames, lengths, _ = measured(graph, runs, np.array([seam.closed for seam in seams]), options)
+    return [
+        replace(seam, length_mm=length, frames=own, lean_rad=None)
+        for seam, length, own in zip(seams, lengths.tolist(), frames, strict=True)
+    ]
 
 
 def _longest_joint(joined: JoinedPieces, rows: IntArray, length_mm: FloatArray) -> JointType:

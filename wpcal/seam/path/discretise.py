@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.brep.curves import cumulative_length, evaluate_edges
+from wpcal.brep.curves import arc_length, cumulative_length, evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.trim import distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -98,26 +98,37 @@ def run_lengths(graph: BrepGraph, runs: Runs) -> FloatArray:
 def piece_spans(graph: BrepGraph, runs: Runs) -> tuple[FloatArray, FloatArray]:
     """Return where each piece starts and ends, as lengths from the start of its run, mm; two arrays (k,).
 
-    A piece starts where the one before it ends, or after the straight bridge between the two.
+    A piece starts exactly where the one before it ends, or after the straight bridge between the two. The answer for a
+    run does not depend on the other runs.
     """
     pieces, first = runs.pieces, runs.start[:-1]
-    length = _lengths(graph, pieces)
+    length = lengths_between(graph, pieces.edge, pieces.t0, pieces.t1)
     p0, p1 = (evaluate_edges(graph, pieces.edge, t)[0] for t in (pieces.t0, pieces.t1))
     bridge = np.zeros(len(pieces))
     bridge[1:] = np.linalg.norm(p0[1:] - p1[:-1], axis=1)
     bridge[bridge <= SAME_POINT_MM] = 0.0
     bridge[first] = 0.0
-    before = np.cumsum(length + bridge) - length
-    start = before - np.repeat(before[first], np.diff(runs.start))
-    return start, start + length
+    sums = _sums_per_run(np.stack([bridge, length], axis=1), runs.start)
+    return sums[:, 0], sums[:, 1]
 
 
-def _lengths(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
-    """Return the length of every piece, mm: in closed form on lines and circles."""
-    lengths = speeds(graph, pieces.edge) * np.abs(pieces.t1 - pieces.t0)
-    for row in np.flatnonzero(~is_even(graph, pieces.edge)):
-        span = np.array([pieces.t0[row], pieces.t1[row]])
-        lengths[row] = abs(cumulative_length(graph, int(pieces.edge[row]), span)[-1])
+def _sums_per_run(steps: FloatArray, start: IntArray) -> FloatArray:
+    """Return the sums of all steps of a run up to each one, shape (k, 2); they begin anew at every run.
+
+    The sums of a run have the same bits whatever other runs there are: a difference of sums over all runs would not.
+    """
+    counts, sums = np.diff(start), np.empty(steps.shape)
+    for count in np.unique(counts).tolist():
+        rows = start[:-1][counts == count, None] + np.arange(count)
+        sums[rows] = np.cumsum(steps[rows].reshape(len(rows), -1), axis=1).reshape(*rows.shape, 2)
+    return sums
+
+
+def lengths_between(graph: BrepGraph, edge: IntArray, t0: FloatArray, t1: FloatArray) -> FloatArray:
+    """Return the lengths of edges between two parameters, mm; all arrays (k,). Lines and circles have a closed form."""
+    lengths = speeds(graph, edge) * np.abs(t1 - t0)
+    for row in np.flatnonzero(~is_even(graph, edge)).tolist():
+        lengths[row] = abs(arc_length(graph, int(edge[row]), float(t0[row]), float(t1[row])))
     return np.asarray(lengths, dtype=np.float64)
 
 

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from wpcal.brep.curves import cumulative_length
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.rays import START_MM, is_blocked
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.seam.path.discretise import Stations
+from wpcal.seam.path.discretise import Stations, lengths_between
 from wpcal.seam.path.frames import seam_frames
 from wpcal.seam.seam import Seam, SeamFrames, SeamPieces
 
@@ -49,15 +48,16 @@ def limit_turn(
     a station to the end of its own piece.
     """
     frames = seam_frames(graph, pieces, stations)
+    here = _steps(stations)
     for _ in range(MOST_ROUNDS):
-        here, t_end, s_end = _steps(graph, pieces, stations)
-        ends = Stations(stations.start, stations.piece[here], t_end, s_end)
-        turn = rotation_angles(frames.R[here], seam_frames(graph, pieces, ends).R)
-        wide = turn > turn_rad
+        t_end, R_end = _ends(graph, pieces, stations, frames, here)
+        wide = rotation_angles(frames.R[here], R_end) > turn_rad
         if not wide.any():
             break
-        stations = _halved(graph, pieces, stations, here[wide], t_end[wide])
-        frames = seam_frames(graph, pieces, stations)
+        rows = here[wide]
+        stations, frames = _halved(graph, pieces, stations, frames, rows, t_end[wide])
+        first = rows + np.arange(len(rows))
+        here = np.stack([first, first + 1], axis=1).ravel()  # the other steps were seen to turn little
     return stations, frames
 
 
@@ -80,32 +80,38 @@ def rotation_angles(R0: FloatArray, R1: FloatArray) -> FloatArray:
     return np.asarray(2.0 * np.arcsin(np.clip(chord, 0.0, 1.0)), dtype=np.float64)
 
 
-def _steps(graph: BrepGraph, pieces: SeamPieces, stations: Stations) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return all stations but the last of each run, and where on their own piece the step after each of them ends."""
-    last = np.zeros(len(stations.t), dtype=bool)
-    last[stations.start[1:] - 1] = True
-    here = np.flatnonzero(~last)
-    same = stations.piece[here + 1] == stations.piece[here]
-    t_end = np.where(same, stations.t[here + 1], pieces.t1[stations.piece[here]])
-    return here, t_end, stations.s_mm[here + 1]
+def _steps(stations: Stations) -> IntArray:
+    """Return all stations but the last of each run: a step begins at each."""
+    begins = np.ones(len(stations.t), dtype=bool)
+    begins[stations.start[1:] - 1] = False
+    return np.flatnonzero(begins)
 
 
-def _halved(graph: BrepGraph, pieces: SeamPieces, stations: Stations, rows: IntArray, t_end: FloatArray) -> Stations:
+def _ends(
+    graph: BrepGraph, pieces: SeamPieces, stations: Stations, frames: SeamFrames, here: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return where the steps after these stations end on their own pieces, and the rotations of the frames there."""
+    t_end, R_end = stations.t[here + 1], frames.R[here + 1]
+    leaves = np.flatnonzero(stations.piece[here + 1] != stations.piece[here])
+    rows = here[leaves]
+    t_end[leaves] = pieces.t1[stations.piece[rows]]
+    ends = Stations(np.array([0, len(rows)]), stations.piece[rows], t_end[leaves], stations.s_mm[rows + 1])
+    R_end[leaves] = seam_frames(graph, pieces, ends).R
+    return t_end, R_end
+
+
+def _halved(
+    graph: BrepGraph, pieces: SeamPieces, stations: Stations, frames: SeamFrames, rows: IntArray, t_end: FloatArray
+) -> tuple[Stations, SeamFrames]:
     """Put a station in the middle, by parameter, of the steps after `rows`."""
-    t = (stations.t[rows] + t_end) / 2
-    edge = pieces.edge[stations.piece[rows]]
-    ds = [
-        abs(cumulative_length(graph, int(e), np.array([a, b]))[-1])
-        for e, a, b in zip(edge, stations.t[rows], t, strict=True)
-    ]
-    s = stations.s_mm[rows] + np.array(ds)
+    t0, t, piece = stations.t[rows], (stations.t[rows] + t_end) / 2, stations.piece[rows]
+    s = stations.s_mm[rows] + lengths_between(graph, pieces.edge[piece], t0, t)
+    own = seam_frames(graph, pieces, Stations(np.array([0, len(rows)]), piece, t, s))
+    columns = [(stations.piece, piece), (stations.t, t), (stations.s_mm, s)]
+    columns += [(frames.p, own.p), (frames.R, own.R), (frames.angle_rad, own.angle_rad)]
+    all_piece, all_t, all_s, p, R, angle = (np.insert(old, rows + 1, new, axis=0) for old, new in columns)
     start = stations.start + np.searchsorted(rows, stations.start)
-    piece = np.insert(stations.piece, rows + 1, stations.piece[rows])
-    return Stations(start, piece, _inserted(stations.t, rows, t), _inserted(stations.s_mm, rows, s))
-
-
-def _inserted(values: FloatArray, rows: IntArray, more: FloatArray) -> FloatArray:
-    return np.asarray(np.insert(values, rows + 1, more), dtype=np.float64)
+    return Stations(start, all_piece, all_t, all_s), SeamFrames(all_s, p, R, angle)
 
 
 def face_free_space(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam) -> Seam:

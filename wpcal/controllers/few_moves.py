@@ -1,0 +1,123 @@
+"""Weld programs with the fewest lines and arcs that keep to their seams."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.torch import ToolAxis, TorchSettings, tool_rotations, wire_directions
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.moves import MovePath, PathTolerance, fit_moves
+from wpcal.moves.fit import USUAL_TOLERANCE
+from wpcal.seam.seam import Seam
+
+AXIS = {ToolAxis.X: 0, ToolAxis.Z: 2}
+"""The column of a tool's axes along the wire."""
+ROUND_OFF_RAD = 1e-9
+"""Of a spin that is just within its range."""
+
+
+def fit_program(
+    program: WeldProgram, tolerance: PathTolerance | None = None, *, spin_is_free: bool = True
+) -> WeldProgram:
+    """Replace the poses along every seam by lines and arcs.
+
+    Parameters
+    ----------
+    program : WeldProgram
+        With a pose for every frame of the seams.
+    tolerance : PathTolerance, optional
+    spin_is_free : bool
+        Whether the moves choose the turn about the wire, within the range of the torch. False: the tool keeps to the
+        turn that it has at every frame.
+
+    Returns
+    -------
+    WeldProgram
+        With the same ways between the seams. Where the tool has another turn about the wire at the end of a seam, so
+        has its retract.
+    """
+    tolerance = tolerance or USUAL_TOLERANCE
+    paths = tuple(_fitted(path, program.torch, tolerance, spin_is_free=spin_is_free) for path in program.paths)
+    return replace(program, paths=paths, tolerance=tolerance)
+
+
+def _fitted(path: WeldPath, torch: TorchSettings, tolerance: PathTolerance, *, spin_is_free: bool) -> WeldPath:
+    p, R = path.p_base[path.weld_rows], path.R_base[path.weld_rows]
+    if spin_is_free and torch.spin_range_rad > 0.0:
+        free = with_moves(path, fit_seam(path.seam, p, R, torch, tolerance, spin_is_free=True))
+        if np.abs(spin_from_travel(free, torch)).max() <= torch.spin_range_rad + ROUND_OFF_RAD:
+            return free
+    return with_moves(path, fit_seam(path.seam, p, R, torch, tolerance, spin_is_free=False))
+
+
+def fit_seam(
+    seam: Seam, p: FloatArray, R: FloatArray, torch: TorchSettings, tolerance: PathTolerance, *, spin_is_free: bool
+) -> MovePath:
+    """Return the fewest lines and arcs along a seam.
+
+    Parameters
+    ----------
+    seam : Seam
+        With n frames.
+    p : ndarray, shape (n, 3)
+        Tool centre points at its frames, in `base`, mm.
+    R : ndarray, shape (n, 3, 3)
+        Axes of the tool there.
+    torch : TorchSettings
+    tolerance : PathTolerance
+    spin_is_free : bool
+        As in `wpcal.moves.fit_moves`.
+    """
+    return fit_moves(
+        p,
+        R,
+        s_mm=seam.frames.s_mm,
+        headings=seam.frames.R[:, :, 0],
+        axis=AXIS[torch.tool_axis],
+        stick_out_mm=torch.stick_out_mm,
+        tolerance=tolerance,
+        spin_is_free=spin_is_free,
+    )
+
+
+def with_moves(path: WeldPath, moves: MovePath) -> WeldPath:
+    """Return a path whose poses along the seam are those of lines and arcs.
+
+    The approach and the retract keep their places and get the orientations of the first and the last pose.
+
+    Parameters
+    ----------
+    path : WeldPath
+        With an approach and a retract only.
+    moves : MovePath
+        In `base`.
+    """
+    rows = path.weld_rows
+    p = np.concatenate([path.p_base[: rows.start], moves.p, path.p_base[rows.stop :]])
+    R = np.concatenate([moves.R[:1], moves.R, moves.R[-1:]])
+    return replace(path, p_base=frozen(p), R_base=frozen(R), moves=moves)
+
+
+def spin_from_travel(path: WeldPath, torch: TorchSettings) -> FloatArray:
+    """Return how far the tool is turned about the wire from the direction of travel.
+
+    Parameters
+    ----------
+    path : WeldPath
+    torch : TorchSettings
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        At every frame of the seam, rad, within half a turn.
+    """
+    _, R, frame, _ = path.stations()
+    R = R[np.searchsorted(frame, np.arange(len(path.seam.frames)))]
+    travel = tool_rotations(path.seam.frames.R, torch, path.seam.lean_rad)
+    side, wire = travel[:, :, 1], wire_directions(R, torch.tool_axis)
+    across = R[:, :, 1]
+    sine, cosine = np.einsum("ij,ij->i", np.cross(side, across), wire), np.einsum("ij,ij->i", side, across)
+    return np.asarray(np.arctan2(sine, cosine), dtype=np.float64)

@@ -1,0 +1,133 @@
+"""The welds of a calibrated part: thickness and position are measured, then rules and the user's values are applied."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.core.errors import InputError
+from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import listed
+from wpcal.seam.path.position import UP, weld_positions
+from wpcal.seam.seam import Seam, WeldType
+from wpcal.weld.place import Place, pair, place_of
+from wpcal.weld.record import PART_FILE, SEAMS_FILE, StatedWeld
+from wpcal.weld.rules import RuleTable
+from wpcal.weld.seam_weld import SeamWeld, weld_for
+from wpcal.weld.thickness import plate_thicknesses, thinner
+
+LEAST_GAP_MM = 0.05
+"""A gap of less is none: contacts of exact solids have round-off."""
+
+
+@dataclass(frozen=True, slots=True)
+class FoundWelds:
+    """The welds of seams.
+
+    Parameters
+    ----------
+    welds : tuple of SeamWeld
+        In the order of the seams.
+    notes : tuple of str
+        What is not obvious, one line each.
+    left : tuple of StatedWeld
+        Welds with values of the user whose seam is not there.
+    """
+
+    welds: tuple[SeamWeld, ...]
+    notes: tuple[str, ...]
+    left: tuple[StatedWeld, ...]
+
+    def by_seam(self) -> dict[str, SeamWeld]:
+        """Return the welds by the names of their seams."""
+        return {weld.name: weld for weld in self.welds}
+
+
+def find_welds(
+    seams: Sequence[Seam],
+    T_base_part: RigidTransform,
+    rules: RuleTable,
+    *,
+    part_glb: bytes | None = None,
+    stated: Sequence[StatedWeld] = (),
+    names: Collection[str] | None = None,
+    stated_in: str = "",
+) -> FoundWelds:
+    """Find the weld of every seam.
+
+    Parameters
+    ----------
+    seams : sequence of Seam
+        All seams of the part, with frames in `base`.
+    T_base_part : RigidTransform
+    rules : RuleTable
+    part_glb : bytes, optional
+        The triangles of the part, with which plates are measured.
+    stated : sequence of StatedWeld
+        What a person stated earlier.
+    names : collection of str, optional
+        Only these seams. Welds of `stated` are paired with all seams.
+    stated_in : str
+        The file of `stated`, for messages.
+
+    Raises
+    ------
+    InputError
+        If a weld that was written by hand names a seam that is not there, or values contradict each other.
+    """
+    places = [(seam.name, place_of(seam, T_base_part.inverse())) for seam in seams]
+    known = {name for name, _ in places}
+    unknown = [one.name for one in stated if one.place is None and one.name not in known]
+    if unknown:
+        near = f"; there are {listed(sorted(known))}" if known else "; the result has no seams"
+        raise InputError(f"{stated_in}: unknown seam {listed(unknown)}{near}")
+    told = [bool(one.user or one.files) for one in stated]
+    paired = pair([(one.name, one.place) for one in stated], places, worth_telling=told)
+    left = tuple(stated[row] for row in paired.left if told[row])
+    notes = [*paired.notes, *(f"{one.name} has no seam now; its values are kept under without_seam" for one in left)]
+    material = None if part_glb is None else TriangleMaterial.of(read_part_glb(part_glb), T_base_part)
+    welds = []
+    for seam, (_, place) in zip(seams, places, strict=True):
+        if names is not None and seam.name not in names:
+            continue
+        own = stated[paired.rows[seam.name]] if seam.name in paired.rows else StatedWeld(seam.name, None, {})
+        try:
+            welds.append(_weld(seam, place, rules, material, own))
+        except InputError as error:
+            raise InputError(f"{stated_in}: {error}" if stated_in else str(error), code=error.code) from None
+    notes += [
+        f"{weld.name}: its thickness and its size are not known; state thickness_mm, or leg_mm or throat_mm"
+        for weld in welds
+        if weld.weld is WeldType.FILLET and weld.values.leg_mm is None and weld.values.throat_mm is None
+    ]
+    return FoundWelds(tuple(welds), tuple(notes), left)
+
+
+def _weld(
+    seam: Seam, place: Place, rules: RuleTable, material: TriangleMaterial | None, stated: StatedWeld
+) -> SeamWeld:
+    measured: Mapping[str, tuple[Any, str]] = _measured(seam, material)
+    lower_side = 1 if float(np.mean(seam.frames.R[:, :, 1] @ np.array(UP))) < 0.0 else -1
+    files = {**measured, **stated.files}
+    return weld_for(seam, place, rules, user=stated.user, from_files=files, first_side=lower_side)
+
+
+def _measured(seam: Seam, material: TriangleMaterial | None) -> dict[str, tuple[Any, str]]:
+    """Return what the result folder says: thickness of the thinner plate, position, gap."""
+    found: dict[str, tuple[Any, str]] = {}
+    thickness = None if material is None else thinner(plate_thicknesses(seam.frames, material))
+    if thickness:
+        found["thickness_mm"] = (thickness, PART_FILE)
+    position, _ = Counter(weld_positions(seam.frames.R, seam.weld).name).most_common(1)[0]
+    if position != "-":
+        found["position"] = (position, SEAMS_FILE)
+    gap = seam.gap_mm[1]
+    if gap >= LEAST_GAP_MM:
+        found["root_gap_mm"] = (round(gap, 2), SEAMS_FILE)
+    return found

@@ -1,0 +1,123 @@
+"""Beads of a weld with several passes: equal areas, in layers from the root, placed in the frame of the seam.
+
+Layers are parallel to the face of the weld. A layer of m beads is divided so that each bead takes the same share of the
+width at every height: all areas then have a closed form, no bead leaves the section, and the areas add up to it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from wpcal.core.errors import InputError
+from wpcal.weld.section import Section
+
+WIDTH_TO_HEIGHT = 2.0
+"""A bead that is laid on others is about twice as wide as high."""
+MOST_PASSES = 200
+"""More beads than in any weld that a robot lays in one run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bead:
+    """One bead in the cross-section of a seam.
+
+    Parameters
+    ----------
+    number, layer : int
+        Counted from 1; the numbers are the order of welding.
+    y_mm, z_mm : float
+        Where the wire points, in the frame of the seam: the middle of the ground on which the bead is laid.
+    area_mm2 : float
+    outline_mm : tuple of tuple of float
+        Corners (y, z) of its section.
+    work_angle_deg : float
+        To be added to that of the weld: the wire halves the corner between a side of the groove and the last layer.
+    """
+
+    number: int
+    layer: int
+    y_mm: float
+    z_mm: float
+    area_mm2: float
+    outline_mm: tuple[tuple[float, float], ...]
+    work_angle_deg: float
+
+
+def place_beads(section: Section, passes: int, *, first_side: int = -1) -> tuple[Bead, ...]:
+    """Divide the section of a weld into beads of equal area.
+
+    Parameters
+    ----------
+    section : Section
+    passes : int
+        Number of beads.
+    first_side : int
+        -1 or +1: each layer begins at the side of -y or of +y. In PB and PC this is the lower side.
+
+    Returns
+    -------
+    tuple of Bead
+        In the order of welding.
+
+    Raises
+    ------
+    InputError
+        If the number is not from 1 to 200.
+    """
+    if not 1 <= passes <= MOST_PASSES:
+        raise InputError(f"passes: expected 1 to {MOST_PASSES}, got {passes}")
+    area = section.area_mm2 / passes
+    beads: list[Bead] = []
+    for layer, (low, high, count) in enumerate(_layers(section, passes), 1):
+        corner = _corner_angle_deg(section, low) if count > 1 else 0.0
+        for place in range(count):
+            share = (place, place + 1) if first_side < 0 else (count - place - 1, count - place)
+            left, right = (2.0 * one / count - 1.0 for one in share)
+            lean = corner * (left + right) / 2.0 * count / max(count - 1, 1)
+            beads.append(_bead(section, (low, high), (left, right), len(beads) + 1, layer, area, lean))
+    return tuple(beads)
+
+
+def _layers(section: Section, passes: int) -> list[tuple[float, float, int]]:
+    """Return least and greatest height and number of beads of every layer."""
+    area = section.area_mm2 / passes
+    width = math.sqrt(WIDTH_TO_HEIGHT * area)
+    layers: list[tuple[float, float, int]] = []
+    done, low = 0, 0.0
+    while done < passes:
+        middle = min(low + area / width / 2.0, section.height_mm)
+        count = 1 if done == 0 else max(1, round(2.0 * section.half_width(middle) / width))
+        count = min(count, passes - done)
+        done += count
+        high = section.height_mm if done == passes else section.height_of(area * done)
+        layers.append((low, high, count))
+        low = high
+    return layers
+
+
+def _corner_angle_deg(section: Section, low_mm: float) -> float:
+    """Return by how much the wire leans to halve the corner between a side and the ground of a layer."""
+    side = math.atan(section.slope) if low_mm >= section.root_face_mm else 0.0
+    return math.degrees((math.pi / 2.0 - side) / 2.0)
+
+
+def _bead(
+    section: Section,
+    heights: tuple[float, float],
+    shares: tuple[float, float],
+    number: int,
+    layer: int,
+    area_mm2: float,
+    lean_deg: float,
+) -> Bead:
+    (low, high), (left, right) = heights, shares
+    corners = [(section.half_width(low) * left, low), (section.half_width(low) * right, low)]
+    if low < section.root_face_mm < high:
+        corners.append((section.half_width(section.root_face_mm) * right, section.root_face_mm))
+    corners += [(section.half_width(high) * right, high), (section.half_width(high) * left, high)]
+    if low < section.root_face_mm < high:
+        corners.append((section.half_width(section.root_face_mm) * left, section.root_face_mm))
+    aim = section.half_width(low) * (left + right) / 2.0
+    outline = tuple((y, section.root_z_mm + h) for y, h in corners)
+    return Bead(number, layer, aim, section.root_z_mm + low, area_mm2, outline, lean_deg)

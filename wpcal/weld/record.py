@@ -1,0 +1,182 @@
+"""`welds.json`: what is laid into every seam, edited by hand.
+
+Change a value in ``values``: it is then stated by the user, and later runs keep it. Delete a value to get that of the
+rules again; null states that there is none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from wpcal.core.errors import ErrorCode, FormatError, InputError
+from wpcal.core.records import read_json
+from wpcal.weld.passes import Bead
+from wpcal.weld.place import Place
+from wpcal.weld.rules import RuleTable
+from wpcal.weld.seam_weld import SeamWeld
+from wpcal.weld.values import VALUE_NAMES, describe_weld, plain, refuse_unknown
+
+WELDS_SCHEMA = "wpcal/welds/1"
+OWN_RULES = "wpcal"
+"""In a file: the table of rules of wpcal."""
+OWN_FILES = (PART_FILE, SEAMS_FILE) = ("part.glb", "seams.json")
+"""Files of a result folder that state values. These are found again at every run."""
+
+
+@dataclass(frozen=True, slots=True)
+class StatedWeld:
+    """What a person stated about one weld in a file.
+
+    Parameters
+    ----------
+    name : str
+        Of the seam.
+    place : Place or None
+        None in a file that was written by hand.
+    user : mapping
+        Names of values and values as JSON holds them; null for none.
+    files : mapping
+        Values that another file stated, with its name.
+    """
+
+    name: str
+    place: Place | None
+    user: Mapping[str, Any]
+    files: Mapping[str, tuple[Any, str]] = field(default_factory=dict)
+
+
+def welds_record(welds: Sequence[SeamWeld], left: Sequence[StatedWeld], rules: RuleTable) -> dict[str, Any]:
+    """Return the record of ``welds.json``.
+
+    Parameters
+    ----------
+    welds : sequence of SeamWeld
+    left : sequence of StatedWeld
+        Welds with values of the user whose seam is not there.
+    rules : RuleTable
+    """
+    return {
+        "schema": WELDS_SCHEMA,
+        "units": {"length": "mm", "angle": "deg", "time": "s"},
+        "rules": rules.file or OWN_RULES,
+        "welds": [_weld_record(weld) for weld in welds],
+        "without_seam": [
+            {
+                "name": weld.name,
+                **({} if weld.place is None else {"place": weld.place.to_record()}),
+                "values": dict(weld.user),
+            }
+            for weld in left
+        ],
+    }
+
+
+def _weld_record(weld: SeamWeld) -> dict[str, Any]:
+    stated = [name for name in VALUE_NAMES if name in weld.origins]
+    return {
+        "name": weld.name,
+        "words": describe_weld(weld.values),
+        "joint": weld.joint.value,
+        "place": weld.place.to_record(),
+        "values": {name: plain(getattr(weld.values, name)) for name in stated},
+        "origin": {
+            name: {
+                "from": weld.origins[name].source.value,
+                **({"of": weld.origins[name].of} if weld.origins[name].of else {}),
+                "given": weld.origins[name].given,
+            }
+            for name in stated
+        },
+        "beads": [_bead_record(bead) for bead in weld.beads],
+        "stretches_mm": [list(one) for one in weld.stretches_mm],
+        "tacks_mm": [list(one) for one in weld.tacks_mm],
+    }
+
+
+def _bead_record(bead: Bead) -> dict[str, Any]:
+    return {
+        "number": bead.number,
+        "layer": bead.layer,
+        "y_mm": bead.y_mm,
+        "z_mm": bead.z_mm,
+        "area_mm2": bead.area_mm2,
+        "work_angle_deg": bead.work_angle_deg,
+        "outline_mm": [list(corner) for corner in bead.outline_mm],
+    }
+
+
+def read_stated_welds(path: Path, rules: RuleTable) -> tuple[StatedWeld, ...]:
+    """Read what a person stated in a ``welds.json``.
+
+    Parameters
+    ----------
+    path : Path
+    rules : RuleTable
+        Which the values of rules will be taken from.
+
+    Returns
+    -------
+    tuple of StatedWeld
+        One per weld of the file, also of those without a seam. A value counts as stated by the user if the file says
+        so, or if it differs from what a rule or a file gave.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be opened.
+    FormatError
+        If it is not such a record, a value is not what its name says, a name is unknown, two welds have one name, or
+        it was written with rules of the user, and `rules` are those of wpcal.
+    """
+    record = read_json(path, schema=WELDS_SCHEMA)
+    if record.get("rules", OWN_RULES) != OWN_RULES and not rules.file:
+        what = f"was written with the rules of {record['rules']}; give this file, or its values would be lost"
+        raise FormatError(what, path=str(path), code=ErrorCode.WELD_RULES_MISSING)
+    entries = [*record.get("welds", []), *record.get("without_seam", [])]
+    found, seen = [], set[str]()
+    for number, entry in enumerate(entries):
+        name = entry.get("name")
+        if name is None:
+            raise FormatError(f"welds[{number}]: lacks the name of a seam", path=str(path))
+        try:
+            refuse_unknown(entry.get("values", {}), VALUE_NAMES, what=f"weld {name}")
+        except InputError as error:
+            raise FormatError(str(error), path=str(path)) from None
+        place = _place(entry.get("place"), name, path=str(path))
+        found.append(StatedWeld(name, place, _stated_by_user(entry), _stated_by_files(entry)))
+    for entry in record.get("welds", []):
+        if entry["name"] in seen:
+            raise FormatError(f"two welds are for seam {entry['name']}; expected one", path=str(path))
+        seen.add(entry["name"])
+    return tuple(found)
+
+
+def _place(record: Any, name: str, *, path: str) -> Place | None:
+    try:
+        return None if record is None else Place.from_record(record)
+    except KeyError as error:
+        raise FormatError(f"weld {name}: place: lacks {error.args[0]}", path=path) from None
+
+
+def _stated_by_user(entry: Mapping[str, Any]) -> dict[str, Any]:
+    origins = entry.get("origin", {})
+    return {
+        name: value
+        for name, value in entry.get("values", {}).items()
+        if origins.get(name, {}).get("from", "user") == "user" or origins[name].get("given") != value
+    }
+
+
+def _stated_by_files(entry: Mapping[str, Any]) -> dict[str, tuple[Any, str]]:
+    own, values = entry.get("origin", {}), entry.get("values", {})
+    return {
+        name: (origin["given"], str(origin.get("of", "")))
+        for name, origin in own.items()
+        if origin.get("from") == "file"
+        and origin.get("of") not in OWN_FILES
+        and name in values
+        and values[name] == origin.get("given")
+    }

@@ -1,0 +1,67 @@
+"""Values of welds as a person types them on the command line: ``W1-W4:leg_mm=5``."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.record_check import check_record
+from wpcal.seam.names import seams_named, split_names
+from wpcal.weld.record import WELDS_SCHEMA, StatedWeld
+from wpcal.weld.values import VALUE_NAMES, refuse_unknown
+
+
+def set_values(stated: Sequence[StatedWeld], settings: Sequence[str], seams: Sequence[str]) -> tuple[StatedWeld, ...]:
+    """State values of the welds in some seams.
+
+    Parameters
+    ----------
+    stated : sequence of StatedWeld
+        What was stated before.
+    settings : sequence of str
+        ``SEAMS:NAME=VALUE``. The value is JSON (a number, ``null``, an object) or a text; an empty one gives the value
+        back to the rules.
+    seams : sequence of str
+        The names of all seams.
+
+    Raises
+    ------
+    InputError
+        If a setting is not of this form, or a seam, a name or a value cannot be used.
+    """
+    welds = {weld.name: weld for weld in stated}
+    others = [weld for weld in stated if welds[weld.name] is not weld]
+    for setting in settings:
+        words, colon, pair = setting.partition(":")
+        name, equals, text = (part.strip() for part in pair.partition("="))
+        if not (colon and equals and name):
+            raise InputError(f"--set {setting}: expected SEAMS:NAME=VALUE, for example W1-W4:leg_mm=5")
+        try:
+            named = seams_named(split_names(words), seams)
+            refuse_unknown({name: text}, VALUE_NAMES, what="a weld")
+            value = _value(text)
+            if text:
+                check_record({"welds": [{"name": words, "values": {name: value}}]}, WELDS_SCHEMA, path="--set")
+        except FormatError as error:
+            raise InputError(f"--set {setting}: {error.what}") from None
+        except InputError as error:
+            raise InputError(f"--set {setting}: {error}") from None
+        for seam in named:
+            old = welds.get(seam, StatedWeld(seam, None, {}))
+            user = {key: kept for key, kept in old.user.items() if key != name}
+            welds[seam] = replace(old, user={**user, name: value} if text else user)
+    return (*welds.values(), *others)
+
+
+def _value(text: str) -> Any:
+    try:
+        value = json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+    if isinstance(value, float) and not math.isfinite(value):
+        raise InputError(f"expected a finite number, got {text}")
+    return value

@@ -1,0 +1,1 @@
+"""xMCF (ISO/PAS 8329): weld seams of other programs, read and written."""

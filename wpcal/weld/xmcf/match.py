@@ -1,0 +1,139 @@
+"""Which seam of a part is which weld of an xMCF file, and what the file states about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from wpcal.brep.trim import distance_to_segments
+from wpcal.core.arrays import FloatArray
+from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import listed
+from wpcal.seam.seam import Seam
+from wpcal.weld.place import place_of
+from wpcal.weld.record import StatedWeld
+from wpcal.weld.values import WeldKind, plain
+from wpcal.weld.xmcf.read import WeldSide, XmcfSeam
+
+NEAR_MM = 2.0
+"""A seam is at a weld of a file if all its points are at most so far from its line, or the thickest sheet if that is
+more: a file for finite elements has its lines in the middle of the sheets."""
+KINDS = {
+    "butt_joint": WeldKind.SQUARE,
+    "edge_weld": WeldKind.SQUARE,
+    "corner_weld": WeldKind.FILLET,
+    "overlap_weld": WeldKind.FILLET,
+    "y_joint": WeldKind.FILLET,
+    "k_joint": WeldKind.FILLET,
+    "cruciform_joint": WeldKind.FILLET,
+    "flared_joint": WeldKind.FLARE_V,
+}
+"""The weld that a type of seam stands for. An I-weld through sheets has none here: it is not welded with a torch."""
+V_SECTION = "V"
+
+
+@dataclass(frozen=True, slots=True)
+class XmcfMatch:
+    """What a file states about the seams of a part.
+
+    Parameters
+    ----------
+    stated : tuple of StatedWeld
+        Of the seams that it names.
+    notes : tuple of str
+        What is not obvious, one line each.
+    """
+
+    stated: tuple[StatedWeld, ...]
+    notes: tuple[str, ...]
+
+
+def match_xmcf(
+    seams: Sequence[Seam], welds: Sequence[XmcfSeam], T_part_frame: RigidTransform, *, file: str
+) -> XmcfMatch:
+    """Find the weld of a file at every seam, and take its values.
+
+    Parameters
+    ----------
+    seams : sequence of Seam
+        With frames in the source frame of the transform.
+    welds : sequence of XmcfSeam
+        In the coordinates of the part.
+    T_part_frame : RigidTransform
+    file : str
+        Its name, which the values get as their origin.
+    """
+    stated, notes, used = [], list[str](), set[int]()
+    for seam in seams:
+        points = T_part_frame.apply(seam.frames.p)
+        off = [_distance(points, weld) for weld in welds]
+        row = int(np.argmin(off)) if off else -1
+        if row < 0 or off[row] > max(NEAR_MM, *welds[row].thicknesses_mm, NEAR_MM):
+            continue
+        used.add(row)
+        weld = welds[row]
+        values, odd = _values(weld, T_part_frame.R @ seam.frames.R[len(seam.frames) // 2][:, 2])
+        notes += [f"{seam.name}: {file}: {weld.label}: {what}" for what in odd]
+        own = {name: (value, file) for name, value in values.items()}
+        stated.append(StatedWeld(seam.name, place_of(seam, T_part_frame), {}, own))
+    lost = [weld.label for row, weld in enumerate(welds) if row not in used]
+    if lost:
+        notes.append(f"{file}: no seam is at {listed(lost)}")
+    return XmcfMatch(tuple(stated), tuple(notes))
+
+
+def with_files(stated: Sequence[StatedWeld], more: Sequence[StatedWeld]) -> tuple[StatedWeld, ...]:
+    """Add what files state to what was stated before, by the names of seams."""
+    own = {weld.name: weld for weld in stated}
+    for weld in more:
+        old = own.get(weld.name, weld)
+        own[weld.name] = replace(old, files={**old.files, **weld.files})
+    return tuple(own.values())
+
+
+def _distance(points: FloatArray, weld: XmcfSeam) -> float:
+    """Return the largest distance of points to the line of a weld."""
+    starts = np.concatenate([line[:-1] for line in weld.lines_mm])
+    ends = np.concatenate([line[1:] for line in weld.lines_mm])
+    k, m = len(points), len(starts)
+    off = distance_to_segments(np.repeat(points, m, axis=0), np.tile(starts, (k, 1)), np.tile(ends, (k, 1)))
+    return float(off.reshape(k, m).min(axis=1).max())
+
+
+def _values(weld: XmcfSeam, outward: FloatArray) -> tuple[dict[str, Any], list[str]]:
+    """Return names and values as JSON holds them, and what could not be taken."""
+    values: dict[str, Any] = {}
+    odd: list[str] = []
+    if weld.thicknesses_mm:
+        values["thickness_mm"] = min(weld.thicknesses_mm)
+    if weld.gaps_mm:
+        values["root_gap_mm"] = max(weld.gaps_mm)
+    kind = KINDS.get(weld.kind)
+    side = _side_towards(weld.sides, outward)
+    if side is not None:
+        kind = WeldKind.SINGLE_V if kind is WeldKind.SQUARE and side.section.upper() == V_SECTION else kind
+        if side.throat_mm and kind is WeldKind.FILLET:
+            values["throat_mm"] = side.throat_mm
+        if side.angle_deg and kind is WeldKind.SINGLE_V:
+            values["groove_angle_deg"] = side.angle_deg
+        if side.stitch is not None:
+            values["stitch"] = plain(side.stitch)
+        if side.is_uneven:
+            odd.append("segments of different lengths or distances are not taken; state stitch")
+    if kind is not None:
+        values["weld"] = kind.value
+    if weld.technology not in ("", "arc"):
+        odd.append(f"is a {weld.technology} weld there")
+    return values, odd
+
+
+def _side_towards(sides: Sequence[WeldSide], outward: FloatArray) -> WeldSide | None:
+    """Return the side whose direction is nearest to that out of the joint."""
+    if not sides:
+        return None
+    directions = np.array([side.toward for side in sides])
+    lengths = np.linalg.norm(directions, axis=1)
+    return sides[int(np.argmax(directions @ outward / np.where(lengths > 0.0, lengths, 1.0)))]
