@@ -64,7 +64,8 @@ def weld_round_corners(
     links = _links(seams, rows)
     for _ in range(ROUNDS):
         runs = [run for run in _walks(links) if len(run.ends) > 1]
-        built = [_joined(graph, trimmed, seams, run, options) for run in runs]
+        joined = with_frames(graph, [_joined(graph, seams, run) for run in runs], options)
+        built = face_free_space(graph, trimmed, joined)
         wrong = _unreached(graph, trimmed, seams, built, runs)
         if not wrong:
             break
@@ -148,8 +149,8 @@ def _walks(links: frozenset[Link]) -> list[_Run]:
     return runs
 
 
-def _joined(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], run: _Run, options: SeamOptions) -> Seam:
-    """Return the seam that goes along all seams of a run."""
+def _joined(graph: BrepGraph, seams: Sequence[Seam], run: _Run) -> Seam:
+    """Return the seam that goes along all seams of a run; its frames are still those of the longest one."""
     own = [seams[end // 2] for end in run.ends]
     ways = zip(own, run.ends, strict=True)
     pieces = SeamPieces.joined([seam.pieces.backwards() if end % 2 else seam.pieces for seam, end in ways])
@@ -162,8 +163,7 @@ def _joined(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], run:
     words = f"{len(own)} seams in one run round {corners} corner{'s' if corners > 1 else ''}: "
     said = (text for seam in own for text in seam.reasons if not is_judgement(text, seam.source))
     reasons = tuple(dict.fromkeys([*said, f"{words}the torch turns on up to {CORNER_MM:g} mm before and after each"]))
-    seam = replace(longest, pieces=pieces, closed=run.closed, reasons=reasons, groove=None, wrap_of=None)
-    return face_free_space(graph, trimmed, with_frames(graph, seam, options))
+    return replace(longest, pieces=pieces, closed=run.closed, reasons=reasons, groove=None, wrap_of=None)
 
 
 def _from_longest_side(graph: BrepGraph, pieces: SeamPieces) -> SeamPieces:
