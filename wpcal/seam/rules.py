@@ -206,8 +206,8 @@ class Rule(Enum):
     )
     GAP = RuleRow(
         1.0 - GAP_SHARE_LOST,
-        "There is a gap, and it is not the play of the assembly. The factor is for the largest allowed gap; a smaller gap "
-        "lowers the confidence less.",
+        "There is a gap, and it is not the play of the assembly. The factor is for the largest allowed gap; a smaller "
+        "gap lowers the confidence less.",
         "Members that are meant to be joined touch.",
         "mean gap along the seam",
     )

@@ -65,7 +65,7 @@ def weld_round_corners(
     for _ in range(ROUNDS):
         runs = [run for run in _walks(links) if len(run.ends) > 1]
         joined = with_frames(graph, [_joined(graph, seams, run) for run in runs], options)
-        built = face_free_space(graph, trimmed, joined)
+        built = [face_free_space(graph, trimmed, seam) for seam in joined]
         wrong = _unreached(graph, trimmed, seams, built, runs)
         if not wrong:
             break
