@@ -94,8 +94,7 @@ def detect_seams(
     found = cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
     judge = Judge.of(graph, trimmed, options, has_marks=any(seam.source is SeamSource.MARKED for seam in found))
     judged = _reached(graph, trimmed, found, options, judge)
-    if options.wrap:
-        judged = weld_round_corners(graph, trimmed, judged, options, judge)
+    judged = weld_round_corners(graph, trimmed, judged, options, judge)
     judged.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
     named = [replace(seam, name=f"W{number}") for number, seam in enumerate(judged, 1)]
     return with_candidates(graph, with_short_ends(graph, trimmed, named, options.judging.level))

@@ -138,8 +138,8 @@ def _views(
 ) -> list[tuple[tuple[FloatArray, FloatArray], FloatArray]]:
     """Return how a plate may stand along a seam: places, directions into it, and up along it; arrays (places, 3).
 
-    Either face of the joint may be that of the plate. Where both face the same way, as in a butt joint or round a tab
-    in a slot, the plate lies on either side, or stands there on end.
+    Either face of the joint may be that of the plate. Where both face the same way, as in a butt joint, the plate lies
+    on either side.
     """
     s = np.minimum(np.array(PLACES) * size_mm, seam.length_mm / 2)
     starts, ends = spans_of(graph, seam.pieces)
@@ -155,9 +155,6 @@ def _views(
         up = other - np.einsum("ki,ki->k", other, own)[:, None] * own
         length, side = np.linalg.norm(up, axis=1, keepdims=True), np.cross(own, slope)
         side /= np.linalg.norm(side, axis=1, keepdims=True)
-        if (length > LEAST_TURN).all():
-            ways = [(-own, up / length)]
-        else:
-            ways = [(-own, side), (-own, -side), (side, -own), (-side, -own)]
+        ways = [(-own, up / length)] if (length > LEAST_TURN).all() else [(-own, side), (-own, -side)]
         views += [((p, inward), up) for inward, up in ways if (np.abs(inward @ across) >= ACROSS_COS).all()]
     return views

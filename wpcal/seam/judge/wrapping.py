@@ -4,6 +4,8 @@ Two seams are joined where their ends meet, if they join the same solids with th
 `MOST_TURN_RAD`, and the torch gets round the corner. The short end of a plate counts as accepted then, also if it is
 shorter than a seam of its own must be. A run round a whole member starts in the middle of its longest side: nobody
 starts a weld at a corner.
+
+Without ``--wrap`` only the four grooves round a tab that ends flush in its slot become one: that is one plug weld.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.seam.chain import Chain
 from wpcal.seam.judge.evidence import Judge, is_judgement, judge_seams, weighed
 from wpcal.seam.judge.leans import feel_seams
-from wpcal.seam.judge.short_ends import find_short_ends
+from wpcal.seam.judge.short_ends import MOST_END_MM, find_short_ends
 from wpcal.seam.judge.stations import find_stretches
 from wpcal.seam.limits import LEAST_CHANGE_MM
 from wpcal.seam.options import SeamOptions
@@ -29,10 +31,12 @@ from wpcal.seam.path.cut import cut_run, spans_of
 from wpcal.seam.path.direction import directed_runs
 from wpcal.seam.path.turning import face_free_space
 from wpcal.seam.rules import Rule
-from wpcal.seam.seam import Seam, SeamPieces
+from wpcal.seam.seam import Seam, SeamPieces, WeldType
 
 MOST_TURN_RAD = float(np.radians(150.0))
 """Largest turn at one corner: a sharper one leads back beside the seam, on the other side of a thin plate."""
+SAME_PLANE_COS = 0.99
+"""Cosine between the torch axes of grooves in one plane (8 degrees)."""
 ROUNDS = 4
 """Corners that the torch does not get round are left open, and the rest is tried again, so many times."""
 
@@ -60,8 +64,7 @@ def weld_round_corners(
     list of Seam
         Joined seams replace those that they are made of.
     """
-    rows = _eligible(graph, trimmed, seams, judge)
-    links = _links(seams, rows)
+    links = _links(seams, _eligible(graph, trimmed, seams, judge)) if options.wrap else _round_tabs(seams)
     for _ in range(ROUNDS):
         runs = [run for run in _walks(links) if len(run.ends) > 1]
         joined = with_frames(graph, [_joined(graph, seams, run) for run in runs], options)
@@ -90,6 +93,18 @@ def _eligible(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], ju
         return beside >= 0 and seams[beside].accepted and weighed(seams[row], others, judge.level).accepted
 
     return [row for row, seam in enumerate(seams) if not seam.closed and (seam.accepted or is_end(row))]
+
+
+def _round_tabs(seams: Sequence[Seam]) -> frozenset[Link]:
+    """Return the links of closed runs of grooves in one plane, round the end of a plate in a slot."""
+    grooves = [row for row, seam in enumerate(seams) if seam.accepted and seam.weld is WeldType.GROOVE]
+    links = _links(seams, [row for row in grooves if not seams[row].closed])
+    z = {end: seams[end // 2].frames.R[-(end % 2), :, 2] for link in links for end in link}
+    runs = _walks(frozenset((a, b) for a, b in links if z[a] @ z[b] > SAME_PLANE_COS))
+    round_tabs = [
+        run for run in runs if run.closed and min(seams[end // 2].length_mm for end in run.ends) <= MOST_END_MM
+    ]
+    return frozenset(link for run in round_tabs for link in run.links)
 
 
 def _links(seams: Sequence[Seam], rows: list[int]) -> frozenset[Link]:
