@@ -16,12 +16,12 @@ OUR_PACKAGES = ("wpcal", "cad")
 
 SECTIONS: Mapping[str, Sequence[str]] = {
     "Begin": ("demo",),
-    "Look at the part": ("features", "seams", "advise", "sheet"),
+    "Look at the part": ("features", "seams", "torches", "advise", "sheet"),
     "Teach": ("pick", "taught", "match"),
     "Calibrate": ("calibrate", "report", "welds", "export", "audit", "diff"),
     "Without a part": ("fit", "study"),
     "A better robot": ("identify", "tcp", "correct"),
-    "Two robots": ("bases", "plan"),
+    "Plan welds": ("cell", "plan", "bases"),
 }
 """The help lists the commands in this order; those of other packages come last."""
 

@@ -235,7 +235,7 @@ def apply_edits(
             raise InputError(f"{edits[0].path}: two seams would be called {name!r}; give each edit a different name")
     names = {seam.candidate.name: seam.name for seam in reversed(edited) if seam.candidate is not None}
     edited = [seam if seam.wrap_of is None else replace(seam, wrap_of=names.get(seam.wrap_of)) for seam in edited]
-    return with_leans(graph, trimmed, edited)
+    return with_leans(graph, trimmed, edited, options.reach)
 
 
 def _rows_joined(

@@ -162,7 +162,7 @@ def test_the_check_as_json_is_a_record(tmp_path, capsys):
 
 def test_a_plan_without_seams_says_what_is_missing(tmp_path, capsys):
     assert call("plan", CELL) == 2
-    assert "a plan needs SEAMS.json, --seam, -o; to check the cell alone, add --check" in capsys.readouterr().err
+    assert "a plan needs RESULT, --seam, -o; to check the cell alone, add --check" in capsys.readouterr().err
 
 
 def remove_grasp(record):

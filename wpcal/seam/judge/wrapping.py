@@ -24,7 +24,7 @@ from wpcal.seam.judge.leans import feel_seams
 from wpcal.seam.judge.short_ends import MOST_END_MM, find_short_ends
 from wpcal.seam.judge.stations import find_stretches
 from wpcal.seam.limits import LEAST_CHANGE_MM
-from wpcal.seam.options import SeamOptions
+from wpcal.seam.options import Reach, SeamOptions
 from wpcal.seam.path.build import with_frames
 from wpcal.seam.path.corners import CORNER_MM, find_corners
 from wpcal.seam.path.cut import cut_run, spans_of
@@ -69,14 +69,14 @@ def weld_round_corners(
         runs = [run for run in _walks(links) if len(run.ends) > 1]
         joined = with_frames(graph, [_joined(graph, seams, run) for run in runs], options)
         built = [face_free_space(graph, trimmed, seam) for seam in joined]
-        wrong = _unreached(graph, trimmed, seams, built, runs)
+        wrong = _unreached(graph, trimmed, seams, built, runs, options.reach)
         if not wrong:
             break
         links = links - wrong
     else:
         return list(seams)
-    felt = feel_seams(graph, trimmed, built)
-    leant = [replace(seam, lean_rad=own.lean_rad) for seam, own in zip(built, felt, strict=True)]
+    felt = feel_seams(graph, trimmed, built, options.reach)
+    leant = [own.lay_on(seam) for seam, own in zip(built, felt, strict=True)]
     judged = judge_seams(graph, trimmed, leant, options, judge)
     kept = [(seam, run) for seam, run in zip(judged, runs, strict=True) if seam.accepted]
     taken = {end // 2 for _, run in kept for end in run.ends}
@@ -173,12 +173,15 @@ def _joined(graph: BrepGraph, seams: Sequence[Seam], run: _Run) -> Seam:
     pieces = directed_runs(graph, pieces, [whole]).pieces
     if run.closed:
         pieces = _from_longest_side(graph, pieces)
+    wire = max(seam.more_wire_mm for seam in own)
     longest = max(own, key=lambda seam: seam.length_mm)
     corners = len(find_corners(graph, pieces).low_mm)
     words = f"{len(own)} seams in one run round {corners} corner{'s' if corners > 1 else ''}: "
     said = (text for seam in own for text in seam.reasons if not is_judgement(text, seam.source))
     reasons = tuple(dict.fromkeys([*said, f"{words}the torch turns on up to {CORNER_MM:g} mm before and after each"]))
-    return replace(longest, pieces=pieces, closed=run.closed, reasons=reasons, groove=None, wrap_of=None)
+    return replace(
+        longest, pieces=pieces, closed=run.closed, reasons=reasons, groove=None, wrap_of=None, more_wire_mm=wire
+    )
 
 
 def _from_longest_side(graph: BrepGraph, pieces: SeamPieces) -> SeamPieces:
@@ -192,7 +195,12 @@ def _from_longest_side(graph: BrepGraph, pieces: SeamPieces) -> SeamPieces:
 
 
 def _unreached(
-    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], built: Sequence[Seam], runs: Sequence[_Run]
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    seams: Sequence[Seam],
+    built: Sequence[Seam],
+    runs: Sequence[_Run],
+    reach: Reach,
 ) -> frozenset[Link]:
     """Return the links at which a wire is inside material, or that no torch gets round.
 
@@ -200,7 +208,7 @@ def _unreached(
     """
     wrong: set[Link] = set()
     stretches = find_stretches(graph, trimmed, built)
-    for seam, run, felt, parts in zip(built, runs, feel_seams(graph, trimmed, built), stretches, strict=True):
+    for seam, run, felt, parts in zip(built, runs, feel_seams(graph, trimmed, built, reach), stretches, strict=True):
         if felt.is_free and not any(part.solids for part in parts):
             continue
         bad = np.flatnonzero((felt.solid >= 0) | (np.append(felt.solid_after, -1) >= 0))
