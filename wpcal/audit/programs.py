@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import KDTree
 
+from wpcal.audit.arc import arc_faults
 from wpcal.audit.fault import Fault
 from wpcal.audit.read_back import ReadPose, is_weld_program, read_poses_back
 from wpcal.brep.material import TriangleMaterial
@@ -92,7 +93,7 @@ def audit_program(raw: bytes, path: Path, around: Surroundings) -> list[Fault]:
         poses = read_poses_back(raw, path, around.T_base_part)
     except WpcalError as error:
         return [Fault.of(error, str(path))]
-    return list(_pose_faults(poses, around))
+    return [*_pose_faults(poses, around), *arc_faults(raw, path)]
 
 
 def _pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fault]:
@@ -170,6 +171,7 @@ def check_written(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
     WrittenWrongError
         When a file cannot be read, a pose is missing, or there is a pose that was not asked for.
     """
+    _refuse_wrong_arcs(files, name)
     own = written_files(files)
     if not own:
         return 0
@@ -198,6 +200,15 @@ def check_written(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
                 "is written"
             )
     return len(read)
+
+
+def _refuse_wrong_arcs(files: Mapping[str, str | bytes], name: str) -> None:
+    """Refuse files in which the arc is on or off in the wrong place."""
+    for file, data in files.items():
+        faults = arc_faults(data.encode("utf-8") if isinstance(data, str) else data, Path(file))
+        if faults:
+            what = f"{name}: {file}, line {faults[0].line}: {faults[0].message}; nothing is written"
+            raise WrittenWrongError(what)
 
 
 def _first_without_match(p: FloatArray, R: FloatArray, other_p: FloatArray, other_R: FloatArray) -> int | None:
