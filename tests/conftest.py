@@ -15,6 +15,7 @@ from hypothesis import settings
 
 from tests.lint.skips import unexpected_skips
 from tests.record_checks import checked_to_json
+from tests.running import kernel_work_here
 from wpcal.core import records
 
 # A shell's background job ignores Ctrl-C, and so would the commands that the tests start and interrupt.
@@ -61,6 +62,17 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         reporter.write_line("")
         reporter.write_line("\n".join(rows), red=True)
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+@pytest.fixture(scope="module")
+def kernel_here() -> Iterator[None]:
+    """Let commands do their kernel work in this process, for tests in which its own process says no more.
+
+    Starting that process and loading the kernel costs more than most commands.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -11,19 +11,20 @@ from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.brep import BrepGraph
+from wpcal.core.arrays import IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
-from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
+from wpcal.seam import ConcaveEdges, Seam, SeamOptions
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.explain import explain_seam
 from wpcal.seam.explained_svg import explained_svg
-from wpcal.seam.find.bead import add_beads
 from wpcal.seam.find.built_up import left_out
-from wpcal.seam.find.flare_grooves import add_grooves
-from wpcal.seam.find.interpenetration import interpenetrating_solids
+from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.member.note import MemberNotes, take_members
 from wpcal.seam.names import seams_named
+from wpcal.seam.seam import SeamPieces
+from wpcal.seam.search import find_part_seams
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,28 +105,29 @@ class _Found:
 def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Found:
     graph, trimmed = workpiece.graph, workpiece.trimmed
     notes = take_members(graph, trimmed, options.judging).notes
-    pairs = interpenetrating_solids(graph, trimmed)
-    sections, issues = None, tuple[Issue, ...]()
-    if len(pairs):
-        solids = workpiece.solids
-        from cad.kernel.section import add_sections
+    mark = partial(_mark, workpiece, choice) if choice.marked or choice.edges else None
+    found = find_part_seams(graph, trimmed, options, cross=partial(_cross, workpiece), mark=mark)
+    issues = found.issues
+    if not found.seams and options.concave is ConcaveEdges.AUTO:
+        issues = (*issues, *left_out(found.graph, replace(trimmed, graph=found.graph)))
+    is_wider = found.graph.edge_count > graph.edge_count
+    return _Found(found.seams, found.graph if is_wider else None, notes.with_shapes(found.seams), issues)
 
-        graph, sections, issues = add_sections(graph, solids, pairs)
-        trimmed = replace(trimmed, graph=graph)
-    graph, beads = add_beads(graph, trimmed, options)
-    graph, flares = add_grooves(graph, trimmed, options)
-    marked = None
-    if choice.marked or choice.edges:
-        marks = () if workpiece.source is None else workpiece.source.step.marks
-        from cad.workpiece.marked_edges import find_marked
 
-        graph, marked = find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
-    trimmed = replace(trimmed, graph=graph)
-    seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, flares=flares, marked=marked)
-    if not seams and options.concave is ConcaveEdges.AUTO:
-        issues = (*issues, *left_out(graph, trimmed))
-    is_wider = graph.edge_count > workpiece.graph.edge_count
-    return _Found(seams, graph if is_wider else None, notes, issues)
+def _cross(workpiece: Workpiece, graph: BrepGraph, pairs: IntArray) -> tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]:
+    """Add the curves in which pairs of solids meet; the kernel computes them."""
+    solids = workpiece.solids
+    from cad.kernel.section import add_sections
+
+    return add_sections(graph, solids, pairs)
+
+
+def _mark(workpiece: Workpiece, choice: SeamChoice, graph: BrepGraph) -> tuple[BrepGraph, MarkedEdges]:
+    """Add the edges that a person marked."""
+    marks = () if workpiece.source is None else workpiece.source.step.marks
+    from cad.workpiece.marked_edges import find_marked
+
+    return find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
 
 
 def list_seams(

@@ -7,6 +7,8 @@ import pytest
 
 from tests.running import run_here
 
+pytestmark = pytest.mark.usefixtures("kernel_here")
+
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 
 

@@ -212,6 +212,7 @@ def only_checks(path: Path) -> None:
         (collinear, "on one line"),
     ],
 )
+@pytest.mark.usefixtures("kernel_here")
 def test_taught_points_that_cannot_be_used(folder: Path, spoil: Callable[[Path], None], says: str) -> None:
     spoil(folder / "taught.csv")
     assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "out", says=says)
@@ -239,16 +240,19 @@ def test_taught_points_that_cannot_be_used(folder: Path, spoil: Callable[[Path],
         (("--seed", "-1"), "seed"),
     ],
 )
+@pytest.mark.usefixtures("kernel_here")
 def test_options_without_meaning(folder: Path, option: tuple[str, str], says: str) -> None:
     assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "out", *option, says=says)
 
 
+@pytest.mark.usefixtures("kernel_here")
 def test_a_nominal_pose_that_is_not_a_matrix(folder: Path) -> None:
     (folder / "pose.json").write_text('{"T_base_part": 1}')
     command = ("calibrate", "tee.step", "taught.csv", "-o", "out", "--nominal", "pose.json")
     assert_refused(folder, *command, says="--nominal: pose.json: expected a 4×4 matrix")
 
 
+@pytest.mark.usefixtures("kernel_here")
 def test_an_output_folder_that_holds_something(folder: Path) -> None:
     (folder / "out").mkdir()
     (folder / "out" / "mine.txt").write_text("keep")
@@ -258,10 +262,12 @@ def test_an_output_folder_that_holds_something(folder: Path) -> None:
     assert (folder / "out" / "mine.txt").read_text() == "keep"
 
 
+@pytest.mark.usefixtures("kernel_here")
 def test_an_output_that_is_a_file(folder: Path) -> None:
     assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "tee.step", says="is a file")
 
 
+@pytest.mark.usefixtures("kernel_here")
 def test_an_output_below_a_file(folder: Path) -> None:
     assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "taught.csv/out", says="cannot be written")
 
@@ -292,6 +298,7 @@ def test_a_full_disk_leaves_no_half_file(folder: Path, monkeypatch: pytest.Monke
     assert sorted(path.name for path in folder.iterdir()) == ["taught.csv", "tee.step"]
 
 
+@pytest.mark.usefixtures("kernel_here")
 def test_a_residual_above_the_tolerance_is_a_result(folder: Path) -> None:
     lines = rows(folder / "taught.csv")
     name, x, *rest = lines[1].split(",")
@@ -324,6 +331,7 @@ def test_no_command_is_the_help(folder: Path) -> None:
     assert done.stderr == ""
 
 
+@pytest.mark.usefixtures("kernel_here")
 def test_names_that_look_like_markup_are_printed(folder: Path) -> None:
     part = folder / "tee.step"
     part.write_text(part.read_text().replace("'web'", "'web[/b]'"))
@@ -364,10 +372,12 @@ def test_odd_files_of_others(folder: Path, name: str) -> None:
         (("-o", "taught.csv/sheet.svg", "--touch", "V2"), "cannot be written"),
     ],
 )
+@pytest.mark.usefixtures("kernel_here")
 def test_a_sheet_that_cannot_be_drawn(folder: Path, options: tuple[str, ...], says: str) -> None:
     assert_refused(folder, "sheet", "tee.step", *options, says=says)
 
 
+@pytest.mark.usefixtures("kernel_here")
 def test_a_sheet_is_not_overwritten_without_force(folder: Path) -> None:
     (folder / "sheet.svg").write_text("mine")
     assert_refused(folder, "sheet", "tee.step", "-o", "sheet.svg", says="--force")

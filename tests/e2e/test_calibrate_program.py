@@ -12,6 +12,8 @@ import pytest
 from tests.running import run_here
 from wpcal.core.rotations import rotation_from_zyx
 
+pytestmark = pytest.mark.usefixtures("kernel_here")
+
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 FRAME = (500.0, 100.0, 50.0)
 """Of a user frame that is not turned: its points are the taught ones minus this."""

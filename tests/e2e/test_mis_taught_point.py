@@ -4,8 +4,11 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tests.running import run_here
+
+pytestmark = pytest.mark.usefixtures("kernel_here")
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 SAME_FIT_MM = 1e-6  # two runs of the polish on the same five points

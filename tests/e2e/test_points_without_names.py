@@ -10,6 +10,8 @@ import pytest
 
 from tests.running import run_here
 
+pytestmark = pytest.mark.usefixtures("kernel_here")
+
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 
 

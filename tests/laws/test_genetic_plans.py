@@ -9,6 +9,8 @@ from wpcal.planning.search.pareto import hypervolume
 from wpcal.planning.search.plan_seam import best_paths
 from wpcal.planning.search.sweep import sweep_paths
 
+pytestmark = pytest.mark.many
+
 GENERATIONS = 100
 SEEDS = 5
 

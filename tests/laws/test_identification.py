@@ -20,6 +20,8 @@ from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, si
 from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.robot.kinematics.chain import MDHChain
 
+pytestmark = pytest.mark.many
+
 MH6 = find_arm("mh6")
 PARAMETERS = link_parameters(MH6.chain)
 NOISE = Noise(0.05, float(np.deg2rad(0.005)))  # the issue's: 0.05 mm, 0.005°

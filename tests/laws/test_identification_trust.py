@@ -17,6 +17,8 @@ from wpcal.robot.identify.pose_residuals import pose_errors
 from wpcal.robot.identify.simulation import random_joints, simulate_poses
 from wpcal.robot.kinematics.arm_file import find_arm
 
+pytestmark = pytest.mark.many
+
 MH6 = find_arm("mh6")
 LINKS = link_parameters(MH6.chain)
 NOISE = Noise(0.05, float(np.deg2rad(0.005)))
@@ -166,7 +168,7 @@ def test_a_row_that_is_not_in_the_file_is_refused():
         identify_arm(MH6, measured(0)[1], options=IdentifyOptions(leave_out=(99,)))
 
 
-@pytest.mark.parametrize("joint_rad", [0.0, 2e-5])
+@pytest.mark.parametrize("joint_rad", [pytest.param(0.0, marks=pytest.mark.deep), 2e-5])
 def test_intervals_with_three_reflectors_cover_the_truth(joint_rad):
     """Issue: 93 to 97 % (rows taken as independent: 69 %). 20 files of 18 parameters: sigma about 2 %."""
     options = IdentifyOptions(free_base=True, free_tool=True, **EXPECTED)

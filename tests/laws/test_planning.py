@@ -16,6 +16,8 @@ from wpcal.planning.plan.recheck import recheck_clearance
 from wpcal.planning.search.pareto import Preference, is_nondominated
 from wpcal.seam.path.position import weld_rotation, weld_slope
 
+pytestmark = pytest.mark.many
+
 CLOSED_MM, CLOSED_RAD = 1e-6, 1e-9
 """Asked of the closed chain at every point of every plan."""
 SAME_DEG = 1e-6

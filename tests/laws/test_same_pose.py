@@ -136,6 +136,7 @@ def test_far_origins_do_not_change_the_pose(make: Callable[[np.random.Generator]
             np.testing.assert_allclose(place, base, rtol=0, atol=SAME_PLACE_MM, err_msg=f"set {k}, {a}, {b}")
 
 
+@pytest.mark.many
 @pytest.mark.parametrize("make", KINDS.values(), ids=KINDS)
 def test_no_other_optimum_has_a_smaller_sum_of_squares(make: Callable[[np.random.Generator], PointPairs]) -> None:
     """SLSQP, a method that shares nothing with ours, looks for one from places around the answer."""
@@ -188,6 +189,7 @@ def test_the_turn_about_the_line_ends_in_the_valley_or_at_a_limit() -> None:
     assert at_limit > 1
 
 
+@pytest.mark.many
 def test_every_processor_gives_the_same_pose() -> None:
     """OpenBLAS picks its kernels by processor; a variable makes it pick those of another one."""
     code = (

@@ -21,7 +21,7 @@ SECTIONS: Mapping[str, Sequence[str]] = {
     "Calibrate": ("calibrate", "report", "welds", "export", "audit", "diff"),
     "Without a part": ("fit", "study"),
     "A better robot": ("identify", "tcp", "correct"),
-    "Two robots": ("bases", "plan"),
+    "Plan welds": ("cell", "plan", "bases"),
 }
 """The help lists the commands in this order; those of other packages come last."""
 

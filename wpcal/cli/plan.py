@@ -1,8 +1,9 @@
-"""`wpcal plan`: two robots on one part: trade-off plans to choose from, and the chosen one as programs."""
+"""`wpcal plan`: one robot on all seams, or two robots on one: plans to choose from, the chosen one as programs."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import option, takes
+from wpcal.cli.plan_tour import TourFlags
 from wpcal.cli.shared_help import ANGLE, FORCE_HELP, JSON_HELP, SPEED, SPEED_HELP, TRAVEL_ANGLE_HELP, WORK_ANGLE_HELP
 
 if TYPE_CHECKING:
@@ -92,8 +94,8 @@ class GeneticFlags:
 
 @click.command()
 @click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
-@click.argument("seams_json", metavar="[SEAMS.json]", required=False, type=click.Path(path_type=Path))
-@click.option("--seam", metavar="NAME", help="Which seam of the file: W1, W2, …")
+@click.argument("seams_json", metavar="[RESULT]", required=False, type=click.Path(path_type=Path))
+@click.option("--seam", metavar="NAME", help="With two robots, which seam of the file: W1, W2, …")
 @click.option("-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), help="Output: a folder.")
 @click.option(
     "--check",
@@ -108,6 +110,7 @@ class GeneticFlags:
     show_default=True,
     help="Which plan is written as programs.",
 )
+@takes("tour", TourFlags)
 @takes("weld", WeldFlags)
 @takes("genetic", GeneticFlags)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
@@ -120,40 +123,58 @@ def plan(
     output: Path | None,
     check_only: bool,
     prefer: str,
+    tour: TourFlags,
     weld: WeldFlags,
     genetic: GeneticFlags,
     force: bool,
     as_json: bool,
 ) -> int:
-    """Plan how two robots weld one seam: robot 1 with the torch, robot 2 holding and turning the part.
+    """Plan how a robot welds all seams of a part, or how two robots weld one seam.
 
-    CELL.json describes the cell: robots, tools and their places. SEAMS.json is the seams.json of `wpcal calibrate`.
-    Writes pareto.json (the trade-off plans), plan.html (a page that shows them), and for the chosen plan plan.json,
-    plan.csv and the programs of both robots. Ctrl-C keeps the best plans so far. Ends with code 1 if there is no
-    feasible plan.
+    CELL.json describes the cell: robots, positioner, tools and their places (`wpcal cell new`). RESULT is the folder of
+    `wpcal calibrate` or `wpcal seams`, or its seams.json.
 
-    With --check only the cell is read, listed and drawn. It ends with code 2 if anything in the cell is odd.
+    With one robot all accepted seams are planned together: directions, order, positioner, torch angles, branches of the
+    arm, and the moves between seams. Writes plan.json, plan.csv, plan.html, and programs. Seams that cannot be welded
+    are told with the reason; the command then ends with code 1.
+
+    With two robots (a cell with holder_robot) one seam is planned: robot 1 with the torch, robot 2 holding and turning
+    the part. Writes pareto.json (the trade-off plans), plan.html (a page that shows them), and for the chosen plan
+    plan.json, plan.csv and the programs of both robots. Ctrl-C keeps the best plans so far. Ends with code 1 if there
+    is no feasible plan.
+
+    With --check only the cell is read, listed and drawn, as by `wpcal cell check`. It ends with code 2 if anything in
+    the cell is odd.
     """
     if check_only:
-        return _check(cell_json, output, force=force, as_json=as_json)
-    if seams_json is None or seam is None or output is None:
-        missing = {"SEAMS.json": seams_json, "--seam": seam, "-o": output}
-        names = ", ".join(name for name, value in missing.items() if value is None)
-        raise click.UsageError(f"a plan needs {names}; to check the cell alone, add --check")
-    from wpcal.cli.progress import counted_progress
+        from wpcal.cli.cell_check import run_cell_check
+
+        return run_cell_check(cell_json, output, force=force, as_json=as_json)
+    if seams_json is None or output is None:
+        raise _incomplete({"RESULT": seams_json, "--seam": seam, "-o": output})
     from wpcal.core.records import check_writable
+    from wpcal.planning.cell.robot_cell import RobotCell
+    from wpcal.planning.cell.station_file import read_any_cell
+
+    check_writable(output, overwrite=force)
+    _require_extra("fcl", *(("pymoo",) if genetic.generations else ()))
+    cell = read_any_cell(cell_json)
+    if not isinstance(cell, RobotCell):
+        from wpcal.cli.plan_tour import run_tour
+
+        asked = tour.to_targets(weld, seed=genetic.seed)
+        return run_tour(cell, seams_json, output, asked, tour, prefer=prefer, force=force, as_json=as_json)
+    if seam is None:
+        raise _incomplete({"--seam": None})
+    from wpcal.cli.progress import counted_progress
     from wpcal.planning.cell.cell_check import check_cell
-    from wpcal.planning.cell.cell_file import read_cell
     from wpcal.planning.plan.seam_file import read_seam_path
     from wpcal.planning.search.obstacle import NoFeasiblePlanError
     from wpcal.planning.search.pareto import Preference
     from wpcal.planning.search.plan_seam import plan_seam
     from wpcal.planning.search.problem import PlanningProblem
 
-    check_writable(output, overwrite=force)
-    _require_extra("fcl", *(("pymoo",) if genetic.generations else ()))
     targets = weld.to_targets()
-    cell = read_cell(cell_json)
     problem = PlanningProblem(cell, read_seam_path(seams_json, seam, cell), targets, weld.speed_mm_s)
     mesh = _read_mesh(seams_json)
     for issue in check_cell(cell):
@@ -167,28 +188,9 @@ def plan(
     return _write(result, Preference(prefer), output, mesh, force=force, as_json=as_json)
 
 
-def _check(cell_json: Path, output: Path | None, *, force: bool, as_json: bool) -> int:
-    """Tell what is odd in a cell, and draw it."""
-    from wpcal.core.records import to_json, write_file
-    from wpcal.pages.plan import build_cell_page
-    from wpcal.planning.cell.cell_check import check_cell, check_record
-    from wpcal.planning.cell.cell_file import read_cell
-
-    cell = read_cell(cell_json)
-    issues = check_cell(cell)
-    page = (output or Path()) / "cell.html"
-    html = build_cell_page(cell)
-    page.parent.mkdir(parents=True, exist_ok=True)
-    write_file(page, html, overwrite=force)
-    if as_json:
-        click.echo(to_json(check_record(cell, issues)), nl=False)
-    else:
-        for issue in issues:
-            click.echo(issue.message)
-        found = f"{len(issues)} oddities" if len(issues) > 1 else "1 oddity" if issues else "nothing odd"
-        click.echo(f"{cell.name}: {found}")
-        click.echo(f"drawn in {page}")
-    return 2 if issues else 0
+def _incomplete(given: Mapping[str, object]) -> click.UsageError:
+    names = ", ".join(name for name, value in given.items() if value is None)
+    return click.UsageError(f"a plan needs {names}; to check the cell alone, add --check")
 
 
 def _read_mesh(seams_json: Path) -> bytes | None:

@@ -17,11 +17,11 @@ from itertools import pairwise
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
-from wpcal.controllers.part_distance import part_distances
 from wpcal.controllers.torch import ToolAxis, wire_directions
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.tangent import exp_rotation, log_rotation
+from wpcal.planning.cell.part_distance import part_distances
 from wpcal.seam.torch import TorchShape
 
 MARGIN_MM = 3.0

@@ -132,6 +132,8 @@ def build_cell_page(cell: RobotCell) -> str:
     arms, bases = (cell.arm1, cell.arm2), (cell.T_world_base1, cell.T_world_base2)
     data = {
         **_cell_record(cell, shows_frames=True),
+        "kind": "cell of two robots",
+        "pose": "all joints at zero, or at the limit that is nearest to zero",
         "robots": [
             {"robot": row + 1, "arm": arm.name, "base": T.t_mm.tolist(), "mount": mount.tolist()}
             for row, (arm, T, mount) in enumerate(zip(arms, bases, mounting_faces(cell), strict=True))
@@ -153,12 +155,13 @@ def _cell_record(cell: RobotCell, *, shows_frames: bool) -> dict[str, Any]:
     return {
         "cell": cell.name,
         "issues": [issue.to_record() for issue in check_cell(cell)],
-        "bodies": [_body_record(body) for body in bodies_of(cell)],
+        "bodies": [body_record(body, _group(body)) for body in bodies_of(cell)],
         "bases": [T.t_mm.tolist() for T in bases],
         "mounts": [
             {"p": p.tolist(), "x": T.R[:, 0].tolist(), "y": T.R[:, 1].tolist()}
             for T, p in zip(bases, mounting_faces(cell), strict=True)
         ],
+        "labels": {"robot1": "robot 1", "robot2": "robot 2"},
         "floor_z_mm": cell.floor_z_mm,
         "frames": [0, JOINTS, JOINTS + 1, 2 * JOINTS + 1, TOOL, PART],
         "showsFrames": shows_frames,
@@ -184,12 +187,24 @@ def _plan_record(run: CellRun) -> dict[str, Any]:
     }
 
 
-def _body_record(body: Body) -> dict[str, Any]:
-    shape = body.shape
+def _group(body: Body) -> str:
     groups = {TOOL: "torch", PART: "part", WORLD: "bench"}
+    return groups.get(body.carrier, "robot1" if body.owner is Owner.ROBOT1 else "robot2")
+
+
+def body_record(body: Body, group: str) -> dict[str, Any]:
+    """Return a body as the page takes it.
+
+    Parameters
+    ----------
+    body : Body
+    group : str
+        What it is shown and hidden with: ``robot1``, ``robot2``, ``torch``, ``part`` or ``bench``.
+    """
+    shape = body.shape
     record: dict[str, Any] = {
         "name": body.name,
-        "group": groups.get(body.carrier, "robot1" if body.owner is Owner.ROBOT1 else "robot2"),
+        "group": group,
         "carrier": body.carrier,
         "capsules": [
             {"p": p.tolist(), "q": q.tolist(), "radius": float(radius)}

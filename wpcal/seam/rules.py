@@ -178,6 +178,14 @@ class Rule(Enum):
         "Then the bolts would be of no use. Of the two welds the shorter one is doubted.",
         "seams and bolted faces of the whole part",
     )
+    ONE_PIECE = RuleRow(
+        0.52,
+        "A solid is neither a plate, a bar, a tube or a profile, nor turned: it looks cast, moulded, printed or milled "
+        "in one piece.",
+        "Members of a weldment are cut from plate, bar and tube. Such a solid is rather bolted or clamped; a milled "
+        "clevis is welded now and then, so `--generous` takes it, also between two of them.",
+        "shape: less than 80 % of the surface on plates, bars and tubes",
+    )
     ONE_LINED_UP = RuleRow(
         0.75,
         "One hole of both members lines up where they touch.",
@@ -207,9 +215,9 @@ class Rule(Enum):
         """Name of the rule in records: ``not-reached``."""
         return self.name.lower().replace("_", "-")
 
-    def found(self, text: str, factor: float | None = None) -> Finding:
-        """Return a finding by this rule, in words."""
-        return Finding(self.key, self.factor if factor is None else factor, text)
+    def found(self, text: str, factor: float | None = None, *, solid: str = "") -> Finding:
+        """Return a finding by this rule, in words; `solid` is the name of the solid that it is about."""
+        return Finding(self.key, self.factor if factor is None else factor, text, solid)
 
 
 def rules_table() -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -242,11 +243,38 @@ class Finding:
         The confidence is multiplied by it.
     text : str
         The finding in words, for people.
+    solid : str
+        Name of the solid that it is about; empty if it is about the candidate.
     """
 
     rule: str
     factor: float
     text: str
+    solid: str = ""
+
+
+class NamedSolids(str):
+    """A reason that names solids, so that it can be told of the same seam in a copy of these solids.
+
+    Parameters
+    ----------
+    words : str
+        With ``{}`` where the names belong.
+    solids : tuple of str
+    """
+
+    words: str
+    solids: tuple[str, ...]
+
+    def __new__(cls, words: str, solids: tuple[str, ...]) -> NamedSolids:
+        """Put the names into the words."""
+        told = super().__new__(cls, words.format(", ".join(solids)))
+        told.words, told.solids = words, solids
+        return told
+
+    def told_of(self, names: Mapping[str, str]) -> NamedSolids:
+        """Return the same reason about other solids: their names, by the names here."""
+        return NamedSolids(self.words, tuple(names[solid] for solid in self.solids))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

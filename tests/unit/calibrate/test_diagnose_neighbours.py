@@ -11,6 +11,8 @@ from wpcal.calibrate import calibrate as calibrate_points
 from wpcal.core import PointPairs
 from wpcal.core.tangent import exp_rotation
 
+pytestmark = pytest.mark.many
+
 CORNERS = {
     f"V{i}": np.array(p, dtype=np.float64)
     for i, p in enumerate([(x, y, z) for x in (0, 200) for y in (0, 120) for z in (0, 12)])

@@ -10,6 +10,8 @@ from wpcal.calibrate.points.neighbours import FeaturePlaces
 from wpcal.calibrate.points.robust import contradicted_points
 from wpcal.core import PointPairs
 
+pytestmark = pytest.mark.many
+
 SIGMA_MM = 0.15
 ALARM = 0.01
 SLACK = 0.05  # three standard deviations of the difference of two shares on the same 150 sets

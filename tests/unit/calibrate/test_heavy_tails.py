@@ -42,6 +42,7 @@ def has_heavy_tails(pairs: PointPairs) -> bool:
 
 @pytest.mark.parametrize("of_each", [False, True])
 @pytest.mark.parametrize(("kind", "least", "most"), [("gaussian", 0.0, 0.1), ("t3", 0.5, 1.0)])
+@pytest.mark.many
 def test_heavy_tails_are_noticed_and_gaussian_errors_seldom_are(kind, least, most, of_each):
     rng = np.random.default_rng(0)
     found = np.mean([has_heavy_tails(taught(kind, rng, of_each=of_each)) for _ in range(200)])
@@ -50,6 +51,7 @@ def test_heavy_tails_are_noticed_and_gaussian_errors_seldom_are(kind, least, mos
 
 @pytest.mark.parametrize("stated", ["one for all", "of each", "none"])
 @pytest.mark.parametrize("kind", ["gaussian", "t3"])
+@pytest.mark.many
 def test_the_predicted_error_of_minimax_covers_the_true_one(kind, stated):
     rng = np.random.default_rng(1)
     teaching = TeachingError(sigma_mm=0.3) if stated == "one for all" else TeachingError()

@@ -10,6 +10,8 @@ from scipy.spatial.transform import Rotation
 from wpcal.calibrate import calibrate, solve_minimax
 from wpcal.core.pairs import PointPairs
 
+pytestmark = pytest.mark.many
+
 BEATEN_MM = 1e-6  # what counts as certified
 LEAST_SHARE = 0.995  # of the answers without a proof that no other method beats
 CUBE = np.array([[x, y, z] for x in (-200, 200) for y in (-200, 200) for z in (-200, 200)], dtype=float)

@@ -61,6 +61,7 @@ def test_a_mirrored_body_keeps_a_gap_and_says_so():
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.many
 def test_branch_and_bound_closes_the_gap_of_mirrored_bodies(seed):
     rng = np.random.default_rng(seed)
     p = 100 * rng.normal(size=(8, 3))

@@ -109,6 +109,7 @@ LINEAR = [(criterion, which) for criterion in (Criterion.LEAST_SQUARES, Criterio
 
 
 @pytest.mark.parametrize(("criterion", "which"), [*LINEAR, (Criterion.MINIMAX, "one unsure point")])
+@pytest.mark.many
 def test_the_predicted_error_of_unequal_points_holds_95_percent_of_simulated_fits(criterion, which):
     row_mm = UNEQUAL[which]
     exact = pairs_of(np.zeros(BODY.shape), row_mm)
@@ -118,6 +119,7 @@ def test_the_predicted_error_of_unequal_points_holds_95_percent_of_simulated_fit
     assert 0.92 <= np.mean(np.array(errors) <= predicted) <= 0.98
 
 
+@pytest.mark.many
 def test_the_propagated_covariance_is_that_of_simulated_fits():
     row_mm = UNEQUAL["half of them unsure"]
     samples = []

@@ -44,6 +44,7 @@ def test_a_wrong_tool_is_told_with_its_size_and_no_point_is_blamed(sigma, least)
 
 
 @pytest.mark.parametrize("sigma", [None, SIGMA_MM], ids=["sigma from residuals", "stated"])
+@pytest.mark.many
 def test_a_right_tool_is_left_in_peace(sigma):
     rng = np.random.default_rng(1)
     sets = [touched(rng, 4 + k % 5, np.zeros(3)) for k in range(400)]
@@ -85,6 +86,7 @@ def test_the_verdict_fails_where_a_wrong_tool_may_carry_a_seam_out_and_says_what
     assert record["issues"][0]["code"] == "tool-centre-point"
 
 
+@pytest.mark.many
 def test_the_predicted_error_covers_a_weld_in_another_posture():
     """The weld is a quarter turn from the touches. Without the allowance the band held 17 to 55 % (0.5 mm)."""
     rng, held = np.random.default_rng(5), []

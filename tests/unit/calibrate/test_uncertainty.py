@@ -30,6 +30,7 @@ def test_the_motion_beyond_least_squares_counts_in_the_minimax_prediction():
     assert np.mean(study.errors_mm <= squares) < 0.9  # without it the prediction would promise too much
 
 
+@pytest.mark.many
 def test_the_covariance_is_that_of_simulated_fits():
     rng = np.random.default_rng(0)
     centre = BODY.mean(axis=0)

@@ -75,6 +75,7 @@ def test_many_slips_have_a_fit_that_random_starts_do_not_beat(slip: str) -> None
 
 
 @pytest.mark.parametrize("slip", SLIPS)
+@pytest.mark.many
 def test_the_fit_is_at_rest(slip: str) -> None:
     """No small motion makes the sum smaller, in 100 problems of every slip."""
     for seed in range(100):

@@ -7,6 +7,8 @@ import pytest
 from tests.saddle import CELL, SEAMS, THINNED, scan_coarsely, shared_search
 from wpcal.cli.main import run
 
+pytestmark = pytest.mark.many
+
 SHOWN = 4
 """Every fourth path of the shared sweep: enough to choose from."""
 
@@ -160,7 +162,7 @@ def test_the_check_as_json_is_a_record(tmp_path, capsys):
 
 def test_a_plan_without_seams_says_what_is_missing(tmp_path, capsys):
     assert call("plan", CELL) == 2
-    assert "a plan needs SEAMS.json, --seam, -o; to check the cell alone, add --check" in capsys.readouterr().err
+    assert "a plan needs RESULT, --seam, -o; to check the cell alone, add --check" in capsys.readouterr().err
 
 
 def remove_grasp(record):

@@ -17,12 +17,14 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.cli.main import run
 from wpcal.controllers.checked_program import check_program
-from wpcal.controllers.part_distance import segment_triangle_distances
 from wpcal.controllers.program import ControllerSettings, build_program
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.formats.registry import exporter_named
+from wpcal.planning.cell.part_distance import segment_triangle_distances
 from wpcal.results.folder import read_finished
 from wpcal.seam.torch import TorchShape
+
+pytestmark = pytest.mark.many
 
 FIXTURES = Path(__file__).parents[3] / "fixtures"
 PARTS = ("tee", "frame")
@@ -48,7 +50,10 @@ def cloud(program):
 
 
 def least_distance(points, p0, p1, R0, R1):
-    """Least distance of a cloud from a nozzle of 11 mm that is moved along a line, from the wire's tip on."""
+    """Least distance of a cloud from a nozzle of 11 mm that is moved along a line, from the wire's tip on.
+
+    What is farther than `LEAST_MM` is not measured: infinite.
+    """
     turn = (Rotation.from_matrix(R0).inv() * Rotation.from_matrix(R1)).magnitude()
     n = max(2, int(np.ceil((np.linalg.norm(p1 - p0) + turn * LENGTH_MM) / STEP_MM)))
     t = np.linspace(0, 1, n + 1)
@@ -56,7 +61,8 @@ def least_distance(points, p0, p1, R0, R1):
     tips = p0 + t[:, None] * (p1 - p0)
     back = np.arange(0.0, LENGTH_MM + STEP_MM, STEP_MM)
     axis = tips[:, None] - back[:, None] * wires[:, None]
-    return points.query(axis.reshape(-1, 3), distance_upper_bound=40.0)[0].min() - NOZZLE_MM - 0.6 * CLOUD_MM
+    off = NOZZLE_MM + 0.6 * CLOUD_MM
+    return points.query(axis.reshape(-1, 3), distance_upper_bound=off + 2 * LEAST_MM)[0].min() - off
 
 
 def moves_in_the_air(program):

@@ -30,11 +30,13 @@ FIRST_LINK_OVER_BENCH = 2
 
 
 class Owner(Enum):
-    """The owner of a body."""
+    """The owner of a body; a cell with one robot has `ROBOT` and `POSITIONER` instead of the two robots."""
 
     ROBOT1 = "robot 1"
     ROBOT2 = "robot 2"
     BENCH = "bench"
+    ROBOT = "robot"
+    POSITIONER = "positioner"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,17 +146,32 @@ def body_frames(cell: RobotCell, state: CellState) -> tuple[Frames, ...]:
         Base, links 1 to 5 and flange of robot 1, then of robot 2, `tool`, `part`, `world`; arrays of shape (3, n), or
         (3, 1) for frames that do not move.
     """
-    frames1 = list(_arm_frames(cell.arm1, cell.T_world_base1, state.joints1))
-    frames2 = list(_arm_frames(cell.arm2, cell.T_world_base2, state.joints2))
+    frames1 = list(arm_frames(cell.arm1, cell.T_world_base1, state.joints1))
+    frames2 = list(arm_frames(cell.arm2, cell.T_world_base2, state.joints2))
     tool, part = frames1[-1].then(cell.T_flange1_tool), frames2[-1].then(cell.T_flange2_part)
     world = start_frames(RigidTransform.identity(target="world", source="world"), 1)
     return (*frames1, *frames2, tool, part, world)
 
 
-def _arm_frames(arm: Arm, T_world_base: RigidTransform, joints: FloatArray) -> Iterator[Frames]:
-    yield start_frames(T_world_base, 1)
+def arm_frames(
+    arm: Arm, T_world_base: RigidTransform, joints: FloatArray, *, shift_mm: FloatArray | None = None
+) -> Iterator[Frames]:
+    """Yield the base, the frames after all links but the last, and the flange of an arm, in `world`.
+
+    Parameters
+    ----------
+    arm : Arm
+    T_world_base : RigidTransform
+    joints : ndarray, shape (n, k)
+        Shown angles, rad.
+    shift_mm : ndarray, shape (3, n), optional
+        How far the base is from `T_world_base`, in `world`, mm.
+    """
+    moved = 0.0 if shift_mm is None else shift_mm
+    base = start_frames(T_world_base, 1)
+    yield base._replace(p=base.p + moved)
     theta = np.ascontiguousarray(arm.model_angles(joints).T)
-    first = T_world_base.relabelled(target="world", source="base") @ arm.chain.T_base_dh0
-    motions = list(walk(start_frames(first, 1), arm.chain.table, theta))
+    first = start_frames(T_world_base.relabelled(target="world", source="base") @ arm.chain.T_base_dh0, 1)
+    motions = list(walk(first._replace(p=first.p + moved), arm.chain.table, theta))
     yield from (motion.frame for motion in motions[:-1])
     yield motions[-1].frame.then(arm.chain.T_dhn_flange)

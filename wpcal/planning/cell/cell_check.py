@@ -51,15 +51,15 @@ def check_cell(cell: RobotCell) -> tuple[Issue, ...]:
     zeros = CellState(np.zeros((1, JOINTS)), np.zeros((1, JOINTS)))
     frames = [frame.matrices()[0] for frame in body_frames(cell, zeros)]
     bodies = bodies_of(cell)
-    small = [body for body in bodies if _extent_mm(body.shape) < SMALLEST_MM]
+    small = [body for body in bodies if extent_mm(body.shape) < SMALLEST_MM]
     sized = [body for body in bodies if body not in small]
     return (
         *_mounting_faces(cell),
         *_below_floor(cell, sized, frames),
         *_missing(cell),
-        *(_metres(body) for body in small),
+        *(metres_issue(body) for body in small),
         *_far_from_link(cell, sized, frames),
-        *_capsules_and_hulls(sized),
+        *capsule_issues(sized),
         *_bases_too_near(cell),
     )
 
@@ -146,16 +146,17 @@ def _missing(cell: RobotCell) -> Iterator[Issue]:
             yield Issue("no-bodies", f"{says}; list bodies in {field}", (name,))
 
 
-def _metres(body: Body) -> Issue:
+def metres_issue(body: Body) -> Issue:
+    """Return what is said of a body that is smaller than `SMALLEST_MM`."""
     return Issue(
         "metres",
-        f"{body.name} is {_extent_mm(body.shape):.3g} mm long: its numbers look like metres; multiply p_mm, q_mm, "
+        f"{body.name} is {extent_mm(body.shape):.3g} mm long: its numbers look like metres; multiply p_mm, q_mm, "
         "radius_mm and hull_mm by 1000",
         (body.name,),
     )
 
 
-def _extent_mm(shape: Shape) -> float:
+def extent_mm(shape: Shape) -> float:
     """Return the largest side of the box around a body, mm; its hull counts alone if it has one."""
     if len(shape.hull):
         return float(np.ptp(shape.hull, axis=0).max())
@@ -231,7 +232,8 @@ def _outside(points: FloatArray, p: FloatArray, q: FloatArray, radius: FloatArra
     return np.asarray((np.linalg.norm(points[:, None] - nearest, axis=2) - radius).min(axis=1), dtype=np.float64)
 
 
-def _capsules_and_hulls(bodies: Sequence[Body]) -> Iterator[Issue]:
+def capsule_issues(bodies: Sequence[Body]) -> Iterator[Issue]:
+    """Yield an issue for every body whose hull reaches out of its capsules."""
     for body in bodies:
         shape = body.shape
         if not len(shape.hull):

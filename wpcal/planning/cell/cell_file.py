@@ -57,7 +57,7 @@ def _cell(record: Mapping[str, Any], path: Path) -> RobotCell:
     one, two = record["torch_robot"], record["holder_robot"]
     if two.get("T_flange_part") is None:
         raise InputError("holder_robot: T_flange_part is missing: where the part sits in the gripper of robot 2")
-    arm1, arm2 = (_arm(str(robot["arm"]), path) for robot in (one, two))
+    arm1, arm2 = (arm_beside(str(robot["arm"]), path) for robot in (one, two))
     return RobotCell(
         name=str(record["name"]),
         arm1=arm1,
@@ -69,18 +69,25 @@ def _cell(record: Mapping[str, Any], path: Path) -> RobotCell:
         d1_mm=float(record["safety_distance_mm"]),
         weights1=_weights(one, arm1),
         weights2=_weights(two, arm2),
-        links1=_shapes(one["links"]),
-        links2=_shapes(two["links"]),
-        torch=_shapes(one["torch"]),
-        part=_shapes(two["part"]),
-        bench=_shapes(record.get("bench", [])),
+        links1=shapes_from_records(one["links"]),
+        links2=shapes_from_records(two["links"]),
+        torch=shapes_from_records(one["torch"]),
+        part=shapes_from_records(two["part"]),
+        bench=shapes_from_records(record.get("bench", [])),
         source=str(record.get("source", "")),
         floor_z_mm=float(record.get("floor_z_mm", 0.0)),
         mount_z_mm=(_mount_z(one), _mount_z(two)),
     )
 
 
-def _arm(name: str, path: Path) -> Arm:
+def arm_beside(name: str, path: Path) -> Arm:
+    """Return the arm that the cell file `path` names: a shipped arm, or a file beside the cell file.
+
+    Raises
+    ------
+    InputError, FormatError
+        When there is no such arm, or its file breaks its format.
+    """
     return find_arm(name if name in shipped_arms() else str(path.parent / name))
 
 
@@ -103,7 +110,8 @@ def _weights(robot: Mapping[str, Any], arm: Arm) -> FloatArray:
     return np.asarray(values.min() / values, dtype=np.float64)
 
 
-def _shapes(records: Sequence[Mapping[str, Any]]) -> tuple[Shape, ...]:
+def shapes_from_records(records: Sequence[Mapping[str, Any]]) -> tuple[Shape, ...]:
+    """Return the bodies that a list of a cell file describes."""
     return tuple(_shape(record) for record in records)
 
 

@@ -52,7 +52,7 @@ def hull_clearance(cell: RobotCell, state: CellState) -> Clearance:
     pairs = body_pairs(cell)
     margin, row = np.full(len(state), np.inf), np.full(len(state), -1, dtype=np.int64)
     if len(pairs):
-        measure = _HullMeasure.of_pairs(pairs)
+        measure = HullMeasure.of_pairs(pairs)
         for start in range(0, len(state), STATES):
             some = slice(start, start + STATES)
             frames = body_frames(cell, CellState(state.joints1[some], state.joints2[some]))
@@ -103,7 +103,7 @@ def _volume(capsule: tuple[FloatArray, FloatArray, float]) -> float:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _HullMeasure:
+class HullMeasure:
     """The pairs of a cell, the same pairs with a capsule around every hull, and FCL's objects of bodies with hulls."""
 
     pairs: BodyPairs
@@ -112,7 +112,8 @@ class _HullMeasure:
     objects: dict[int, list[tuple[Any, FloatArray, FloatArray]]]
 
     @classmethod
-    def of_pairs(cls, pairs: BodyPairs) -> _HullMeasure:
+    def of_pairs(cls, pairs: BodyPairs) -> HullMeasure:
+        """Make FCL's objects of the bodies of some pairs."""
         hulled = np.array([len(body.shape.hull) > 0 for body in pairs.bodies])
         has_hull = np.asarray(hulled[pairs.first] | hulled[pairs.second])
         met = np.unique(np.concatenate([pairs.first[has_hull], pairs.second[has_hull]]))
@@ -137,12 +138,33 @@ class _HullMeasure:
                     margin[i], row[i] = min((margin[i], row[i]), (found, k))
         return margin, row
 
+    def raise_bounds(self, bounds: FloatArray, frames: tuple[Frames, ...]) -> None:
+        """Measure, in place, the hulls of pairs whose lower bound is not positive, until one of a state is too near.
+
+        Parameters
+        ----------
+        bounds : ndarray, shape (m, n)
+            `pair_margins` of `bounded`, mm.
+        frames : tuple of Frames
+            At the n states.
+        """
+        close = (bounds <= 0.0) & self.has_hull[:, None]
+        states = np.flatnonzero(close.any(axis=0)).tolist()
+        places = [(frame.rotations(), frame.p.T) for frame in frames] if states else []
+        for i in states:
+            here = [(R[min(i, len(R) - 1)], p[min(i, len(p) - 1)]) for R, p in places]
+            near = np.flatnonzero(close[:, i])
+            for k in near[np.argsort(bounds[near, i], kind="stable")].tolist():
+                bounds[k, i] = self._distance(k, here) - self.pairs.safety_mm[k]
+                if bounds[k, i] <= 0.0:
+                    break
+
     def _distance(self, pair: int, places: list[tuple[FloatArray, FloatArray]]) -> float:
         a, b = (self._placed(int(rows[pair]), places) for rows in (self.pairs.first, self.pairs.second))
         return min(_fcl_distance(one, other) for one in a for other in b)
 
     def _placed(self, body: int, places: list[tuple[FloatArray, FloatArray]]) -> list[Any]:
-        fcl = _import_fcl()
+        fcl = import_fcl()
         R, p = places[self.pairs.bodies[body].carrier]
         for shape, R_local, p_local in self.objects[body]:
             shape.setTransform(fcl.Transform(R @ R_local, R @ p_local + p))
@@ -155,7 +177,7 @@ def _bounded(body: Body) -> Body:
 
 
 def _fcl_distance(first: Any, second: Any) -> float:
-    fcl = _import_fcl()
+    fcl = import_fcl()
     return max(0.0, float(fcl.distance(first, second, fcl.DistanceRequest(), fcl.DistanceResult())) - FCL_MM)
 
 
@@ -169,15 +191,29 @@ def fcl_objects(shape: Shape) -> list[tuple[Any, FloatArray, FloatArray]]:
     InputError
         When `python-fcl` is not installed.
     """
-    fcl = _import_fcl()
+    fcl = import_fcl()
     if len(shape.hull):
-        return [(fcl.CollisionObject(_fcl_hull(shape), fcl.Transform()), np.eye(3), np.zeros(3))]
+        return [(convex_hull_object(shape), np.eye(3), np.zeros(3))]
     objects = []
     for p, q, radius in zip(shape.p, shape.q, shape.radius_mm, strict=True):
         length = float(np.linalg.norm(q - p))
         geometry = fcl.Capsule(radius, length) if length > 0 else fcl.Sphere(radius)
         objects.append((fcl.CollisionObject(geometry, fcl.Transform()), _rotation_to(q - p), (p + q) / 2))
     return objects
+
+
+def convex_hull_object(shape: Shape) -> Any:
+    """Return FCL's object of the hull of a body.
+
+    Raises
+    ------
+    GeometryError
+        When the corners of the hull lie in a plane.
+    InputError
+        When `python-fcl` is not installed.
+    """
+    fcl = import_fcl()
+    return fcl.CollisionObject(_fcl_hull(shape), fcl.Transform())
 
 
 def _fcl_hull(shape: Shape) -> Any:
@@ -192,7 +228,7 @@ def _fcl_hull(shape: Shape) -> Any:
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
     triangles = np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices)
     faces = np.column_stack([np.full(len(triangles), 3), number[triangles]]).ravel()
-    return _import_fcl().Convex(np.ascontiguousarray(shape.hull[hull.vertices]), len(triangles), faces)
+    return import_fcl().Convex(np.ascontiguousarray(shape.hull[hull.vertices]), len(triangles), faces)
 
 
 def _rotation_to(direction: FloatArray) -> FloatArray:
@@ -206,7 +242,14 @@ def _rotation_to(direction: FloatArray) -> FloatArray:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def _import_fcl() -> Any:
+def import_fcl() -> Any:
+    """Return the module `fcl`.
+
+    Raises
+    ------
+    InputError
+        When `python-fcl` is not installed.
+    """
     try:
         import fcl  # noqa: PLC0415  # an optional package, needed only where a body has a hull
     except ImportError:

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.kinematics.inverse import TURN
 from wpcal.robot.kinematics.opw import OPWGeometry
 
 LEAST_REGULARITY = 0.1
@@ -51,3 +52,38 @@ def regularity(arm: Arm, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     slopes[:, 2, 1] = upper * np.cos(t2) + slopes[:, 2, 2]
     signs = np.sign(values)
     return np.abs(values), signs[:, :, None] * (slopes * g.signs) @ arm.coupling_matrix
+
+
+def is_within_turns(arm: Arm, q: FloatArray) -> BoolArray:
+    """Tell which joints some whole turns bring within the limits.
+
+    Parameters
+    ----------
+    arm : Arm
+    q : ndarray, shape (..., 6)
+        Shown angles, rad; NaN where there are none.
+
+    Returns
+    -------
+    ndarray of bool, shape (...)
+    """
+    low, high = arm.limits
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.ceil((low - q) / TURN) <= np.floor((high - q) / TURN)).all(axis=-1))
+
+
+def is_regular(arm: Arm, q: FloatArray) -> BoolArray:
+    """Tell which joints are away from singular poses.
+
+    Parameters
+    ----------
+    arm : Arm
+    q : ndarray, shape (..., 6)
+        Shown angles, rad; NaN where there are none.
+
+    Returns
+    -------
+    ndarray of bool, shape (...)
+    """
+    values, _ = regularity(arm, np.nan_to_num(q).reshape(-1, q.shape[-1]))
+    return np.asarray((values.min(axis=1) >= LEAST_REGULARITY).reshape(q.shape[:-1])) & np.isfinite(q).all(axis=-1)

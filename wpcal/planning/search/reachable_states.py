@@ -25,13 +25,12 @@ from wpcal.planning.cell.closed_chain import (
     flange_poses,
 )
 from wpcal.planning.cell.robot_cell import CellState
-from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
+from wpcal.planning.cell.singularity import is_regular, is_within_turns
 from wpcal.planning.cell.workplace import candidate_places, reach_shortage
 from wpcal.planning.search.diagnosis import clearance_advice, obstacle_at
 from wpcal.planning.search.obstacle import NoFeasiblePlanError, Obstacle, too_near
 from wpcal.planning.search.problem import PlanningProblem
 from wpcal.planning.search.targets import WeldTargets, target_coordinates
-from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import TURN
 from wpcal.robot.kinematics.opw import BRANCHES
 
@@ -89,22 +88,10 @@ def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: Sea
     """
     joints = np.stack(all_joints(problem.cell, path, coordinates))
     usable = [
-        _within(arm, q) & _is_regular(arm, q)
+        is_within_turns(arm, q) & is_regular(arm, q)
         for arm, q in zip((problem.cell.arm1, problem.cell.arm2), joints, strict=True)
     ]
     return joints, np.stack(usable)
-
-
-def _within(arm: Arm, q: FloatArray) -> BoolArray:
-    """Tell which joints (N, 8, 6) some whole turns bring within the limits."""
-    low, high = arm.limits
-    with np.errstate(invalid="ignore"):
-        return np.asarray((np.ceil((low - q) / TURN) <= np.floor((high - q) / TURN)).all(axis=2))
-
-
-def _is_regular(arm: Arm, q: FloatArray) -> BoolArray:
-    values, _ = regularity(arm, np.nan_to_num(q).reshape(-1, q.shape[2]))
-    return np.asarray((values.min(axis=1) >= LEAST_REGULARITY).reshape(q.shape[:2])) & np.isfinite(q).all(axis=2)
 
 
 def find_reachable_places(problem: PlanningProblem, count: int) -> list[ReachablePlace]:

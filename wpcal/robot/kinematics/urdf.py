@@ -79,10 +79,7 @@ def read_urdf(path: Path, *, base_link: str | None = None, tip_link: str | None 
     FormatError
         When it is not a URDF file, branches, or has a joint on the way that is neither revolute nor fixed.
     """
-    try:
-        root = ET.fromstring(read_bytes(path).decode("utf-8"))
-    except (ET.ParseError, UnicodeDecodeError) as error:
-        raise FormatError(f"is not XML: {error}", path=str(path)) from None
+    root = urdf_root(path)
     try:
         joints = {joint.child: joint for joint in map(_parse_joint, root.findall("joint"))}
         return _arm(root.get("name", path.stem), joints, base_link, tip_link)
@@ -92,16 +89,55 @@ def read_urdf(path: Path, *, base_link: str | None = None, tip_link: str | None 
         raise FormatError(f"a joint is not as the URDF format says: {error}", path=str(path)) from None
 
 
+def urdf_root(path: Path) -> ET.Element:
+    """Read a URDF file as XML.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened.
+    FormatError
+        When it is not XML.
+    """
+    try:
+        return ET.fromstring(read_bytes(path).decode("utf-8"))
+    except (ET.ParseError, UnicodeDecodeError) as error:
+        raise FormatError(f"is not XML: {error}", path=str(path)) from None
+
+
+def link_places(root: ET.Element) -> dict[str, tuple[int, FloatArray]]:
+    """Return where the links of a robot are with all joints at zero.
+
+    Parameters
+    ----------
+    root : Element
+        Of a file that `read_urdf` reads.
+
+    Returns
+    -------
+    dict of str to (int, ndarray of shape (4, 4))
+        By the name of the link: how many joints move it, and its frame in the base that `read_urdf` uses, mm.
+    """
+    joints = {joint.child: joint for joint in map(_parse_joint, root.findall("joint"))}
+    links = {joint.parent for joint in joints.values()} | set(joints)
+    T_base_root = np.linalg.inv(_fixed_pose(joints, "base" if "base" in links else sorted(links - set(joints))[0]))
+    places = {}
+    for link in links:
+        T, moving = T_base_root, 0
+        for joint in _way(joints, link):
+            T = T @ joint.T_parent_child
+            moving += joint.kind != "fixed"
+        places[link] = (moving, np.asarray(T, dtype=np.float64))
+    return places
+
+
 def _parse_joint(element: ET.Element) -> _UrdfJoint:
     name = element.get("name", "?")
     parent, child = element.find("parent"), element.find("child")
     if parent is None or child is None:
         raise FormatError(f"joint {name} has no parent or no child")
     origin, axis, limit = element.find("origin"), element.find("axis"), element.find("limit")
-    T = np.eye(4)
-    if origin is not None:
-        T[:3, :3] = rotation_from_zyx(*_numbers(origin.get("rpy", "0 0 0")))
-        T[:3, 3] = MM_PER_M * _numbers(origin.get("xyz", "0 0 0"))
+    T = np.eye(4) if origin is None else origin_pose(origin)
     bounds, speed = (-np.pi, np.pi), None
     kind = element.get("type", "?")
     if limit is not None and kind == "revolute":  # limits of a continuous joint have no meaning
@@ -122,6 +158,14 @@ def _parse_joint(element: ET.Element) -> _UrdfJoint:
         bounds,
         speed,
     )
+
+
+def origin_pose(origin: ET.Element) -> FloatArray:
+    """Return the pose of an element ``origin``, shape (4, 4), mm."""
+    T = np.eye(4)
+    T[:3, :3] = rotation_from_zyx(*_numbers(origin.get("rpy", "0 0 0")))
+    T[:3, 3] = MM_PER_M * _numbers(origin.get("xyz", "0 0 0"))
+    return T
 
 
 def _numbers(text: str) -> FloatArray:

@@ -8,6 +8,7 @@ its shape (Cauchy-Crofton).
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -96,15 +97,17 @@ def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
     return found
 
 
-def is_turned(graph: BrepGraph, solid: int) -> bool:
+def is_turned(graph: BrepGraph, solid: int, *, but: BoolArray | None = None) -> bool:
     """Tell whether all faces of a solid are round about one axis: planes across it, cylinders, cones and tori about it.
 
     Parameters
     ----------
     graph : BrepGraph
     solid : int
+    but : ndarray of bool, shape (F,), optional
+        Faces that do not count, such as holes.
     """
-    faces = np.flatnonzero(graph.face_solid == solid)
+    faces = np.flatnonzero(graph.face_solid == solid if but is None else (graph.face_solid == solid) & ~but)
     kinds = graph.face_kind[faces]
     about = faces[np.isin(kinds, ROUND_KINDS)]
     if len(about) == 0 or not np.isin(kinds, (*ROUND_KINDS, SurfaceKind.PLANE, SurfaceKind.SPHERE)).all():
@@ -128,14 +131,33 @@ def built_up_share(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: 
     but : ndarray of bool, shape (F,), optional
         Faces that do not count.
     """
+    share = 0.0
+    for share, _ in built_up_shares(graph, trimmed, solid, (FIRST_HITS, LEAST_HITS), but=but):
+        if share < LEAST_BUILT_UP - CLEARLY:
+            break
+    return share
+
+
+def built_up_shares(
+    graph: BrepGraph, trimmed: TrimmedFaces, solid: int, counts: Sequence[int], *, but: BoolArray | None = None
+) -> Iterator[tuple[float, int]]:
+    """Yield the share of `built_up_share` after each of some numbers of points on the surface, and the true number.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    solid : int
+    counts : sequence of int
+        Ascending. More points take more time.
+    but : ndarray of bool, shape (F,), optional
+        Faces that do not count.
+    """
     counted = graph.face_solid == solid if but is None else (graph.face_solid == solid) & ~but
     lines = _Lines.through(trimmed, solid)
-    lines.send(counted, FIRST_HITS)
-    share = _share(graph, trimmed, solid, lines)
-    if share < LEAST_BUILT_UP - CLEARLY:
-        return share
-    lines.send(counted, LEAST_HITS)
-    return _share(graph, trimmed, solid, lines)
+    for count in counts:
+        lines.send(counted, count)
+        yield _share(graph, trimmed, solid, lines), len(lines.face)
 
 
 @dataclass(slots=True, eq=False)

@@ -22,6 +22,7 @@ from wpcal.seam.judge.unreached import blocked_words
 from wpcal.seam.limits import GAP_ROUND_OFF_MM, THICKEST_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_clamps, find_holes
 from wpcal.seam.member.note import Members, are_welded, take_members
+from wpcal.seam.member.one_piece import OnePieces
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.rules import GAP_SHARE_LOST, PRIOR, Rule
 from wpcal.seam.seam import Finding, Seam, SeamSource
@@ -29,6 +30,8 @@ from wpcal.seam.torch import USUAL_TORCH
 
 OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key})
 """Findings that need all seams of the part: they stay when a part of them is judged again."""
+BETWEEN_TWO = frozenset({SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE})
+"""Candidates that join two solids."""
 FELT_GAP = 0.1
 """Gaps below this fraction of the allowed gap do not lower the confidence."""
 AROUND = 0.1
@@ -74,7 +77,8 @@ def judge_seams(
         kept = (finding for finding in seam.findings if finding.rule in OF_WHOLE_PART)
         reasons = (seam.source.value, *seam.reasons, *_reach_words(seam))
         reachable = not (seam.inside or seam.blocked_by)
-        found = (*judge.evidence(seam), *concave.get(row, ()), *kept)
+        found = [*judge.evidence(seam), *concave.get(row, ()), *kept]
+        found += judge.shape_evidence(seam, found)
         judged.append(weighed(replace(seam, reachable=reachable, reasons=reasons), found, judge.level))
     return tuple(judged)
 
@@ -82,9 +86,13 @@ def judge_seams(
 def weighed(seam: Seam, findings: Iterable[Finding], level: Level) -> Seam:
     """Return a seam with its findings, the confidence that follows from them, and whether it is accepted."""
     found = tuple(sorted(findings, key=lambda finding: finding.factor))
-    confidence = PRIOR[seam.source] * float(np.prod([finding.factor for finding in found]))
+    confidence = _confidence(seam, found)
     sure = confidence >= level.value or seam.source is SeamSource.MARKED
     return replace(seam, findings=found, confidence=confidence, accepted=sure and not (seam.inside or seam.blocked_by))
+
+
+def _confidence(seam: Seam, findings: Sequence[Finding]) -> float:
+    return PRIOR[seam.source] * float(np.prod([finding.factor for finding in findings]))
 
 
 def _reach_words(seam: Seam) -> tuple[str, ...]:
@@ -125,6 +133,8 @@ class Judge:
     level : Level
     has_marks : bool
         Whether edges of the part are marked as seams.
+    one_pieces : OnePieces
+        Which solids were made as one piece.
     """
 
     graph: BrepGraph
@@ -138,6 +148,7 @@ class Judge:
     min_length_mm: float
     level: Level
     has_marks: bool
+    one_pieces: OnePieces
 
     @classmethod
     def of(cls, graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, *, has_marks: bool) -> Judge:
@@ -150,7 +161,8 @@ class Judge:
             clamps[clamp.solids].append(clamp)
         gap_mm, min_mm, level = options.gap_for(graph), options.min_length_mm, options.judging.level
         rolling = find_rolling(graph, trimmed, gap_mm)
-        return cls(graph, number, members, rolling, holes, hole_of_face, dict(clamps), gap_mm, min_mm, level, has_marks)
+        known = (graph, number, members, rolling, holes, hole_of_face, dict(clamps))
+        return cls(*known, gap_mm, min_mm, level, has_marks, OnePieces(graph, trimmed))
 
     def clamps_of(self, a: int, b: int) -> list[Clamp]:
         """Return the places at which two solids are clamped together."""
@@ -188,6 +200,19 @@ class Judge:
             yield from self._contact_evidence(
                 seam, is_fastener=any(solid in self.members.fasteners for solid in solids)
             )
+
+    def shape_evidence(self, seam: Seam, found: Sequence[Finding]) -> Iterator[Finding]:
+        """Yield what the shapes of two solids say against a candidate that nothing else refuses.
+
+        It takes time to look at a shape, so others are not asked.
+        """
+        between_two = seam.source in BETWEEN_TWO and len(seam.solids) == 2
+        if not between_two or _confidence(seam, found) < Level.GENEROUS.value:
+            return
+        for name in seam.solids:
+            why = None if self.members[self.number[name]].said else self.one_pieces.why(self.number[name])
+            if why is not None:
+                yield Rule.ONE_PIECE.found(f"{name}: {why}", solid=name)
 
     def _pair_evidence(self, seam: Seam, a: int, b: int) -> Iterator[Finding]:
         """Yield what speaks against welding these two members to each other at this place."""

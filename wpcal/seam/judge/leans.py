@@ -46,6 +46,8 @@ TURN_STEP_DEG = 2.5
 """Where the torch goes to the other side, it is felt at this step, however near the stations are."""
 APPROACH_MM = 50.0
 """At the ends of a seam the torch comes and goes along the wire by so much, so it is felt that much farther out."""
+FELT_WITHIN_MM = USUAL_TORCH.length_mm + APPROACH_MM + 2.0 * USUAL_TORCH.nozzle_radius_mm
+"""What is farther from a solid than this in x, y or z is not met by a torch at its seams."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

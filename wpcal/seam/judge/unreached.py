@@ -18,7 +18,7 @@ from wpcal.seam.limits import LEAST_CANDIDATE_MM
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.build import with_frames
 from wpcal.seam.path.turning import face_free_space
-from wpcal.seam.seam import Seam
+from wpcal.seam.seam import NamedSolids, Seam
 
 LEAST_REACHED = 0.5
 """Share of its length that a torch must reach of a seam at which it always leans."""
@@ -200,16 +200,15 @@ def _numbers(solid: IntArray) -> frozenset[int]:
 def _cut_reason(graph: BrepGraph, seam: Seam, stretches: Sequence[Stretch], passed: frozenset[int]) -> str:
     solids = frozenset().union(*(stretch.solids for stretch in stretches))
     lost = sum(stretch.high_mm - stretch.low_mm for stretch in stretches if stretch.solids)
+    words = f"cut from a seam of {seam.length_mm:.1f} mm"
     if not solids:
-        return f"cut from a seam of {seam.length_mm:.1f} mm: no torch passes {_names(graph, passed)} without leaving it"
-    return (
-        f"cut from a seam of {seam.length_mm:.1f} mm, {lost:.1f} mm of which no torch reaches: {_names(graph, solids)} "
-        "is in its way"
-    )
+        return NamedSolids(f"{words}: no torch passes {{}} without leaving it", _names(graph, passed))
+    words = f"{words}, {lost:.1f} mm of which no torch reaches: {{}} is in its way"
+    return NamedSolids(words, _names(graph, solids))
 
 
-def _names(graph: BrepGraph, solids: frozenset[int]) -> str:
-    return ", ".join(graph.solid_names[solid] for solid in sorted(solids))
+def _names(graph: BrepGraph, solids: frozenset[int]) -> tuple[str, ...]:
+    return tuple(graph.solid_names[solid] for solid in sorted(solids))
 
 
 def _blocked(graph: BrepGraph, seam: Seam, solids: frozenset[int]) -> Seam:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -18,7 +18,7 @@ from wpcal.seam.member.names import Hit, read_material, read_name
 from wpcal.seam.member.words import IRON, METALS, NOT_METAL, Kind
 from wpcal.seam.options import Judging
 from wpcal.seam.rules import Rule
-from wpcal.seam.seam import Finding
+from wpcal.seam.seam import Finding, Seam
 
 LIGHTEST_METAL_KG_M3 = 1600.0
 """Magnesium, the lightest metal that is welded, has 1740; glass-filled plastic may have 1600."""
@@ -26,6 +26,8 @@ NO_MATERIAL_KG_M3 = 1000.0
 """What programs write if nobody chose a material."""
 NEAREST_NAMES = 3
 """Names shown for a pattern that fits no solid."""
+ONE_PIECE_WORDS = "made in one piece"
+"""What a solid is taken for that is cast, moulded, printed or milled."""
 _NUMBER = re.compile(r"#\d+$")
 
 
@@ -88,6 +90,17 @@ class MemberNotes:
 
     judging: Judging
     members: tuple[Member, ...]
+
+    def with_shapes(self, seams: Sequence[Seam]) -> MemberNotes:
+        """Return the notes with what the seams of the part told about the shapes of solids (`Rule.ONE_PIECE`)."""
+        found = {one.solid: one for seam in seams for one in seam.findings if one.rule == Rule.ONE_PIECE.key}
+        members = tuple(
+            one
+            if one.solid not in found or one.findings
+            else replace(one, taken_as=ONE_PIECE_WORDS, findings=(found[one.solid],), why=(found[one.solid].text,))
+            for one in self.members
+        )
+        return replace(self, members=members)
 
     def to_record(self) -> dict[str, Any]:
         """Return the entries ``judging`` and ``members`` of ``seams.json``."""

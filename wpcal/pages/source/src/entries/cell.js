@@ -1,4 +1,4 @@
-// The cell of two robots as its file describes it, and what is odd in it: cell.html.
+// The cell as its file describes it, and what is odd in it: cell.html.
 import { el, fixed, table } from "../dom.js";
 import { buildScene } from "../plan/scene.js";
 import { buildOrSayWhy } from "../stage.js";
@@ -16,13 +16,17 @@ async function main() {
   window.wpcal = { viewer: scene?.viewer, ready: true };
 }
 
-function header({ cell, issues }) {
+function header({ cell, kind, pose, issues }) {
   const odd = issues.length > 0;
-  const title = el("div", { class: "title" }, el("p", { class: "eyebrow" }, "cell of two robots"), el("h1", {}, cell));
+  const title = el("div", { class: "title" }, el("p", { class: "eyebrow" }, kind), el("h1", {}, cell));
   const text = odd ? `${issues.length} ODD` : "NOTHING ODD";
   const stamp = el("p", { class: "stamp", "data-test": "stamp" }, text);
-  const pose = el("p", {}, "all joints at zero, or at the limit that is nearest to zero");
-  return el("header", { class: odd ? "fail" : "pass" }, title, el("div", { class: "verdict" }, stamp, pose));
+  return el(
+    "header",
+    { class: odd ? "fail" : "pass" },
+    title,
+    el("div", { class: "verdict" }, stamp, el("p", {}, pose)),
+  );
 }
 
 function oddities({ issues }) {

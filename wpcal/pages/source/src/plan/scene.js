@@ -8,6 +8,7 @@ import { capsuleMesh } from "./capsule.js";
 const NUMBERS = 12; // per frame: three rows of four
 const COLOURS = { robot1: "#4f7cac", torch: "#c9742d", robot2: "#6b9a74", part: "#c3ccd6", bench: "#97897a" };
 const SEAM = "#d6246e";
+const OTHER_SEAM = "#1f7a3d";
 const TIP = "#ffb000";
 const WIRE = "#b98a2f";
 const GRID_MM = 250;
@@ -22,7 +23,7 @@ const FROM = [-0.35, -0.85, 0.4]; // on the side of the torch, a little above
 
 /** Builds the view inside `host`; returns {viewer, whole(), pose(frames, {row, part}), seam(points)}. */
 export function buildScene(host, data, part) {
-  const label = "3-D view of both robots, the torch and the part";
+  const label = "3-D view of the robots, the torch and the part";
   const { viewer, stage } = buildStage(host, label);
   const carried = new Map(); // layer -> carrier
   data.bodies.forEach((body) => addBody(viewer, body, carried, part !== null));
@@ -50,7 +51,7 @@ export function buildScene(host, data, part) {
   addFrames(viewer, data, carried);
   viewer.addLabels(
     "names",
-    data.bases.map((p, i) => ({ p: [p[0], p[1] - BESIDE_MM, data.floor_z_mm], text: `robot ${i + 1}` })),
+    data.bases.map((p, i) => ({ p: [p[0], p[1] - BESIDE_MM, data.floor_z_mm], text: data.labels[`robot${i + 1}`] })),
   );
   const near = ["tip", "seam", "part", ...data.bodies.filter((body) => body.group === "part").map(layerOf)];
   const bodies = ["part", ...new Set(data.bodies.map(layerOf))];
@@ -76,6 +77,15 @@ export function buildScene(host, data, part) {
       viewer.clear("seam");
       viewer.addPaths("seam", [{ points, color: SEAM }], { width: 4 });
     },
+    /** All seams as lines; the one in row `chosen` stands out. */
+    seams(lines, chosen) {
+      viewer.clear("seam");
+      viewer.addPaths(
+        "seam",
+        lines.map((points, row) => ({ points, color: row === chosen ? SEAM : OTHER_SEAM })),
+        { width: 4 },
+      );
+    },
   };
 }
 
@@ -95,9 +105,9 @@ function addBody(viewer, body, carried, hasPart) {
 function layersOf(data, part) {
   const of = (group) => [...new Set(data.bodies.filter((body) => body.group === group).map(layerOf))];
   const items = [
-    { label: "robot 1", layers: of("robot1"), on: true },
+    { label: data.labels.robot1, layers: of("robot1"), on: true },
     { label: "torch", layers: [...of("torch"), "wire", "tip"], on: true },
-    { label: "robot 2", layers: of("robot2"), on: true },
+    { label: data.labels.robot2, layers: of("robot2"), on: true },
     { label: "part", layers: part ? ["part", "part edges"] : of("part"), on: true },
     { label: "bench", layers: of("bench"), on: true },
     { label: "seam", layers: ["seam"], on: true },

@@ -1,0 +1,114 @@
+"""Members of a weldment are cut from plate, bar and tube, or turned; what was made in one piece is doubted."""
+
+from typing import Any
+
+import pytest
+from build123d import Align, Box, Cylinder, Pos, Rot, Sphere, chamfer, fillet
+
+from cad.kernel.to_brep import to_brep
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.limits import Level
+from wpcal.seam.member.note import take_members
+from wpcal.seam.member.one_piece import OnePieces
+from wpcal.seam.options import Judging
+from wpcal.seam.rules import Rule
+
+LOW = (Align.CENTER, Align.CENTER, Align.MIN)
+
+
+def clevis() -> Any:
+    """Return a fork milled from a block, with a round foot."""
+    fork = Pos(0, 0, 30) * Box(60, 60, 70, align=LOW) - Pos(0, 0, 55) * Box(24, 60, 50, align=LOW)
+    return fork + Cylinder(40, 30, align=LOW) - Pos(0, 0, 78) * Rot(0, 90, 0) * Cylinder(10, 100)
+
+
+def casting() -> Any:
+    """Return a bearing block: a foot, a round body, a boss on it."""
+    body = Box(120, 60, 24, align=LOW) + Pos(0, 0, 50) * Rot(90, 0, 0) * Cylinder(40, 60)
+    body += Pos(0, 0, 70) * Cylinder(15, 35, align=LOW)
+    return body - Pos(0, 0, 50) * Rot(90, 0, 0) * Cylinder(24, 70)
+
+
+def moulding() -> Any:
+    """Return a thick handle with a pocket and a dome."""
+    return Box(90, 40, 30, align=LOW) - Pos(10, 0, 12) * Box(50, 22, 40, align=LOW) + Pos(-30, 0, 30) * Sphere(18)
+
+
+def pad() -> Any:
+    """Return a block with chamfers on all edges, and tapped holes in two directions."""
+    block = chamfer(Box(60, 40, 30, align=LOW).edges(), 2)
+    return block - Pos(15, 0, 15) * Cylinder(4, 40) - Pos(0, 0, 15) * Rot(90, 0, 0) * Cylinder(3, 60)
+
+
+def rounded_plate() -> Any:
+    return fillet(Box(120, 80, 10, align=LOW).edges(), 3)
+
+
+def flange() -> Any:
+    """Return a welding neck flange with bolt holes."""
+    ring = Cylinder(60, 16, align=LOW) + Pos(0, 0, 16) * Cylinder(34, 20, align=LOW) - Cylinder(28, 100)
+    for k in range(4):
+        ring -= Rot(0, 0, 90 * k) * Pos(46, 0, 0) * Cylinder(7, 40)
+    return ring
+
+
+def hub() -> Any:
+    """Return a hub with a keyway."""
+    return Cylinder(30, 40, align=LOW) - Cylinder(15, 100) - Pos(15, 0, 0) * Box(8, 8, 100)
+
+
+def mitred_angle() -> Any:
+    angle = Box(120, 40, 40, align=LOW) - Pos(0, 4, 4) * Box(140, 40, 40, align=LOW)
+    for side in (-1, 1):
+        angle -= Pos(60 * side, -20, 0) * Rot(0, 0, 45 * side) * Box(57, 200, 100)
+    return angle
+
+
+def stub() -> Any:
+    """Return a short square bar with a hole across."""
+    return Box(30, 30, 40, align=LOW) - Pos(0, 0, 20) * Rot(0, 90, 0) * Cylinder(6, 60)
+
+
+def looks_whole(shape: Any) -> str | None:
+    graph = to_brep([("S", shape.solid().wrapped)])
+    return OnePieces(graph, TrimmedFaces.of(graph)).why(0)
+
+
+def on_plate(shape: Any, **judging: Any) -> tuple[list[Seam], tuple[Seam, ...], Any]:
+    """Return the accepted seams of a solid on a plate, all of them, and what the solids are taken for."""
+    plate = Box(240, 200, 10, align=(Align.CENTER, Align.CENTER, Align.MAX))
+    graph = to_brep([("plate", plate.solid().wrapped), ("body", shape.solid().wrapped)])
+    options = SeamOptions(judging=Judging(**judging))
+    seams = detect_seams(graph, options)
+    notes = take_members(graph, TrimmedFaces.of(graph), options.judging).notes.with_shapes(seams)
+    return [seam for seam in seams if seam.accepted], seams, notes.members[1]
+
+
+@pytest.mark.parametrize("made", [clevis, casting, moulding])
+def test_castings_mouldings_and_milled_forks_are_made_in_one_piece(made: Any) -> None:
+    assert "it looks cast, moulded or milled" in str(looks_whole(made()))
+
+
+@pytest.mark.parametrize("made", [pad, rounded_plate, flange, hub, mitred_angle, stub])
+def test_what_is_cut_from_plate_bar_and_profile_or_turned_is_a_member(made: Any) -> None:
+    assert looks_whole(made()) is None
+
+
+def test_a_casting_on_a_plate_is_a_candidate_that_generous_and_your_word_take() -> None:
+    accepted, seams, member = on_plate(casting())
+    assert accepted == []
+    doubted = [seam for seam in seams if Rule.ONE_PIECE.key in {one.rule for one in seam.findings}]
+    assert sum(seam.length_mm for seam in doubted) == pytest.approx(360.0, abs=1e-3)
+    assert member.taken_as == "made in one piece"
+    assert "turned nor of one section" in member.why[0]
+    for said in ({"level": Level.GENEROUS}, {"weld": ("body",)}):
+        accepted, _, _ = on_plate(casting(), **said)
+        assert sum(seam.length_mm for seam in accepted) == pytest.approx(360.0, abs=1e-3)
+
+
+def test_a_short_bar_and_a_flange_on_a_plate_are_welded() -> None:
+    for shape in (stub(), flange()):
+        accepted, _, member = on_plate(shape)
+        assert accepted
+        assert member.taken_as == "a member"

@@ -1,0 +1,235 @@
+"""`wpcal cell`: make the cell file of one robot, and check and draw any cell."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, TOOL_HELP, TOOL_METAVAR
+
+if TYPE_CHECKING:
+    from wpcal.core.arrays import FloatArray
+    from wpcal.core.transform import RigidTransform
+
+PLACE_METAVAR = "X,Y,Z[,RX,RY,RZ]"
+PLACE_HELP = "mm and degrees (R = Rz Ry Rx)"
+
+
+@click.group()
+def cell() -> None:
+    """Make the cell file that `wpcal plan` takes, and check and draw it."""
+
+
+@cell.command()
+@click.option(
+    "--torch-robot",
+    metavar="ARM",
+    required=True,
+    help="Arm with the torch: the name of a shipped arm, an arm file or a URDF file; meshes beside it become bodies.",
+)
+@click.option("--positioner", metavar="ARM", help="Positioner with one or two axes: an arm file or a URDF file.")
+@click.option(
+    "--robot-at", metavar=PLACE_METAVAR, help=f"Base of the robot in world, {PLACE_HELP}.  [default: on the floor]"
+)
+@click.option("--positioner-at", metavar=PLACE_METAVAR, help=f"Base of the positioner in world, {PLACE_HELP}.")
+@click.option(
+    "--part-at",
+    metavar=PLACE_METAVAR,
+    help=f"Part on the positioner's flange, or in world, {PLACE_HELP}. A calibrated RESULT replaces it.",
+)
+@click.option("--tool", metavar=TOOL_METAVAR, help=TOOL_HELP)
+@click.option(
+    "--tool-from",
+    metavar="PROGRAM[#NAME]",
+    help="Tool data of a program: tooldata (RAPID), TOOL_DATA (KRL), set_tcp (UR).",
+)
+@click.option(
+    "--tool-axis",
+    type=click.Choice(["z", "x"]),
+    default="z",
+    show_default=True,
+    help="Axis of the tool along the wire.",
+)
+@click.option("--wire-mm", type=float, default=20.0, show_default=True, help="From the tip of the wire to the nozzle.")
+@click.option("--nozzle-radius-mm", type=float, default=11.0, show_default=True, help="Radius of nozzle and neck.")
+@click.option(
+    "--torch-mesh",
+    metavar="FILE.stl",
+    type=click.Path(path_type=Path),
+    help="Torch as a mesh in the frame of the flange, mm.  [default: capsules from the lengths]",
+)
+@click.option(
+    "--box",
+    "boxes",
+    metavar="X,Y,Z,X,Y,Z",
+    multiple=True,
+    help="Table or fixture: two opposite corners in world, mm. Repeatable.",
+)
+@click.option(
+    "--rail", metavar="X,Y,Z,MIN,MAX,SPEED", help="Rail under the robot: direction in world, limits mm, mm/s."
+)
+@click.option("--home", metavar="Q1,…,Q6", help="Joints at which programs start and end, deg.  [default: torch down]")
+@click.option("--safety-mm", type=float, default=10.0, show_default=True, help="Least distance between bodies.")
+@click.option(
+    "-o", "--out", "output", metavar="CELL.json", type=click.Path(path_type=Path), required=True, help="Output: a file."
+)
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the cell file and arm files beside it.")
+def new(
+    *,
+    torch_robot: str,
+    positioner: str | None,
+    robot_at: str | None,
+    positioner_at: str | None,
+    part_at: str | None,
+    tool: str | None,
+    tool_from: str | None,
+    tool_axis: str,
+    wire_mm: float,
+    nozzle_radius_mm: float,
+    torch_mesh: Path | None,
+    boxes: tuple[str, ...],
+    rail: str | None,
+    home: str | None,
+    safety_mm: float,
+    output: Path,
+    force: bool,
+) -> int:
+    """Make the cell file of one robot, with a positioner or a fixed part.
+
+    Arms come as URDF files; their collision meshes become convex hulls. The arm files are written beside the cell file.
+    """
+    from wpcal.core.errors import InputError
+    from wpcal.core.records import to_json, write_file
+    from wpcal.planning.cell.new_station import NewStation, new_station_files
+    from wpcal.planning.cell.station_check import check_station
+    from wpcal.planning.cell.station_file import read_station
+    from wpcal.robot.kinematics.arm_file import find_arm
+    from wpcal.seam.torch import TorchShape
+
+    arm = find_arm(torch_robot)
+    station = NewStation(
+        robot=torch_robot,
+        T_world_base=_place("--robot-at", robot_at, "world", "base", up=-arm.mount_mm),
+        T_flange_tool=_tool(tool, tool_from, tool_axis),
+        torch=TorchShape(wire_mm, nozzle_radius_mm),
+        torch_mesh=torch_mesh,
+        positioner=positioner,
+        T_world_positioner=None if positioner is None else _positioner_place(positioner, positioner_at),
+        T_carrier_part=None if part_at is None else _place("--part-at", part_at, "carrier", "part"),
+        boxes=[_box(text) for text in boxes],
+        rail=None if rail is None else _rail(rail),
+        home_deg=None if home is None else _numbers("--home", home, (6,)),
+        safety_mm=safety_mm,
+    )
+    if positioner is None and positioner_at is not None:
+        raise InputError("--positioner-at needs --positioner")
+    files = new_station_files(station, output.name)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    for name, record in files.items():
+        write_file(output.with_name(name), to_json(record), overwrite=force)
+    click.echo(f"wrote {', '.join(sorted(files))} to {output.parent}")
+    if station.T_flange_tool is None:
+        click.echo(
+            "wpcal: the cell has no tool data yet: give --tool or --tool-from, or fill in T_flange_tool", err=True
+        )
+        return 0
+    for issue in check_station(read_station(output)):
+        click.echo(f"wpcal: odd cell: {issue.message}", err=True)
+    return 0
+
+
+@cell.command()
+@click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
+@click.option("-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), help="Output: a folder.")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: cell.html.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what is odd.")
+def check(*, cell_json: Path, output: Path | None, force: bool, as_json: bool) -> int:
+    """List what is odd in CELL.json, and draw the cell in cell.html (in the folder of -o, or here).
+
+    Ends with code 2 if anything is odd.
+    """
+    from wpcal.cli.cell_check import run_cell_check
+
+    return run_cell_check(cell_json, output, force=force, as_json=as_json)
+
+
+def _numbers(option: str, text: str, counts: tuple[int, ...]) -> list[float]:
+    from wpcal.core.errors import InputError
+    from wpcal.core.numbers import parse_numbers
+
+    try:
+        values = parse_numbers(text)
+    except InputError as error:
+        raise InputError(f"{option}: {error}") from None
+    if len(values) not in counts:
+        raise InputError(f"{option}: expected {' or '.join(map(str, counts))} numbers, got {len(values)}")
+    return values
+
+
+def _place(
+    option: str, text: str | None, target: str, source: str, *, up: FloatArray | tuple[float, ...] = (0.0, 0.0, 0.0)
+) -> RigidTransform:
+    """Return a place; without text the origin, raised so that the mounting face is on the floor."""
+    import numpy as np
+
+    from wpcal.core.rotations import rotation_from_zyx
+    from wpcal.core.transform import RigidTransform
+
+    if text is None:
+        return RigidTransform(np.eye(3), np.asarray(up), target, source)
+    values = _numbers(option, text, (3, 6))
+    turn = np.radians(values[3:] or [0.0, 0.0, 0.0])
+    return RigidTransform(rotation_from_zyx(*turn), np.array(values[:3]), target, source)
+
+
+def _positioner_place(positioner: str, text: str | None) -> RigidTransform:
+    from wpcal.core.errors import InputError
+
+    if text is None:
+        raise InputError("--positioner needs --positioner-at: where its base is in world")
+    _ = positioner
+    return _place("--positioner-at", text, "world", "base")
+
+
+def _tool(tool: str | None, tool_from: str | None, axis: str) -> RigidTransform | None:
+    """Return the tool with the wire along z."""
+    import numpy as np
+
+    from wpcal.controllers.tool_data import read_tool_data
+    from wpcal.core.errors import InputError
+    from wpcal.core.transform import RigidTransform
+    from wpcal.robot.identify.poses_file import parse_tool
+
+    if tool is not None and tool_from is not None:
+        raise InputError("give either --tool or --tool-from")
+    if tool is None and tool_from is None:
+        return None
+    if tool_from is not None:
+        path, _, name = tool_from.partition("#")
+        found = read_tool_data(Path(path), name or None)
+    else:
+        found = parse_tool(tool)[0]
+    if axis == "z":
+        return found
+    # z of ours is x of theirs; x of ours is their -z, so that y stays
+    turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    return RigidTransform(found.R @ turn, found.t_mm, "flange", "tool")
+
+
+def _box(text: str) -> tuple[FloatArray, FloatArray]:
+    import numpy as np
+
+    from wpcal.core.errors import InputError
+
+    values = np.array(_numbers("--box", text, (6,))).reshape(2, 3)
+    low, high = values.min(axis=0), values.max(axis=0)
+    if not (high > low).all():
+        raise InputError(f"--box: expected two opposite corners of a box, got {text!r}")
+    return low, high
+
+
+def _rail(text: str) -> dict[str, object]:
+    x, y, z, low, high, speed = _numbers("--rail", text, (6,))
+    return {"direction": [x, y, z], "min_mm": low, "max_mm": high, "speed_mm_s": speed}

@@ -1,0 +1,38 @@
+"""The check of a cell, as `wpcal cell check` and `wpcal plan --check` run it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+def run_cell_check(cell_json: Path, output: Path | None, *, force: bool, as_json: bool) -> int:
+    """Tell what is odd in a cell, and draw it; 2 if anything is odd."""
+    from wpcal.core.records import to_json, write_file
+    from wpcal.pages.plan import build_cell_page
+    from wpcal.pages.tour import build_station_page
+    from wpcal.planning.cell.cell_check import check_cell, check_record
+    from wpcal.planning.cell.robot_cell import RobotCell
+    from wpcal.planning.cell.station_check import check_station, station_check_record
+    from wpcal.planning.cell.station_file import read_any_cell
+
+    cell = read_any_cell(cell_json)
+    if isinstance(cell, RobotCell):
+        issues, html = check_cell(cell), build_cell_page(cell)
+        record = check_record(cell, issues)
+    else:
+        issues, html = check_station(cell), build_station_page(cell)
+        record = station_check_record(cell, issues)
+    page = (output or Path()) / "cell.html"
+    page.parent.mkdir(parents=True, exist_ok=True)
+    write_file(page, html, overwrite=force)
+    if as_json:
+        click.echo(to_json(record), nl=False)
+    else:
+        for issue in issues:
+            click.echo(issue.message)
+        found = f"{len(issues)} oddities" if len(issues) > 1 else "1 oddity" if issues else "nothing odd"
+        click.echo(f"{cell.name}: {found}")
+        click.echo(f"drawn in {page}")
+    return 2 if issues else 0

@@ -1,0 +1,196 @@
+"""The bodies of a robot from its URDF file: the collision shapes of its links, as corners of convex hulls.
+
+Meshes are STL files, binary or text. Boxes, cylinders and spheres become their corners, the round ones those of a
+polyhedron around them.
+"""
+
+from __future__ import annotations
+
+import struct
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import read_bytes
+from wpcal.core.numbers import parse_number
+from wpcal.core.wording import shown
+from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.kinematics.forward import start_frames, walk
+from wpcal.robot.kinematics.urdf import LARGEST_M, MM_PER_M, link_places, origin_pose, urdf_root
+
+STL_HEAD, STL_TRIANGLE = 84, 50
+"""Bytes of the head of a binary STL file, and of each triangle."""
+ROUND_CORNERS = 24
+"""Corners around a cylinder or a sphere."""
+NEAR_MM = 0.5
+"""Corners of a hull that are nearer than this to a corner that is kept are left out ..."""
+HULL_DIGITS = 2
+"""... and the others are written with this many decimals of a millimetre."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinkHull:
+    """The convex hull of one link.
+
+    Parameters
+    ----------
+    name : str
+        Of the link in the URDF file.
+    link : int
+        0 for the base, i for the link that joint i moves.
+    hull : ndarray, shape (m, 3)
+        Corners in the frame after link i of the arm's chain (0: the base; the last: the flange), mm.
+    """
+
+    name: str
+    link: int
+    hull: FloatArray
+
+
+def read_link_hulls(path: Path, arm: Arm) -> tuple[LinkHull, ...]:
+    """Read the collision shapes of a URDF file, or its visual shapes where a link has no other.
+
+    Parameters
+    ----------
+    path : Path
+    arm : Arm
+        The same file as `read_urdf` reads it.
+
+    Returns
+    -------
+    tuple of LinkHull
+        In the order of the file; links without shapes are left out.
+
+    Raises
+    ------
+    InputError
+        When a mesh cannot be opened.
+    FormatError
+        When a mesh is not an STL file, or a shape is not as the format says.
+    """
+    root = urdf_root(path)
+    places, frames = link_places(root), _frames_at_zero(arm)
+    found = []
+    for element in root.findall("link"):
+        name = element.get("name", "?")
+        shapes = element.findall("collision") or element.findall("visual")
+        if not shapes or name not in places:
+            continue
+        moving, T_base_link = places[name]
+        if moving >= len(frames):
+            continue
+        points = np.concatenate([_points(shape, path, name) for shape in shapes])
+        T = np.linalg.inv(frames[moving]) @ T_base_link
+        found.append(LinkHull(name, moving, hull_corners(points @ T[:3, :3].T + T[:3, 3])))
+    return tuple(found)
+
+
+def _frames_at_zero(arm: Arm) -> list[FloatArray]:
+    """Return the base, the frames after the links and the flange with all joints at zero, each (4, 4), mm."""
+    motions = list(walk(start_frames(arm.chain.T_base_dh0, 1), arm.chain.table, np.zeros((len(arm.joints), 1))))
+    last = motions[-1].frame.then(arm.chain.T_dhn_flange)
+    return [np.eye(4), *(motion.frame.matrices()[0] for motion in motions[:-1]), last.matrices()[0]]
+
+
+def hull_corners(points: FloatArray) -> FloatArray:
+    """Return the corners of the convex hull of points, thinned to `NEAR_MM` and rounded.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        Any frame, mm.
+
+    Returns
+    -------
+    ndarray, shape (m, 3)
+        mm. The hull of these corners is inside the true one by less than `NEAR_MM`.
+
+    Raises
+    ------
+    FormatError
+        When the points lie in a plane.
+    """
+    try:
+        corners = points[np.sort(ConvexHull(points).vertices)]
+    except (QhullError, ValueError):
+        raise FormatError("the points of a mesh lie in one plane or are too few") from None
+    _, first = np.unique(np.floor(corners / NEAR_MM), axis=0, return_index=True)
+    return np.asarray(np.round(corners[np.sort(first)], HULL_DIGITS) + 0.0, dtype=np.float64)
+
+
+def _points(shape: ET.Element, path: Path, link: str) -> FloatArray:
+    origin, geometry = shape.find("origin"), shape.find("geometry")
+    T = np.eye(4) if origin is None else origin_pose(origin)
+    kinds = [] if geometry is None else list(geometry)
+    if not kinds:
+        raise FormatError(f"link {link}: a shape without geometry", path=str(path))
+    points = _mesh(kinds[0], path, link) if kinds[0].tag == "mesh" else _primitive(kinds[0], path, link)
+    return np.asarray(points @ T[:3, :3].T + T[:3, 3], dtype=np.float64)
+
+
+def _mesh(element: ET.Element, path: Path, link: str) -> FloatArray:
+    name = element.get("filename", "")
+    file = path.parent / name.removeprefix("file://")
+    if name.startswith("package://"):
+        raise InputError(f"{path}: link {link}: {name}: give the meshes by a path beside the file, not by a package")
+    if file.suffix.lower() != ".stl":
+        raise FormatError(f"link {link}: {shown(name)}: only meshes in STL files are read", path=str(path))
+    scale = np.array([parse_number(cell, most=LARGEST_M) for cell in element.get("scale", "1 1 1").split()])
+    if scale.shape != (3,):
+        raise FormatError(f"link {link}: scale: expected three numbers", path=str(path))
+    return np.asarray(read_stl(file) * scale * MM_PER_M, dtype=np.float64)
+
+
+def read_stl(path: Path) -> FloatArray:
+    """Return the corners of the triangles of an STL file, shape (3 m, 3), in the file's unit.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened.
+    FormatError
+        When it is neither a binary nor a text STL file.
+    """
+    raw = read_bytes(path)
+    count = struct.unpack_from("<I", raw, STL_HEAD - 4)[0] if len(raw) >= STL_HEAD else -1
+    if count > 0 and len(raw) == STL_HEAD + STL_TRIANGLE * count:
+        rows = np.frombuffer(raw, dtype=np.uint8, offset=STL_HEAD).reshape(count, STL_TRIANGLE)
+        points = rows[:, 12:48].copy().view("<f4").reshape(-1, 3).astype(np.float64)
+    else:
+        words = [line.split() for line in raw.decode("latin-1").splitlines()]
+        cells = [word[1:4] for word in words if word[:1] == ["vertex"]]
+        try:
+            points = np.array(cells, dtype=np.float64).reshape(-1, 3)
+        except ValueError:
+            points = np.zeros((0, 3))
+    if not len(points) or not np.isfinite(points).all():
+        raise FormatError("is not an STL file", path=str(path))
+    return points
+
+
+def _primitive(element: ET.Element, path: Path, link: str) -> FloatArray:
+    def number(text: str) -> float:
+        return MM_PER_M * parse_number(text, most=LARGEST_M)
+
+    around = 2 * np.pi * np.arange(ROUND_CORNERS) / ROUND_CORNERS
+    out = 1.0 / np.cos(np.pi / ROUND_CORNERS)  # the polygon is around the circle
+    ring = np.column_stack([np.cos(around), np.sin(around)]) * out
+    if element.tag == "box":
+        half = np.array([number(cell) for cell in element.get("size", "").split()]) / 2
+        if half.shape == (3,):
+            return np.array(np.meshgrid(*((-h, h) for h in half))).reshape(3, -1).T
+    elif element.tag == "cylinder":
+        r, h = number(element.get("radius", "")), number(element.get("length", "")) / 2
+        return np.concatenate([np.column_stack([ring * r, np.full(ROUND_CORNERS, z)]) for z in (-h, h)])
+    elif element.tag == "sphere":
+        r = number(element.get("radius", "")) * out
+        tilt = np.linspace(-np.pi / 2, np.pi / 2, ROUND_CORNERS // 2 + 1)
+        return np.concatenate(
+            [np.column_stack([ring * r * np.cos(t), np.full(ROUND_CORNERS, r * out * np.sin(t))]) for t in tilt]
+        )
+    raise FormatError(f"link {link}: cannot read the shape {shown(element.tag)}", path=str(path))
