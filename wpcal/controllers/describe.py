@@ -69,6 +69,8 @@ def describe_path(path: WeldPath) -> str:
     text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {_count(path)}"
     if path.run is not None:
         text = ", ".join([describe_weld(path.values), *_settings(path.values), text])
+    if seam.more_wire_mm:
+        text += f", wire {seam.more_wire_mm:g} mm longer than usual: the tool stays back by it"
     return text if path.u95_mm is None else f"{text}, 95 % error up to {path.u95_mm.max():.3f} mm"
 
 
