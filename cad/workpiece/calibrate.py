@@ -33,6 +33,7 @@ from wpcal.match import Match, match_points
 from wpcal.results.folder import CALIBRATION_FILE, PART_FILE, files_of_run
 from wpcal.seam import Seam
 from wpcal.seam.record import seams_csv, seams_record
+from wpcal.seam.torch import USUAL_TORCH, TorchShape
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, read_taught
 
@@ -59,6 +60,8 @@ class WorkpieceCalibration:
         With the features that were found for points without one.
     found_names : bool
         Whether features were found for points without one.
+    torch : TorchShape
+        The torch with which reach was judged.
     """
 
     workpiece: Workpiece
@@ -67,6 +70,7 @@ class WorkpieceCalibration:
     u95_mm: tuple[FloatArray, ...]
     taught: TaughtPoints
     found_names: bool = False
+    torch: TorchShape = USUAL_TORCH
 
     @property
     def T_base_part(self) -> RigidTransform:
@@ -86,7 +90,7 @@ class WorkpieceCalibration:
     def seams_record(self) -> dict[str, Any]:
         """Return the record of ``seams.json``, frames in `base`."""
         notes, space = self.workpiece.member_notes, self.result.pairs.space
-        return seams_record(self.seams, self.T_base_part, self.u95_mm, space=space, notes=notes)
+        return seams_record(self.seams, self.T_base_part, self.u95_mm, space=space, notes=notes, torch=self.torch)
 
     def to_record(self, issues: Sequence[Issue] = ()) -> dict[str, Any]:
         """Return the record of ``calibration.json``. `issues` are those found while writing."""
@@ -173,7 +177,15 @@ def calibrate_workpiece(
             T_nominal_part=T_nominal_part,
             suggest=partial(next_point, named.taught, workpiece, seams, sigma_mm=options.teaching.per_axis_mm),
         )
-    return WorkpieceCalibration(workpiece, result, seams, u95, named.taught, found_names=named.found_names)
+    return WorkpieceCalibration(
+        workpiece,
+        result,
+        seams,
+        u95,
+        named.taught,
+        found_names=named.found_names,
+        torch=options.seams.reach.torch,
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -64,7 +64,7 @@ def _fitted_again(path: WeldPath, program: WeldProgram, arm: ArmAtTool) -> WeldP
     wire = wire_directions(tool_rotations(frames.R, torch, path.seam.lean_rad), torch.tool_axis)
     R = exp_rotation(swings_between(wire_directions(R, torch.tool_axis), wire)) @ R
     T = np.tile(np.eye(4), (len(frames), 1, 1))
-    T[:, :3, :3], T[:, :3, 3] = R, frames.p - torch.stick_out_mm * wire
+    T[:, :3, :3], T[:, :3, 3] = R, frames.p - (torch.stick_out_mm + path.seam.more_wire_mm) * wire
     assert path.joints is not None  # `_as_target` has refused a path without joints
     joints = follow_path(arm.arm, T @ arm.T_flange_tool.inverse().matrix, path.joints[rows.start])
     T = arm.arm.as_nominal().forward(joints) @ arm.T_flange_tool.matrix

@@ -86,7 +86,7 @@ def fit_seam(
         s_mm=seam.frames.s_mm,
         headings=seam.frames.R[:, :, 0] if headings is None else headings,
         axis=AXIS[torch.tool_axis],
-        stick_out_mm=torch.stick_out_mm,
+        stick_out_mm=torch.stick_out_mm + seam.more_wire_mm,
         tolerance=tolerance,
         spin_is_free=spin_is_free,
     )

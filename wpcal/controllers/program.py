@@ -337,7 +337,7 @@ def _path(seam: Seam, u95_mm: FloatArray | None, torch: TorchSettings, motion: M
     R = tool_rotations(seam.frames.R, torch, seam.lean_rad)
     R = spun(R, unwinding_spin(R, torch.tool_axis, torch.spin_range_rad), torch.tool_axis)
     wire = wire_directions(R, torch.tool_axis)
-    p = seam.frames.p - torch.stick_out_mm * wire
+    p = seam.frames.p - (torch.stick_out_mm + seam.more_wire_mm) * wire
     appr, retr = p[:1] - motion.approach_mm * wire[:1], p[-1:] - motion.retract_mm * wire[-1:]
     rows = np.concatenate([[0], np.arange(len(R)), [-1]])
     return WeldPath(seam, frozen(np.concatenate([appr, p, retr])), frozen(R[rows]), u95_mm)
@@ -386,6 +386,8 @@ def describe_path(path: WeldPath) -> str:
     """Return one line about a seam: what it is, its points or moves, and its 95 % error."""
     seam = path.seam
     text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {_count(path)}"
+    if seam.more_wire_mm:
+        text += f", wire {seam.more_wire_mm:g} mm longer than usual: the tool stays back by it"
     return text if path.u95_mm is None else f"{text}, 95 % error up to {path.u95_mm.max():.3f} mm"
 
 

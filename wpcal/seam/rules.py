@@ -178,6 +178,13 @@ class Rule(Enum):
         "Then the bolts would be of no use. Of the two welds the shorter one is doubted.",
         "seams and bolted faces of the whole part",
     )
+    HELD_FAST = RuleRow(
+        0.5,
+        "A ring sits between two shoulders of the other solid: a tyre on its rim, a seal in its groove.",
+        "It cannot have been put there as it is: it was stretched, snapped in, or moulded round. A shaft that was "
+        "several members may hold a welded ring so.",
+        "shape: solid of revolution, seat of its size, wider or narrower on both sides",
+    )
     ONE_PIECE = RuleRow(
         0.52,
         "A solid is neither a plate, a bar, a tube or a profile, nor turned: it looks cast, moulded, printed or milled "
