@@ -135,7 +135,8 @@ def places_between(
     to : list of ReadPose
         The end of the move of each place.
     """
-    by_name: Mapping[str, ReadPose] = {pose.name.lower(): pose for pose in poses}
+    named = {pose.name.lower(): pose for pose in poses}
+    by_name: Mapping[str, ReadPose] = {**{f"x{name}": pose for name, pose in named.items()}, **named}  # folds of KRL
     rows = list[tuple[ReadPose, ReadPose, FloatArray]]()
     for chain in chains:
         for before, step in pairwise(chain):

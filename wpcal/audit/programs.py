@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import KDTree
 
+from wpcal.audit.arc import arc_faults
 from wpcal.audit.fault import Fault
 from wpcal.audit.moves import Step, places_between, read_moves
 from wpcal.audit.read_back import ReadPose, is_weld_program, read_poses_back
@@ -97,7 +98,9 @@ def audit_program(raw: bytes, path: Path, around: Surroundings) -> list[Fault]:
     except WpcalError as error:
         return [Fault.of(error, str(path))]
     faults = list(_pose_faults(poses, around))
-    return faults if faults or around.part is None else list(_move_faults(poses, read_moves(raw, path), around))
+    if not faults and around.part is not None:
+        faults = list(_move_faults(poses, read_moves(raw, path), around))
+    return [*faults, *arc_faults(raw, path)]
 
 
 def _pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fault]:
@@ -194,6 +197,7 @@ def check_written(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
     WrittenWrongError
         When a file cannot be read, a pose is missing, or there is a pose that was not asked for.
     """
+    _refuse_wrong_arcs(files, name)
     own = written_files(files)
     if not own:
         return 0
@@ -222,6 +226,15 @@ def check_written(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
                 "is written"
             )
     return len(read)
+
+
+def _refuse_wrong_arcs(files: Mapping[str, str | bytes], name: str) -> None:
+    """Refuse files in which the arc is on or off in the wrong place."""
+    for file, data in files.items():
+        faults = arc_faults(data.encode("utf-8") if isinstance(data, str) else data, Path(file))
+        if faults:
+            what = f"{name}: {file}, line {faults[0].line}: {faults[0].message}; nothing is written"
+            raise WrittenWrongError(what)
 
 
 def _first_without_match(p: FloatArray, R: FloatArray, other_p: FloatArray, other_R: FloatArray) -> int | None:
