@@ -72,7 +72,7 @@ def seams(
         write_file(drawn, told.svg.encode("utf-8"), overwrite=force)
     if png is not None:
         write_file(png, picture, overwrite=force)
-    record = seams_record(found, notes=notes, join_mm=options.most_join_mm)
+    record = seams_record(found, notes=notes, join_mm=options.most_join_mm, torch=options.reach.torch)
     if html is not None:
         from wpcal.pages.seams import build_seams_page
 

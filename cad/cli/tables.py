@@ -82,6 +82,9 @@ def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] 
         if u95_mm is not None:
             cells.append(f"{u95_mm[row].max():.3f}")
         table.add_row(*cells)
+    longer = [f"{seam.name} +{seam.more_wire_mm:g} mm" for seam in seams if seam.accepted and seam.more_wire_mm]
+    if longer:
+        table.caption = f"These need more wire than usual, the torch stays back by it: {', '.join(longer)}"
     return table
 
 
@@ -93,7 +96,7 @@ def refused_table(seams: Sequence[Seam]) -> Table:
     """
     from wpcal.core.wording import listed
     from wpcal.seam.judge.doubted import would_be_taken
-    from wpcal.seam.judge.evidence import ASSUMED
+    from wpcal.seam.judge.evidence import ASSUMED_MARK
 
     table = Table(title="Not taken as welds")
     for heading in ("seam", "joint", "joins"):
@@ -107,9 +110,11 @@ def refused_table(seams: Sequence[Seam]) -> Table:
             cells = [seam.name, seam.joint.value, " + ".join(seam.solids), _middle(seam), _length(seam)]
             by_hand = ("rejected by hand",) if seam.edit is not None and seam.edit.accept is False else ()
             why = "; ".join((*by_hand, *seam.against))
-            table.add_row(*cells, _sure(seam), why.replace(ASSUMED, ""))
-            if ASSUMED in why:
-                table.caption = ASSUMED.strip(" ()")
+            if ASSUMED_MARK in why:
+                before, _, rest = why.partition(ASSUMED_MARK)
+                assumed, _, after = rest.partition(")")
+                why, table.caption = before + after, f"{ASSUMED_MARK.strip(' (')} {assumed}"
+            table.add_row(*cells, _sure(seam), why)
     more = would_be_taken(seams)
     if more:
         told = f"only doubted, taken with --generous: {listed(seam.name for seam in more)}"

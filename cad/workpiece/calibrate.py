@@ -33,6 +33,7 @@ from wpcal.match import Match, match_points
 from wpcal.results.folder import CALIBRATION_FILE, PART_FILE, files_of_run
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.record import seams_csv, seams_record
+from wpcal.seam.torch import USUAL_TORCH, TorchShape
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, read_taught
 
@@ -61,6 +62,8 @@ class WorkpieceCalibration:
         Whether features were found for points without one.
     join_mm : float
         A decision may join seams whose ends are at most so far from each other, mm.
+    torch : TorchShape
+        The torch with which reach was judged.
     """
 
     workpiece: Workpiece
@@ -70,6 +73,7 @@ class WorkpieceCalibration:
     taught: TaughtPoints
     found_names: bool = False
     join_mm: float = SeamOptions().most_join_mm
+    torch: TorchShape = USUAL_TORCH
 
     @property
     def T_base_part(self) -> RigidTransform:
@@ -89,7 +93,15 @@ class WorkpieceCalibration:
     def seams_record(self) -> dict[str, Any]:
         """Return the record of ``seams.json``, frames in `base`."""
         notes, space = self.workpiece.member_notes, self.result.pairs.space
-        return seams_record(self.seams, self.T_base_part, self.u95_mm, space=space, notes=notes, join_mm=self.join_mm)
+        return seams_record(
+            self.seams,
+            self.T_base_part,
+            self.u95_mm,
+            space=space,
+            notes=notes,
+            torch=self.torch,
+            join_mm=self.join_mm,
+        )
 
     def to_record(self, issues: Sequence[Issue] = ()) -> dict[str, Any]:
         """Return the record of ``calibration.json``. `issues` are those found while writing."""
@@ -176,9 +188,15 @@ def calibrate_workpiece(
             T_nominal_part=T_nominal_part,
             suggest=partial(next_point, named.taught, workpiece, seams, sigma_mm=options.teaching.per_axis_mm),
         )
-    join_mm = options.seams.most_join_mm
     return WorkpieceCalibration(
-        workpiece, result, seams, u95, named.taught, found_names=named.found_names, join_mm=join_mm
+        workpiece,
+        result,
+        seams,
+        u95,
+        named.taught,
+        found_names=named.found_names,
+        torch=options.seams.reach.torch,
+        join_mm=options.seams.most_join_mm,
     )
 
 

@@ -155,7 +155,7 @@ def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: CopiedSeams, option
     asked = np.flatnonzero(felt & (~as_first | (found.first == np.arange(len(seams)))))
     cut, whole = asked[welded[asked]], asked[~welded[asked]]
     pieces = dict(zip(cut.tolist(), cut_where_unreached(graph, trimmed, [seams[i] for i in cut], options), strict=True))
-    others = with_reach(graph, trimmed, [seams[i] for i in whole])
+    others = with_reach(graph, trimmed, [seams[i] for i in whole], options.reach)
     pieces |= {row: [seam] for row, seam in zip(whole.tolist(), others, strict=True)}
     reached: list[Seam] = []
     for is_welded in (True, False):

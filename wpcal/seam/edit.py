@@ -232,7 +232,7 @@ def apply_edits(
     for name, count in Counter(seam.name for seam in edited).items():
         if count > 1:
             raise InputError(f"{edits[0].path}: two seams would be called {name!r}; give each edit a different name")
-    return with_leans(graph, trimmed, edited)
+    return with_leans(graph, trimmed, edited, options.reach)
 
 
 def _rows_joined(

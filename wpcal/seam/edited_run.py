@@ -149,7 +149,7 @@ def judged_anew(
         own = tuple(text for text in seam.reasons if not is_judgement(text, seam.source))
         found.append(framed(graph, trimmed, replace(seam, inside=inside, reasons=own), options))
     judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
-    return list(judge_seams(graph, trimmed, with_reach(graph, trimmed, found), options, judge))
+    return list(judge_seams(graph, trimmed, with_reach(graph, trimmed, found, options.reach), options, judge))
 
 
 def marks_in(seams: Sequence[Seam]) -> bool:

@@ -114,6 +114,6 @@ def test_reach_is_felt_on_the_stretch_and_not_taken_from_the_whole() -> None:
     kept = after((name, SeamEdit(range_mm=(0.0, length_mm / 2))), part="frame")[name]
     assert (kept.accepted, kept.reachable) == (False, False)
     assert kept.blocked_by
-    assert kept.against[0].startswith("no torch gets there")
+    assert kept.against[0].startswith("the torch does not get there")
     taken = after((name, SeamEdit(accept=True, range_mm=(0.0, length_mm / 2))), part="frame")[name]
     assert (taken.accepted, taken.reasons[-1]) == (True, "accepted by hand")

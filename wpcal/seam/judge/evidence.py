@@ -24,10 +24,9 @@ from wpcal.seam.limits import GAP_ROUND_OFF_MM, THICKEST_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_clamps, find_holes
 from wpcal.seam.member.note import Members, are_welded, take_members
 from wpcal.seam.member.one_piece import OnePieces
-from wpcal.seam.options import ConcaveEdges, SeamOptions
+from wpcal.seam.options import ConcaveEdges, Reach, SeamOptions
 from wpcal.seam.rules import GAP_SHARE_LOST, PRIOR, Rule
 from wpcal.seam.seam import Finding, Seam, SeamSource
-from wpcal.seam.torch import USUAL_TORCH
 
 OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key})
 """Findings that need all seams of the part: they stay when a part of them is judged again."""
@@ -37,13 +36,12 @@ FELT_GAP = 0.1
 """Gaps below this fraction of the allowed gap do not lower the confidence."""
 AROUND = 0.1
 """A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees)."""
-STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "no torch gets there at"
+STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "the torch does not get there at"
 """How the reasons about reach end and begin."""
-ASSUMED = (
-    f" (assumed: {USUAL_TORCH}; if yours is bent or smaller, or gets there at another weld angle, accept the seam by "
-    "an edit)"
-)
-"""Which torch a verdict about reach is for, and what would change it."""
+WIRE_WORDS = "mm of wire are needed from its tip to the nozzle"
+"""How the reason about a longer wire goes on."""
+ASSUMED_MARK = " (assumed: "
+"""How the words about the assumed torch begin, at the end of a finding."""
 
 
 def judge_seams(
@@ -76,7 +74,7 @@ def judge_seams(
     judged = []
     for row, seam in enumerate(seams):
         kept = (finding for finding in seam.findings if finding.rule in OF_WHOLE_PART)
-        reasons = (seam.source.value, *seam.reasons, *_reach_words(seam))
+        reasons = (seam.source.value, *seam.reasons, *_reach_words(seam, judge.reach))
         reachable = not (seam.inside or seam.blocked_by)
         found = [*judge.evidence(seam), *concave.get(row, ()), *kept]
         found += judge.shape_evidence(seam, found)
@@ -96,20 +94,32 @@ def _confidence(seam: Seam, findings: Sequence[Finding]) -> float:
     return PRIOR[seam.source] * float(np.prod([finding.factor for finding in findings]))
 
 
-def _reach_words(seam: Seam) -> tuple[str, ...]:
-    """Say how a torch gets to a seam, and at how many of its frames it does not."""
+def assumed_words(reach: Reach) -> str:
+    """Say which torch a verdict about reach is for, and what would change it."""
+    yours = "if yours is another one, state it with --torch, or accept the seam by an edit"
+    return f"{ASSUMED_MARK}{reach.torch}; {yours})"
+
+
+def _reach_words(seam: Seam, reach: Reach) -> tuple[str, ...]:
+    """Say how a torch gets to a seam, with how much wire, and at how many of its frames it does not."""
     if seam.lean_rad is None or seam.blocked_by or seam.inside:
         return ()
     count = len(seam.lean_rad)
     missed = int(np.isnan(seam.lean_rad[:, 0]).sum())
     straight = int((seam.lean_rad == 0).all(axis=1).sum())
-    words = f"{straight} of {count} frames {STRAIGHT_WORDS}"
-    return (words, f"{MISSED_WORDS} {missed} of {count} frames") if missed else (words,)
+    words = [f"{straight} of {count} frames {STRAIGHT_WORDS}"]
+    if missed:
+        words.append(f"{MISSED_WORDS} {missed} of {count} frames")
+    if seam.more_wire_mm:
+        usual = reach.torch.wire_mm
+        words.append(f"{usual + seam.more_wire_mm:g} {WIRE_WORDS}: {seam.more_wire_mm:g} mm more than usual")
+    return tuple(words)
 
 
 def is_judgement(text: str, source: SeamSource) -> bool:
     """Tell whether a reason was added by `judge_seams`, which is to judge again."""
-    return text == source.value or text.endswith(STRAIGHT_WORDS) or text.startswith(MISSED_WORDS)
+    is_reach = text.endswith(STRAIGHT_WORDS) or text.startswith(MISSED_WORDS) or WIRE_WORDS in text
+    return text == source.value or is_reach
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,6 +144,8 @@ class Judge:
     level : Level
     has_marks : bool
         Whether edges of the part are marked as seams.
+    reach : Reach
+        The torch with which the seams were felt.
     one_pieces : OnePieces
         Which solids were made as one piece.
     """
@@ -149,6 +161,7 @@ class Judge:
     min_length_mm: float
     level: Level
     has_marks: bool
+    reach: Reach
     one_pieces: OnePieces
 
     @classmethod
@@ -163,7 +176,7 @@ class Judge:
         gap_mm, min_mm, level = options.gap_for(graph), options.min_length_mm, options.judging.level
         rolling = find_rolling(graph, trimmed, gap_mm)
         known = (graph, number, members, rolling, holes, hole_of_face, dict(clamps))
-        return cls(*known, gap_mm, min_mm, level, has_marks, OnePieces(graph, trimmed))
+        return cls(*known, gap_mm, min_mm, level, has_marks, options.reach, OnePieces(graph, trimmed))
 
     def clamps_of(self, a: int, b: int) -> list[Clamp]:
         """Return the places at which two solids are clamped together."""
@@ -185,7 +198,7 @@ class Judge:
         if seam.inside:
             yield Rule.IN_MATERIAL.found(in_material_words(seam))
         elif seam.blocked_by:
-            yield Rule.NOT_REACHED.found(f"{blocked_words(seam)}{ASSUMED}")
+            yield Rule.NOT_REACHED.found(f"{blocked_words(seam)}{assumed_words(self.reach)}")
         for solid in solids:
             yield from self.members[solid].findings
             if seam.source is SeamSource.FLARE and solid in self.rolling and not self.members[solid].said:
