@@ -82,9 +82,15 @@ def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] 
         if u95_mm is not None:
             cells.append(f"{u95_mm[row].max():.3f}")
         table.add_row(*cells)
+    captions = []
+    wraps = sum(seam.wrap_of is not None and not seam.accepted for seam in seams)
+    if wraps:
+        ends = "a short end is" if wraps == 1 else f"{wraps} short ends are"
+        captions.append(f"{ends} left open; --wrap welds them in one run with the seams beside them")
     longer = [f"{seam.name} +{seam.more_wire_mm:g} mm" for seam in seams if seam.accepted and seam.more_wire_mm]
     if longer:
-        table.caption = f"These need more wire than usual, the torch stays back by it: {', '.join(longer)}"
+        captions.append(f"These need more wire than usual, the torch stays back by it: {', '.join(longer)}")
+    table.caption = "\n".join(captions) or None
     return table
 
 

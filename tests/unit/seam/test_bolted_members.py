@@ -54,13 +54,13 @@ def test_a_ring_over_a_hole_is_welded() -> None:
 
 
 def test_a_gusset_with_holes_stays_welded_to_its_plate_and_the_strap_on_it_does_not() -> None:
-    assert welded(seams_of("gusset-with-holes")) == {("gusset", "plate"): 340.0}
+    assert welded(seams_of("gusset-with-holes")) == {("gusset", "plate"): 320.0}
 
 
 def test_a_panel_that_is_bolted_to_brackets_is_not_welded_to_their_post() -> None:
     seams = seams_of("panel-on-brackets")
-    ends = 2 * 6.0  # a torch that leans reaches the two ends of a bracket beside the panel
-    assert welded(seams) == {("bracket low", "post"): 60.0 + ends, ("bracket high", "post"): 60.0 + ends}
+    assert welded(seams) == {("bracket low", "post"): 60.0, ("bracket high", "post"): 60.0}
+    assert [seam.length_mm for seam in seams if seam.wrap_of] == pytest.approx([6.0] * 4)  # the ends of the brackets
     assert any("a weld here would fix the bolts" in why for seam in seams for why in seam.against)
 
 
@@ -77,7 +77,7 @@ def test_what_a_person_says_counts_whatever_the_evidence() -> None:
     assert welded(said) == {("high", "low"): 200.0}
     assert welded(seams_of("gusset-with-holes", not_welded=("gus*",))) == {}
     assert welded(seams_of("gusset-with-holes", not_welded=("*",), weld=("plate", "gusset"))) == {
-        ("gusset", "plate"): 340.0
+        ("gusset", "plate"): 320.0
     }
 
 
@@ -104,7 +104,7 @@ def test_steel_is_not_welded_to_aluminium_and_is_to_stainless_steel() -> None:
     for metal, accepted in (("EN AW-6082", False), ("1.4301", True)):
         facts = (SolidFacts(materials=("S355",)), SolidFacts(materials=(metal,)))
         seams = detect_seams(replace(saved_graph("joint-tee"), solid_facts=facts))
-        assert {seam.accepted for seam in seams} == {accepted}
+        assert {seam.accepted for seam in seams if seam.length_mm > 100.0} == {accepted}
 
 
 def test_a_name_above_counts_unless_it_is_above_all_solids() -> None:
