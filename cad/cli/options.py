@@ -109,6 +109,11 @@ class SeamFlags:
         show_default=True,
         help="Join contacts in one line across interruptions of at most this length; 0 joins none.",
     )
+    wrap: bool = option(
+        "--wrap",
+        is_flag=True,
+        help="Weld seams that meet at a corner of a member in one run round it, with the short ends between them.",
+    )
     turn_deg: float = option(
         "--turn-deg", type=float, default=45.0, show_default=True, help="Largest turn of the frame between points."
     )
@@ -172,6 +177,7 @@ class SeamFlags:
             join_mm=self.join_mm,
             judging=judging,
             reach=self.reach.to_reach(),
+            wrap=self.wrap,
         )
 
 

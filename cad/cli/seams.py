@@ -100,6 +100,8 @@ def seams(
         if not all(seam.accepted for seam in found):
             console.print(refused_table(found))
         console.print(members_table(notes))
+        for one in notes.play:
+            console.print(f"play {one.gap_mm:.2g} mm in {one.joints} joints")
         show_notes(issues, console)
     return 0
 

@@ -21,6 +21,8 @@ from wpcal.seam.explain import explain_seam
 from wpcal.seam.explained_svg import explained_svg
 from wpcal.seam.find.built_up import left_out
 from wpcal.seam.find.marked import MarkedEdges
+from wpcal.seam.find.play import with_play
+from wpcal.seam.judge.doubted import why_none_is_taken
 from wpcal.seam.judge.other_torches import with_other_torches
 from wpcal.seam.member.note import MemberNotes, take_members
 from wpcal.seam.names import seams_named
@@ -91,7 +93,8 @@ def find_seams(
     graph = found.graph or workpiece.graph
     trimmed = replace(workpiece.trimmed, graph=graph)
     workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *found.issues), member_notes=found.notes)
-    return apply_edits(graph, trimmed, found.seams, choice.edits, options), workpiece
+    measured = replace(options, play=found.notes.play)
+    return apply_edits(graph, trimmed, found.seams, choice.edits, measured), workpiece
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,12 +109,14 @@ class _Found:
 
 def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Found:
     graph, trimmed = workpiece.graph, workpiece.trimmed
-    notes = take_members(graph, trimmed, options.judging).notes
+    options = with_play(graph, trimmed, options)
+    notes = replace(take_members(graph, trimmed, options.judging).notes, play=options.play or ())
     mark = partial(_mark, workpiece, choice) if choice.marked or choice.edges else None
     found = find_part_seams(graph, trimmed, options, cross=partial(_cross, workpiece), mark=mark)
     issues = found.issues
     if not found.seams and options.concave is ConcaveEdges.AUTO:
         issues = (*issues, *left_out(found.graph, replace(trimmed, graph=found.graph)))
+    issues = (*issues, *why_none_is_taken(found.seams))
     is_wider = found.graph.edge_count > graph.edge_count
     return _Found(found.seams, found.graph if is_wider else None, notes.with_shapes(found.seams), issues)
 

@@ -78,6 +78,24 @@ class Judging:
 
 
 @dataclass(frozen=True, slots=True)
+class Play:
+    """A gap that several joints of an assembly have.
+
+    Parameters
+    ----------
+    least_mm, gap_mm, most_mm : float
+        The narrowest, the median and the widest of these gaps.
+    joints : int
+        How many joints have it.
+    """
+
+    least_mm: float
+    gap_mm: float
+    most_mm: float
+    joints: int
+
+
+@dataclass(frozen=True, slots=True)
 class Reach:
     """The torch with which reach is judged, and how far it may lean and turn.
 
@@ -130,6 +148,11 @@ class SeamOptions:
         Contacts in one line are joined across interruptions of at most this length, mm.
     judging : Judging
     reach : Reach
+    play : tuple of Play, optional
+        The gaps that joints of this part have by design; by default they are measured (`find.play`).
+    wrap : bool
+        Whether accepted seams that meet at a corner of a member are welded in one run round it, with the short ends
+        between them (`judge.wrapping`).
 
     Raises
     ------
@@ -145,6 +168,8 @@ class SeamOptions:
     join_mm: float = MOST_BRIDGE_MM
     judging: Judging = Judging()
     reach: Reach = Reach()
+    wrap: bool = False
+    play: tuple[Play, ...] | None = None
 
     def __post_init__(self) -> None:
         for name in ("min_length_mm", "join_mm"):

@@ -111,6 +111,7 @@ def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatAr
         "inside": list(seam.inside),
         "blocked_by": list(seam.blocked_by),
         "gap_mm": {"min": least, "mean": mean, "max": largest},
+        **({} if seam.wrap_of is None else {"wrap_of": seam.wrap_of}),
         **({"more_wire_mm": seam.more_wire_mm} if seam.more_wire_mm else {}),
         **({} if seam.other_torch is None else {"other_torch": asdict(seam.other_torch)}),
         **({} if seam.groove is None else {"groove": asdict(seam.groove)}),
@@ -296,4 +297,5 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         more_wire_mm=float(seam.get("more_wire_mm", 0.0)),
         other_torch=None if other is None else OtherTorch(**other),
         groove=Groove(**seam["groove"]) if "groove" in seam else None,
+        wrap_of=seam.get("wrap_of"),
     )

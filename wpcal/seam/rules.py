@@ -160,6 +160,12 @@ class Rule(Enum):
     NOT_MARKED = RuleRow(
         0.4, "Other edges are marked, and not this one.", "You say what the seams are.", "`--marked`, `--edge`"
     )
+    SHORT_END = RuleRow(
+        0.4,
+        "The run goes across the end of a plate, beside a long seam along it.",
+        "Nobody strikes an arc only for that: the end is a wrap of the long seam (`--wrap`), or stays open.",
+        "shape: the plate behind the long seam is as thick as the run is long",
+    )
     LINED_UP = RuleRow(
         0.45,
         "Two or more holes or slots of both members line up where they touch.",
@@ -201,13 +207,14 @@ class Rule(Enum):
     )
     PIN_IN_HOLE = RuleRow(
         0.8,
-        "A round member is in a hole of the same size.",
+        "A round member is in a hole of the same size, and is not a tube that is longer than it is wide.",
         "It may be pressed in, or turn there.",
         "shape",
     )
     GAP = RuleRow(
         1.0 - GAP_SHARE_LOST,
-        "There is a gap. The factor is for the largest allowed gap; a smaller gap lowers the confidence less.",
+        "There is a gap, and it is not the play of the assembly. The factor is for the largest allowed gap; a smaller "
+        "gap lowers the confidence less.",
         "Members that are meant to be joined touch.",
         "mean gap along the seam",
     )

@@ -342,6 +342,9 @@ class Seam:
         A torch that reaches the seam, if the stated one does not.
     groove : Groove or None
         The cross-section of a flare groove; None for another weld.
+    wrap_of : str or None
+        The name of the seam of which this is a wrap: it goes across the end of a plate, beside that seam. None for any
+        other seam.
     """
 
     name: str
@@ -369,6 +372,7 @@ class Seam:
     more_wire_mm: float = 0.0
     other_torch: OtherTorch | None = None
     groove: Groove | None = None
+    wrap_of: str | None = None
 
     @property
     def against(self) -> tuple[str, ...]:

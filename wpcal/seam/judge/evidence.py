@@ -13,9 +13,10 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.find.formed import are_bends, is_profile
+from wpcal.seam.find.play import is_play, with_play
 from wpcal.seam.judge.held_fast import is_held_fast
 from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.stretches import in_material_words
@@ -24,11 +25,11 @@ from wpcal.seam.limits import GAP_ROUND_OFF_MM, THICKEST_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_clamps, find_holes
 from wpcal.seam.member.note import Members, are_welded, take_members
 from wpcal.seam.member.one_piece import OnePieces
-from wpcal.seam.options import ConcaveEdges, Reach, SeamOptions
+from wpcal.seam.options import ConcaveEdges, Play, Reach, SeamOptions
 from wpcal.seam.rules import GAP_SHARE_LOST, PRIOR, Rule
 from wpcal.seam.seam import Finding, Seam, SeamSource
 
-OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key})
+OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key, Rule.SHORT_END.key})
 """Findings that need all seams of the part: they stay when a part of them is judged again."""
 BETWEEN_TWO = frozenset({SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE})
 """Candidates that join two solids."""
@@ -36,6 +37,9 @@ FELT_GAP = 0.1
 """Gaps below this fraction of the allowed gap do not lower the confidence."""
 AROUND = 0.1
 """A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees)."""
+THIN_WALL = 0.6
+"""A round member is a tube if it has a bore of this share of its diameter or more: bushes and rollers have thicker
+walls."""
 STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "the torch does not get there at"
 """How the reasons about reach end and begin."""
 WIRE_WORDS = "mm of wire are needed from its tip to the nozzle"
@@ -148,6 +152,8 @@ class Judge:
         The torch with which the seams were felt.
     one_pieces : OnePieces
         Which solids were made as one piece.
+    play : tuple of Play
+        Gaps that several joints have: they are meant.
     """
 
     graph: BrepGraph
@@ -163,6 +169,7 @@ class Judge:
     has_marks: bool
     reach: Reach
     one_pieces: OnePieces
+    play: tuple[Play, ...]
 
     @classmethod
     def of(cls, graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, *, has_marks: bool) -> Judge:
@@ -176,7 +183,9 @@ class Judge:
         gap_mm, min_mm, level = options.gap_for(graph), options.min_length_mm, options.judging.level
         rolling = find_rolling(graph, trimmed, gap_mm)
         known = (graph, number, members, rolling, holes, hole_of_face, dict(clamps))
-        return cls(*known, gap_mm, min_mm, level, has_marks, options.reach, OnePieces(graph, trimmed))
+        play = with_play(graph, trimmed, options).play or ()
+        options_of = (gap_mm, min_mm, level, has_marks, options.reach)
+        return cls(*known, *options_of, OnePieces(graph, trimmed), play)
 
     def clamps_of(self, a: int, b: int) -> list[Clamp]:
         """Return the places at which two solids are clamped together."""
@@ -255,7 +264,8 @@ class Judge:
             yield Rule.ONE_LINED_UP.found("a hole of both members lines up here")
 
     def _contact_evidence(self, seam: Seam, *, is_fastener: bool) -> Iterator[Finding]:
-        mean = seam.gap_mm[1]
+        gaps = seam.pieces.gap_mm[:, 1]
+        mean = float(gaps[~is_play(self.play, gaps)].sum() / len(gaps))  # play is no doubt
         if mean > FELT_GAP * self.gap_mm:
             lost = GAP_SHARE_LOST * min(mean / self.gap_mm, 1.0)
             text = f"a gap of {mean:.2f} mm on average, up to {seam.gap_mm[2]:.2f} mm"
@@ -284,17 +294,38 @@ class Judge:
         pins = faces[(graph.face_kind[faces] == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)]
         if len(pins) == 0:
             return False
-        o, z, radius = graph.face_frame[pins[0], 0], graph.face_frame[pins[0], 3], graph.face_param[pins[0], 0]
+        z, radius = graph.face_frame[pins[0], 3], graph.face_param[pins[0], 0]
+        if self._is_tube(int(pins[0])):
+            return False
         if np.abs(seam.frames.R[:, :, 0] @ z).max() > AROUND:
             return False
         other = [self.number[name] for name in seam.solids if self.number[name] != graph.face_solid[pins[0]]]
-        bores = np.flatnonzero((graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0))
+        bores = self._bores
         play = max(self.gap_mm, seam.gap_mm[2] + GAP_ROUND_OFF_MM)
         fits = np.abs(graph.face_param[bores, 0] - radius) <= play
         holes = bores[fits & np.isin(graph.face_solid[bores], other)]
-        arm: FloatArray = graph.face_frame[holes, 0] - o
-        off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1)
-        return bool((off <= play).any())
+        return bool((self._off_axis(holes, int(pins[0])) <= play).any())
+
+    @property
+    def _bores(self) -> IntArray:
+        """The round faces of holes."""
+        return np.flatnonzero((self.graph.face_kind == SurfaceKind.CYLINDER) & (self.graph.face_outward < 0))
+
+    def _off_axis(self, faces: IntArray, cylinder: int) -> FloatArray:
+        """Return how far the axes of round faces are from that of a cylinder, mm."""
+        o, z = self.graph.face_frame[cylinder, 0], self.graph.face_frame[cylinder, 3]
+        arm = self.graph.face_frame[faces, 0] - o
+        return np.asarray(np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1), dtype=np.float64)
+
+    def _is_tube(self, cylinder: int) -> bool:
+        """Tell whether a round face is the outside of a tube, with thin walls and longer than it is wide: no pin."""
+        graph, radius = self.graph, float(self.graph.face_param[cylinder, 0])
+        bores = self._bores[graph.face_solid[self._bores] == graph.face_solid[cylinder]]
+        bores = bores[(graph.face_param[bores, 0] >= THIN_WALL * radius) & (graph.face_param[bores, 0] < radius)]
+        bores = bores[self._off_axis(bores, cylinder) <= self.gap_mm]
+        edges = np.flatnonzero((graph.edge_faces == cylinder).any(axis=1))
+        p = graph.vertex_p[graph.edge_vertices[edges].ravel()] @ graph.face_frame[cylinder, 3]
+        return len(bores) > 0 and len(p) > 0 and bool(np.ptp(p) > 2.0 * radius)
 
 
 def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> dict[int, list[Finding]]:
