@@ -21,8 +21,12 @@ from wpcal.seam.explain import explain_seam
 from wpcal.seam.explained_svg import explained_svg
 from wpcal.seam.find.built_up import left_out
 from wpcal.seam.find.marked import MarkedEdges
+from wpcal.seam.find.play import with_play
+from wpcal.seam.judge.doubted import why_none_is_taken
+from wpcal.seam.judge.other_torches import with_other_torches
 from wpcal.seam.member.note import MemberNotes, take_members
 from wpcal.seam.names import seams_named
+from wpcal.seam.options import Reach
 from wpcal.seam.seam import SeamPieces
 from wpcal.seam.search import find_part_seams
 
@@ -89,7 +93,8 @@ def find_seams(
     graph = found.graph or workpiece.graph
     trimmed = replace(workpiece.trimmed, graph=graph)
     workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *found.issues), member_notes=found.notes)
-    return apply_edits(graph, trimmed, found.seams, choice.edits, options), workpiece
+    measured = replace(options, play=found.notes.play)
+    return apply_edits(graph, trimmed, found.seams, choice.edits, measured), workpiece
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,12 +109,14 @@ class _Found:
 
 def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Found:
     graph, trimmed = workpiece.graph, workpiece.trimmed
-    notes = take_members(graph, trimmed, options.judging).notes
+    options = with_play(graph, trimmed, options)
+    notes = replace(take_members(graph, trimmed, options.judging).notes, play=options.play or ())
     mark = partial(_mark, workpiece, choice) if choice.marked or choice.edges else None
     found = find_part_seams(graph, trimmed, options, cross=partial(_cross, workpiece), mark=mark)
     issues = found.issues
     if not found.seams and options.concave is ConcaveEdges.AUTO:
         issues = (*issues, *left_out(found.graph, replace(trimmed, graph=found.graph)))
+    issues = (*issues, *why_none_is_taken(found.seams))
     is_wider = found.graph.edge_count > graph.edge_count
     return _Found(found.seams, found.graph if is_wider else None, notes.with_shapes(found.seams), issues)
 
@@ -158,17 +165,19 @@ def list_seams(
         progress(f"drawing the part: {workpiece.size}")
         part_glb, _ = draw_part(workpiece.file)
     notes = workpiece.member_notes or MemberNotes(options.judging, ())
-    told = None if explain is None else _explained(workpiece, seams, notes, explain, Path(step).name)
+    told = None if explain is None else _explained(workpiece, seams, notes, explain, Path(step).name, options.reach)
     return seams, notes, workpiece.issues, png, part_glb, told
 
 
 def _explained(
-    workpiece: Workpiece, seams: tuple[Seam, ...], notes: MemberNotes, name: str, file_name: str
+    workpiece: Workpiece, seams: tuple[Seam, ...], notes: MemberNotes, name: str, file_name: str, reach: Reach
 ) -> Explained:
     chosen = seams_named([name], [seam.name for seam in seams])
     if len(chosen) > 1:
         raise InputError(f"{name}: expected the name of one seam")
     seam = next(seam for seam in seams if seam.name == chosen[0])
+    if seam.blocked_by and seam.other_torch is None:
+        [[seam]] = with_other_torches(workpiece.graph, workpiece.trimmed, [[seam]], reach)
     record = explain_seam(workpiece.graph, seam, notes)
     title = f"{seam.name} of {file_name}: {seam.joint.value}, {' + '.join(seam.solids)}, {seam.confidence:.0%}"
-    return Explained(record, explained_svg(workpiece.graph, workpiece.trimmed, seam, title))
+    return Explained(record, explained_svg(workpiece.graph, workpiece.trimmed, seam, title, reach.torch))

@@ -99,7 +99,7 @@ def _show(
     *,
     as_json: bool,
 ) -> None:
-    from wpcal.controllers.program import NOT_CHECKED, describe_moves
+    from wpcal.controllers.describe import NOT_CHECKED, describe_moves
 
     program = next(iter(forms.values()))
     if as_json:

@@ -22,6 +22,7 @@ from wpcal.cli.shared_help import (
     TRAVEL_ANGLE_HELP,
     WORK_ANGLE_HELP,
 )
+from wpcal.cli.weld_options import ArcFlags
 
 if TYPE_CHECKING:
     from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldProgram
@@ -310,6 +311,7 @@ class WeldProgramFlags:
     shape: TorchShapeFlags
     controller: ControllerFlags
     arm: ArmFlags
+    arc: ArcFlags
 
     def build(self, folder: Path, *, progress: Progress) -> WeldPrograms:
         """Read the calibration, and return what puts the torch on its seams as the options say."""
@@ -321,8 +323,10 @@ class WeldProgramFlags:
         torch, motion, controller = self.torch.to_settings(), self.motion.to_settings(), self.controller.to_settings()
         tolerance, arm = self.path.to_tolerance(), self.arm.read()
         space = RobotSpace.NOMINAL if arm is None else arm.arm.space
-        finished = self.selection.select(read_finished(folder, space=space))
-        program = build_program(finished, torch=torch, motion=motion, controller=controller)
+        whole = read_finished(folder, space=space)
+        finished = self.selection.select(whole)
+        welds, arc = self.arc.read(whole, finished)
+        program = build_program(finished, torch=torch, motion=motion, controller=controller, welds=welds, arc=arc)
         return WeldPrograms(self, program, tolerance, arm, progress)
 
 

@@ -18,11 +18,15 @@ from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
+from wpcal.seam.find.play import with_play
+from wpcal.seam.find.root_gaps import find_root_gaps
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
+from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
+from wpcal.seam.judge.wrapping import weld_round_corners
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.turning import face_free_space
@@ -65,6 +69,7 @@ def detect_seams(
     """
     options = options or SeamOptions()
     trimmed = trimmed or TrimmedFaces.of(graph)
+    options = with_play(graph, trimmed, options)
     found = find_candidates(
         graph, options, trimmed=trimmed, sections=sections, beads=beads, flares=flares, marked=marked
     )
@@ -106,7 +111,7 @@ def find_candidates(
     if flares is not None:
         found += flares.measured(build_seams(graph, flares.joined, options, SeamSource.FLARE))
     if marked is None and options.gap_mm is None:
-        found += _at_wide_gaps(graph, trimmed, joined, found, options)
+        found = _with_wide_gaps(graph, trimmed, joined, found, options)
     return cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
 
 
@@ -124,29 +129,35 @@ def judge_candidates(
     trimmed : TrimmedFaces
         Of this graph.
     """
-    judged = _reached(graph, trimmed, found, options)
+    has_marks = any(seam.source is SeamSource.MARKED for seam in found.seams)
+    judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
+    judged = _reached(graph, trimmed, found, options, judge)
+    judged = weld_round_corners(graph, trimmed, judged, options, judge)
     judged.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
     told = [
         replace(seam, name=f"W{number}", reasons=tuple(str(text) for text in seam.reasons))
         for number, seam in enumerate(judged, 1)
     ]
-    return with_candidates(graph, told)
+    return with_candidates(graph, with_short_ends(graph, trimmed, told, options.judging.level))
 
 
-def _at_wide_gaps(
+def _with_wide_gaps(
     graph: BrepGraph, trimmed: TrimmedFaces, joined: JoinedPieces, found: list[Seam], options: SeamOptions
 ) -> list[Seam]:
-    """Build the seams at constant gaps above the usual one, beside which nothing else is."""
+    """Add the seams at constant gaps above the usual one, beside which nothing else is, and at root gaps."""
     known = SeamPieces.joined([joined.pieces, *(seam.pieces for seam in found)])
-    wide = find_wide_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph))
-    return build_seams(graph, wide, options, SeamSource.CONTACT)
+    wide = find_wide_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph), play=options.play or ())
+    found = [*found, *build_seams(graph, wide, options, SeamSource.CONTACT)]
+    known = SeamPieces.joined([joined.pieces, *(seam.pieces for seam in found)])
+    roots = find_root_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph))
+    return [*found, *build_seams(graph, roots, options, SeamSource.CONTACT)]
 
 
-def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: CopiedSeams, options: SeamOptions) -> list[Seam]:
+def _reached(
+    graph: BrepGraph, trimmed: TrimmedFaces, found: CopiedSeams, options: SeamOptions, judge: Judge
+) -> list[Seam]:
     """Judge seams by where a torch gets to them, too; those that are welded otherwise are cut where none does."""
     seams = found.seams
-    has_marks = any(seam.source is SeamSource.MARKED for seam in seams)
-    judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
     judged = judge_seams(graph, trimmed, seams, options, judge)
     inside = [replace(seam, lean_rad=np.full((len(seam.frames), 2), np.nan)) for seam in judged if seam.inside]
     felt = np.array([not seam.inside for seam in judged], dtype=bool)
@@ -155,7 +166,7 @@ def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: CopiedSeams, option
     asked = np.flatnonzero(felt & (~as_first | (found.first == np.arange(len(seams)))))
     cut, whole = asked[welded[asked]], asked[~welded[asked]]
     pieces = dict(zip(cut.tolist(), cut_where_unreached(graph, trimmed, [seams[i] for i in cut], options), strict=True))
-    others = with_reach(graph, trimmed, [seams[i] for i in whole])
+    others = with_reach(graph, trimmed, [seams[i] for i in whole], options.reach)
     pieces |= {row: [seam] for row, seam in zip(whole.tolist(), others, strict=True)}
     reached: list[Seam] = []
     for is_welded in (True, False):

@@ -171,6 +171,22 @@ class Groove:
 
 
 @dataclass(frozen=True, slots=True)
+class OtherTorch:
+    """A torch that comes with wpcal and reaches a seam which the stated torch does not reach.
+
+    Parameters
+    ----------
+    name : str
+        As `--torch` takes it.
+    wire_mm : float
+        The wire that it needs, from the tip to the mouth of the nozzle.
+    """
+
+    name: str
+    wire_mm: float
+
+
+@dataclass(frozen=True, slots=True)
 class Candidate:
     """Which candidate of a part a seam is: identified by its place, so that it is recognised under another number.
 
@@ -316,8 +332,19 @@ class Seam:
     lean_rad : ndarray, shape (n, 2), or None
         Work and travel angle at each of the n frames with which the torch meets nothing; NaN where it always meets
         something. None: not felt.
+    spin_rad : ndarray, shape (n,), or None
+        How far a torch with a bent neck is turned about the wire at each frame (`judge.torch_neck.bend_directions`);
+        NaN where it always meets something. None: 0 everywhere.
+    more_wire_mm : float
+        How much longer than usual the wire must be, from its tip to the mouth of the nozzle, for the torch to reach the
+        seam.
+    other_torch : OtherTorch or None
+        A torch that reaches the seam, if the stated one does not.
     groove : Groove or None
         The cross-section of a flare groove; None for another weld.
+    wrap_of : str or None
+        The name of the seam of which this is a wrap: it goes across the end of a plate, beside that seam. None for any
+        other seam.
     """
 
     name: str
@@ -341,7 +368,11 @@ class Seam:
     inside: tuple[str, ...] = ()
     blocked_by: tuple[str, ...] = ()
     lean_rad: FloatArray | None = None
+    spin_rad: FloatArray | None = None
+    more_wire_mm: float = 0.0
+    other_torch: OtherTorch | None = None
     groove: Groove | None = None
+    wrap_of: str | None = None
 
     @property
     def against(self) -> tuple[str, ...]:

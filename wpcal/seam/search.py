@@ -20,7 +20,7 @@ from wpcal.seam.find.flare_grooves import FlareGrooves, add_grooves
 from wpcal.seam.find.interpenetration import interpenetrating_solids
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.find.marked import MarkedEdges
-from wpcal.seam.judge.leans import FELT_WITHIN_MM
+from wpcal.seam.judge.other_torches import felt_within_mm
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.turning import OPPOSED_REASON
 from wpcal.seam.seam import Seam, SeamPieces
@@ -118,7 +118,7 @@ def _once_per_group(
     Where the faces of a seam are opposed, its free side depends on the whole part; and a pair that cannot be crossed
     is told of by its own name.
     """
-    copies = find_copies(graph, trimmed, within_mm=FELT_WITHIN_MM)
+    copies = find_copies(graph, trimmed, within_mm=felt_within_mm(options.reach.torch))
     if not copies:
         return None
     firsts = Firsts.of(graph, copies)

@@ -14,9 +14,11 @@ import re
 from collections.abc import Sequence
 from functools import partial
 
+from wpcal.controllers.describe import describe_path
+from wpcal.controllers.fanuc.arc import end_lines, start_lines
 from wpcal.controllers.fanuc.configuration import config
 from wpcal.controllers.naming import NameRules, comment_lines
-from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe_path
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, zyx_degrees
 from wpcal.controllers.user_frame_jobs import ConfigurationRule, JobLanguage, write_jobs
 from wpcal.core.arrays import FloatArray
@@ -125,7 +127,8 @@ def _remarks(lines: list[str]) -> list[str]:
 
 
 def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
-    weld, air = _speed(program.motion.speed_mm_s), _speed(program.motion.air_speed_mm_s)
+    weld, air = _weld_speed(path, program), _speed(program.motion.air_speed_mm_s)
+    start, end = (f"  !{mark}" for mark in program.marks)
     first, last = path.weld_rows.start + 1, path.weld_rows.stop  # positions are counted from 1
     begin = f"J P[1] {JOINT_PERCENT}% FINE" if program.safe_point is None else f"L P[1] {air} FINE"
     return [
@@ -133,9 +136,11 @@ def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
         *_frame_lines(program),
         begin,
         *(f"L P[{number}] {air} FINE" for number in range(2, first + 1)),
-        "  !ARC ON",
+        start,
+        *(() if program.arc is None else start_lines(path, program.weld_speed_mm_s(path))),
         *_weld_moves(path, first, weld),
-        "  !ARC OFF",
+        *(() if program.arc is None else end_lines(path)),
+        end,
         *(f"L P[{number}] {air} FINE" for number in range(last + 1, len(path) + 1)),
     ]
 
@@ -147,6 +152,12 @@ def _weld_moves(path: WeldPath, first: int, speed: str) -> list[str]:
         # the end of a circular move is on a line of its own, without a number
         lines.append(f"C P[{first + move.via}]\r\n    :  {end}" if isinstance(move, Arc) else f"L {end}")
     return lines
+
+
+def _weld_speed(path: WeldPath, program: WeldProgram) -> str:
+    """Write the speed along a seam. That of weld data is rounded to whole cm/min: a rule does not know TP."""
+    mm_s = program.weld_speed_mm_s(path)
+    return _speed(mm_s if path.run is None else max(round(mm_s * 6.0), 1) / 6.0)
 
 
 def _frame_lines(program: WeldProgram) -> list[str]:

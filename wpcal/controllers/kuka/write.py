@@ -12,9 +12,19 @@ KUKA, System Software 8.x: Operating and Programming Instructions for System Int
 
 from __future__ import annotations
 
+from wpcal.controllers.describe import describe, describe_path
+from wpcal.controllers.kuka.arc import (
+    LONGEST_PREFIX,
+    fold_data,
+    fold_moves,
+    has_folds,
+    how,
+    plain_end,
+    plain_start,
+)
 from wpcal.controllers.kuka.configuration import status_and_turn
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
-from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
@@ -59,7 +69,9 @@ def write_krl(program: WeldProgram) -> dict[str, str]:
     """
     width = program.label_width
     name = safe_name(program.controller.program_name, NAMES)
-    names = safe_names([path.seam.name for path in program.paths], NAMES, room=width + 1)
+    folds = any(has_folds(path, program) for path in program.paths)
+    room = width + 1 + (LONGEST_PREFIX if folds else 0)
+    names = safe_names([path.seam.name for path in program.paths], NAMES, room=room)
     T_base_frame = rounded_frame(program.T_base_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)
     points: list[str] = []
     vertical = 0
@@ -68,7 +80,12 @@ def write_krl(program: WeldProgram) -> dict[str, str]:
         vertical += int((abs(zyx_degrees(path.poses_in(T_base_frame)[1], decimals=DEG_DECIMALS)[:, 1]) == 90.0).sum())
         labels = path.labels(names[path.seam.name], width=width)
         texts = _positions(path, program, T_base_frame, known=known)
-        points += [f"DECL E6POS {label}={text}" for label, text in zip(labels, texts, strict=True)]
+        along = labels[path.weld_rows] if has_folds(path, program) else []
+        points += [
+            f"DECL E6POS {'X' if label in along else ''}{label}={text}"
+            for label, text in zip(labels, texts, strict=True)
+        ]
+        points += fold_data(along, program, blend_mm=BLEND_MM)
     header = _header(program, names, vertical, known=known)
     frame = _aggregates(T_base_frame.t_mm[None], zyx_degrees(T_base_frame.R, decimals=DEG_DECIMALS)[None])[0]
     if program.safe_point is not None:
@@ -121,7 +138,7 @@ def _header(program: WeldProgram, names: dict[str, str], vertical: int, *, known
         else "S and T are not known and left out: LIN ignores them, PTP keeps the present ones",
         f"PTP moves run with {JOINT_PERCENT} % of the axes' speed",
         f"BASE_DATA[{program.controller.frame_number}] becomes WP_PART too: jog in this base",
-        "the arc burns from ARC ON to ARC OFF",
+        *how(program.arc, folds=any(has_folds(path, program) for path in program.paths)),
     ]
     if vertical:
         text.append(f"{vertical} points have B = +-90, where A and C turn about one axis: C was fixed at 0")
@@ -158,18 +175,21 @@ def _start(program: WeldProgram) -> list[str]:
 def _moves(path: WeldPath, stem: str, program: WeldProgram, width: int) -> list[str]:
     labels, rows = path.labels(stem, width=width), path.weld_rows
     way_to, along, way_from = labels[: rows.start], labels[rows], labels[rows.stop :]
-    weld, air = program.motion.speed_mm_s / 1000.0, program.motion.air_speed_mm_s / 1000.0  # $VEL.CP is in m/s
+    weld, air = program.weld_speed_mm_s(path) / 1000.0, program.motion.air_speed_mm_s / 1000.0  # $VEL.CP is in m/s
     begin = "PTP" if program.safe_point is None else "LIN"
+    start, end = (f"; {mark}" for mark in program.marks)
+    if has_folds(path, program):
+        welding = [start, *fold_moves(path, along, program, path.stops(BLEND_MM)), end]
+    else:
+        on, off = ([], []) if program.arc is None else (plain_start(path, program.arc), plain_end(path, program.arc))
+        to_seam = f"LIN {along[0]}"
+        welding = [to_seam, start, *on, f"$VEL.CP={weld:g}", *_weld_moves(path, along), *off, end]
     return [
         f"; {stem}",
         f"$VEL.CP={air:g}",
         f"{begin} {way_to[0]}",
         *(f"LIN {label}" for label in way_to[1:]),
-        f"LIN {along[0]}",
-        "; ARC ON",
-        f"$VEL.CP={weld:g}",
-        *_weld_moves(path, along),
-        "; ARC OFF",
+        *welding,
         f"$VEL.CP={air:g}",
         *(f"LIN {label}" for label in way_from),
     ]

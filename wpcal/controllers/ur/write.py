@@ -13,9 +13,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from wpcal.controllers.describe import describe, describe_path
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name
-from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded
+from wpcal.controllers.ur.arc import end_lines, how, start_lines
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.core.transform import RigidTransform
@@ -57,7 +59,9 @@ def write_urscript(program: WeldProgram) -> dict[str, str]:
         *describe(program),
         "poses are relative to wp_part, the part as calibrated; m and rotation vectors in rad",
         f"written with {DECIMALS} decimals: within 0.000001 mm and 0.000001 deg",
-        "set the tool centre point before this program; the arc burns from ARC ON to ARC OFF",
+        "set the tool centre point before this program; the arc burns from ARC ON to ARC OFF"
+        if program.arc is None
+        else f"set the tool centre point before this program; {how(program.arc)}",
     ]
     frame = _poses(T_base_frame.t_mm[None], T_base_frame.R[None])[0]
     lines = [f"def {name}():", *comment_lines(head, mark="  # ", longest=LONGEST_COMMENT), f"  wp_part = {frame}"]
@@ -89,16 +93,19 @@ def _moves(path: WeldPath, T_base_frame: RigidTransform, program: WeldProgram) -
     rows = path.weld_rows
     way_to, along, way_from = poses[: rows.start], poses[rows], poses[rows.stop :]
     a = f"a={ACCELERATION_M_S2:g}"
-    weld, air = (f"{a}, v={v * MM:g}" for v in (program.motion.speed_mm_s, program.motion.air_speed_mm_s))
+    weld, air = (f"{a}, v={v * MM:g}" for v in (program.weld_speed_mm_s(path), program.motion.air_speed_mm_s))
+    start, end = (f"  # {mark}" for mark in program.marks)
     begin = f"  movej({way_to[0]}, {JOINT_LIMITS})" if program.safe_point is None else f"  movel({way_to[0]}, {air})"
     return [
         *comment_lines([f"{path.seam.name}: {describe_path(path)}"], mark="  # ", longest=LONGEST_COMMENT),
         begin,
         *(f"  movel({pose}, {air})" for pose in way_to[1:]),
         f"  movel({along[0]}, {air})",
-        "  # ARC ON",
+        start,
+        *(() if program.arc is None else start_lines(path, program.arc)),
         *_weld_moves(path, along, weld),
-        "  # ARC OFF",
+        *(() if program.arc is None else end_lines(path, program.arc)),
+        end,
         *(f"  movel({pose}, {air})" for pose in way_from),
     ]
 

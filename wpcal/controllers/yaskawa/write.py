@@ -14,10 +14,12 @@ import re
 from collections.abc import Sequence
 from functools import partial
 
+from wpcal.controllers.describe import describe_path
 from wpcal.controllers.naming import NameRules, comment_lines
-from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe_path
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, zyx_degrees
 from wpcal.controllers.user_frame_jobs import ConfigurationRule, JobLanguage, write_jobs
+from wpcal.controllers.yaskawa.arc import end_lines, start_lines
 from wpcal.controllers.yaskawa.configuration import rconf
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
@@ -168,16 +170,21 @@ def _coordinates(p: FloatArray, angles: FloatArray) -> list[str]:
 
 
 def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
-    weld, air = _speed(program.motion.speed_mm_s), _speed(program.motion.air_speed_mm_s)
+    mm_s = program.weld_speed_mm_s(path)
+    weld = _speed(mm_s if path.run is None else max(round(mm_s, 1), 0.1))  # a rule does not know INFORM
+    air = _speed(program.motion.air_speed_mm_s)
     rows = path.weld_rows
+    start, end = (f"'{mark}" for mark in program.marks)
     begin = f"MOVJ C00000 VJ={JOINT_PERCENT:.2f}" if program.safe_point is None else f"MOVL C00000 {air}"
     return [
         *comment_lines([path.seam.name, describe_path(path)], mark="'", longest=LONGEST_COMMENT),
         begin,
         *(f"MOVL C{number:05d} {air}" for number in range(1, rows.start + 1)),
-        "'ARC ON",
+        start,
+        *(() if program.arc is None else start_lines(path)),
         *_weld_moves(path, rows.start, weld),
-        "'ARC OFF",
+        *(() if program.arc is None else end_lines(path)),
+        end,
         *(f"MOVL C{number:05d} {air}" for number in range(rows.stop, len(path))),
     ]
 
