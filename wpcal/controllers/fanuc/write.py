@@ -85,17 +85,24 @@ def _main_program(
     lines, positions = [f"  CALL {called}" for called in calls], []
     if program.safe_point is not None:
         frame = _frame_lines(program)
-        air = _speed(program.motion.air_speed_mm_s)
+        air = tp_speed(program.motion.air_speed_mm_s)
         lines = [*frame, f"J P[1] {JOINT_PERCENT}% FINE", *lines, *frame, f"L P[1] {air} FINE"]
         positions = _positions(program.safe_point, program, T_base_frame)
-    return _file(name, [*_remarks(comments), *lines], positions)
+    return tp_file(name, [*remarks(comments), *lines], positions)
 
 
 def _seam_program(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
-    return _file(name, _moves(path, program), _positions(path, program, T_base_frame))
+    return tp_file(name, _moves(path, program), _positions(path, program, T_base_frame))
 
 
-def _file(name: str, instructions: list[str], positions: list[str]) -> str:
+def tp_file(name: str, instructions: list[str], positions: list[str]) -> str:
+    """Return the text of a TP program.
+
+    Raises
+    ------
+    InputError
+        When it has too many lines.
+    """
     if len(instructions) > MOST_LINES:
         raise InputError(f"FANUC: {name} needs {len(instructions)} lines, a program has at most {MOST_LINES}")
     lines = [
@@ -119,17 +126,18 @@ def _file(name: str, instructions: list[str], positions: list[str]) -> str:
     return "\r\n".join(lines)
 
 
-def _remarks(lines: list[str]) -> list[str]:
+def remarks(lines: list[str]) -> list[str]:
+    """Return lines as remarks of a TP program."""
     clean = [line.replace(";", ",") for line in lines]  # a semicolon ends an instruction
     return comment_lines(clean, mark="  !", longest=LONGEST_REMARK)
 
 
 def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
-    weld, air = _speed(program.motion.speed_mm_s), _speed(program.motion.air_speed_mm_s)
+    weld, air = tp_speed(program.motion.speed_mm_s), tp_speed(program.motion.air_speed_mm_s)
     first, last = path.weld_rows.start + 1, path.weld_rows.stop  # positions are counted from 1
     begin = f"J P[1] {JOINT_PERCENT}% FINE" if program.safe_point is None else f"L P[1] {air} FINE"
     return [
-        *_remarks([path.seam.name, describe_path(path)]),
+        *remarks([path.seam.name, describe_path(path)]),
         *_frame_lines(program),
         begin,
         *(f"L P[{number}] {air} FINE" for number in range(2, first + 1)),
@@ -153,7 +161,7 @@ def _frame_lines(program: WeldProgram) -> list[str]:
     return [f"  UFRAME_NUM={program.controller.frame_number}", f"  UTOOL_NUM={program.controller.tool_number}"]
 
 
-def _speed(mm_s: float) -> str:
+def tp_speed(mm_s: float) -> str:
     """Write a speed; TP has whole mm/sec and whole cm/min."""
     for value, unit in ((mm_s, "mm/sec"), (mm_s * 6.0, "cm/min")):
         if value >= 1 and abs(value - round(value)) < 1e-6:  # a rest below that is round-off of the factor 6
@@ -166,7 +174,7 @@ def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: 
     controller = program.controller
     p, R = poses.poses_in(T_base_frame)
     head = f"\tUF : {controller.frame_number}, UT : {controller.tool_number},\t\tCONFIG : "
-    texts = zip(CONFIGURATION.texts(program, poses), _coordinates(p, zyx_degrees(R, decimals=DECIMALS)), strict=True)
+    texts = zip(CONFIGURATION.texts(program, poses), coordinates(p, zyx_degrees(R, decimals=DECIMALS)), strict=True)
     return [
         line
         for number, (conf, text) in enumerate(texts, start=1)
@@ -174,7 +182,16 @@ def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: 
     ]
 
 
-def _coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:
+def coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:
+    """Return the two lines of every pose.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n, 3)
+        In any one frame, mm.
+    angles : ndarray, shape (n, 3)
+        About x, y and z, deg.
+    """
     k = DECIMALS
     return [
         (
