@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cad.workpiece.seams import SeamChoice
     from wpcal.core.transform import RigidTransform
     from wpcal.seam import SeamOptions
-    from wpcal.seam.options import Judging
+    from wpcal.seam.options import Judging, Reach
 
 POINT_LETTERS = ("V", "C", "H", "S", "M", "B", "E")
 """`FeatureKind` values of `POINT_KINDS`; written out so that the help needs no NumPy."""
@@ -33,6 +33,52 @@ no_cache_option = click.option(
     is_flag=True,
     help="Find everything anew, and keep nothing for the next command on the same file.",
 )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReachFlags:
+    """The torch with which reach is judged, and how far it may lean and turn."""
+
+    torch: str = option(
+        "--torch",
+        metavar="NAME|FILE",
+        default="straight",
+        show_default=True,
+        help="The torch with which reach is judged: one of wpcal torches, or a file of that form.",
+    )
+    work_range: str = option(
+        "--work-range-deg",
+        metavar="FROM,TO",
+        default="-15,15",
+        show_default=True,
+        help="How far the torch may lean across a seam.",
+    )
+    travel_range: str = option(
+        "--travel-range-deg",
+        metavar="FROM,TO",
+        default="-35,35",
+        show_default=True,
+        help="How far the torch may lean along a seam; push is positive.",
+    )
+    neck_range_deg: float = option(
+        "--neck-range-deg",
+        type=float,
+        default=180.0,
+        show_default=True,
+        help="How far a bent neck may be turned about the wire, either way; at 0 it bends against the travel.",
+    )
+
+    def to_reach(self) -> Reach:
+        """Read the torch, and return it with the ranges."""
+        from wpcal.seam.options import Reach
+        from wpcal.seam.torch_file import find_torch
+
+        return Reach(
+            find_torch(self.torch),
+            _range_deg("--work-range-deg", self.work_range),
+            _range_deg("--travel-range-deg", self.travel_range),
+            (-self.neck_range_deg, self.neck_range_deg),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +109,11 @@ class SeamFlags:
         show_default=True,
         help="Join contacts in one line across interruptions of at most this length; 0 joins none.",
     )
+    wrap: bool = option(
+        "--wrap",
+        is_flag=True,
+        help="Weld seams that meet at a corner of a member in one run round it, with the short ends between them.",
+    )
     turn_deg: float = option(
         "--turn-deg", type=float, default=45.0, show_default=True, help="Largest turn of the frame between points."
     )
@@ -88,6 +139,7 @@ class SeamFlags:
     )
     strict: bool = option("--strict", is_flag=True, help="Accept only what is sure.")
     generous: bool = option("--generous", is_flag=True, help="Accept also what one doubtful finding speaks against.")
+    reach: ReachFlags
 
     def to_judging(self) -> Judging:
         """Return what a person says about members, and how sure a seam must be."""
@@ -116,8 +168,17 @@ class SeamFlags:
             raise InputError(f"--split-deg must be between 0 and 180, got {self.split_deg}")
         split_rad = math.radians(self.split_deg)
         concave, judging = ConcaveEdges(self.concave), self.to_judging()
-        lengths = {"min_length_mm": self.min_length_mm, "join_mm": self.join_mm}
-        return SeamOptions(self.gap_mm, concave, split_rad, steps, **lengths, judging=judging)
+        return SeamOptions(
+            self.gap_mm,
+            concave,
+            split_rad,
+            steps,
+            min_length_mm=self.min_length_mm,
+            join_mm=self.join_mm,
+            judging=judging,
+            reach=self.reach.to_reach(),
+            wrap=self.wrap,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -235,6 +296,18 @@ class CalibrateFlags:
             ball_mm=fit.ball_mm,
             choice=choice,
         )
+
+
+def _range_deg(name: str, text: str) -> tuple[float, float]:
+    """Read two angles from the least to the largest, in degrees."""
+    from wpcal.core.errors import InputError
+    from wpcal.core.numbers import parse_numbers
+
+    try:
+        low, high = parse_numbers(text)
+    except ValueError:
+        raise InputError(f"{name}: expected FROM,TO in degrees, got {text!r}") from None
+    return low, high
 
 
 def read_pose(text: str) -> RigidTransform:

@@ -72,7 +72,7 @@ def seams(
         write_file(drawn, told.svg.encode("utf-8"), overwrite=force)
     if png is not None:
         write_file(png, picture, overwrite=force)
-    record = seams_record(found, notes=notes, join_mm=options.most_join_mm)
+    record = seams_record(found, notes=notes, join_mm=options.most_join_mm, torch=options.reach.torch)
     if html is not None:
         from wpcal.pages.seams import build_seams_page
 
@@ -100,6 +100,8 @@ def seams(
         if not all(seam.accepted for seam in found):
             console.print(refused_table(found))
         console.print(members_table(notes))
+        for one in notes.play:
+            console.print(f"play {one.gap_mm:.2g} mm in {one.joints} joints")
         show_notes(issues, console)
     return 0
 

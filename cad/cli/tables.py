@@ -82,15 +82,27 @@ def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] 
         if u95_mm is not None:
             cells.append(f"{u95_mm[row].max():.3f}")
         table.add_row(*cells)
+    captions = []
+    wraps = sum(seam.wrap_of is not None and not seam.accepted for seam in seams)
+    if wraps:
+        ends = "a short end is" if wraps == 1 else f"{wraps} short ends are"
+        captions.append(f"{ends} left open; --wrap welds them in one run with the seams beside them")
+    longer = [f"{seam.name} +{seam.more_wire_mm:g} mm" for seam in seams if seam.accepted and seam.more_wire_mm]
+    if longer:
+        captions.append(f"These need more wire than usual, the torch stays back by it: {', '.join(longer)}")
+    table.caption = "\n".join(captions) or None
     return table
 
 
 def refused_table(seams: Sequence[Seam]) -> Table:
     """Return one row per candidate that is not accepted as a weld, with the reasons.
 
-    Which torch was assumed, and what would change a verdict about reach, stands once below the table.
+    Below the table are once: which torch was assumed, what would change a verdict about reach, and what `--generous`
+    would take.
     """
-    from wpcal.seam.judge.evidence import ASSUMED
+    from wpcal.core.wording import listed
+    from wpcal.seam.judge.doubted import would_be_taken
+    from wpcal.seam.judge.evidence import ASSUMED_MARK
 
     table = Table(title="Not taken as welds")
     for heading in ("seam", "joint", "joins"):
@@ -104,9 +116,15 @@ def refused_table(seams: Sequence[Seam]) -> Table:
             cells = [seam.name, seam.joint.value, " + ".join(seam.solids), _middle(seam), _length(seam)]
             by_hand = ("rejected by hand",) if seam.edit is not None and seam.edit.accept is False else ()
             why = "; ".join((*by_hand, *seam.against))
-            table.add_row(*cells, _sure(seam), why.replace(ASSUMED, ""))
-            if ASSUMED in why:
-                table.caption = ASSUMED.strip(" ()")
+            if ASSUMED_MARK in why:
+                before, _, rest = why.partition(ASSUMED_MARK)
+                assumed, _, after = rest.partition(")")
+                why, table.caption = before + after, f"{ASSUMED_MARK.strip(' (')} {assumed}"
+            table.add_row(*cells, _sure(seam), why)
+    more = would_be_taken(seams)
+    if more:
+        told = f"only doubted, taken with --generous: {listed(seam.name for seam in more)}"
+        table.caption = told if table.caption is None else f"{table.caption}; {told}"
     return table
 
 

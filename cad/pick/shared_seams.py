@@ -149,7 +149,8 @@ class SharedSeams:
             return ""
         part = self._session.part
         notes, join_mm = part.workpiece.member_notes, part.seam_options.most_join_mm
-        data = to_json(seams_record(part.seams, notes=notes, join_mm=join_mm)).encode("utf-8")
+        torch = part.seam_options.reach.torch
+        data = to_json(seams_record(part.seams, notes=notes, join_mm=join_mm, torch=torch)).encode("utf-8")
         try:
             found = bytes_of(self.path)
             if found is not None and (self._on_disk is None or sha256_of(found) != sha256_of(self._on_disk)):

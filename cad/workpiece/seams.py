@@ -11,19 +11,24 @@ from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.brep import BrepGraph
+from wpcal.core.arrays import IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
-from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
+from wpcal.seam import ConcaveEdges, Seam, SeamOptions
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.explain import explain_seam
 from wpcal.seam.explained_svg import explained_svg
-from wpcal.seam.find.bead import add_beads
 from wpcal.seam.find.built_up import left_out
-from wpcal.seam.find.flare_grooves import add_grooves
-from wpcal.seam.find.interpenetration import interpenetrating_solids
+from wpcal.seam.find.marked import MarkedEdges
+from wpcal.seam.find.play import with_play
+from wpcal.seam.judge.doubted import why_none_is_taken
+from wpcal.seam.judge.other_torches import with_other_torches
 from wpcal.seam.member.note import MemberNotes, take_members
 from wpcal.seam.names import seams_named
+from wpcal.seam.options import Reach
+from wpcal.seam.seam import SeamPieces
+from wpcal.seam.search import find_part_seams
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +93,8 @@ def find_seams(
     graph = found.graph or workpiece.graph
     trimmed = replace(workpiece.trimmed, graph=graph)
     workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *found.issues), member_notes=found.notes)
-    return apply_edits(graph, trimmed, found.seams, choice.edits, options), workpiece
+    measured = replace(options, play=found.notes.play)
+    return apply_edits(graph, trimmed, found.seams, choice.edits, measured), workpiece
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,29 +109,32 @@ class _Found:
 
 def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Found:
     graph, trimmed = workpiece.graph, workpiece.trimmed
-    notes = take_members(graph, trimmed, options.judging).notes
-    pairs = interpenetrating_solids(graph, trimmed)
-    sections, issues = None, tuple[Issue, ...]()
-    if len(pairs):
-        solids = workpiece.solids
-        from cad.kernel.section import add_sections
+    options = with_play(graph, trimmed, options)
+    notes = replace(take_members(graph, trimmed, options.judging).notes, play=options.play or ())
+    mark = partial(_mark, workpiece, choice) if choice.marked or choice.edges else None
+    found = find_part_seams(graph, trimmed, options, cross=partial(_cross, workpiece), mark=mark)
+    issues = found.issues
+    if not found.seams and options.concave is ConcaveEdges.AUTO:
+        issues = (*issues, *left_out(found.graph, replace(trimmed, graph=found.graph)))
+    issues = (*issues, *why_none_is_taken(found.seams))
+    is_wider = found.graph.edge_count > graph.edge_count
+    return _Found(found.seams, found.graph if is_wider else None, notes.with_shapes(found.seams), issues)
 
-        graph, sections, issues = add_sections(graph, solids, pairs)
-        trimmed = replace(trimmed, graph=graph)
-    graph, beads = add_beads(graph, trimmed, options)
-    graph, flares = add_grooves(graph, trimmed, options)
-    marked = None
-    if choice.marked or choice.edges:
-        marks = () if workpiece.source is None else workpiece.source.step.marks
-        from cad.workpiece.marked_edges import find_marked
 
-        graph, marked = find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
-    trimmed = replace(trimmed, graph=graph)
-    seams = detect_seams(graph, options, trimmed=trimmed, sections=sections, beads=beads, flares=flares, marked=marked)
-    if not seams and options.concave is ConcaveEdges.AUTO:
-        issues = (*issues, *left_out(graph, trimmed))
-    is_wider = graph.edge_count > workpiece.graph.edge_count
-    return _Found(seams, graph if is_wider else None, notes.with_shapes(seams), issues)
+def _cross(workpiece: Workpiece, graph: BrepGraph, pairs: IntArray) -> tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]:
+    """Add the curves in which pairs of solids meet; the kernel computes them."""
+    solids = workpiece.solids
+    from cad.kernel.section import add_sections
+
+    return add_sections(graph, solids, pairs)
+
+
+def _mark(workpiece: Workpiece, choice: SeamChoice, graph: BrepGraph) -> tuple[BrepGraph, MarkedEdges]:
+    """Add the edges that a person marked."""
+    marks = () if workpiece.source is None else workpiece.source.step.marks
+    from cad.workpiece.marked_edges import find_marked
+
+    return find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
 
 
 def list_seams(
@@ -156,17 +165,19 @@ def list_seams(
         progress(f"drawing the part: {workpiece.size}")
         part_glb, _ = draw_part(workpiece.file)
     notes = workpiece.member_notes or MemberNotes(options.judging, ())
-    told = None if explain is None else _explained(workpiece, seams, notes, explain, Path(step).name)
+    told = None if explain is None else _explained(workpiece, seams, notes, explain, Path(step).name, options.reach)
     return seams, notes, workpiece.issues, png, part_glb, told
 
 
 def _explained(
-    workpiece: Workpiece, seams: tuple[Seam, ...], notes: MemberNotes, name: str, file_name: str
+    workpiece: Workpiece, seams: tuple[Seam, ...], notes: MemberNotes, name: str, file_name: str, reach: Reach
 ) -> Explained:
     chosen = seams_named([name], [seam.name for seam in seams])
     if len(chosen) > 1:
         raise InputError(f"{name}: expected the name of one seam")
     seam = next(seam for seam in seams if seam.name == chosen[0])
+    if seam.blocked_by and seam.other_torch is None:
+        [[seam]] = with_other_torches(workpiece.graph, workpiece.trimmed, [[seam]], reach)
     record = explain_seam(workpiece.graph, seam, notes)
     title = f"{seam.name} of {file_name}: {seam.joint.value}, {' + '.join(seam.solids)}, {seam.confidence:.0%}"
-    return Explained(record, explained_svg(workpiece.graph, workpiece.trimmed, seam, title))
+    return Explained(record, explained_svg(workpiece.graph, workpiece.trimmed, seam, title, reach.torch))

@@ -73,3 +73,4 @@ def test_an_out_that_cannot_be_written_is_refused_at_the_start(tmp_path: Path, o
 def test_a_table_that_was_only_opened_may_be_read_only(tmp_path: Path) -> None:
     (tmp_path / "locked.csv").touch(mode=0o444)
     require_table(tmp_path / "locked.csv", TEE, is_asked=False)
+    assert [(path.name, path.stat().st_size) for path in tmp_path.iterdir()] == [("locked.csv", 0)]

@@ -7,6 +7,7 @@ named features of the part, moved by a known pose.
 from __future__ import annotations
 
 import json
+import runpy
 import subprocess
 import sys
 from collections.abc import Callable
@@ -166,3 +167,9 @@ def test_every_shared_file_is_asked_about() -> None:
     names = {path.name for path in SHARED.iterdir() if path.suffix.lower() in (".step", ".stp")}
     readable = {name if isinstance(name, str) else name.values[0] for name in READABLE}
     assert names == readable | set(REFUSED) | set(WITHOUT_FEATURES)
+
+
+def test_the_table_of_the_page_can_be_measured() -> None:
+    script = Path(__file__).parents[2] / "docs" / "make_real_parts.py"
+    row = runpy.run_path(str(script))["measure"](shared("colored.step"))
+    assert (row["solids"], row["faces"], row["accepted"], row["issues"]) == (1, 20, 0, "none")

@@ -41,10 +41,14 @@ def truth(name: str) -> RigidTransform:
 
 
 def seams_in_truth(name: str) -> list[tuple[Seam, SeamFrames]]:
-    """Accepted seams, with their calibrated frames seen from where the part truly stands."""
+    """Accepted seams and their short ends, with their calibrated frames seen from where the part truly stands."""
     found = calibrated(name, "taught_exact.csv")
     T_part_base = truth(name).inverse()
-    return [(seam, seam.frames.moved(found.T_base_part).moved(T_part_base)) for seam in found.seams if seam.accepted]
+    return [
+        (seam, seam.frames.moved(found.T_base_part).moved(T_part_base))
+        for seam in found.seams
+        if seam.accepted or seam.wrap_of
+    ]
 
 
 Line = tuple[FloatArray, FloatArray, FloatArray, FloatArray]

@@ -31,7 +31,7 @@ def plate_beside(distance: float, turn_deg: float) -> Any:
     return prism([(float(p[0]), float(p[1]), -10.0) for p in corners], (0.0, 0.0, 10.0))
 
 
-def is_fillet_round_a_post(seam: Seam, radius: float) -> None:
+def assert_fillet_round_a_post(seam: Seam, radius: float) -> None:
     assert (seam.joint.value, seam.weld.value, seam.closed) == ("tee", "fillet", True)
     assert seam.length_mm == pytest.approx(2 * math.pi * radius, abs=LENGTH_MM)
     out = seam.frames.p[:, :2] / radius
@@ -43,13 +43,13 @@ def test_a_post_that_touches_the_border_of_its_plate_has_one_fillet_however_the_
     turn_deg: float,
 ) -> None:
     (seam,) = accepted(("plate", plate_beside(30.0, turn_deg)), ("post", cylinder(30, 100, (0, 0, 0), UP)))
-    is_fillet_round_a_post(seam, 30.0)
+    assert_fillet_round_a_post(seam, 30.0)
 
 
 @pytest.mark.parametrize("distance", [44.0, 44.4, 44.5, 44.8, 46.0])
 def test_a_post_a_little_over_or_beside_the_border_has_one_fillet(distance: float) -> None:
     (seam,) = accepted(("plate", plate_beside(distance, 20.0)), ("post", cylinder(44.45, 150, (0, 0, 0), UP)))
-    is_fillet_round_a_post(seam, 44.45)
+    assert_fillet_round_a_post(seam, 44.45)
 
 
 @pytest.mark.parametrize("ends", [(0.0, 100.0), (30.0, 60.0)])

@@ -27,6 +27,10 @@ GOLDEN_MM = 1e-5
 pose of a minimax fit is a thousand times softer than its value."""
 
 
+OPTIONS = {"tee": ("--generous",)}
+"""The short ends of the web are accepted in the result of the tee, so that programs made from it weld four seams."""
+
+
 def run_wpcal(*arguments: Path | str) -> str:
     done = run_process(*arguments)
     assert (done.returncode, done.stderr) == (0, "")
@@ -36,7 +40,9 @@ def run_wpcal(*arguments: Path | str) -> str:
 @pytest.mark.parametrize("name", PARTS)
 def test_a_part_gives_its_golden_results(name: str, tmp_path: Path, regenerate: bool) -> None:
     folder, golden = FIXTURES / name, FIXTURES / name / "golden"
-    run_wpcal("calibrate", folder / f"{name}.step", folder / "taught.csv", "-o", tmp_path / "out")
+    run_wpcal(
+        "calibrate", folder / f"{name}.step", folder / "taught.csv", "-o", tmp_path / "out", *OPTIONS.get(name, ())
+    )
     if regenerate:
         golden.mkdir(exist_ok=True)
         for file in (*RECORD_SCHEMAS, PART_FILE):

@@ -74,7 +74,7 @@ def variants(pairs: PointPairs) -> list[tuple[PointPairs, RigidTransform | None,
     ]
 
 
-def require_same(pairs: PointPairs, fit, within_mm: float = SAME_PLACE_MM) -> None:
+def assert_same_places(pairs: PointPairs, fit, within_mm: float = SAME_PLACE_MM) -> None:
     base = fit(pairs, None)
     by_name = dict(zip(pairs.names, base.apply(pairs.p_source), strict=True))
     for other, start, shift in variants(pairs):
@@ -88,14 +88,14 @@ def require_same(pairs: PointPairs, fit, within_mm: float = SAME_PLACE_MM) -> No
 def test_a_symmetric_part_has_one_answer(part: str, slip: str) -> None:
     pairs = taught(part, slip, 0.0)
     within_mm = FLAT_VALLEYS_MM.get((part, slip), SAME_PLACE_MM)
-    require_same(pairs, lambda some, start: solve_minimax(some, start=start).T, within_mm)
-    require_same(pairs, lambda some, start: fit_least_squares(some))
+    assert_same_places(pairs, lambda some, start: solve_minimax(some, start=start).T, within_mm)
+    assert_same_places(pairs, lambda some, start: fit_least_squares(some))
 
 
 @pytest.mark.parametrize("slip", ["exchanged", "mirrored"])
 @pytest.mark.parametrize("part", ["square", "hexagon", "tetrahedron", "box"])
 def test_a_noisy_symmetric_part_has_one_answer(part: str, slip: str) -> None:
-    require_same(taught(part, slip, 0.3), lambda some, start: solve_minimax(some, start=start).T)
+    assert_same_places(taught(part, slip, 0.3), lambda some, start: solve_minimax(some, start=start).T)
 
 
 @pytest.mark.parametrize("part", ["square", "hexagon", "cube", "octahedron"])

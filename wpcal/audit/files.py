@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from wpcal.audit.arc import arc_faults, has_arc_language
 from wpcal.audit.fault import AuditReport, Fault, FileAudit
 from wpcal.audit.programs import Surroundings, audit_program
 from wpcal.audit.read_back import is_weld_program
@@ -125,7 +126,7 @@ class _Audit:
             around = self._with_part(_result_folder_of(path.parent))
             faults = audit_program(read_bytes(path), path, around)
             return FileAudit(str(path), f"program ({suffix})", tuple(faults), str(around))
-        return None
+        return _audit_of_arcs(path)
 
     def _with_part(self, result: Path | None) -> Surroundings:
         """Add the part as calibrated; without it if its own files have faults, which their own audit lists."""
@@ -146,6 +147,13 @@ class _Audit:
         if finished.part_glb is not None and not is_corrected:  # corrected targets are not where the torch will be
             part = TriangleMaterial.of(read_part_glb(finished.part_glb), finished.T_base_part)
         return replace(self.around, T_base_part=finished.T_base_part, part=part, start_mm=start)
+
+
+def _audit_of_arcs(path: Path) -> FileAudit | None:
+    """Audit the arc instructions of a file whose poses are elsewhere, as in KRL; None for a kind of no language."""
+    if not has_arc_language(path):
+        return None
+    return FileAudit(str(path), f"program ({path.suffix.lower()})", tuple(arc_faults(read_bytes(path), path)))
 
 
 def _finished(folder: Path) -> FinishedCalibration:

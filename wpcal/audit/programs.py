@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial import KDTree
 
+from wpcal.audit.arc import arc_faults
 from wpcal.audit.fault import Fault
+from wpcal.audit.moves import Step, places_between, read_moves
 from wpcal.audit.read_back import ReadPose, is_weld_program, read_poses_back
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
@@ -17,7 +20,7 @@ from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.reachable_spin import ArmAtTool
 from wpcal.controllers.torch import ToolAxis, wire_directions
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import ErrorCode, WpcalError
+from wpcal.core.errors import ErrorCode, InputError, WpcalError
 from wpcal.core.tangent import log_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
@@ -31,6 +34,8 @@ SAME_MM = 0.05
 decimals of a degree moves a point at 2 m by 0.02 mm."""
 SAME_RAD = np.radians(0.01)
 """The same for orientations: three formats write three decimals of a degree."""
+MOVES_AT_ONCE = 100
+"""Of which all places are in one array: a file with absurd moves needs some 100 MB."""
 
 
 class WrittenWrongError(WpcalError):
@@ -74,7 +79,7 @@ class Surroundings:
         if self.arm is not None:
             done.append(f"inside the reach of {self.arm.name}")
         if self.part is not None:
-            done.append(f"out of material with {self.torch}")
+            done.append(f"out of material with {self.torch}, also between poses")
         return ", ".join(done)
 
 
@@ -92,7 +97,10 @@ def audit_program(raw: bytes, path: Path, around: Surroundings) -> list[Fault]:
         poses = read_poses_back(raw, path, around.T_base_part)
     except WpcalError as error:
         return [Fault.of(error, str(path))]
-    return list(_pose_faults(poses, around))
+    faults = list(_pose_faults(poses, around))
+    if not faults and around.part is not None:
+        faults = list(_move_faults(poses, read_moves(raw, path), around))
+    return [*faults, *arc_faults(raw, path)]
 
 
 def _pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fault]:
@@ -118,6 +126,25 @@ def _pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fa
         for row, solid, part in zip(found.row.tolist(), found.solid, found.part, strict=True):
             what = f"the {part.value} of {around.torch} is inside {solid!r}"
             yield _fault(sound[row], what, ErrorCode.POSE_IN_MATERIAL)
+
+
+def _move_faults(poses: Sequence[ReadPose], chains: Sequence[Sequence[Step]], around: Surroundings) -> Iterator[Fault]:
+    """Yield the faults between sound poses, one for each move."""
+    sound, told = [pose for pose in poses if pose.in_base], set[str]()
+    moves = [pair for chain in chains for pair in pairwise(chain)]
+    for first in range(0, len(moves), MOVES_AT_ONCE):
+        p, R, ends = places_between(sound, moves[first : first + MOVES_AT_ONCE])
+        if not ends or around.part is None:
+            continue
+        wire = wire_directions(R, around.tool_axis)
+        tips = p + around.stick_out_mm * wire
+        found = find_poses_in_material(around.part, tips, -wire, around.torch, start_mm=around.start_mm)
+        for row, solid, part in zip(found.row.tolist(), found.solid, found.part, strict=True):
+            if ends[row].name not in told:
+                told.add(ends[row].name)
+                x, y, z = tips[row]
+                what = f"on the move there, at base {x:.1f}, {y:.1f}, {z:.1f} mm, the {part.value} of {around.torch}"
+                yield _fault(ends[row], f"{what} is inside {solid!r}", ErrorCode.POSE_IN_MATERIAL)
 
 
 def _what_is_no_pose(pose: ReadPose) -> str:
@@ -168,8 +195,23 @@ def check_written(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
     Raises
     ------
     WrittenWrongError
-        When a file cannot be read, a pose is missing, or there is a pose that was not asked for.
+        When a file cannot be read, a pose is missing, or there is a pose that was not asked for, and no template of
+        the user made the files.
+    InputError
+        The same with templates of the user.
     """
+    try:
+        return _check_written(files, program, name)
+    except WrittenWrongError as error:
+        if program.controller.templates is None:
+            raise
+        raise InputError(f"{program.controller.templates}: the templates break the program: {error}") from None
+
+
+def _check_written(files: Mapping[str, str | bytes], program: WeldProgram, name: str) -> int:
+    """Read written files back. Arcs that a template of the user switches are not judged."""
+    if program.controller.templates is None:
+        _refuse_wrong_arcs(files, name)
     own = written_files(files)
     if not own:
         return 0
@@ -198,6 +240,15 @@ def check_written(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
                 "is written"
             )
     return len(read)
+
+
+def _refuse_wrong_arcs(files: Mapping[str, str | bytes], name: str) -> None:
+    """Refuse files in which the arc is on or off in the wrong place."""
+    for file, data in files.items():
+        faults = arc_faults(data.encode("utf-8") if isinstance(data, str) else data, Path(file))
+        if faults:
+            what = f"{name}: {file}, line {faults[0].line}: {faults[0].message}; nothing is written"
+            raise WrittenWrongError(what)
 
 
 def _first_without_match(p: FloatArray, R: FloatArray, other_p: FloatArray, other_R: FloatArray) -> int | None:

@@ -28,7 +28,7 @@ URSCRIPT, VAL3 = ".script", ".dtx"
 _NUMBER = r"\s*+([^,\]\s]{1,60}+)\s*+"  # possessive and bounded: the time stays proportional to the size
 _POSE = r"p\[" + ",".join([_NUMBER] * 6) + r"\]"
 _UR_FRAME = re.compile(r"^[ \t]*+(\w++)[ \t]*+=\s*+" + _POSE, re.MULTILINE)
-_UR_MOVE = re.compile(r"(?:move[jlpc]\(|(?<=\))\s*+,)\s*+(?:pose_trans\(\s*+(\w++)\s*+,\s*+)?" + _POSE)
+UR_MOVE = re.compile(r"(?:move[jlpc]\(|(?<=\))\s*+,)\s*+(?:pose_trans\(\s*+(\w++)\s*+,\s*+)?" + _POSE)
 """The first pose of a move, and the second of `movec`, which follows the first."""
 
 
@@ -118,7 +118,7 @@ def _urscript(text: str, path: str) -> list[ReadPose]:
         for match in _UR_FRAME.finditer(text)
     }
     poses = []
-    for number, match in enumerate(_UR_MOVE.finditer(text), 1):
+    for number, match in enumerate(UR_MOVE.finditer(text), 1):
         line = bisect_left(line_ends, match.start()) + 1
         p, R = _ur_pose(match.groups()[1:], path, line)
         if match[1] is not None:

@@ -22,6 +22,7 @@ from wpcal.cli.shared_help import (
     TRAVEL_ANGLE_HELP,
     WORK_ANGLE_HELP,
 )
+from wpcal.cli.weld_options import ArcFlags
 
 if TYPE_CHECKING:
     from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldProgram
@@ -224,6 +225,13 @@ class ControllerFlags:
         help='Configuration of the arm as the pendant shows it, for FANUC, Yaskawa: --config fanuc="N U T, 0, 0, 0". '
         "Without FORMAT it is used for every format. Repeatable.",
     )
+    templates: Path | None = option(
+        "--template",
+        metavar="FOLDER",
+        type=click.Path(path_type=Path),
+        help="Your templates of header, start and end of a weld, moves off the seams and footer: a folder with one "
+        "folder per format, as --write-templates writes them. A template that is not there is ours.",
+    )
 
     def to_settings(self) -> ControllerSettings:
         """Return the names and numbers as the programs take them."""
@@ -243,7 +251,7 @@ class ControllerFlags:
                 )
             configurations[name] = value.strip()
         return ControllerSettings(
-            self.program_name, self.tool_name, self.tool_number, self.frame_number, configurations
+            self.program_name, self.tool_name, self.tool_number, self.frame_number, configurations, self.templates
         )
 
 
@@ -310,6 +318,7 @@ class WeldProgramFlags:
     shape: TorchShapeFlags
     controller: ControllerFlags
     arm: ArmFlags
+    arc: ArcFlags
 
     def build(self, folder: Path, *, progress: Progress) -> WeldPrograms:
         """Read the calibration, and return what puts the torch on its seams as the options say."""
@@ -321,8 +330,10 @@ class WeldProgramFlags:
         torch, motion, controller = self.torch.to_settings(), self.motion.to_settings(), self.controller.to_settings()
         tolerance, arm = self.path.to_tolerance(), self.arm.read()
         space = RobotSpace.NOMINAL if arm is None else arm.arm.space
-        finished = self.selection.select(read_finished(folder, space=space))
-        program = build_program(finished, torch=torch, motion=motion, controller=controller)
+        whole = read_finished(folder, space=space)
+        finished = self.selection.select(whole)
+        welds, arc = self.arc.read(whole, finished)
+        program = build_program(finished, torch=torch, motion=motion, controller=controller, welds=welds, arc=arc)
         return WeldPrograms(self, program, tolerance, arm, progress)
 
 

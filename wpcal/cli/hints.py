@@ -23,6 +23,7 @@ HINTS: Mapping[str, str] = {
     ErrorCode.EDGE_UNKNOWN: "--edge",
     ErrorCode.PORT_UNUSABLE: "--port",
     ErrorCode.WELD_RULES_MISSING: "--weld-rules",
+    ErrorCode.WELDS_MISSING: "--welds",
     ErrorCode.PLACE_UNWRITABLE: "--out",
 }
 """By the code of an error: the options that help."""

@@ -11,7 +11,12 @@ import click
 from wpcal.cli.option_groups import option
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from wpcal.controllers.arc_settings import ArcSettings
+    from wpcal.results.folder import FinishedCalibration
     from wpcal.weld.rules import RuleTable
+    from wpcal.weld.seam_weld import SeamWeld
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,3 +41,70 @@ class WeldRuleFlags:
         from wpcal.weld.rules import read_rules, shipped_rules
 
         return shipped_rules() if self.weld_rules is None else read_rules(self.weld_rules)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArcFlags:
+    """The weld data of a program, and whether it switches the arc."""
+
+    welds: Path | None = option(
+        "--welds",
+        metavar="WELDS.json",
+        type=click.Path(path_type=Path),
+        help="Weld data of `wpcal welds`: speeds, angles, passes, stitches, and what --arc on writes.",
+    )
+    rules: WeldRuleFlags
+    arc: str = option(
+        "--arc",
+        type=click.Choice(["off", "on"]),
+        default="off",
+        show_default=True,
+        help="Write arc instructions; off is a dry run without them. On needs --welds.",
+    )
+    arc_output: int | None = option(
+        "--arc-output",
+        metavar="N",
+        type=click.IntRange(min=0),
+        help="Digital output that switches the arc, for KUKA without ArcTech, Universal Robots, Staubli.  "
+        "[default: functions of yours, arc_start and arc_end]",
+    )
+
+    def read(
+        self, finished: FinishedCalibration, chosen: FinishedCalibration
+    ) -> tuple[Mapping[str, SeamWeld] | None, ArcSettings | None]:
+        """Return the weld data of the chosen seams, and how the arc is switched; None for what is not asked for.
+
+        Parameters
+        ----------
+        finished, chosen : FinishedCalibration
+            With all seams, and with those of the program.
+
+        Raises
+        ------
+        InputError
+            When the file cannot be used, names an unknown seam, or is missing with ``--arc on``.
+        """
+        from wpcal.controllers.arc_settings import ArcSettings
+        from wpcal.core.errors import ErrorCode, InputError
+        from wpcal.weld.find import find_welds
+        from wpcal.weld.record import read_stated_welds
+
+        arc = ArcSettings(self.arc_output) if self.arc == "on" else None
+        if self.welds is None:
+            if arc is not None:
+                what = "arc instructions need weld data; write them with wpcal welds, check them, and give the file"
+                raise InputError(what, code=ErrorCode.WELDS_MISSING)
+            return None, None
+        table = self.rules.read()
+        found = find_welds(
+            finished.seams,
+            finished.T_base_part,
+            table,
+            part_glb=finished.part_glb,
+            stated=read_stated_welds(self.welds, table),
+            names={seam.name for seam in chosen.seams},
+            stated_in=str(self.welds),
+        )
+        for note in found.notes:
+            click.echo(f"wpcal: {self.welds}: {note}", err=True)
+        return found.by_seam(), arc

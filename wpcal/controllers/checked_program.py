@@ -54,7 +54,7 @@ def check_program(
     for path in program.paths:
         p, R, frame, _ = path.stations()
         wire = wire_directions(R, axis)
-        tips = p + stick_out * wire
+        tips = p + (stick_out + path.seam.more_wire_mm) * wire
         found = find_weld_pose_in_material(part, path.seam, tips, -wire, torch, back_mm=back_mm, frame=frame)
         if found is not None:
             inside[path.seam.name] = found

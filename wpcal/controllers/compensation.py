@@ -64,12 +64,15 @@ def _fitted_again(path: WeldPath, program: WeldProgram, arm: ArmAtTool) -> WeldP
     wire = wire_directions(tool_rotations(frames.R, torch, path.seam.lean_rad), torch.tool_axis)
     R = exp_rotation(swings_between(wire_directions(R, torch.tool_axis), wire)) @ R
     T = np.tile(np.eye(4), (len(frames), 1, 1))
-    T[:, :3, :3], T[:, :3, 3] = R, frames.p - torch.stick_out_mm * wire
+    T[:, :3, :3], T[:, :3, 3] = R, frames.p - (torch.stick_out_mm + path.seam.more_wire_mm) * wire
     assert path.joints is not None  # `_as_target` has refused a path without joints
     joints = follow_path(arm.arm, T @ arm.T_flange_tool.inverse().matrix, path.joints[rows.start])
     T = arm.arm.as_nominal().forward(joints) @ arm.T_flange_tool.matrix
     tolerance = program.tolerance or USUAL_TOLERANCE
-    moves = fit_seam(path.seam, T[:, :3, 3], T[:, :3, :3], torch, tolerance, spin_is_free=False)
+    p, R = T[:, :3, 3], T[:, :3, :3]
+    away = p + torch.stick_out_mm * wire_directions(R, torch.tool_axis) - frames.p
+    headings = frames.R[:, :, 0] + np.gradient(away, frames.s_mm, axis=0)
+    moves = fit_seam(path.seam, p, R, torch, tolerance, spin_is_free=False, headings=headings)
     along = [np.interp(moves.s_mm, frames.s_mm, column) for column in joints.T]
     new_joints = np.concatenate([path.joints[: rows.start], np.stack(along, axis=1), path.joints[rows.stop :]])
     return replace(

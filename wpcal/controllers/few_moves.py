@@ -54,9 +54,16 @@ def _fitted(path: WeldPath, torch: TorchSettings, tolerance: PathTolerance, *, s
 
 
 def fit_seam(
-    seam: Seam, p: FloatArray, R: FloatArray, torch: TorchSettings, tolerance: PathTolerance, *, spin_is_free: bool
+    seam: Seam,
+    p: FloatArray,
+    R: FloatArray,
+    torch: TorchSettings,
+    tolerance: PathTolerance,
+    *,
+    spin_is_free: bool,
+    headings: FloatArray | None = None,
 ) -> MovePath:
-    """Return the fewest lines and arcs along a seam.
+    """Return the fewest lines and arcs along a seam, or along targets with which an identified arm is on it.
 
     Parameters
     ----------
@@ -70,14 +77,16 @@ def fit_seam(
     tolerance : PathTolerance
     spin_is_free : bool
         As in `wpcal.moves.fit_moves`.
+    headings : ndarray, shape (n, 3), optional
+        Directions of travel; by default those of the seam.
     """
     return fit_moves(
         p,
         R,
         s_mm=seam.frames.s_mm,
-        headings=seam.frames.R[:, :, 0],
+        headings=seam.frames.R[:, :, 0] if headings is None else headings,
         axis=AXIS[torch.tool_axis],
-        stick_out_mm=torch.stick_out_mm,
+        stick_out_mm=torch.stick_out_mm + seam.more_wire_mm,
         tolerance=tolerance,
         spin_is_free=spin_is_free,
     )

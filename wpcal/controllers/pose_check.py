@@ -45,6 +45,7 @@ def find_weld_pose_in_material(
     back : ndarray, shape (n, 3)
         Unit vectors from the tips along the wire towards the torch.
     torch : TorchShape
+        With its usual wire; `Seam.more_wire_mm` comes to it.
     back_mm : tuple of float
         How far the torch comes from along the wire at the first point, and goes at the last, mm.
 
@@ -65,6 +66,7 @@ def find_weld_pose_in_material(
     away /= np.linalg.norm(away, axis=1, keepdims=True)
     more = np.zeros(len(p))
     more[0], more[-1] = back_mm
+    torch = torch.with_more_wire(seam.more_wire_mm)
     found = find_poses_in_material(part, p, away, torch, start_mm=start_mm(seam), more_mm=more)
     if len(found) == 0:
         return None

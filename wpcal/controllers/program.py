@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from wpcal import __version__
+from wpcal.controllers.arc_settings import SEAM_MARKS, ArcSettings
 from wpcal.controllers.spin import spun, unwinding_spin
 from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
 from wpcal.core.arrays import BoolArray, FloatArray, frozen
@@ -20,12 +21,9 @@ from wpcal.results.folder import FinishedCalibration
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.posture import Posture, posture
 from wpcal.seam.seam import Seam
-
-NOT_CHECKED = "NOT CHECKED: the arm, fixtures, cables, the way to the first point. RUN IT DRY FIRST"
-"""Said in the header of every program and on the console."""
-
-USUAL_ZONE_MM = 1.0
-"""Distance from a corner at which most of the languages let the tool leave the path."""
+from wpcal.weld.runs import WeldRun, weld_runs
+from wpcal.weld.seam_weld import SeamWeld
+from wpcal.weld.values import WeldValues
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +72,8 @@ class ControllerSettings:
     configurations : mapping of str to str
         The arm's configuration as the pendant shows it, for languages that cannot leave it open, by name of the format;
         the name "" is used for every other format. Never guessed.
+    templates : Path or None
+        A folder of the user with templates, in a folder per format (`wpcal.controllers.post`); None for those of wpcal.
 
     Raises
     ------
@@ -86,6 +86,7 @@ class ControllerSettings:
     tool_number: int = 1
     frame_number: int = 1
     configurations: Mapping[str, str] = field(default_factory=dict)
+    templates: Path | None = None
 
     def __post_init__(self) -> None:
         if not (self.program_name.strip() and self.tool_name.strip()):
@@ -115,6 +116,8 @@ class WeldPath:
         Shown angles of the arm at the poses, rad; None if no arm is given.
     moves : MovePath or None
         The lines and arcs along the seam, with the poses `weld_rows`. None: a line to every frame of the seam, k = n.
+    run : WeldRun or None
+        What is laid along the seam; None if no weld data is given.
     """
 
     seam: Seam
@@ -125,9 +128,15 @@ class WeldPath:
     after: int = 1
     joints: FloatArray | None = None
     moves: MovePath | None = None
+    run: WeldRun | None = None
 
     def __len__(self) -> int:
         return len(self.p_base)
+
+    @property
+    def values(self) -> WeldValues:
+        """The values of the weld; all of them are None if no weld data is given."""
+        return WeldValues() if self.run is None else self.run.weld.values
 
     @property
     def has_arcs(self) -> bool:
@@ -267,6 +276,8 @@ class WeldProgram:
         The arm whose joints the poses have.
     tolerance : PathTolerance or None
         How far the lines and arcs of the paths may be from the seams; None for a line to every frame.
+    arc : ArcSettings or None
+        How the arc is switched; None for a dry run without arc instructions.
     """
 
     paths: tuple[WeldPath, ...]
@@ -280,6 +291,16 @@ class WeldProgram:
     checked: tuple[str, ...] = ()
     arm: Arm | None = None
     tolerance: PathTolerance | None = None
+    arc: ArcSettings | None = None
+
+    @property
+    def marks(self) -> tuple[str, str]:
+        """The comments at the start and at the end of every seam; those of a dry run stand for the instructions."""
+        return ("ARC ON", "ARC OFF") if self.arc is None else SEAM_MARKS
+
+    def weld_speed_mm_s(self, path: WeldPath) -> float:
+        """Return the speed along a seam: that of its weld data, else that of the program."""
+        return path.values.speed_mm_s or self.motion.speed_mm_s
 
     @property
     def label_width(self) -> int:
@@ -302,6 +323,8 @@ def build_program(
     torch: TorchSettings | None = None,
     motion: MotionSettings | None = None,
     controller: ControllerSettings | None = None,
+    welds: Mapping[str, SeamWeld] | None = None,
+    arc: ArcSettings | None = None,
 ) -> WeldProgram:
     """Place the torch on every frame of the seams.
 
@@ -312,6 +335,10 @@ def build_program(
     torch : TorchSettings, optional
     motion : MotionSettings, optional
     controller : ControllerSettings, optional
+    welds : mapping, optional
+        Weld data by the name of the seam. Every bead and every stretch becomes a path of its own.
+    arc : ArcSettings, optional
+        How the arc is switched; None for a dry run.
 
     Raises
     ------
@@ -319,7 +346,13 @@ def build_program(
         When a seam has fewer than two frames.
     """
     torch, motion = torch or TorchSettings(), motion or MotionSettings()
-    paths = [_path(seam, u95, torch, motion) for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True)]
+    paths: list[WeldPath] = []
+    for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True):
+        if welds is None:
+            paths.append(_path(seam, u95, torch, motion))
+            continue
+        runs = weld_runs(seam, welds[seam.name], u95)
+        paths += [replace(_path(run.seam, run.u95_mm, torch, motion), run=run) for run in runs]
     return WeldProgram(
         tuple(paths),
         finished.T_base_part,
@@ -328,6 +361,7 @@ def build_program(
         controller or ControllerSettings(),
         finished.calibration,
         finished.part_glb,
+        arc=arc,
     )
 
 
@@ -337,61 +371,7 @@ def _path(seam: Seam, u95_mm: FloatArray | None, torch: TorchSettings, motion: M
     R = tool_rotations(seam.frames.R, torch, seam.lean_rad)
     R = spun(R, unwinding_spin(R, torch.tool_axis, torch.spin_range_rad), torch.tool_axis)
     wire = wire_directions(R, torch.tool_axis)
-    p = seam.frames.p - torch.stick_out_mm * wire
+    p = seam.frames.p - (torch.stick_out_mm + seam.more_wire_mm) * wire
     appr, retr = p[:1] - motion.approach_mm * wire[:1], p[-1:] - motion.retract_mm * wire[-1:]
     rows = np.concatenate([[0], np.arange(len(R)), [-1]])
     return WeldPath(seam, frozen(np.concatenate([appr, p, retr])), frozen(R[rows]), u95_mm)
-
-
-def describe(program: WeldProgram) -> list[str]:
-    """Return the lines that every program file states: origin, verdict, torch and motion."""
-    record, torch = program.calibration, program.torch
-    lines = [f"written by wpcal {__version__} from calibration.json and seams.json"]
-    if "verdict" in record:
-        lines.append(f"calibration {record['verdict']}, tolerance {record['tolerance_mm']:g} mm")
-        if "judgement" in record:
-            lines.append(record["judgement"]["sentence"])
-    lines += [
-        f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
-        f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
-        f"turn about the wire: {'least' if program.tolerance is None else 'as few moves need it'}, "
-        f"within {math.degrees(torch.spin_range_rad):g} deg of the travel direction",
-        f"stick-out {torch.stick_out_mm:g} mm, approach {program.motion.approach_mm:g} mm, "
-        f"retract {program.motion.retract_mm:g} mm",
-    ]
-    if program.tolerance is not None:
-        lines.append(describe_moves(program))
-        if any(any(path.stops(USUAL_ZONE_MM)[:-1]) for path in program.paths):
-            lines.append(f"the tool stops at corners that a zone would cut by more than {program.tolerance.mm:g} mm")
-    if program.arm is not None and (postures := program.posture_of(program.groups[0])) is not None:
-        axis_1 = "behind" if postures.is_behind[0] else "in front of"
-        lower_arm = "behind" if postures.is_behind_lower_arm[0] else "in front of"
-        lines.append(
-            f"the arm {program.arm.name} follows all moves within its joint limits, in one branch: wrist {axis_1} "
-            f"axis 1, {lower_arm} the lower arm"
-        )
-    return [*lines, *(program.checked or ["NOT CHECKED for collisions with the part"]), NOT_CHECKED]
-
-
-def describe_moves(program: WeldProgram) -> str:
-    """Return one line about the lines and arcs of a program: how far they are from the seams at most."""
-    tolerance = program.tolerance
-    moves = [path.moves for path in program.paths if path.moves is not None]
-    off_mm, off_rad = max(each.off_mm for each in moves), max(each.off_rad for each in moves)
-    allowed = "" if tolerance is None else f" (allowed: {tolerance.mm:g} mm, {math.degrees(tolerance.wire_rad):g} deg)"
-    return f"lines and arcs: the wire is at most {off_mm:.3f} mm and {math.degrees(off_rad):.2f} deg off{allowed}"
-
-
-def describe_path(path: WeldPath) -> str:
-    """Return one line about a seam: what it is, its points or moves, and its 95 % error."""
-    seam = path.seam
-    text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {_count(path)}"
-    return text if path.u95_mm is None else f"{text}, 95 % error up to {path.u95_mm.max():.3f} mm"
-
-
-def _count(path: WeldPath) -> str:
-    if path.moves is None:
-        return f"{path.weld_count} points"
-    arcs = sum(isinstance(move, Arc) for move in path.weld_moves)
-    counts = ((len(path.weld_moves) - arcs, "line"), (arcs, "arc"))
-    return " and ".join(f"{count} {what}{'s' if count > 1 else ''}" for count, what in counts if count)

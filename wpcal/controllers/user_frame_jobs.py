@@ -12,15 +12,9 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from wpcal.controllers.describe import describe, describe_path
 from wpcal.controllers.naming import NameRules, safe_name, safe_names
-from wpcal.controllers.program import (
-    ControllerSettings,
-    SafePoint,
-    WeldPath,
-    WeldProgram,
-    describe,
-    describe_path,
-)
+from wpcal.controllers.program import ControllerSettings, SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded_frame, zyx_degrees
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform

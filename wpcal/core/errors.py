@@ -70,6 +70,8 @@ class ErrorCode(StrEnum):
     """The port cannot be opened; the caller can choose another."""
     WELD_RULES_MISSING = "weld-rules-missing"
     """Weld data was written with rules of the user; the caller must give them again."""
+    WELDS_MISSING = "welds-missing"
+    """Arc instructions need weld data."""
     PLACE_UNWRITABLE = "place-unwritable"
     """Nothing can be written at the place of an output; the caller can choose another."""
 

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from wpcal.controllers.describe import describe
 from wpcal.controllers.naming import NameRules, safe_name
-from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.core.csv_text import csv_text
 from wpcal.core.records import to_json
 from wpcal.core.rotations import quaternion_from_rotation

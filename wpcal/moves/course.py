@@ -1,7 +1,9 @@
 """The path that moves have to keep to: the given poses, and points between them.
 
 Between two given points the path is the cubic curve with their directions of travel. It misses an arc of radius r and
-step h by h⁴ / (384 r³): 1e-6 mm for a step of 2 mm at a radius of 50 mm, where the chord misses it by 0.01 mm.
+step h by h⁴ / (384 r³): 2e-4 mm for a step of 10 mm at a radius of 50 mm, where the chord misses it by 0.25 mm. The
+tool turns along a cubic of rotation vectors, with the rate of turn at each point from the steps before and after it.
+Corners and jumps, where directions or rates do not fit together, are left as they are.
 """
 
 from __future__ import annotations
@@ -11,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.core.tangent import exp_rotation, log_rotation
+from wpcal.core.tangent import exp_rotation
+from wpcal.moves.interpolation import turns_between
 
 STEP_MM = 2.0
 """Between checked points: an arc that meets both ends of a straight step leaves it by 0.05 mm at a radius of 10 mm."""
@@ -20,6 +23,8 @@ LEAST_PARTS = 2
 LEAST_ASYMMETRY = 0.35
 """A step is a corner, not a curve, where the angles of its two ends with the chord differ by more than this share of
 the larger one."""
+LARGEST_CHANGE = 0.5
+"""The tool turns smoothly at a point where its rates before and after differ by at most this share of the larger."""
 ROUND_OFF_RAD = 1e-6
 """Angles below are those of a straight step."""
 
@@ -95,8 +100,7 @@ class Course:
         first = np.repeat(np.arange(len(parts)), parts)
         starts = np.concatenate([[0], np.cumsum(parts)])
         t = (np.arange(len(first)) - starts[first]) / parts[first]
-        turn = log_rotation(np.swapaxes(R[:-1], -1, -2) @ R[1:])
-        R_all = np.concatenate([R[first] @ exp_rotation(t[:, None] * turn[first]), R[-1:]])
+        R_all = np.concatenate([exp_rotation(_turned(R, np.diff(s_mm), first, t)) @ R[first], R[-1:]])
         chord = tip[first] + t[:, None] * step[first]
         curve = chord if headings is None else _hermite(tip, length, headings, _is_curve(step, headings), first, t)
         is_node = t == 0.0
@@ -120,6 +124,25 @@ def _is_curve(step: FloatArray, headings: FloatArray) -> BoolArray:
         forward & (np.linalg.norm(ends[0] + ends[1], axis=1) <= LEAST_ASYMMETRY * larger + ROUND_OFF_RAD),
         dtype=np.bool_,
     )
+
+
+def _turned(R: FloatArray, length: FloatArray, first: IntArray, t: FloatArray) -> FloatArray:
+    """Return rotation vectors from the start of each step to places in it."""
+    turn = turns_between(R[:-1], R[1:])
+    h = np.where(length > 0.0, length, 1.0)[:, None]
+    rate = turn / h
+    change = np.linalg.norm(np.diff(rate, axis=0), axis=1)
+    size = np.linalg.norm(rate, axis=1)
+    is_smooth = change <= LARGEST_CHANGE * np.maximum(size[:-1], size[1:])
+    mean = (rate[:-1] * h[1:] + rate[1:] * h[:-1]) / (h[:-1] + h[1:])
+    begin, end = np.full_like(rate, np.nan), np.full_like(rate, np.nan)
+    begin[1:][is_smooth] = end[:-1][is_smooth] = mean[is_smooth]
+    begin_known, end_known = np.isfinite(begin), np.isfinite(end)
+    at_begin = np.where(begin_known, begin, np.where(end_known, 2.0 * rate - end, rate))
+    at_end = np.where(end_known, end, np.where(begin_known, 2.0 * rate - begin, rate))
+    x, h, both = t[:, None], h[first], turn[first]
+    cubic = x * x * (3.0 - 2.0 * x) * both + x * (1.0 - x) * h * ((1.0 - x) * at_begin[first] - x * at_end[first])
+    return np.asarray(cubic, dtype=np.float64)
 
 
 def _hermite(

@@ -11,8 +11,10 @@ the other, not on the turn that it has at the first. So every move chooses its o
 for it. Two turns are tried: as little as the wire allows, and the one that leads the wire through its direction at the
 middle. On a circle the tool then turns about the axis of the circle.
 
-All moves from a layer are tested in one array operation: first at three points each, and those that are left at every
-point. For n points at most n² / 2 lines and as many arcs are tested, each once. A straight path needs one test.
+All moves from a layer are tested in one array operation. For n points at most n² / 2 lines and as many arcs are tested
+once. A straight path needs one test. The moves are tested at 18 of their points at most, and those of the best path
+then at every point. If one of them fails there, the search is repeated with every point of every move. Either way the
+moves that are returned were tested at every point, and their number is the least.
 """
 
 from __future__ import annotations
@@ -36,6 +38,9 @@ CHUNK = 200_000
 """Checked points in one array: some 50 MB."""
 FEW = 3
 """Points at which a move is tested first: most moves that leave the path do so there."""
+SOME = 15
+"""Points at which the moves that are left are tested next. On a circle of n points nearly all n² / 4 arcs are left, and
+to test them at every point would take n³ / 16 operations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +112,7 @@ def fit_moves(
     p : array_like, shape (n, 3)
         Tool centre points along the path, in any one frame, mm; at least two.
     R : array_like, shape (n, 3, 3)
-        Axes of the tool there, in the same frame. Between two points the tool turns about one axis.
+        Axes of the tool there, in the same frame. Between two points the tool turns smoothly.
     s_mm : array_like, shape (n,), optional
         Lengths along the path, increasing; by default those of the chords.
     headings : array_like, shape (n, 3), optional
@@ -151,12 +156,11 @@ def fit_moves(
         stick_out_mm=stick_out_mm,
         most_mm=tolerance.mm,
     )
-    search = _Search(course, tolerance, _FREE if spin_is_free else _GIVEN)
-    whole = search.allowed(np.array([0]), np.array([len(course.nodes) - 1]))
-    if len(whole.first):
-        return _path(course, [whole], [0], tolerance)
-    layers, rows = search.layers(forced=False) or search.layers(forced=True) or ([], [])
-    return _path(course, layers, rows, tolerance)
+    kinds = _FREE if spin_is_free else _GIVEN
+    path = _Search(course, tolerance, kinds, SOME).path()
+    if path.off_mm <= tolerance.mm and path.off_rad <= tolerance.wire_rad:
+        return path
+    return _Search(course, tolerance, kinds, None).path()
 
 
 class _Turn(Enum):
@@ -175,6 +179,16 @@ class _Search:
     course: Course
     tolerance: PathTolerance
     kinds: tuple[_Turn, ...]
+    most: int | None
+    """Points at which a move is tested; None for all of them."""
+
+    def path(self) -> MovePath:
+        """Return the fewest moves."""
+        whole = self.allowed(np.array([0]), np.array([len(self.course.nodes) - 1]))
+        if len(whole.first):
+            return _path(self.course, [whole], [0], self.tolerance)
+        layers, rows = self.layers(forced=False) or self.layers(forced=True) or ([], [])
+        return _path(self.course, layers, rows, self.tolerance)
 
     def layers(self, *, forced: bool) -> tuple[list[_Steps], list[int]] | None:
         """Return the best steps into each layer, and in each the row of the one that is taken; None if the end fails.
@@ -232,6 +246,8 @@ class _Search:
         for is_arc in (False, True):
             for kind in self.kinds:
                 left = np.flatnonzero(~np.isfinite(worst))
+                if not len(left):
+                    break
                 through = self._middles(first[left], last[left]) if is_arc else np.full(len(left), -1)
                 turns = self._turns(first[left], last[left], kind)
                 worst[left], via[left], turn[left] = (
@@ -266,7 +282,7 @@ class _Search:
         moves = Moves.between(course.p[begin], course.R[begin], course.p[end], turn, through)
         worst = np.where(moves.is_sound, 0.0, np.inf) if reject else np.zeros(len(begin))
         inner = end - begin - 1
-        for most in (FEW, None):
+        for most in (FEW, self.most):
             left = np.flatnonzero(np.isfinite(worst) & (inner > 0))
             for rows, own, at in _points(begin, inner, left, most):
                 off_mm, off_rad = deviations(course, moves.select(rows[own]), at)

@@ -9,6 +9,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.seam.chain import rounded
+from wpcal.seam.copies import CopiedSeams
 from wpcal.seam.edit import with_candidates
 from wpcal.seam.find.built_up import why_one_piece
 from wpcal.seam.find.concave import find_concave_edges
@@ -17,11 +18,15 @@ from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
+from wpcal.seam.find.play import with_play
+from wpcal.seam.find.root_gaps import find_root_gaps
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
+from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
+from wpcal.seam.judge.wrapping import weld_round_corners
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.turning import face_free_space
@@ -64,6 +69,27 @@ def detect_seams(
     """
     options = options or SeamOptions()
     trimmed = trimmed or TrimmedFaces.of(graph)
+    options = with_play(graph, trimmed, options)
+    found = find_candidates(
+        graph, options, trimmed=trimmed, sections=sections, beads=beads, flares=flares, marked=marked
+    )
+    return judge_candidates(graph, CopiedSeams.none(found), options, trimmed=trimmed)
+
+
+def find_candidates(
+    graph: BrepGraph,
+    options: SeamOptions,
+    *,
+    trimmed: TrimmedFaces,
+    sections: SeamPieces | None = None,
+    beads: JoinedPieces | None = None,
+    flares: FlareGrooves | None = None,
+    marked: MarkedEdges | None = None,
+) -> list[Seam]:
+    """Find the candidates of a part, cut where they go through another solid; not judged yet, without names.
+
+    Parameters and order of the searches as in `detect_seams`.
+    """
     gap_mm = options.gap_for(graph)
     joined = join_contacts(graph, trimmed, find_contacts(graph, trimmed, gap_mm=gap_mm), gap_mm=gap_mm)
     joined = without_duplicates(graph, joined, gap_mm=gap_mm)
@@ -85,32 +111,67 @@ def detect_seams(
     if flares is not None:
         found += flares.measured(build_seams(graph, flares.joined, options, SeamSource.FLARE))
     if marked is None and options.gap_mm is None:
-        found += _at_wide_gaps(graph, trimmed, joined, found, options)
-    found = cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
-    judged = _reached(graph, trimmed, found, options)
+        found = _with_wide_gaps(graph, trimmed, joined, found, options)
+    return cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
+
+
+def judge_candidates(
+    graph: BrepGraph, found: CopiedSeams, options: SeamOptions, *, trimmed: TrimmedFaces
+) -> tuple[Seam, ...]:
+    """Judge candidates by what they are and by where a torch gets to them, and name them by their places.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    found : CopiedSeams
+        Candidates of the whole part.
+    options : SeamOptions
+    trimmed : TrimmedFaces
+        Of this graph.
+    """
+    has_marks = any(seam.source is SeamSource.MARKED for seam in found.seams)
+    judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
+    judged = _reached(graph, trimmed, found, options, judge)
+    judged = weld_round_corners(graph, trimmed, judged, options, judge)
     judged.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
-    return with_candidates(graph, [replace(seam, name=f"W{number}") for number, seam in enumerate(judged, 1)])
+    told = [
+        replace(seam, name=f"W{number}", reasons=tuple(str(text) for text in seam.reasons))
+        for number, seam in enumerate(judged, 1)
+    ]
+    return with_candidates(graph, with_short_ends(graph, trimmed, told, options.judging.level))
 
 
-def _at_wide_gaps(
+def _with_wide_gaps(
     graph: BrepGraph, trimmed: TrimmedFaces, joined: JoinedPieces, found: list[Seam], options: SeamOptions
 ) -> list[Seam]:
-    """Build the seams at constant gaps above the usual one, beside which nothing else is."""
+    """Add the seams at constant gaps above the usual one, beside which nothing else is, and at root gaps."""
     known = SeamPieces.joined([joined.pieces, *(seam.pieces for seam in found)])
-    wide = find_wide_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph))
-    return build_seams(graph, wide, options, SeamSource.CONTACT)
+    wide = find_wide_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph), play=options.play or ())
+    found = [*found, *build_seams(graph, wide, options, SeamSource.CONTACT)]
+    known = SeamPieces.joined([joined.pieces, *(seam.pieces for seam in found)])
+    roots = find_root_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph))
+    return [*found, *build_seams(graph, roots, options, SeamSource.CONTACT)]
 
 
-def _reached(graph: BrepGraph, trimmed: TrimmedFaces, found: list[Seam], options: SeamOptions) -> list[Seam]:
+def _reached(
+    graph: BrepGraph, trimmed: TrimmedFaces, found: CopiedSeams, options: SeamOptions, judge: Judge
+) -> list[Seam]:
     """Judge seams by where a torch gets to them, too; those that are welded otherwise are cut where none does."""
-    has_marks = any(seam.source is SeamSource.MARKED for seam in found)
-    judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
-    judged = judge_seams(graph, trimmed, found, options, judge)
+    seams = found.seams
+    judged = judge_seams(graph, trimmed, seams, options, judge)
     inside = [replace(seam, lean_rad=np.full((len(seam.frames), 2), np.nan)) for seam in judged if seam.inside]
-    welded = [seam for seam, own in zip(found, judged, strict=True) if own.accepted]
-    others = [seam for seam, own in zip(found, judged, strict=True) if not (own.accepted or own.inside)]
-    reached = [piece for pieces in cut_where_unreached(graph, trimmed, welded, options) for piece in pieces]
-    reached += with_reach(graph, trimmed, others)
+    felt = np.array([not seam.inside for seam in judged], dtype=bool)
+    welded = np.array([seam.accepted for seam in judged], dtype=bool)
+    as_first = (felt == felt[found.first]) & (welded == welded[found.first])
+    asked = np.flatnonzero(felt & (~as_first | (found.first == np.arange(len(seams)))))
+    cut, whole = asked[welded[asked]], asked[~welded[asked]]
+    pieces = dict(zip(cut.tolist(), cut_where_unreached(graph, trimmed, [seams[i] for i in cut], options), strict=True))
+    others = with_reach(graph, trimmed, [seams[i] for i in whole], options.reach)
+    pieces |= {row: [seam] for row, seam in zip(whole.tolist(), others, strict=True)}
+    reached: list[Seam] = []
+    for is_welded in (True, False):
+        for row in np.flatnonzero(felt & (welded == is_welded)).tolist():
+            reached += pieces[row] if row in pieces else found.moved(row, pieces[int(found.first[row])])
     return doubt_what_fixes_bolts(judge, trimmed, [*inside, *judge_seams(graph, trimmed, reached, options, judge)])
 
 

@@ -26,6 +26,7 @@ from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.cut import middles
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.record import SEAMS_SCHEMA
+from wpcal.seam.rules import Rule
 from wpcal.seam.seam import Candidate, JoinedStretch, Seam, SeamEdit, SeamPieces
 
 SAME_PLACE_MM = 0.1
@@ -232,7 +233,9 @@ def apply_edits(
     for name, count in Counter(seam.name for seam in edited).items():
         if count > 1:
             raise InputError(f"{edits[0].path}: two seams would be called {name!r}; give each edit a different name")
-    return with_leans(graph, trimmed, edited)
+    names = {seam.candidate.name: seam.name for seam in reversed(edited) if seam.candidate is not None}
+    edited = [seam if seam.wrap_of is None else replace(seam, wrap_of=names.get(seam.wrap_of)) for seam in edited]
+    return with_leans(graph, trimmed, edited, options.reach)
 
 
 def _rows_joined(
@@ -306,6 +309,8 @@ def _edited(
         pieces=pieces,
         reasons=(*seam.reasons, joined) if others else seam.reasons,
         closed=is_loop(graph, pieces) if _needs_judging(edit) else seam.closed,
+        findings=tuple(one for one in seam.findings if not (others and one.rule == Rule.SHORT_END.key)),
+        wrap_of=None if others else seam.wrap_of,  # with others it is no end any more
         edit=edit,
     )
     return framed(graph, trimmed, changed, options) if edit.reverse and not _needs_judging(edit) else changed

@@ -22,15 +22,13 @@ from wpcal.seam.judge.unreached import with_reach
 from wpcal.seam.limits import MEETING_MM
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.build import CLOSED_MM, with_frames
-from wpcal.seam.path.cut import cut_run, spans_of
+from wpcal.seam.path.cut import cut_run
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.path.turning import face_free_space
 from wpcal.seam.seam import Seam, SeamPieces, SeamSource
 
 SAME_PLACE_MM = 0.1
 """A range may end this far beyond its seam: files of other programs round."""
-CORNER_MM = 1.0
-"""At a corner between joined seams the torch turns on this length. On a longer way the wire would cut the corner."""
 
 
 def part_of(graph: BrepGraph, seam: Seam, range_mm: tuple[float, float] | None) -> SeamPieces:
@@ -67,7 +65,7 @@ def joined_run(graph: BrepGraph, runs: Sequence[tuple[str, SeamPieces]], *, join
     InputError
         If the ends of a run do not meet those of the others within `join_mm`.
     """
-    (first, run), *left = [(name, _with_end_pieces(graph, pieces)) for name, pieces in runs]
+    (first, run), *left = runs
     while left:
         ways = [way for row, (_, other) in enumerate(left) for way in _ways(graph, run, other, row)]
         gap_mm, row, together = min(ways, key=lambda way: way[:2])
@@ -77,15 +75,6 @@ def joined_run(graph: BrepGraph, runs: Sequence[tuple[str, SeamPieces]], *, join
         run = SeamPieces.joined(together)
         del left[row]
     return run
-
-
-def _with_end_pieces(graph: BrepGraph, run: SeamPieces) -> SeamPieces:
-    """Return a run with short pieces of its own at both ends: the torch turns on them, and not on the last step."""
-    length = float(spans_of(graph, run)[1][-1])
-    if length <= 3.0 * CORNER_MM:
-        return run
-    places = [(0.0, CORNER_MM), (CORNER_MM, length - CORNER_MM), (length - CORNER_MM, length)]
-    return SeamPieces.joined([cut_run(graph, run, *place) for place in places])
 
 
 def _ways(graph: BrepGraph, run: SeamPieces, other: SeamPieces, row: int) -> list[tuple[float, int, list[SeamPieces]]]:
@@ -149,7 +138,7 @@ def judged_anew(
         own = tuple(text for text in seam.reasons if not is_judgement(text, seam.source))
         found.append(framed(graph, trimmed, replace(seam, inside=inside, reasons=own), options))
     judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
-    return list(judge_seams(graph, trimmed, with_reach(graph, trimmed, found), options, judge))
+    return list(judge_seams(graph, trimmed, with_reach(graph, trimmed, found, options.reach), options, judge))
 
 
 def marks_in(seams: Sequence[Seam]) -> bool:

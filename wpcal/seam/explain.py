@@ -98,6 +98,13 @@ def _reach(seam: Seam) -> str:
         words.append(f"leaning by up to {most:.0f} degrees at {int((~none & ~straight).sum())}")
     if none.any():
         words.append(f"not free at {int(none.sum())}")
+    if seam.blocked_by:
+        other = seam.other_torch
+        words.append(
+            "none of the shipped torches reaches all of it"
+            if other is None
+            else f"{other.name} reaches all of it with {other.wire_mm:g} mm of wire (--torch {other.name})"
+        )
     return f"reach: the torch is {', '.join(words)}"
 
 
@@ -106,6 +113,6 @@ def _verdict(seam: Seam, notes: MemberNotes) -> str:
     if seam.edit is not None and seam.edit.accept is not None:
         return "decided by hand"
     if seam.inside or seam.blocked_by:
-        return "refused, whatever the confidence: no torch gets there"
+        return "refused, whatever the confidence: the torch does not get there"
     sign = "at least" if seam.confidence >= level.value else "less than"
     return f"confidence {seam.confidence:.0%}: {sign} the {level.value:.0%} that are asked ({level.name.lower()})"

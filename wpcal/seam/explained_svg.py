@@ -11,7 +11,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.seam.seam import Seam
-from wpcal.seam.torch import USUAL_TORCH
+from wpcal.seam.torch import TorchShape
 
 WIDTH, HEIGHT, MARGIN = 900.0, 640.0, 40.0
 """Pixels."""
@@ -25,7 +25,7 @@ NOZZLE_MM = 25.0
 """How much of the nozzle is drawn, at the middle of the seam."""
 
 
-def explained_svg(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, title: str) -> str:
+def explained_svg(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, title: str, torch: TorchShape) -> str:
     """Draw a seam with what it joins.
 
     Parameters
@@ -35,6 +35,8 @@ def explained_svg(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, title: st
     seam : Seam
         With pieces and with frames in `part`.
     title : str
+    torch : TorchShape
+        With its usual wire.
 
     Returns
     -------
@@ -42,7 +44,7 @@ def explained_svg(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, title: st
         SVG. Edges of the part grey, the boundary of the wall blue, that of the base green, the seam red, z and the
         wire of the torch orange. The same seam gives the same text.
     """
-    p = seam.frames.p
+    p, torch = seam.frames.p, torch.with_more_wire(seam.more_wire_mm)
     low, high = p.min(axis=0), p.max(axis=0)
     room = max(AROUND * float((high - low).max()), LEAST_MM)
     view = _view(seam)
@@ -58,9 +60,9 @@ def explained_svg(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, title: st
             lines += [(colour, 1.8, piece) for piece in pieces]
     lines.append((SEAM, 3.0, p))
     rows = np.unique(np.linspace(0, len(p) - 1, STATIONS).round().astype(int))
-    tips = [np.stack([p[row], p[row] + USUAL_TORCH.wire_mm * seam.frames.R[row, :, 2]]) for row in rows]
+    tips = [np.stack([p[row], p[row] + torch.wire_mm * seam.frames.R[row, :, 2]]) for row in rows]
     lines += [(TORCH, 2.0, tip) for tip in tips]
-    lines.append((TORCH, 1.2, _nozzle(p[len(p) // 2], seam.frames.R[len(p) // 2])))
+    lines.append((TORCH, 1.2, _nozzle(p[len(p) // 2], seam.frames.R[len(p) // 2], torch)))
     flat = [(colour, width, line @ view.T) for colour, width, line in lines]
     return _svg(flat, title, seam)
 
@@ -89,10 +91,11 @@ def _inside(p0: FloatArray, p1: FloatArray, low: FloatArray, high: FloatArray) -
     return np.stack(ends, axis=1)
 
 
-def _nozzle(p: FloatArray, R: FloatArray) -> FloatArray:
-    """Return the outline of the nozzle at a pose, in the plane across the seam, shape (5, 3)."""
-    mouth, radius = USUAL_TORCH.wire_mm, USUAL_TORCH.nozzle_radius_mm
-    corners = ((mouth, -radius), (mouth + NOZZLE_MM, -radius), (mouth + NOZZLE_MM, radius), (mouth, radius))
+def _nozzle(p: FloatArray, R: FloatArray, torch: TorchShape) -> FloatArray:
+    """Return the outline of the nozzle at a pose, in the plane across the seam, shape (7, 3)."""
+    mouth, wide, narrow = torch.wire_mm, torch.nozzle_radius_mm, torch.mouth_mm
+    cone, end = mouth + torch.taper_mm, mouth + NOZZLE_MM
+    corners = ((mouth, -narrow), (cone, -wide), (end, -wide), (end, wide), (cone, wide), (mouth, narrow))
     outline = [p + out * R[:, 2] + aside * R[:, 1] for out, aside in (*corners, corners[0])]
     return np.stack(outline)
 

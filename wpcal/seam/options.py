@@ -10,6 +10,10 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.errors import InputError
 from wpcal.seam.limits import LEAST_SEAM_MM, MEETING_MM, MOST_BRIDGE_MM, Level, usual_gap_mm
+from wpcal.seam.torch import USUAL_TORCH, TorchShape
+
+MOST_LEAN_DEG = 60.0
+"""At a square fillet a torch that leans by 45 degrees from the bisector lies on a plate."""
 
 
 class ConcaveEdges(Enum):
@@ -74,6 +78,57 @@ class Judging:
 
 
 @dataclass(frozen=True, slots=True)
+class Play:
+    """A gap that several joints of an assembly have.
+
+    Parameters
+    ----------
+    least_mm, gap_mm, most_mm : float
+        The narrowest, the median and the widest of these gaps.
+    joints : int
+        How many joints have it.
+    """
+
+    least_mm: float
+    gap_mm: float
+    most_mm: float
+    joints: int
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """The torch with which reach is judged, and how far it may lean and turn.
+
+    Parameters
+    ----------
+    torch : TorchShape
+    work_deg, travel_deg : tuple of float
+        Least and largest angle across and along the seam; positive travel is push.
+    spin_deg : tuple of float
+        Least and largest turn of a bent neck about the wire; at 0 it bends against the travel.
+
+    Raises
+    ------
+    InputError
+        If a range does not hold 0, or goes beyond 60 degrees (the spin: 180).
+    """
+
+    torch: TorchShape = USUAL_TORCH
+    work_deg: tuple[float, float] = (-15.0, 15.0)
+    travel_deg: tuple[float, float] = (-35.0, 35.0)
+    spin_deg: tuple[float, float] = (-180.0, 180.0)
+
+    def __post_init__(self) -> None:
+        for name, most in (("work", MOST_LEAN_DEG), ("travel", MOST_LEAN_DEG), ("spin", 180.0)):
+            low, high = getattr(self, f"{name}_deg")
+            if not -most <= low <= 0.0 <= high <= most:
+                raise InputError(
+                    f"{name} angles of the torch: expected a range around 0 within {most:g} degrees either way, got "
+                    f"{low:g} to {high:g}"
+                )
+
+
+@dataclass(frozen=True, slots=True)
 class SeamOptions:
     """How seams are found, accepted and cut into frames.
 
@@ -92,6 +147,12 @@ class SeamOptions:
     join_mm : float
         Contacts in one line are joined across interruptions of at most this length, mm.
     judging : Judging
+    reach : Reach
+    play : tuple of Play, optional
+        The gaps that joints of this part have by design; by default they are measured (`find.play`).
+    wrap : bool
+        Whether accepted seams that meet at a corner of a member are welded in one run round it, with the short ends
+        between them (`judge.wrapping`).
 
     Raises
     ------
@@ -106,6 +167,9 @@ class SeamOptions:
     min_length_mm: float = LEAST_SEAM_MM
     join_mm: float = MOST_BRIDGE_MM
     judging: Judging = Judging()
+    reach: Reach = Reach()
+    wrap: bool = False
+    play: tuple[Play, ...] | None = None
 
     def __post_init__(self) -> None:
         for name in ("min_length_mm", "join_mm"):

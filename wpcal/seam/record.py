@@ -24,6 +24,7 @@ from wpcal.seam.seam import (
     Groove,
     JoinedStretch,
     JointType,
+    OtherTorch,
     Seam,
     SeamEdit,
     SeamFrames,
@@ -31,7 +32,8 @@ from wpcal.seam.seam import (
     SeamSource,
     WeldType,
 )
-from wpcal.seam.torch import USUAL_TORCH
+from wpcal.seam.torch import USUAL_TORCH, TorchShape
+from wpcal.seam.torch_file import without_none
 
 SEAMS_SCHEMA = "wpcal/seams/1"
 
@@ -44,6 +46,7 @@ def seams_record(
     space: RobotSpace = RobotSpace.NOMINAL,
     notes: MemberNotes | None = None,
     join_mm: float | None = None,
+    torch: TorchShape = USUAL_TORCH,
 ) -> dict[str, Any]:
     """Return the record of ``seams.json``.
 
@@ -61,6 +64,8 @@ def seams_record(
         What the solids are taken for.
     join_mm : float, optional
         A decision may join seams whose ends are at most so far from each other, mm (`SeamOptions.most_join_mm`).
+    torch : TorchShape
+        The torch with which reach was felt (`SeamOptions.reach`).
 
     Returns
     -------
@@ -75,7 +80,7 @@ def seams_record(
         "units": {"length": "mm", "angle": "deg"},
         "z_sense": "outward",
         "robot_space": space.value,
-        "torch": asdict(USUAL_TORCH),
+        "torch": without_none(asdict(torch)),
         "T_base_part": None if T_base_part is None else T_base_part.matrix.tolist(),
         **({} if notes is None else notes.to_record()),
         **({} if join_mm is None else {"join_mm": join_mm}),
@@ -106,10 +111,13 @@ def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatAr
         "inside": list(seam.inside),
         "blocked_by": list(seam.blocked_by),
         "gap_mm": {"min": least, "mean": mean, "max": largest},
+        **({} if seam.wrap_of is None else {"wrap_of": seam.wrap_of}),
+        **({"more_wire_mm": seam.more_wire_mm} if seam.more_wire_mm else {}),
+        **({} if seam.other_torch is None else {"other_torch": asdict(seam.other_torch)}),
         **({} if seam.groove is None else {"groove": asdict(seam.groove)}),
         **({} if seam.candidate is None else {"candidate": _candidate_record(seam.candidate)}),
         **({} if seam.edit is None else {"edit": _edit_record(seam.edit)}),
-        "frames": _frame_records(frames, u95_mm, positions, seam.lean_rad),
+        "frames": _frame_records(frames, u95_mm, positions, seam),
     }
 
 
@@ -143,7 +151,7 @@ def _stretch_record(stretch: JoinedStretch) -> dict[str, Any]:
 
 
 def _frame_records(
-    frames: SeamFrames, u95_mm: FloatArray | None, positions: WeldPositions | None, lean_rad: FloatArray | None
+    frames: SeamFrames, u95_mm: FloatArray | None, positions: WeldPositions | None, seam: Seam
 ) -> list[dict[str, Any]]:
     q = quaternion_from_rotation(frames.R)
     angle = np.degrees(frames.angle_rad)
@@ -156,8 +164,8 @@ def _frame_records(
             "q_xyzw": q[i].tolist(),
             "angle_deg": float(angle[i]),
         }
-        if lean_rad is not None:
-            record["lean_deg"] = _lean_record(lean_rad[i])
+        if seam.lean_rad is not None:
+            record["lean_deg"] = _lean_record(seam.lean_rad[i], None if seam.spin_rad is None else seam.spin_rad[i])
         if u95_mm is not None:
             record["u95_mm"] = float(u95_mm[i])
         if positions is not None:
@@ -169,17 +177,23 @@ def _frame_records(
     return records
 
 
-def _lean_record(lean_rad: FloatArray) -> dict[str, float] | None:
-    """Return the work and travel angle in degrees; None where no torch gets."""
+def _lean_record(lean_rad: FloatArray, spin_rad: float | None) -> dict[str, float] | None:
+    """Return work and travel angle, and the spin if there is one, in degrees; None where no torch gets."""
     work, travel = np.degrees(lean_rad).tolist()
-    return None if np.isnan(work) else {"work": work, "travel": travel}
+    spin = {} if spin_rad is None else {"spin": float(np.degrees(spin_rad))}
+    return None if np.isnan(work) else {"work": work, "travel": travel, **spin}
 
 
-def _lean_from_record(rows: Sequence[dict[str, Any]]) -> FloatArray | None:
+def _leans_from_record(rows: Sequence[dict[str, Any]]) -> tuple[FloatArray | None, FloatArray | None]:
+    """Return the leans, and the spins if any frame has one, in radians; NaN where no torch gets."""
     if not rows or any("lean_deg" not in row for row in rows):
-        return None
-    leans = [row["lean_deg"] or {"work": np.nan, "travel": np.nan} for row in rows]
-    return np.radians([[lean["work"], lean["travel"]] for lean in leans])
+        return None, None
+    nowhere = {"work": np.nan, "travel": np.nan, "spin": np.nan}
+    leans = [row["lean_deg"] or nowhere for row in rows]
+    spins = None
+    if any("spin" in (row["lean_deg"] or {}) for row in rows):
+        spins = np.radians([lean.get("spin", 0.0) for lean in leans])
+    return np.radians([[lean["work"], lean["travel"]] for lean in leans]), spins
 
 
 def _findings_from_record(seam: dict[str, Any]) -> tuple[Finding, ...]:
@@ -258,7 +272,7 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         np.radians([row["angle_deg"] for row in rows]),
         frame,
     )
-    gap = seam["gap_mm"]
+    gap, (lean, spin), other = seam["gap_mm"], _leans_from_record(rows), seam.get("other_torch")
     i, f = np.zeros(0, dtype=np.int64), np.zeros(0)
     pieces = SeamPieces(i, f, f, i, i, np.array([[gap["min"], gap["mean"], gap["max"]]], dtype=np.float64))
     return Seam(
@@ -278,6 +292,10 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         _findings_from_record(seam),
         inside=tuple(seam.get("inside", ())),
         blocked_by=tuple(seam.get("blocked_by", ())),
-        lean_rad=_lean_from_record(rows),
+        lean_rad=lean,
+        spin_rad=spin,
+        more_wire_mm=float(seam.get("more_wire_mm", 0.0)),
+        other_torch=None if other is None else OtherTorch(**other),
         groove=Groove(**seam["groove"]) if "groove" in seam else None,
+        wrap_of=seam.get("wrap_of"),
     )

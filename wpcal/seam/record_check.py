@@ -14,6 +14,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError
 from wpcal.core.rotations import quaternion_from_rotation
+from wpcal.seam.options import MOST_LEAN_DEG
 
 FARTHEST_MM = 1e5
 """100 m: no welding robot reaches a tenth of it, track included, and metres or micrometres taken for mm show up."""
@@ -21,8 +22,6 @@ ROTATION_ATOL = 1e-6
 """wpcal writes all digits (1e-15); numbers with seven digits still pass. 1e-6 moves a tip at 2 m by 0.002 mm."""
 QUATERNION_ATOL = 1e-6
 """A quaternion that differs by more from its matrix shows that only one of the two was edited."""
-MOST_LEAN_DEG = 60.0
-"""At a square fillet a torch that leans by 45 degrees from the bisector lies on a plate."""
 LONGEST_MM = 1e6
 """Largest length of a seam: a seam of 1 km is a mistake."""
 FLAGS = ("closed", "accepted", "reachable")
@@ -107,6 +106,7 @@ def _frame_problems(frame: Mapping[str, Any], before_mm: float) -> Iterator[str]
     if frame.get("lean_deg") is not None:
         for field in ("work", "travel"):
             yield from _number(frame["lean_deg"][field], f"lean_deg {field}", low=-MOST_LEAN_DEG, high=MOST_LEAN_DEG)
+        yield from _number(frame["lean_deg"].get("spin", 0.0), "lean_deg spin", low=-180.0, high=180.0)
     if R is not None and "q_xyzw" in frame:
         q = _numbers(frame["q_xyzw"], (4,))
         if q is None or 1.0 - abs(float(q @ quaternion_from_rotation(R))) > QUATERNION_ATOL:

@@ -160,6 +160,12 @@ class Rule(Enum):
     NOT_MARKED = RuleRow(
         0.4, "Other edges are marked, and not this one.", "You say what the seams are.", "`--marked`, `--edge`"
     )
+    SHORT_END = RuleRow(
+        0.4,
+        "The run goes across the end of a plate, beside a long seam along it.",
+        "Nobody strikes an arc only for that: the end is a wrap of the long seam (`--wrap`), or stays open.",
+        "shape: the plate behind the long seam is as thick as the run is long",
+    )
     LINED_UP = RuleRow(
         0.45,
         "Two or more holes or slots of both members line up where they touch.",
@@ -178,6 +184,13 @@ class Rule(Enum):
         "Then the bolts would be of no use. Of the two welds the shorter one is doubted.",
         "seams and bolted faces of the whole part",
     )
+    HELD_FAST = RuleRow(
+        0.5,
+        "A ring sits between two shoulders of the other solid: a tyre on its rim, a seal in its groove.",
+        "It cannot have been put there as it is: it was stretched, snapped in, or moulded round. A shaft that was "
+        "several members may hold a welded ring so.",
+        "shape: solid of revolution, seat of its size, wider or narrower on both sides",
+    )
     ONE_PIECE = RuleRow(
         0.52,
         "A solid is neither a plate, a bar, a tube or a profile, nor turned: it looks cast, moulded, printed or milled "
@@ -194,13 +207,14 @@ class Rule(Enum):
     )
     PIN_IN_HOLE = RuleRow(
         0.8,
-        "A round member is in a hole of the same size.",
+        "A round member is in a hole of the same size, and is not a tube that is longer than it is wide.",
         "It may be pressed in, or turn there.",
         "shape",
     )
     GAP = RuleRow(
         1.0 - GAP_SHARE_LOST,
-        "There is a gap. The factor is for the largest allowed gap; a smaller gap lowers the confidence less.",
+        "There is a gap, and it is not the play of the assembly. The factor is for the largest allowed gap; a smaller "
+        "gap lowers the confidence less.",
         "Members that are meant to be joined touch.",
         "mean gap along the seam",
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -170,6 +171,22 @@ class Groove:
 
 
 @dataclass(frozen=True, slots=True)
+class OtherTorch:
+    """A torch that comes with wpcal and reaches a seam which the stated torch does not reach.
+
+    Parameters
+    ----------
+    name : str
+        As `--torch` takes it.
+    wire_mm : float
+        The wire that it needs, from the tip to the mouth of the nozzle.
+    """
+
+    name: str
+    wire_mm: float
+
+
+@dataclass(frozen=True, slots=True)
 class Candidate:
     """Which candidate of a part a seam is: identified by its place, so that it is recognised under another number.
 
@@ -252,6 +269,30 @@ class Finding:
     solid: str = ""
 
 
+class NamedSolids(str):
+    """A reason that names solids, so that it can be told of the same seam in a copy of these solids.
+
+    Parameters
+    ----------
+    words : str
+        With ``{}`` where the names belong.
+    solids : tuple of str
+    """
+
+    words: str
+    solids: tuple[str, ...]
+
+    def __new__(cls, words: str, solids: tuple[str, ...]) -> NamedSolids:
+        """Put the names into the words."""
+        told = super().__new__(cls, words.format(", ".join(solids)))
+        told.words, told.solids = words, solids
+        return told
+
+    def told_of(self, names: Mapping[str, str]) -> NamedSolids:
+        """Return the same reason about other solids: their names, by the names here."""
+        return NamedSolids(self.words, tuple(names[solid] for solid in self.solids))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Seam:
     """One seam: a curve with a direction, which a torch can follow in one run.
@@ -291,8 +332,19 @@ class Seam:
     lean_rad : ndarray, shape (n, 2), or None
         Work and travel angle at each of the n frames with which the torch meets nothing; NaN where it always meets
         something. None: not felt.
+    spin_rad : ndarray, shape (n,), or None
+        How far a torch with a bent neck is turned about the wire at each frame (`judge.torch_neck.bend_directions`);
+        NaN where it always meets something. None: 0 everywhere.
+    more_wire_mm : float
+        How much longer than usual the wire must be, from its tip to the mouth of the nozzle, for the torch to reach the
+        seam.
+    other_torch : OtherTorch or None
+        A torch that reaches the seam, if the stated one does not.
     groove : Groove or None
         The cross-section of a flare groove; None for another weld.
+    wrap_of : str or None
+        The name of the seam of which this is a wrap: it goes across the end of a plate, beside that seam. None for any
+        other seam.
     """
 
     name: str
@@ -316,7 +368,11 @@ class Seam:
     inside: tuple[str, ...] = ()
     blocked_by: tuple[str, ...] = ()
     lean_rad: FloatArray | None = None
+    spin_rad: FloatArray | None = None
+    more_wire_mm: float = 0.0
+    other_torch: OtherTorch | None = None
     groove: Groove | None = None
+    wrap_of: str | None = None
 
     @property
     def against(self) -> tuple[str, ...]:

@@ -55,7 +55,8 @@ def weld_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> t
         of_bead = f"{seam.name}.p{bead.number}" if bead is not None and len(beads) > 1 else seam.name
         for number, (start, end) in enumerate(weld.stretches_mm, 1):
             name = f"{of_bead}.s{number}" if len(weld.stretches_mm) > 1 else of_bead
-            moved = seam if bead is None else replace(seam, frames=_moved(seam.frames, bead))
+            frames = seam.frames if bead is None else _moved(seam.frames, bead)
+            moved = replace(seam, frames=frames, lean_rad=_leans(seam, weld, bead))
             is_whole = start <= 0.0 and end >= seam.length_mm
             if is_whole:
                 runs.append(WeldRun(replace(moved, name=name), weld, bead, u95_mm))
@@ -63,6 +64,18 @@ def weld_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> t
                 cut, u95 = cut_seam(moved, start, end, u95_mm)
                 runs.append(WeldRun(replace(cut, name=name), weld, bead, u95))
     return tuple(runs)
+
+
+def _leans(seam: Seam, weld: SeamWeld, bead: Bead | None) -> FloatArray | None:
+    """Return the leans of the torch: those of the weld data where a straight torch is free, else those of the seam."""
+    work = (weld.values.work_angle_deg or 0.0) + (0.0 if bead is None else bead.work_angle_deg)
+    asked = np.radians([work, weld.values.travel_angle_deg or 0.0])
+    if not asked.any():
+        return seam.lean_rad
+    if seam.lean_rad is None:
+        return np.tile(asked, (len(seam.frames), 1))
+    is_straight = (np.nan_to_num(seam.lean_rad) == 0.0).all(axis=1)
+    return np.where(is_straight[:, None], asked, seam.lean_rad)
 
 
 def _moved(frames: SeamFrames, bead: Bead) -> SeamFrames:

@@ -55,5 +55,5 @@ def stretches(stitch: Stitch | None, length_mm: float, *, closed: bool = False) 
         raise InputError(f"stitch: a pitch of {pitch:g} mm makes {count} stretches on a seam of {length_mm:.1f} mm")
     if closed and offset is None:
         pitch = length_mm / count
-    first = (length_mm - (count - 1) * pitch - length) / 2.0 if offset is None else offset
+    first = max(0.0, (length_mm - (count - 1) * pitch - length) / 2.0) if offset is None else offset
     return tuple((first + k * pitch, min(first + k * pitch + length, length_mm)) for k in range(count))

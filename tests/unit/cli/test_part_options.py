@@ -2,16 +2,23 @@
 
 import pytest
 
-from cad.cli.options import SeamFlags
+from cad.cli.options import ReachFlags, SeamFlags
 from wpcal.cli.option_groups import option_names
 from wpcal.core.errors import InputError
 from wpcal.seam import SeamOptions
 
 
 def flags(**changed):
-    usual = {each.name: each.metadata["option"][1].get("default") for each in SeamFlags.__dataclass_fields__.values()}
-    assert list(usual) == option_names(SeamFlags)
-    return SeamFlags(**{**usual, **changed})
+    own, reach = (
+        {
+            each.name: each.metadata["option"][1].get("default")
+            for each in group.__dataclass_fields__.values()
+            if each.metadata
+        }
+        for group in (SeamFlags, ReachFlags)
+    )
+    assert [*own, *reach] == option_names(SeamFlags)
+    return SeamFlags(**{**own, **changed}, reach=ReachFlags(**reach))
 
 
 def test_the_defaults_are_those_of_the_library():

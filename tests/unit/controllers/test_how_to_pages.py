@@ -11,11 +11,14 @@ from wpcal.cli.main import run
 ROOT = Path(__file__).parents[3]
 PAGES = ROOT / "docs" / "how-to"
 WHOLE = {
-    "abb.md": ["WPCAL.mod"],
-    "fanuc.md": ["WPCAL.ls", "W1.ls"],
-    "kuka.md": ["WPCAL.src", "WPCAL.dat"],
-    "universal-robots-and-staubli.md": ["WPCAL.script", "WPCAL.pjx", "WPCAL.dtx", "start.pgx", "stop.pgx"],
-    "yaskawa.md": ["WPCAL.jbi", "W1.jbi"],
+    "abb.md": ["WPCAL.mod", "WPCAL.mod"],
+    "fanuc.md": ["WPCAL.ls", "W1.ls", "W2.ls"],
+    "kuka.md": ["WPCAL.src", "WPCAL.dat", "WPCAL.src"],
+    "universal-robots-and-staubli.md": [
+        *("WPCAL.script", "WPCAL.pjx", "WPCAL.dtx", "start.pgx", "stop.pgx"),
+        *("WPCAL.script", "start.pgx"),
+    ],
+    "yaskawa.md": ["WPCAL.jbi", "W1.jbi", "W2.jbi"],
 }
 
 

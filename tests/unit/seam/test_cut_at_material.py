@@ -174,9 +174,11 @@ def test_a_stretch_in_material_stays_refused_when_it_is_accepted_by_hand(tmp_pat
 
 def test_a_refusal_for_lack_of_reach_names_the_torch_and_what_would_change_it() -> None:
     record = seams_record(detect_seams(saved_graph("closed-box")))
-    assert record["torch"] == {"wire_mm": 20.0, "nozzle_radius_mm": 11.0, "length_mm": 300.0}
-    refused = [why for seam in record["seams"] for why in seam["against"] if why.startswith("no torch gets there")]
+    sizes = {"wire_mm": 20.0, "nozzle_radius_mm": 11.0, "length_mm": 300.0, "taper_mm": 0.0, "most_wire_mm": 25.0}
+    assert record["torch"] == {"name": "straight", **sizes}
+    words = "the torch does not get there"
+    refused = [why for seam in record["seams"] for why in seam["against"] if why.startswith(words)]
     assert refused
     for why in refused:
         assert "a straight torch of 300 mm, nozzle radius 11 mm, wire 20 mm" in why
-        assert "at another weld angle, accept the seam by an edit" in why
+        assert "state it with --torch, or accept the seam by an edit" in why

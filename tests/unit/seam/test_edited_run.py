@@ -10,7 +10,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.edit import PlacedEdit, apply_edits
-from wpcal.seam.edited_run import CORNER_MM
+from wpcal.seam.path.corners import CORNER_MM, CORNER_STEP_RAD
 from wpcal.seam.path.turning import rotation_angles
 from wpcal.seam.seam import Candidate, JoinedStretch, SeamEdit
 
@@ -63,13 +63,20 @@ def test_seams_are_joined_in_any_order_and_keep_the_direction_of_the_first() -> 
     assert ends(backwards) == ([175.0, 56.0, 10.0], [25.0, 64.0, 10.0])
 
 
-def test_at_a_corner_the_torch_turns_on_the_last_millimetre() -> None:
-    """On a longer way the wire cuts the corner of the web, and no program is written."""
+def test_at_a_corner_the_torch_turns_by_small_steps() -> None:
+    """With one step of 10 mm the wire would cut the corner of the web, and no program would be written."""
     for edit in (SeamEdit(join=(joined("W1"),)), SeamEdit(reverse=True, join=(joined("W1"),))):
         frames = after(("W2", edit))["W2"].frames
         turns = rotation_angles(frames.R[:-1], frames.R[1:])
-        (corner,) = np.flatnonzero(turns > 0.1).tolist()
-        assert np.diff(frames.s_mm)[corner] == pytest.approx(CORNER_MM)
+        steps = np.flatnonzero(turns > 1e-9)
+        assert turns.max() <= CORNER_STEP_RAD + 1e-9
+        assert turns.sum() == pytest.approx(np.pi / 2)
+        assert np.diff(frames.s_mm)[steps].sum() == pytest.approx(CORNER_MM + 8.0 / 2)  # half of the short side
+
+
+def test_an_end_that_is_joined_is_no_short_end_any_more() -> None:
+    seam = after(("W1", SeamEdit(join=(joined("W2"),))))["W1"]
+    assert (seam.accepted, seam.wrap_of, seam.against) == (True, None, ())
 
 
 def test_an_end_of_a_seam_is_joined_and_the_rest_is_a_seam_of_its_own() -> None:
@@ -114,6 +121,6 @@ def test_reach_is_felt_on_the_stretch_and_not_taken_from_the_whole() -> None:
     kept = after((name, SeamEdit(range_mm=(0.0, length_mm / 2))), part="frame")[name]
     assert (kept.accepted, kept.reachable) == (False, False)
     assert kept.blocked_by
-    assert kept.against[0].startswith("no torch gets there")
+    assert kept.against[0].startswith("the torch does not get there")
     taken = after((name, SeamEdit(accept=True, range_mm=(0.0, length_mm / 2))), part="frame")[name]
     assert (taken.accepted, taken.reasons[-1]) == (True, "accepted by hand")

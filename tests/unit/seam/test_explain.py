@@ -14,6 +14,7 @@ from wpcal.seam.limits import Level
 from wpcal.seam.member.note import take_members
 from wpcal.seam.options import Judging
 from wpcal.seam.rules import Rule
+from wpcal.seam.torch import USUAL_TORCH
 
 ROUNDED = 2e-3
 """Factors and confidences are written with three digits."""
@@ -60,7 +61,7 @@ def test_the_verdict_names_the_level_that_was_asked() -> None:
 def test_the_picture_holds_the_seam_inside_its_frame(seams: tuple[Seam, ...]) -> None:
     graph = saved_graph("gusset-with-holes")
     seam = next(seam for seam in seams if seam.accepted)
-    root = ET.fromstring(explained_svg(graph, TrimmedFaces.of(graph), seam, "a < b"))
+    root = ET.fromstring(explained_svg(graph, TrimmedFaces.of(graph), seam, "a < b", USUAL_TORCH))
     lines = [line for line in root.iter("{http://www.w3.org/2000/svg}polyline") if line.get("stroke") == SEAM]
     assert len(lines) == 1
     points = np.array([pair.split(",") for pair in (lines[0].get("points") or "").split()], dtype=float)

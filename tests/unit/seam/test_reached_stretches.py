@@ -12,10 +12,12 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
 from wpcal.core.records import to_json
 from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
-from wpcal.seam.judge.leans import LEANS_RAD, back_directions
+from wpcal.seam.judge.leans import Leans, back_directions
 from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.judge.stations import start_mm
+from wpcal.seam.options import Reach
 from wpcal.seam.record import seams_from_record, seams_record
+from wpcal.seam.torch import USUAL_TORCH
 
 PARTS = (
     "tee-beside-block",
@@ -27,6 +29,7 @@ PARTS = (
     "frame",
     "saddle",
 )
+LEANS_RAD = Leans.of(Reach()).rad
 BETWEEN_MM = 0.7
 """The torch is checked at this step between stations, which is not the step with which it was felt."""
 CUT_MM = 1.01
@@ -52,7 +55,8 @@ def test_the_torch_meets_nothing_along_accepted_seams(name: str) -> None:
     seams = [seam for seam in detect_seams(graph) if seam.accepted]
     assert seams
     for seam in seams:
-        assert len(find_poses_in_material(material, *poses_between(seam), start_mm=start_mm(seam))) == 0
+        torch = USUAL_TORCH.with_more_wire(seam.more_wire_mm)
+        assert len(find_poses_in_material(material, *poses_between(seam), torch, start_mm=start_mm(seam))) == 0
 
 
 def test_a_block_beside_the_joint_leaves_the_stretches_at_its_ends() -> None:
@@ -67,7 +71,10 @@ def test_a_block_beside_the_joint_leaves_the_stretches_at_its_ends() -> None:
     assert low + high == pytest.approx(240.0, abs=CUT_MM)  # the block is in the middle, from 100 to 140
     assert 90.0 < low < 110.0
     assert "with every lean it meets block, from (" in blocked.against[0]
-    assert any("30.0 mm of which no torch reaches: block is in its way" in reason for reason in before.reasons)
+    assert any(
+        "30.0 mm of which the torch does not reach (85.0 to 115.0 mm from the start): block is in its way" in reason
+        for reason in before.reasons
+    )
     assert before.length_mm + blocked.length_mm + after.length_mm == pytest.approx(200.0, abs=1e-6)
     inner = blocked.frames.p + np.clip(120.0 - blocked.frames.p[:, :1], -CUT_MM, CUT_MM) * [1.0, 0.0, 0.0]
     for lean in LEANS_RAD:

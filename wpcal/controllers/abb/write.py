@@ -14,9 +14,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from wpcal.controllers.abb.arc import ArcData, arc_data
 from wpcal.controllers.abb.configuration import confdata
+from wpcal.controllers.describe import describe, describe_path
 from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_name, safe_names
-from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.post import Post
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
@@ -43,6 +46,7 @@ PROCEDURE = "weld_"
 """The name of a procedure is this and the name of its seam."""
 SAFE_POINT = "wpSafe"
 """The target above the part at which the program starts and ends."""
+AIR_SPEED = "vAir"
 JOINT_SPEED = "v100"
 """Of the only joint move, that to the safe point: slow, because the arm can come from anywhere."""
 OFF = ("    ConfJ\\Off;", "    ConfL\\Off;")
@@ -79,7 +83,11 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
     module = safe_name(program.controller.program_name, NAMES)
     frame, T_base_frame = _frame_as_written(program.T_base_part)
     names = safe_names([path.seam.name for path in program.paths], NAMES, room=max(width + 1, len(PROCEDURE)))
-    lines = [f"MODULE {module}", *_header(program, names), *_data(program, frame)]
+    post = Post("rapid", program)
+    lines = [f"MODULE {module}", *post.header(_about(program, names)), *_data(program, frame)]
+    arcs = {path.seam.name: _arc_data(path, names[path.seam.name], program) for path in program.paths}
+    for path in program.paths:
+        lines += _data_of_seam(path, names[path.seam.name], program, arcs[path.seam.name])
     if program.safe_point is not None:
         lines += _targets([SAFE_POINT], program.safe_point, program, T_base_frame)
     for path in program.paths:
@@ -87,21 +95,20 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
     tool = own_name(program.controller.tool_name, NAMES, what="tool")
     off, on = ((), ()) if program.arm is not None else (OFF, ON)
     for path in program.paths:
-        moves = _moves(path, names[path.seam.name], tool, width, comes_from_safe=program.safe_point is not None)
+        moves = _moves(path, names[path.seam.name], tool, post, arcs[path.seam.name])
         mode, usual = (CIRCLE, USUAL_CIRCLE) if path.has_arcs else ((), ())
         name = f"{PROCEDURE}{names[path.seam.name]}"
         lines += ["", f"  PROC {name}()", *off, *mode, *moves, *usual, *on, "  ENDPROC"]
     calls = [f"    {PROCEDURE}{stem};" for stem in names.values()]
     if program.safe_point is not None:
-        end = f"{tool}\\WObj:=wpPart;"
-        first, last = f"    MoveJ {SAFE_POINT},{JOINT_SPEED},fine,{end}", f"    MoveL {SAFE_POINT},vAir,fine,{end}"
-        calls = [*off, first, *calls, *off, last, *on]
+        first = post.air_move(SAFE_POINT, speed=JOINT_SPEED, joint=True)
+        calls = [*off, *first, *calls, *off, *post.air_move(SAFE_POINT, speed=AIR_SPEED), *on]
     main = safe_name(f"run_{module}", NAMES)
-    lines += [f"  PROC {main}()", *calls, "  ENDPROC", "ENDMODULE", ""]
+    lines += [f"  PROC {main}()", *calls, "  ENDPROC", *post.footer(), ""]
     return {f"{module}.mod": "\r\n".join(lines)}
 
 
-def _header(program: WeldProgram, names: dict[str, str]) -> list[str]:
+def _about(program: WeldProgram, names: dict[str, str]) -> list[str]:
     text = [
         *describe(program),
         "targets are relative to wpPart, the part as calibrated; mm; q1..q4 = w,x,y,z",
@@ -109,11 +116,13 @@ def _header(program: WeldProgram, names: dict[str, str]) -> list[str]:
         "confdata is not known: ConfJ, ConfL \\Off let the controller choose, and are On again at the end"
         if program.arm is None
         else "confdata is computed from the joints; cfx is that of an arm without a parallel rod",
-        "the tool must be declared on the controller; the arc burns from ARC ON to ARC OFF",
+        "the tool must be declared on the controller; the arc burns from ARC ON to ARC OFF"
+        if program.arc is None
+        else "the tool, and data without sm_, wd_ and wv_, must be declared on the controller; wire feed in mm/s",
         "seam -> name here",
         *(f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
     ]
-    return comment_lines(text, mark="  ! ", longest=LONGEST_COMMENT)
+    return comment_lines(text, mark="", longest=LONGEST_COMMENT)
 
 
 def _frame_as_written(T: RigidTransform) -> tuple[str, RigidTransform]:
@@ -128,6 +137,23 @@ def _data(program: WeldProgram, frame: str) -> list[str]:
     for name, speed in (("vWeld", program.motion.speed_mm_s), ("vAir", program.motion.air_speed_mm_s)):
         lines.append(f"  LOCAL CONST speeddata {name}:=[{speed:g},{TURN_DEG_S},{speed:g},{TURN_DEG_S}];")
     return lines
+
+
+def _arc_data(path: WeldPath, stem: str, program: WeldProgram) -> ArcData | None:
+    return None if program.arc is None else arc_data(path, stem, program.weld_speed_mm_s(path), NAMES)
+
+
+def _data_of_seam(path: WeldPath, stem: str, program: WeldProgram, arc: ArcData | None) -> list[str]:
+    """Declare what a seam with weld data has of its own: its speed and its arc data."""
+    if path.run is None:
+        return []
+    speed = program.weld_speed_mm_s(path)
+    own = f"  LOCAL CONST speeddata {_speed_name(path, stem)}:=[{speed:g},{TURN_DEG_S},{speed:g},{TURN_DEG_S}];"
+    return [own, *(() if arc is None else arc.declared)]
+
+
+def _speed_name(path: WeldPath, stem: str) -> str:
+    return "vWeld" if path.run is None else f"v_{stem}"
 
 
 def pose_texts(p: FloatArray, R: FloatArray) -> list[str]:
@@ -163,26 +189,32 @@ def _targets(
     ]
 
 
-def _moves(path: WeldPath, stem: str, tool: str, width: int, *, comes_from_safe: bool) -> list[str]:
-    end = f"{tool}\\WObj:=wpPart;"
-    labels, rows = path.labels(stem, width=width), path.weld_rows
+def _moves(path: WeldPath, stem: str, tool: str, post: Post, arc: ArcData | None) -> list[str]:
+    program, end = post.program, f"{tool}\\WObj:=wpPart;"
+    labels, rows = path.labels(stem, width=program.label_width), path.weld_rows
     way_to, along, way_from = labels[: rows.start], labels[rows], labels[rows.stop :]
-    moves = [f"    MoveL {label},vAir,fine,{end}" for label in way_to]
-    if not comes_from_safe:
-        moves[0] = f"    MoveJ {way_to[0]},vAir,fine,{end}"
-    return [
-        *moves,
-        f"    MoveL {along[0]},vAir,fine,{end}",
-        "    ! ARC ON",
-        *_weld_moves(path, along, end),
-        "    ! ARC OFF",
-        *(f"    MoveL {label},vAir,fine,{end}" for label in way_from),
-    ]
+    moves = post.air_move(way_to[0], speed=AIR_SPEED, joint=program.safe_point is None)
+    for label in way_to[1:]:
+        moves += post.air_move(label, speed=AIR_SPEED)
+    speed = _speed_name(path, stem)
+    moves += post.weld_start(path, list, point=along[0], speed=speed, arc="" if arc is None else arc.text)
+    moves += _weld_moves(path, along, end, speed=speed, arc=arc)
+    moves += post.weld_end(path, list)
+    for label in way_from:
+        moves += post.air_move(label, speed=AIR_SPEED)
+    return moves
 
 
-def _weld_moves(path: WeldPath, along: list[str], end: str) -> list[str]:
+def _weld_moves(path: WeldPath, along: list[str], end: str, *, speed: str, arc: ArcData | None) -> list[str]:
     lines = []
-    for move, stop in zip(path.weld_moves, path.stops(ZONE_MM), strict=True):
-        to = f"MoveC {along[move.via]},{along[move.to]}" if isinstance(move, Arc) else f"MoveL {along[move.to]}"
-        lines.append(f"    {to},vWeld,{'fine' if stop else 'z1'},{end}")
+    moves = list(zip(path.weld_moves, path.stops(ZONE_MM), strict=True))
+    for number, (move, stop) in enumerate(moves, 1):
+        word = "C" if isinstance(move, Arc) else "L"
+        to = f"{along[move.via]},{along[move.to]}" if isinstance(move, Arc) else along[move.to]
+        zone = "fine" if stop else "z1"
+        if arc is None:
+            lines.append(f"    Move{word} {to},{speed},{zone},{end}")
+        else:
+            last = "End" if number == len(moves) else ""
+            lines.append(f"    Arc{word}{last} {to},{speed},{arc.text},{zone},{end}")
     return lines

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.controllers.fanuc.configuration import config
-from wpcal.controllers.fanuc.write import DECIMALS, NAMES, coordinates, remarks, tp_file, tp_speed
-from wpcal.controllers.naming import safe_name
+from wpcal.controllers.fanuc.write import DECIMALS, LONGEST_REMARK, NAMES, coordinates, tp_file, tp_speed
+from wpcal.controllers.naming import comment_lines, safe_name
 from wpcal.controllers.rounding import zyx_degrees
 from wpcal.controllers.tour_program import ArcChange, StepKind, TourProgram, TourStep, degrees
 from wpcal.core.errors import InputError
@@ -40,14 +40,19 @@ def write_tour_fanuc(program: TourProgram) -> dict[str, str]:
         )
     name = safe_name(program.controller.program_name, NAMES).upper()
     tool = program.controller.tool_number
-    lines = [*remarks([*program.notes]), "  UFRAME_NUM=0", f"  UTOOL_NUM={tool}"]
+    lines = [*_remarks([*program.notes]), "  UFRAME_NUM=0", f"  UTOOL_NUM={tool}"]
     for step in program.steps:
         lines += _move(step, program.joint_percent)
     return {f"{name.lower()}.ls": tp_file(name, lines, _positions(program))}
 
 
+def _remarks(lines: list[str]) -> list[str]:
+    clean = [line.replace(";", ",") for line in lines]  # a semicolon ends an instruction
+    return comment_lines(clean, mark="  !", longest=LONGEST_REMARK)
+
+
 def _move(step: TourStep, percent: float) -> list[str]:
-    lines = [] if step.seam is None else remarks([step.seam])
+    lines = [] if step.seam is None else _remarks([step.seam])
     if step.kind is StepKind.JOINT:
         return [*lines, f"J P[{step.target + 1}] {percent:.0f}% FINE"]
     assert step.speed_mm_s is not None

@@ -11,11 +11,16 @@ Staubli, VAL3 Reference Manual (pointRx, frame, mdesc; configuration ssame, esam
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
+from wpcal.controllers.describe import describe, describe_path
 from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_name, safe_names
-from wpcal.controllers.program import WeldPath, WeldProgram, describe, describe_path
+from wpcal.controllers.post import Post
+from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, zyx_degrees
+from wpcal.controllers.staubli.arc import end_lines, how, start_lines
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
@@ -39,6 +44,8 @@ BLEND_MM = 0.5
 """Half of the default least step of seams: blends of neighbours touch and do not overlap."""
 JOINT_PERCENT = 10
 """Of joint moves. Slow, because the arm can come from anywhere."""
+MOTION = "m"
+"""The name of the motion of a seam with a speed of its own is this and the name of the seam."""
 SAFE_POINT = "wpSafe"
 """The point above the part at which the program starts and ends."""
 LONGEST_COMMENT = 100
@@ -68,7 +75,8 @@ def write_val3(program: WeldProgram) -> dict[str, str]:
         if len(path) > MOST_POINTS:
             raise InputError(f"VAL3: seam {path.seam.name} has {len(path)} points, an array at most {MOST_POINTS}")
     name = safe_name(program.controller.program_name, NAMES)
-    names = safe_names([path.seam.name for path in program.paths], NAMES)
+    room = 0 if all(path.run is None for path in program.paths) else len(MOTION)
+    names = safe_names([path.seam.name for path in program.paths], NAMES, room=room)
     return {
         f"{name}.pjx": _project(name),
         f"{name}.dtx": _database(program, names),
@@ -102,6 +110,7 @@ def _database(program: WeldProgram, names: dict[str, str]) -> str:
         *_data("mAir", "mdesc", [_motion(program.motion.air_speed_mm_s, "off")]),
         *_data("mJoint", "mdesc", [_motion(program.motion.air_speed_mm_s, "off", percent=JOINT_PERCENT)]),
         *_data("mWeld", "mdesc", [_motion(program.motion.speed_mm_s, "cartesian")]),
+        *_motions_of_seams(program, names),
         *(COUNTER if any(path.moves is None for path in program.paths) else ()),
     ]
     same = 'shoulder="ssame" elbow="esame" wrist="wsame" fatherId="fPart[0]"'
@@ -112,6 +121,20 @@ def _database(program: WeldProgram, names: dict[str, str]) -> str:
         points = [f"{text} {same}" for text in _coordinates(*path.poses_in(T_base_frame))]
         lines += _data(names[path.seam.name], "pointRx", points)
     return "\n".join([*lines, "  </Datas>", "</Database>", ""])
+
+
+def _motions_of_seams(program: WeldProgram, names: dict[str, str]) -> list[str]:
+    """Declare the motion of every seam that has a speed of its own."""
+    lines = []
+    for path in program.paths:
+        if path.run is not None:
+            motion = _motion(program.weld_speed_mm_s(path), "cartesian")
+            lines += _data(_motion_name(path, names[path.seam.name]), "mdesc", [motion])
+    return lines
+
+
+def _motion_name(path: WeldPath, name: str) -> str:
+    return "mWeld" if path.run is None else f"{MOTION}{name}"
 
 
 def _data(name: str, kind: str, values: list[str]) -> list[str]:
@@ -169,43 +192,43 @@ def _start(program: WeldProgram, names: dict[str, str]) -> list[str]:
         "points are children of fPart, the part as calibrated; mm; R = Rx(rx) Ry(ry) Rz(rz), deg",
         f"written with {MM_DECIMALS} and {DEG_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
         "the configuration is not known: the arm keeps the one it comes with (same)",
-        f"declare the tool {tool} in this application; the arc burns from ARC ON to ARC OFF",
+        f"declare the tool {tool} in this application; {how(program.arc)}",
         "seam -> name here",
         *(f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
     ]
-    lines = comment_lines(text, mark="  // ", longest=LONGEST_COMMENT)
+    post = Post("val3", program)
+    lines = post.header(comment_lines(text, mark="", longest=LONGEST_COMMENT))
     if program.safe_point is not None:
-        lines += [f"  movej({SAFE_POINT},{tool},mJoint)", "  waitEndMove()"]
+        lines += [*post.air_move(SAFE_POINT, speed="mJoint", joint=True), "  waitEndMove()"]
     for path in program.paths:
-        lines += _moves(path, names[path.seam.name], tool, comes_from_safe=program.safe_point is not None)
+        lines += _moves(path, names[path.seam.name], tool, post)
     if program.safe_point is not None:
-        lines += [f"  movel({SAFE_POINT},{tool},mAir)", "  waitEndMove()"]
-    return lines
+        lines += [*post.air_move(SAFE_POINT, speed="mAir"), "  waitEndMove()"]
+    return [*lines, *post.footer()]
 
 
-def _moves(path: WeldPath, name: str, tool: str, *, comes_from_safe: bool) -> list[str]:
-    rows, count = path.weld_rows, len(path)
-    begin = f"  movel({name}[0],{tool},mAir)" if comes_from_safe else f"  movej({name}[0],{tool},mJoint)"
-    return [
-        begin,
-        *(f"  movel({name}[{row}],{tool},mAir)" for row in range(1, rows.start + 1)),
-        "  waitEndMove()",
-        "  // ARC ON",
-        *_weld_moves(path, name, tool),
-        "  // ARC OFF",
-        *(f"  movel({name}[{row}],{tool},mAir)" for row in range(rows.stop, count)),
-        "  waitEndMove()",
-    ]
+def _moves(path: WeldPath, name: str, tool: str, post: Post) -> list[str]:
+    program, rows, count = post.program, path.weld_rows, len(path)
+    is_joint, arc = program.safe_point is None, program.arc
+    lines = post.air_move(f"{name}[0]", speed="mJoint" if is_joint else "mAir", joint=is_joint)
+    for row in range(1, rows.start + 1):
+        lines += post.air_move(f"{name}[{row}]", speed="mAir")
+    lines += ["  waitEndMove()", *post.weld_start(path, list if arc is None else partial(start_lines, path, arc))]
+    lines += _weld_moves(path, name, tool, motion=_motion_name(path, name))
+    lines += post.weld_end(path, list if arc is None else partial(end_lines, path, arc))
+    for row in range(rows.stop, count):
+        lines += post.air_move(f"{name}[{row}]", speed="mAir")
+    return [*lines, "  waitEndMove()"]
 
 
-def _weld_moves(path: WeldPath, name: str, tool: str) -> list[str]:
+def _weld_moves(path: WeldPath, name: str, tool: str, *, motion: str) -> list[str]:
     first, last = path.weld_rows.start, path.weld_rows.stop - 1
     if path.moves is None:
-        loop = f"  for nPoint={first + 1} to {last}", f"    movel({name}[nPoint],{tool},mWeld)", "  endFor"
+        loop = f"  for nPoint={first + 1} to {last}", f"    movel({name}[nPoint],{tool},{motion})", "  endFor"
         return [*loop, "  waitEndMove()"]
     lines = []
     for move, stop in zip(path.weld_moves, path.stops(BLEND_MM), strict=True):
-        to = f"{name}[{first + move.to}],{tool},mWeld"
+        to = f"{name}[{first + move.to}],{tool},{motion}"
         lines.append(f"  movec({name}[{first + move.via}],{to})" if isinstance(move, Arc) else f"  movel({to})")
         lines += ["  waitEndMove()"] if stop else []
     return lines

@@ -17,7 +17,9 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.contact import Contacts, candidate_pairs, clipped_range, find_contacts
 from wpcal.seam.find.duplicates import SAME_SIDE_COS, outward, without_duplicates
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
+from wpcal.seam.find.play import is_play
 from wpcal.seam.limits import GAP_ROUND_OFF_MM, NEAR_GAPS, WIDE_GAPS
+from wpcal.seam.options import Play
 from wpcal.seam.pieces import sample_pieces, solids_of
 from wpcal.seam.seam import SeamPieces
 
@@ -35,8 +37,10 @@ DEPTHS = (1.0, 2.0, 4.0)
 """How many gaps deep another solid is looked for in a gap."""
 
 
-def find_wide_gaps(graph: BrepGraph, trimmed: TrimmedFaces, found: SeamPieces, *, gap_mm: float) -> JoinedPieces:
-    """Find joints at a constant gap between the usual one and `WIDE_GAPS` times as much.
+def find_wide_gaps(
+    graph: BrepGraph, trimmed: TrimmedFaces, found: SeamPieces, *, gap_mm: float, play: tuple[Play, ...] = ()
+) -> JoinedPieces:
+    """Find joints at a constant gap between the usual one and `WIDE_GAPS` times as much, or the play of the assembly.
 
     Parameters
     ----------
@@ -46,12 +50,14 @@ def find_wide_gaps(graph: BrepGraph, trimmed: TrimmedFaces, found: SeamPieces, *
         All other candidates between two solids. No piece runs beside one of them.
     gap_mm : float
         The gap with which contacts were found, mm.
+    play : tuple of Play
+        Gaps that several joints have. They are meant, also on faces of several directions.
 
     Returns
     -------
     JoinedPieces
     """
-    wide_mm = WIDE_GAPS * gap_mm
+    wide_mm = max(WIDE_GAPS * gap_mm, *(one.most_mm for one in play), 0.0)
     pairs = candidate_pairs(graph, trimmed, wide_mm)
     parallel = _is_parallel(graph, trimmed, *pairs, gap_mm, wide_mm)
     contacts = find_contacts(graph, trimmed, gap_mm=wide_mm, pairs=(pairs[0][parallel], pairs[1][parallel]))
@@ -60,10 +66,10 @@ def find_wide_gaps(graph: BrepGraph, trimmed: TrimmedFaces, found: SeamPieces, *
     touched = np.isin(_touches(graph, *pairs), _touches(graph, even.edge, even.face))
     near = find_contacts(graph, trimmed, gap_mm=wide_mm, pairs=(pairs[0][touched], pairs[1][touched]))
     even = _rows(even, _is_most(graph, even, near))
-    even = _rows(even, ~_is_clearance(graph, even))
+    even = _rows(even, is_play(play, even.gap_mm[:, 1]) | ~_is_clearance(graph, even))
     joined = join_contacts(graph, trimmed, even, gap_mm=wide_mm)
-    joined = joined.select(np.flatnonzero(~_is_beside(graph, joined.pieces, found, NEAR_GAPS * wide_mm)))
-    joined = joined.select(np.flatnonzero(~_is_filled(graph, trimmed, joined.pieces)))
+    joined = joined.select(np.flatnonzero(~is_beside(graph, joined.pieces, found, NEAR_GAPS * wide_mm)))
+    joined = joined.select(np.flatnonzero(~is_filled(graph, trimmed, joined.pieces)))
     return without_duplicates(graph, joined, gap_mm=float(joined.pieces.gap_mm.max(initial=0.0)))
 
 
@@ -131,7 +137,7 @@ def _is_parallel(
     return rows
 
 
-def _is_beside(graph: BrepGraph, pieces: SeamPieces, found: SeamPieces, near_mm: float) -> BoolArray:
+def is_beside(graph: BrepGraph, pieces: SeamPieces, found: SeamPieces, near_mm: float) -> BoolArray:
     """Tell which pieces run, anywhere, beside something found between the same solids on the same side; shape (k,)."""
     own, known = solids_of(graph, pieces), solids_of(graph, found)
     beside = np.zeros(len(pieces), dtype=bool)
@@ -153,7 +159,7 @@ def _is_beside(graph: BrepGraph, pieces: SeamPieces, found: SeamPieces, near_mm:
     return beside
 
 
-def _is_filled(graph: BrepGraph, trimmed: TrimmedFaces, pieces: SeamPieces) -> BoolArray:
+def is_filled(graph: BrepGraph, trimmed: TrimmedFaces, pieces: SeamPieces) -> BoolArray:
     """Tell in which gaps another solid lies, a shim or a gasket; shape (k,)."""
     if len(pieces) == 0:
         return np.zeros(0, dtype=bool)

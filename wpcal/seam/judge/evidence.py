@@ -13,9 +13,11 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.find.formed import are_bends, is_profile
+from wpcal.seam.find.play import is_play, with_play
+from wpcal.seam.judge.held_fast import is_held_fast
 from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
@@ -23,12 +25,11 @@ from wpcal.seam.limits import GAP_ROUND_OFF_MM, THICKEST_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_clamps, find_holes
 from wpcal.seam.member.note import Members, are_welded, take_members
 from wpcal.seam.member.one_piece import OnePieces
-from wpcal.seam.options import ConcaveEdges, SeamOptions
+from wpcal.seam.options import ConcaveEdges, Play, Reach, SeamOptions
 from wpcal.seam.rules import GAP_SHARE_LOST, PRIOR, Rule
 from wpcal.seam.seam import Finding, Seam, SeamSource
-from wpcal.seam.torch import USUAL_TORCH
 
-OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key})
+OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key, Rule.SHORT_END.key})
 """Findings that need all seams of the part: they stay when a part of them is judged again."""
 BETWEEN_TWO = frozenset({SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE})
 """Candidates that join two solids."""
@@ -36,13 +37,15 @@ FELT_GAP = 0.1
 """Gaps below this fraction of the allowed gap do not lower the confidence."""
 AROUND = 0.1
 """A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees)."""
-STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "no torch gets there at"
+THIN_WALL = 0.6
+"""A round member is a tube if it has a bore of this share of its diameter or more: bushes and rollers have thicker
+walls."""
+STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "the torch does not get there at"
 """How the reasons about reach end and begin."""
-ASSUMED = (
-    f" (assumed: {USUAL_TORCH}; if yours is bent or smaller, or gets there at another weld angle, accept the seam by "
-    "an edit)"
-)
-"""Which torch a verdict about reach is for, and what would change it."""
+WIRE_WORDS = "mm of wire are needed from its tip to the nozzle"
+"""How the reason about a longer wire goes on."""
+ASSUMED_MARK = " (assumed: "
+"""How the words about the assumed torch begin, at the end of a finding."""
 
 
 def judge_seams(
@@ -75,7 +78,7 @@ def judge_seams(
     judged = []
     for row, seam in enumerate(seams):
         kept = (finding for finding in seam.findings if finding.rule in OF_WHOLE_PART)
-        reasons = (seam.source.value, *seam.reasons, *_reach_words(seam))
+        reasons = (seam.source.value, *seam.reasons, *_reach_words(seam, judge.reach))
         reachable = not (seam.inside or seam.blocked_by)
         found = [*judge.evidence(seam), *concave.get(row, ()), *kept]
         found += judge.shape_evidence(seam, found)
@@ -95,20 +98,32 @@ def _confidence(seam: Seam, findings: Sequence[Finding]) -> float:
     return PRIOR[seam.source] * float(np.prod([finding.factor for finding in findings]))
 
 
-def _reach_words(seam: Seam) -> tuple[str, ...]:
-    """Say how a torch gets to a seam, and at how many of its frames it does not."""
+def assumed_words(reach: Reach) -> str:
+    """Say which torch a verdict about reach is for, and what would change it."""
+    yours = "if yours is another one, state it with --torch, or accept the seam by an edit"
+    return f"{ASSUMED_MARK}{reach.torch}; {yours})"
+
+
+def _reach_words(seam: Seam, reach: Reach) -> tuple[str, ...]:
+    """Say how a torch gets to a seam, with how much wire, and at how many of its frames it does not."""
     if seam.lean_rad is None or seam.blocked_by or seam.inside:
         return ()
     count = len(seam.lean_rad)
     missed = int(np.isnan(seam.lean_rad[:, 0]).sum())
     straight = int((seam.lean_rad == 0).all(axis=1).sum())
-    words = f"{straight} of {count} frames {STRAIGHT_WORDS}"
-    return (words, f"{MISSED_WORDS} {missed} of {count} frames") if missed else (words,)
+    words = [f"{straight} of {count} frames {STRAIGHT_WORDS}"]
+    if missed:
+        words.append(f"{MISSED_WORDS} {missed} of {count} frames")
+    if seam.more_wire_mm:
+        usual = reach.torch.wire_mm
+        words.append(f"{usual + seam.more_wire_mm:g} {WIRE_WORDS}: {seam.more_wire_mm:g} mm more than usual")
+    return tuple(words)
 
 
 def is_judgement(text: str, source: SeamSource) -> bool:
     """Tell whether a reason was added by `judge_seams`, which is to judge again."""
-    return text == source.value or text.endswith(STRAIGHT_WORDS) or text.startswith(MISSED_WORDS)
+    is_reach = text.endswith(STRAIGHT_WORDS) or text.startswith(MISSED_WORDS) or WIRE_WORDS in text
+    return text == source.value or is_reach
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,8 +148,12 @@ class Judge:
     level : Level
     has_marks : bool
         Whether edges of the part are marked as seams.
+    reach : Reach
+        The torch with which the seams were felt.
     one_pieces : OnePieces
         Which solids were made as one piece.
+    play : tuple of Play
+        Gaps that several joints have: they are meant.
     """
 
     graph: BrepGraph
@@ -148,7 +167,9 @@ class Judge:
     min_length_mm: float
     level: Level
     has_marks: bool
+    reach: Reach
     one_pieces: OnePieces
+    play: tuple[Play, ...]
 
     @classmethod
     def of(cls, graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, *, has_marks: bool) -> Judge:
@@ -162,7 +183,9 @@ class Judge:
         gap_mm, min_mm, level = options.gap_for(graph), options.min_length_mm, options.judging.level
         rolling = find_rolling(graph, trimmed, gap_mm)
         known = (graph, number, members, rolling, holes, hole_of_face, dict(clamps))
-        return cls(*known, gap_mm, min_mm, level, has_marks, OnePieces(graph, trimmed))
+        play = with_play(graph, trimmed, options).play or ()
+        options_of = (gap_mm, min_mm, level, has_marks, options.reach)
+        return cls(*known, *options_of, OnePieces(graph, trimmed), play)
 
     def clamps_of(self, a: int, b: int) -> list[Clamp]:
         """Return the places at which two solids are clamped together."""
@@ -184,7 +207,7 @@ class Judge:
         if seam.inside:
             yield Rule.IN_MATERIAL.found(in_material_words(seam))
         elif seam.blocked_by:
-            yield Rule.NOT_REACHED.found(f"{blocked_words(seam)}{ASSUMED}")
+            yield Rule.NOT_REACHED.found(f"{blocked_words(seam)}{assumed_words(self.reach)}")
         for solid in solids:
             yield from self.members[solid].findings
             if seam.source is SeamSource.FLARE and solid in self.rolling and not self.members[solid].said:
@@ -213,6 +236,9 @@ class Judge:
             why = None if self.members[self.number[name]].said else self.one_pieces.why(self.number[name])
             if why is not None:
                 yield Rule.ONE_PIECE.found(f"{name}: {why}", solid=name)
+        a, b = (self.number[name] for name in seam.solids)
+        if not self.both_said(seam) and is_held_fast(self.graph, self.one_pieces.trimmed, a, b, self.gap_mm):
+            yield Rule.HELD_FAST.found("one of the two is a ring between two shoulders of the other")
 
     def _pair_evidence(self, seam: Seam, a: int, b: int) -> Iterator[Finding]:
         """Yield what speaks against welding these two members to each other at this place."""
@@ -238,7 +264,8 @@ class Judge:
             yield Rule.ONE_LINED_UP.found("a hole of both members lines up here")
 
     def _contact_evidence(self, seam: Seam, *, is_fastener: bool) -> Iterator[Finding]:
-        mean = seam.gap_mm[1]
+        gaps = seam.pieces.gap_mm[:, 1]
+        mean = float(gaps[~is_play(self.play, gaps)].sum() / len(gaps))  # play is no doubt
         if mean > FELT_GAP * self.gap_mm:
             lost = GAP_SHARE_LOST * min(mean / self.gap_mm, 1.0)
             text = f"a gap of {mean:.2f} mm on average, up to {seam.gap_mm[2]:.2f} mm"
@@ -267,17 +294,38 @@ class Judge:
         pins = faces[(graph.face_kind[faces] == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)]
         if len(pins) == 0:
             return False
-        o, z, radius = graph.face_frame[pins[0], 0], graph.face_frame[pins[0], 3], graph.face_param[pins[0], 0]
+        z, radius = graph.face_frame[pins[0], 3], graph.face_param[pins[0], 0]
+        if self._is_tube(int(pins[0])):
+            return False
         if np.abs(seam.frames.R[:, :, 0] @ z).max() > AROUND:
             return False
         other = [self.number[name] for name in seam.solids if self.number[name] != graph.face_solid[pins[0]]]
-        bores = np.flatnonzero((graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0))
+        bores = self._bores
         play = max(self.gap_mm, seam.gap_mm[2] + GAP_ROUND_OFF_MM)
         fits = np.abs(graph.face_param[bores, 0] - radius) <= play
         holes = bores[fits & np.isin(graph.face_solid[bores], other)]
-        arm: FloatArray = graph.face_frame[holes, 0] - o
-        off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1)
-        return bool((off <= play).any())
+        return bool((self._off_axis(holes, int(pins[0])) <= play).any())
+
+    @property
+    def _bores(self) -> IntArray:
+        """The round faces of holes."""
+        return np.flatnonzero((self.graph.face_kind == SurfaceKind.CYLINDER) & (self.graph.face_outward < 0))
+
+    def _off_axis(self, faces: IntArray, cylinder: int) -> FloatArray:
+        """Return how far the axes of round faces are from that of a cylinder, mm."""
+        o, z = self.graph.face_frame[cylinder, 0], self.graph.face_frame[cylinder, 3]
+        arm = self.graph.face_frame[faces, 0] - o
+        return np.asarray(np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1), dtype=np.float64)
+
+    def _is_tube(self, cylinder: int) -> bool:
+        """Tell whether a round face is the outside of a tube, with thin walls and longer than it is wide: no pin."""
+        graph, radius = self.graph, float(self.graph.face_param[cylinder, 0])
+        bores = self._bores[graph.face_solid[self._bores] == graph.face_solid[cylinder]]
+        bores = bores[(graph.face_param[bores, 0] >= THIN_WALL * radius) & (graph.face_param[bores, 0] < radius)]
+        bores = bores[self._off_axis(bores, cylinder) <= self.gap_mm]
+        edges = np.flatnonzero((graph.edge_faces == cylinder).any(axis=1))
+        p = graph.vertex_p[graph.edge_vertices[edges].ravel()] @ graph.face_frame[cylinder, 3]
+        return len(bores) > 0 and len(p) > 0 and bool(np.ptp(p) > 2.0 * radius)
 
 
 def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> dict[int, list[Finding]]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 
 import numpy as np
 
@@ -15,27 +16,25 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.judge.stations import start_mm
-from wpcal.seam.judge.torch_poses import TorchPoses, are_steps_clear, find_solids_met
-from wpcal.seam.seam import Seam
-from wpcal.seam.torch import USUAL_TORCH
-
-WORK_DEG = (0.0, 15.0, -15.0)
-"""Across the seam welders tilt the torch by about 15 degrees before they call a joint unreachable."""
-TRAVEL_DEG = (0.0, 20.0, -20.0, 35.0, -35.0)
-"""Along the seam 20 degrees are usual. At the end of a seam against a wall the torch leans more: with a nozzle of 22 mm
-and a stick-out of 20 mm only 29 degrees reach into the corner, and 35 degrees with a nozzle of 28 mm."""
-LEANS_RAD = np.radians(
-    sorted(
-        ((work, travel) for work in WORK_DEG for travel in TRAVEL_DEG),
-        key=lambda lean: (abs(lean[0]) + abs(lean[1]), -lean[1], -lean[0]),
-    )
+from wpcal.seam.judge.torch_poses import (
+    TorchPoses,
+    are_steps_clear,
+    find_solids_beside_neck,
+    find_solids_met,
+    turned,
 )
-"""Work and travel angles that are tried, the smallest first; shape (15, 2)."""
-SMALL_LEANS = 5
-"""So many leans are straight or tilted one way, by 20 degrees at most. The others are for the ends of a seam: what is
-reached only with them from end to end is behind something."""
-TIERS = (slice(1, SMALL_LEANS), slice(SMALL_LEANS, len(LEANS_RAD)))
-"""Larger leans are tried only where none of the smaller ones is free, and not on a seam on which none of them is."""
+from wpcal.seam.options import Reach
+from wpcal.seam.seam import Seam
+from wpcal.seam.torch import TorchShape
+
+WORK_STEP_DEG, TRAVEL_STEP_DEG = 15.0, 20.0
+"""Across the seam welders tilt the torch by about 15 degrees before they call a joint unreachable; along it 20 degrees
+are usual. A wider range is tried in such steps. At the end of a seam against a wall the torch leans more: with a nozzle
+of 22 mm and a stick-out of 20 mm only 29 degrees reach into the corner, and 35 degrees with a nozzle of 28 mm."""
+SPIN_STEP_DEG = 45.0
+"""Step of the turn about the wire that is tried with a bent neck."""
+SPIN_SHARE = 0.1
+"""A turn about the wire costs this share of a lean: robots turn the torch readily, and welders look past it."""
 STEP_MM = 1.0
 """Step of dense stations: where a free stretch begins or ends is known to this."""
 BETWEEN_MM = 2.0
@@ -48,6 +47,71 @@ APPROACH_MM = 50.0
 """At the ends of a seam the torch comes and goes along the wire by so much, so it is felt that much farther out."""
 
 
+class Stations(Enum):
+    """What the stations are at which seams are felt."""
+
+    FRAMES = "frames"
+    """Frames of the seams: the torch comes and goes at both ends, and is felt between them."""
+    DENSE = "dense"
+    """So near to each other that each may become the end of a seam: the torch is felt on its approach everywhere, and
+    between stations only where its lean goes to the other side."""
+    SOME = "some"
+    """A few of the frames: the torch is felt there and nowhere else."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leans:
+    """The poses of a torch that are tried at a station: every lean with every spin, by rows.
+
+    Parameters
+    ----------
+    rad : ndarray, shape (k, 2)
+        Work and travel angles, the smallest first.
+    small : int
+        So many leans are straight or tilted one way, by 20 degrees at most. The others are for the ends of a seam: what
+        is reached only with them from end to end is behind something.
+    spin_rad : ndarray, shape (j,)
+        Turns about the wire, the smallest first; only 0 for a torch without a neck.
+    """
+
+    rad: FloatArray
+    small: int
+    spin_rad: FloatArray
+
+    @classmethod
+    def of(cls, reach: Reach) -> Leans:
+        """Return the leans within the ranges of `reach`."""
+        work = _angles(reach.work_deg, WORK_STEP_DEG)
+        travel = _angles(reach.travel_deg, TRAVEL_STEP_DEG)
+        leans = sorted(
+            ((a, b) for a in work for b in travel),
+            key=lambda lean: (not _is_small(lean), abs(lean[0]) + abs(lean[1]), -lean[1], -lean[0]),
+        )
+        spin = _angles(reach.spin_deg, SPIN_STEP_DEG) if reach.torch.neck is not None else [0.0]
+        spin = sorted({_half_turn(value) for value in spin}, key=lambda value: (abs(value), -value))
+        return cls(np.radians(leans), sum(map(_is_small, leans)), np.radians(spin))
+
+    @property
+    def tiers(self) -> tuple[slice, slice]:
+        """Larger leans are tried only where no smaller one is free, and not on a seam on which none of these is."""
+        return slice(1, self.small), slice(self.small, len(self.rad))
+
+
+def _angles(range_deg: tuple[float, float], step_deg: float) -> list[float]:
+    """Return 0, the steps either way within a range, and its ends, in degrees."""
+    low, high = range_deg
+    steps = np.arange(-180.0 // step_deg, 180.0 // step_deg + 1) * step_deg
+    return sorted({*(float(value) for value in steps if low <= value <= high), float(low), float(high)})
+
+
+def _is_small(lean: tuple[float, float]) -> bool:
+    return min(map(abs, lean)) == 0.0 and max(map(abs, lean)) <= TRAVEL_STEP_DEG
+
+
+def _half_turn(value: float) -> float:
+    return 180.0 if value == -180.0 else value
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Felt:
     """What a torch meets along one seam of n stations.
@@ -56,6 +120,8 @@ class Felt:
     ----------
     lean_rad : ndarray, shape (n, 2)
         Work and travel angle with which the torch meets nothing; NaN at a station where it always does.
+    spin_rad : ndarray, shape (n,)
+        How far a bent neck is turned about the wire there; 0 without a neck.
     solid : ndarray of int, shape (n,)
         The solid that a torch meets at a station without a lean; -1 at the others.
     solid_after : ndarray of int, shape (n - 1,)
@@ -63,8 +129,14 @@ class Felt:
     """
 
     lean_rad: FloatArray
+    spin_rad: FloatArray
     solid: IntArray
     solid_after: IntArray
+
+    def lay_on(self, seam: Seam) -> Seam:
+        """Return the seam with these leans, and with the spin if any is not 0."""
+        spin = self.spin_rad if np.nan_to_num(self.spin_rad).any() else None
+        return replace(seam, lean_rad=self.lean_rad, spin_rad=spin)
 
     @property
     def is_free(self) -> bool:
@@ -79,7 +151,7 @@ class Felt:
     @property
     def turns_into_a_solid(self) -> bool:
         """Whether the torch meets a solid while it changes its lean."""
-        turns = (np.diff(self.lean_rad, axis=0) != 0).any(axis=1)
+        turns = (np.diff(self.lean_rad, axis=0) != 0).any(axis=1) | (np.diff(self.spin_rad) != 0)
         return bool((turns & (self.solid_after >= 0)).any())
 
     @property
@@ -109,7 +181,13 @@ def back_directions(R: FloatArray, lean_rad: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("nij,nj->ni", R, np.broadcast_to(back, (len(R), 3))), dtype=np.float64)
 
 
-def feel_seams(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], *, is_dense: bool = False) -> list[Felt]:
+def feel_seams(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    seams: Sequence[Seam],
+    reach: Reach,
+    stations: Stations = Stations.FRAMES,
+) -> list[Felt]:
     """Find how a torch leans at every station of seams, and where it meets a solid whatever its lean.
 
     Parameters
@@ -117,70 +195,113 @@ def feel_seams(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], *
     graph, trimmed :
         The part.
     seams : sequence of Seam
-        With frames in `part`.
-    is_dense : bool
-        Whether the stations are so near to each other that each may become the end of a seam: the torch is then felt on
-        its approach everywhere, and between stations only where its lean goes to the other side.
+        With frames in `part`. Each is felt with the torch's usual wire and `Seam.more_wire_mm`.
+    reach : Reach
+    stations : Stations
 
     Returns
     -------
     list of Felt
-        One per seam. A seam is reached nowhere if none of the small leans (`SMALL_LEANS`) is free at any station.
+        One per seam. A seam is reached nowhere if none of the small leans (`Leans.small`) is free at any station.
     """
     if not seams:
         return []
-    own, R = _straight(seams, is_dense=is_dense), np.concatenate([seam.frames.R for seam in seams])
-    solid = find_solids_met(graph, trimmed, own)
-    free = np.zeros((len(own), len(LEANS_RAD)), dtype=bool)
-    free[:, 0] = solid < 0
+    leans = Leans.of(reach)
+    own = _straight(seams, reach.torch, stations)
+    free = np.zeros((len(own), len(leans.rad), len(leans.spin_rad)), dtype=bool)
+    free[:, 0], solid = _feel(graph, trimmed, own, leans, slice(0, 1))
     cuts = np.cumsum([len(seam.frames) for seam in seams])[:-1]
-    for tier in TIERS:
-        is_felt = ~free.any(axis=1)
-        if tier.start >= SMALL_LEANS and not is_dense:
+    for tier in leans.tiers:
+        is_felt = ~free.any(axis=(1, 2))
+        if tier.start == 1 and reach.torch.neck is not None:  # a lean may be better than a turn of the neck
+            same_spin = np.array([rows[:, 0].all(axis=0).any() for rows in np.split(free, cuts)])
+            is_felt |= ~same_spin[own.owner]
+        if tier.start >= leans.small and stations is not Stations.DENSE:
             has_small = np.array([rows.any() for rows in np.split(free, cuts)])
             is_felt &= has_small[own.owner]
         rows = np.flatnonzero(is_felt)
-        if len(rows):
-            free[rows, tier] = _is_free(graph, trimmed, own.select(rows), R[rows], LEANS_RAD[tier])
-    chosen = np.concatenate([_chosen(rows) for rows in np.split(free, cuts)])
-    lean = np.where(chosen[:, None] < 0, np.nan, LEANS_RAD[chosen])
-    solid = np.where(chosen < 0, solid, -1)
-    after = _solids_between(graph, trimmed, own, R, lean, is_dense=is_dense)
-    columns = zip(np.split(lean, cuts), np.split(solid, cuts), np.split(after, cuts), strict=True)
-    return [Felt(leans, at, between[:-1]) for leans, at, between in columns]
+        if len(rows) and tier.stop > tier.start:
+            found, _ = _feel(graph, trimmed, own.select(rows), leans, tier)
+            free[rows, tier] = found.reshape(len(rows), -1, len(leans.spin_rad))
+    chosen = np.concatenate([_chosen(rows.reshape(len(rows), -1), leans) for rows in np.split(free, cuts)])
+    is_free = chosen >= 0
+    which, turn = np.divmod(np.maximum(chosen, 0), len(leans.spin_rad))
+    lean = np.where(is_free[:, None], leans.rad[which], np.nan)
+    spin = np.where(is_free, leans.spin_rad[turn], np.nan)
+    solid = np.where(is_free, -1, solid)
+    after = _solids_between(graph, trimmed, own, lean, spin, stations)
+    columns = zip(*(np.split(values, cuts) for values in (lean, spin, solid, after)), strict=True)
+    return [Felt(rows, turns, at, between[:-1]) for rows, turns, at, between in columns]
 
 
-def _is_free(graph: BrepGraph, trimmed: TrimmedFaces, own: TorchPoses, R: FloatArray, leans: FloatArray) -> BoolArray:
-    """Tell with which leans the torch meets nothing; shape (n, k)."""
-    n, k = len(own), len(leans)
-    owner = np.add.outer(np.arange(k) * (own.owner[-1] + 1), own.owner).ravel()
-    back = np.concatenate([back_directions(R, lean) for lean in leans])
-    p, frames = np.tile(own.p, (k, 1)), np.tile(R, (k, 1, 1))
-    poses = TorchPoses(owner, p, back, frames, np.tile(own.start_mm, k), np.tile(own.end_mm, k))
-    return np.asarray(find_solids_met(graph, trimmed, poses).reshape(k, n).T < 0, dtype=bool)
+def _feel(
+    graph: BrepGraph, trimmed: TrimmedFaces, own: TorchPoses, leans: Leans, tier: slice
+) -> tuple[BoolArray, IntArray]:
+    """Tell at which leans of a tier and which spins the torch meets nothing, and what it meets at the first lean.
+
+    The first has the shape (n, k · j), j spins for each lean; the second (n,), -1 for none. Neck and body are felt only
+    where wire and nozzle are free.
+    """
+    rad, spins = leans.rad[tier], leans.spin_rad
+    n, k, j = len(own), len(rad), len(spins)
+    poses = _leant(own, rad)
+    solid = find_solids_met(graph, trimmed, poses)
+    free = np.repeat((solid < 0)[:, None], j, axis=1)
+    if own.torch.neck is not None:
+        rows = np.flatnonzero(solid < 0)
+        left = _repeated(poses.select(rows), j)
+        left = replace(left, spin_rad=np.repeat(spins, len(rows)))
+        met = find_solids_beside_neck(graph, trimmed, left).reshape(j, len(rows))
+        free[rows] = (met < 0).T
+        solid[rows] = np.where((met < 0).any(axis=0), -1, met.max(axis=0))
+    return free.reshape(k, n, j).transpose(1, 0, 2).reshape(n, k * j), solid[:n]
 
 
-def _straight(seams: Sequence[Seam], *, is_dense: bool) -> TorchPoses:
+def _leant(own: TorchPoses, leans: FloatArray) -> TorchPoses:
+    """Return the torch with each of k leans at n stations: k · n poses, all stations of a lean together."""
+    return replace(_repeated(own, len(leans)), back=np.concatenate([back_directions(own.R, lean) for lean in leans]))
+
+
+def _repeated(own: TorchPoses, count: int) -> TorchPoses:
+    """Return all poses so many times, one after the other; each time they belong to other owners, ascending."""
+    n = len(own)
+    owner = np.add.outer(np.arange(count) * (own.owner[-1] + 1), own.owner).ravel() if n else own.owner
+    return replace(own.select(np.tile(np.arange(n), count)), owner=owner)
+
+
+def _straight(seams: Sequence[Seam], torch: TorchShape, stations: Stations) -> TorchPoses:
     """Return the straight torch at all stations of seams."""
     counts = [len(seam.frames) for seam in seams]
-    end = np.full(sum(counts), USUAL_TORCH.length_mm)
+    more = np.zeros(sum(counts))
     last = np.cumsum(counts) - 1
-    end[slice(None) if is_dense else np.concatenate([last, last - np.array(counts) + 1])] += APPROACH_MM
+    if stations is Stations.DENSE:
+        more[:] = APPROACH_MM
+    elif stations is Stations.FRAMES:
+        more[np.concatenate([last, last - np.array(counts) + 1])] = APPROACH_MM
     p = np.concatenate([seam.frames.p for seam in seams])
     R = np.concatenate([seam.frames.R for seam in seams])
     start = np.repeat([start_mm(seam) for seam in seams], counts)
-    return TorchPoses(np.repeat(np.arange(len(seams)), counts), p, R[:, :, 2], R, start, end)
+    wire = np.repeat([torch.wire_mm + seam.more_wire_mm for seam in seams], counts)
+    owner = np.repeat(np.arange(len(seams)), counts)
+    return TorchPoses(torch, owner, p, R[:, :, 2], R, start, more, wire, np.zeros(len(p)))
 
 
-def _chosen(free: BoolArray) -> IntArray:
-    """Choose a lean per station, -1 where none is free: small leans, and small changes from station to station."""
+def _chosen(free: BoolArray, leans: Leans) -> IntArray:
+    """Choose a pose per station, -1 where none is free: small leans, and small changes from station to station.
+
+    `free` has the shape (n, k · j): j spins for each of k leans. Without a neck a station at which the torch is free
+    without a lean stays straight; with one, its spin is chosen along the whole run.
+    """
     chosen = np.where(free.any(axis=1), 0, -1)
-    held = np.flatnonzero(~free[:, 0] & free.any(axis=1))
+    is_round = len(leans.spin_rad) == 1
+    held = np.flatnonzero(~free[:, 0] & free.any(axis=1)) if is_round else np.flatnonzero(free.any(axis=1))
+    rad = np.repeat(leans.rad, len(leans.spin_rad), axis=0)
+    spin = np.tile(leans.spin_rad, len(leans.rad))
+    size = np.abs(rad).sum(axis=1) + SPIN_SHARE * np.abs(spin)
+    change = np.abs(rad[:, None] - rad).sum(axis=2) + np.abs(turned(spin[:, None] - spin))
     for run in np.split(held, np.flatnonzero(np.diff(held) > 1) + 1):
         if len(run) == 0:
             continue
-        size = np.abs(LEANS_RAD).sum(axis=1)
-        change = np.abs(LEANS_RAD[:, None] - LEANS_RAD).sum(axis=2)
         cost = np.where(free[run[0]], size, np.inf)
         came = []
         for row in run[1:].tolist():
@@ -196,22 +317,30 @@ def _chosen(free: BoolArray) -> IntArray:
 
 
 def _solids_between(
-    graph: BrepGraph, trimmed: TrimmedFaces, own: TorchPoses, R: FloatArray, lean_rad: FloatArray, *, is_dense: bool
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    own: TorchPoses,
+    lean_rad: FloatArray,
+    spin_rad: FloatArray,
+    stations: Stations,
 ) -> IntArray:
     """Return the solid that the torch meets between each station and the next, -1 for none; shape (n,).
 
     Between stations that are near to each other it is felt only where it goes to the other side.
     """
     n = len(own)
-    back = back_directions(R, np.nan_to_num(lean_rad))
-    end_mm = np.minimum(own.end_mm, USUAL_TORCH.length_mm)
-    leant = TorchPoses(own.owner, own.p, back, own.R, own.start_mm, end_mm)
+    if stations is Stations.SOME:
+        return np.full(n, -1)
+    back, spin = back_directions(own.R, np.nan_to_num(lean_rad)), np.nan_to_num(spin_rad)
+    leant = replace(own, back=back, more_mm=np.zeros(n), spin_rad=spin)
     after = np.full(n, -1)
     held = ~np.isnan(lean_rad[:, 0])
     joined = np.append((own.owner[1:] == own.owner[:-1]) & held[1:] & held[:-1], False)
     step = np.linalg.norm(np.diff(own.p, axis=0, append=own.p[-1:]), axis=1)
+    turn = turned(np.diff(spin, append=spin[-1:]))
     turn_deg = np.degrees(np.abs(np.diff(np.nan_to_num(lean_rad), axis=0, append=0)).max(axis=1))
-    far = np.zeros(n, dtype=bool) if is_dense else step > BETWEEN_MM
+    turn_deg = np.maximum(turn_deg, np.degrees(np.abs(turn)))
+    far = np.zeros(n, dtype=bool) if stations is Stations.DENSE else step > BETWEEN_MM
     rows = np.flatnonzero(joined & (far | (turn_deg > TO_OTHER_SIDE_DEG)) & ~are_steps_clear(graph, trimmed, leant))
     counts = np.ceil(np.maximum(step[rows] / BETWEEN_MM, turn_deg[rows] / TURN_STEP_DEG)).astype(int) - 1
     at = np.repeat(rows, counts)
@@ -220,17 +349,22 @@ def _solids_between(
     p = own.p[at] + share * (own.p[at + 1] - own.p[at])
     way = back[at] + share * (back[at + 1] - back[at])
     way /= np.linalg.norm(way, axis=1, keepdims=True)
-    between = TorchPoses(own.owner[at], p, way, own.R[at], leant.start_mm[at], leant.end_mm[at])
+    between = replace(leant.select(at), p=p, back=way, spin_rad=spin[at] + share[:, 0] * turn[at])
     met = find_solids_met(graph, trimmed, between, is_between=True)
+    met = np.where(met < 0, find_solids_beside_neck(graph, trimmed, between), met)
     bad = np.flatnonzero(met >= 0)
     after[at[bad]] = met[bad]
     return after
 
 
-def with_leans(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> tuple[Seam, ...]:
+def at_stations(seam: Seam, rows: IntArray, most: int) -> Seam:
+    """Return a seam with few of its frames: at most so many of `rows` (integers, shape (k,)), evenly."""
+    few = rows[np.unique(np.linspace(0, len(rows) - 1, min(most, len(rows)) + 2).round().astype(int)[1:-1])]
+    return replace(seam, frames=seam.frames.select(few))
+
+
+def with_leans(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], reach: Reach) -> tuple[Seam, ...]:
     """Return seams of which all that are accepted have the torch's leans."""
     rows = [row for row, seam in enumerate(seams) if seam.accepted and seam.lean_rad is None]
-    found = dict(zip(rows, feel_seams(graph, trimmed, [seams[row] for row in rows]), strict=True))
-    return tuple(
-        replace(seam, lean_rad=found[row].lean_rad) if row in found else seam for row, seam in enumerate(seams)
-    )
+    found = dict(zip(rows, feel_seams(graph, trimmed, [seams[row] for row in rows], reach), strict=True))
+    return tuple(found[row].lay_on(seam) if row in found else seam for row, seam in enumerate(seams))

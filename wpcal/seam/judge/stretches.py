@@ -16,7 +16,7 @@ from wpcal.seam.path.build import with_frames
 from wpcal.seam.path.cut import cut_run
 from wpcal.seam.path.direction import Runs, precedes
 from wpcal.seam.path.turning import face_free_space
-from wpcal.seam.seam import Seam, SeamPieces
+from wpcal.seam.seam import NamedSolids, Seam, SeamPieces
 
 FELT_CHORD_MM = 0.1
 """Chord error of the path along which material is felt, 1 mm out of the joint, whatever the frames have."""
@@ -60,8 +60,8 @@ def cut_at_material(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Sea
 
 def _cut_reason(graph: BrepGraph, seam: Seam, stretches: Sequence[Stretch]) -> str:
     solids = frozenset().union(*(stretch.solids for stretch in stretches))
-    names = ", ".join(graph.solid_names[solid] for solid in sorted(solids))
-    return f"cut from a seam of {seam.length_mm:.1f} mm, which goes through {names}"
+    names = tuple(graph.solid_names[solid] for solid in sorted(solids))
+    return NamedSolids(f"cut from a seam of {seam.length_mm:.1f} mm, which goes through {{}}", names)
 
 
 def _inside(graph: BrepGraph, seam: Seam, stretch: Stretch) -> Seam:

@@ -1,14 +1,14 @@
-"""What a whole torch meets at poses along seams: wire, nozzle and neck as lines against exact faces.
+"""What a whole torch meets at poses along seams: its wire, nozzle, neck and body as lines against exact faces.
 
-The lines are on circles around the wire. The outermost circle is a little wider than the torch, so that no plane
-reaches in between two of them. Spokes across the mouth of the nozzle find a wall along the torch that is longer than
-the torch. Programs are checked against triangles (`material.find_poses_in_material`), so wire and nozzle are felt wider
-by the error of the triangles.
+The lines of wire and nozzle are on circles around the wire. The outermost circle is a little wider than the torch, so
+that no plane reaches in between two of them. Spokes across the mouth of the nozzle find a wall along the torch that is
+longer than the torch. Programs are checked against triangles (`material.find_poses_in_material`), so wire and nozzle
+are felt wider by the error of the triangles.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -18,7 +18,8 @@ from wpcal.brep.near_groups import find_near_faces, first_faces, first_rows
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.judge.material import WIRE_RADIUS_MM
-from wpcal.seam.torch import USUAL_TORCH
+from wpcal.seam.judge.torch_neck import are_necks_clear, bend_directions, neck_faces
+from wpcal.seam.torch import TorchShape
 
 MOST_WIDER_MM = 0.15
 """The wire is felt wider by at most this: otherwise it would meet the plates of a joint of 60 degrees."""
@@ -41,6 +42,7 @@ class TorchPoses:
 
     Parameters
     ----------
+    torch : TorchShape
     owner : ndarray of int, shape (n,)
         Number of the seam, ascending.
     p : ndarray, shape (n, 3)
@@ -49,41 +51,60 @@ class TorchPoses:
         Unit directions in `part` from the tip along the wire.
     R : ndarray, shape (n, 3, 3)
         Frames of the seams in `part`.
-    start_mm, end_mm : ndarray, shape (n,)
-        Between these distances from the tip the torch is felt.
+    start_mm : ndarray, shape (n,)
+        From this distance from the tip on the torch is felt.
+    more_mm : ndarray, shape (n,)
+        How far beyond its length the torch is felt: it comes and goes along the wire.
+    wire_mm : ndarray, shape (n,)
+        From the tip to the mouth of the nozzle.
+    spin_rad : ndarray, shape (n,)
+        How far the neck is turned about the wire (`torch_neck.bend_directions`).
     """
 
+    torch: TorchShape
     owner: IntArray
     p: FloatArray
     back: FloatArray
     R: FloatArray
     start_mm: FloatArray
-    end_mm: FloatArray
+    more_mm: FloatArray
+    wire_mm: FloatArray
+    spin_rad: FloatArray
 
     def __len__(self) -> int:
         return len(self.p)
 
     def select(self, rows: IntArray | BoolArray | slice) -> TorchPoses:
         """Return the poses at `rows`: integers, a slice, or a mask of shape (n,)."""
-        start, end = self.start_mm[rows], self.end_mm[rows]
-        return TorchPoses(self.owner[rows], self.p[rows], self.back[rows], self.R[rows], start, end)
+        columns = {one.name: getattr(self, one.name)[rows] for one in fields(self) if one.name != "torch"}
+        return TorchPoses(self.torch, **columns)
 
     @property
     def mouth_mm(self) -> FloatArray:
         """Distance of the nozzle from the tip, mm, shape (n,)."""
-        return np.maximum(USUAL_TORCH.wire_mm, self.start_mm)
+        return np.maximum(self.wire_mm, self.start_mm)
+
+    @property
+    def end_mm(self) -> FloatArray:
+        """Distance from the tip to the end of the nozzle, of a straight torch to its own end, mm, shape (n,)."""
+        return np.asarray(self.wire_mm + self.torch.front_mm + self.more_mm, dtype=np.float64)
+
+    @property
+    def bend(self) -> FloatArray:
+        """Directions towards which the neck bends, shape (n, 3)."""
+        return bend_directions(self.back, self.R, self.spin_rad)
 
 
-def felt_radii_mm(graph: BrepGraph) -> tuple[float, float]:
+def felt_radii_mm(graph: BrepGraph, torch: TorchShape) -> tuple[float, float]:
     """Return the radii with which wire and nozzle are felt, mm."""
     wider = usual_deflection_mm(graph.size_mm)
-    return WIRE_RADIUS_MM + min(wider, MOST_WIDER_MM), USUAL_TORCH.nozzle_radius_mm + wider
+    return WIRE_RADIUS_MM + min(wider, MOST_WIDER_MM), torch.nozzle_radius_mm + wider
 
 
 def find_solids_met(
     graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, is_between: bool = False
 ) -> IntArray:
-    """Return the solid that the torch meets at each pose, or -1; shape (n,).
+    """Return the solid that wire and nozzle meet at each pose, or -1; shape (n,). A straight torch is all nozzle.
 
     Parameters
     ----------
@@ -102,7 +123,7 @@ def find_solids_met(
 
 def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, is_between: bool) -> IntArray:
     start, mouth = poses.start_mm, poses.mouth_mm
-    wire_mm, nozzle_mm = felt_radii_mm(graph)
+    wire_mm, nozzle_mm = felt_radii_mm(graph, poses.torch)
     around = _circle(poses.back, wire_mm, 4 if is_between else AROUND // 2)
     wire = (poses.p + start[:, None] * poses.back)[:, None] + around
     face = first_faces(graph, trimmed, poses.owner, wire, poses.back, mouth - start)
@@ -117,13 +138,66 @@ def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, i
     return np.where(face < 0, -1, graph.face_solid[face])
 
 
+def find_solids_beside_neck(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> IntArray:
+    """Return the solid that neck or body of the torch meets at each pose, or -1; shape (n,).
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    poses : TorchPoses
+    """
+    if poses.torch.neck is None:
+        return np.full(len(poses), -1)
+    found = [np.zeros(0, dtype=np.int64)]
+    for first in range(0, len(poses), CHUNK):
+        own = poses.select(slice(first, first + CHUNK))
+        mouth = own.p + own.mouth_mm[:, None] * own.back
+        wider = usual_deflection_mm(graph.size_mm)
+        found.append(
+            neck_faces(
+                graph, trimmed, own.torch, own.owner, mouth, own.back, own.bend, own.more_mm, wider_mm=wider
+            )
+        )  # fmt: skip
+    face = np.concatenate(found)
+    return np.where(face < 0, -1, graph.face_solid[face])
+
+
 def _first_lines(
     graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, rim: FloatArray, *, is_between: bool
 ) -> IntArray:
     """Return the faces that the axis and the lines on the rim meet: all lines between stations, elsewhere four."""
-    lines = np.concatenate([rim if is_between else rim[:, ::4], np.zeros((len(rim), 1, 3))], axis=1)
-    origins = (poses.p + poses.mouth_mm[:, None] * poses.back)[:, None] + lines
-    return first_faces(graph, trimmed, poses.owner, origins, poses.back, poses.end_mm - poses.mouth_mm)
+    own = rim if is_between else rim[:, ::4]
+    origins, rays, lengths = _rim_lines(poses, own)
+    axis = (poses.p + poses.mouth_mm[:, None] * poses.back)[:, None]
+    origins = np.concatenate([origins, axis], axis=1)
+    rays = np.concatenate([rays, poses.back[:, None]], axis=1)
+    lengths = np.concatenate([lengths, (poses.end_mm - poses.mouth_mm)[:, None]], axis=1)
+    return first_faces(graph, trimmed, poses.owner, origins, rays, lengths)
+
+
+def _rim_lines(poses: TorchPoses, rim: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return starts, directions and lengths of lines on the nozzle: along its cylinder, and on its cone if it has one.
+
+    `rim` are places on the outermost circle, relative to the axis, mm, shape (n, k, 3).
+    """
+    torch = poses.torch
+    low = poses.mouth_mm + torch.taper_mm
+    origins = (poses.p + low[:, None] * poses.back)[:, None] + rim
+    rays = np.broadcast_to(poses.back[:, None], rim.shape)
+    lengths = np.broadcast_to((poses.end_mm - low)[:, None], rim.shape[:2])
+    if torch.taper_mm == 0.0:
+        return origins, rays, lengths
+    radius = np.linalg.norm(rim, axis=2, keepdims=True)
+    mouth = rim * (1.0 - (torch.nozzle_radius_mm - torch.mouth_mm) / radius)
+    starts = (poses.p + poses.mouth_mm[:, None] * poses.back)[:, None] + mouth
+    ways = origins - starts
+    slant = np.linalg.norm(ways, axis=2)
+    return (
+        np.concatenate([origins, starts], axis=1),
+        np.concatenate([rays, ways / slant[..., None]], axis=1),
+        np.concatenate([lengths, slant], axis=1),
+    )
 
 
 def _other_lines(
@@ -132,14 +206,16 @@ def _other_lines(
     """Return the faces that the other lines and the spokes meet; between stations there are none."""
     if is_between:
         return np.full(len(poses), -1)
-    others = np.delete(rim, np.s_[::4], axis=1)
-    lines = np.concatenate([others, rim[:, ::2] / 2.0], axis=1)
+    outer, outer_rays, outer_far = _rim_lines(poses, np.delete(rim, np.s_[::4], axis=1))
     centre = (poses.p + poses.mouth_mm[:, None] * poses.back)[:, None]
-    spoke = np.linalg.norm(rim, axis=2)
-    origins = np.concatenate([centre + lines, np.broadcast_to(centre, rim.shape)], axis=1)
-    rays = np.concatenate([np.broadcast_to(poses.back[:, None], lines.shape), rim / spoke[..., None]], axis=1)
-    far = np.broadcast_to((poses.end_mm - poses.mouth_mm)[:, None], lines.shape[:2])
-    return first_faces(graph, trimmed, poses.owner, origins, rays, np.concatenate([far, spoke], axis=1))
+    radius = np.linalg.norm(rim, axis=2)
+    inner = centre + rim[:, ::2] / 2.0
+    far = np.broadcast_to((poses.end_mm - poses.mouth_mm)[:, None], inner.shape[:2])
+    origins = np.concatenate([outer, inner, np.broadcast_to(centre, rim.shape)], axis=1)
+    ways = np.broadcast_to(poses.back[:, None], inner.shape)
+    rays = np.concatenate([outer_rays, ways, rim / radius[..., None]], axis=1)
+    spoke = radius - (poses.torch.nozzle_radius_mm - poses.torch.mouth_mm)
+    return first_faces(graph, trimmed, poses.owner, origins, rays, np.concatenate([outer_far, far, spoke], axis=1))
 
 
 def _pocket_faces(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> IntArray:
@@ -156,7 +232,7 @@ def _pocket_faces(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) ->
         near = np.flatnonzero(face >= 0)
         other = np.full(len(rows), np.inf)
         other[near] = _nearest_beside(graph, trimmed, own.select(near), -way[near])[1]
-        is_narrow = one + other < 2.0 * USUAL_TORCH.nozzle_radius_mm + POCKET_STEP_MM
+        is_narrow = one + other < 2.0 * poses.torch.mouth_mm + POCKET_STEP_MM
         found[rows] = np.where(is_narrow, face, -1)
         rows = rows[is_narrow]
     return found
@@ -166,26 +242,26 @@ def _nearest_beside(
     graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, way: FloatArray
 ) -> tuple[IntArray, FloatArray]:
     """Return the face nearest to the wire in a direction (n, 3), -1 for none, and at which distance a line meets it."""
-    radii = np.arange(POCKET_STEP_MM, 2.0 * USUAL_TORCH.nozzle_radius_mm, POCKET_STEP_MM)
+    radii = np.arange(POCKET_STEP_MM, 2.0 * poses.torch.mouth_mm, POCKET_STEP_MM)
     n, k = len(poses), len(radii)
     start = (poses.p + poses.start_mm[:, None] * poses.back)[:, None] + radii[:, None] * way[:, None]
     each = poses.select(np.repeat(np.arange(n), k))
     lines = start.reshape(-1, 1, 3)
     met = first_faces(graph, trimmed, each.owner, lines, each.back, each.mouth_mm - each.start_mm)
-    met = np.where((met >= 0) & _is_wide_round(graph)[met], -1, met).reshape(n, k)
+    met = np.where((met >= 0) & _is_wide_round(graph, poses.torch.mouth_mm)[met], -1, met).reshape(n, k)
     nearest = (met >= 0).argmax(axis=1) if n else np.zeros(0, dtype=np.int64)
     face = met[np.arange(n), nearest]
     return face, np.where(face < 0, np.inf, radii[nearest])
 
 
-def _is_wide_round(graph: BrepGraph) -> BoolArray:
+def _is_wide_round(graph: BrepGraph, radius_mm: float) -> BoolArray:
     """Tell which faces are round about a nozzle that fits inside: bores and the insides of rings; shape (F,).
 
     Along the inside of a ring, lines beside the wire begin inside the ring, but it is no narrow pocket.
     """
     a, b = graph.face_param.T
-    bore = (graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0) & (a >= USUAL_TORCH.nozzle_radius_mm)
-    ring = (graph.face_kind == SurfaceKind.TORUS) & (a - b >= USUAL_TORCH.nozzle_radius_mm)
+    bore = (graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0) & (a >= radius_mm)
+    ring = (graph.face_kind == SurfaceKind.TORUS) & (a - b >= radius_mm)
     return np.asarray(bore | ring, dtype=bool)
 
 
@@ -196,6 +272,11 @@ def _circle(back: FloatArray, radius_mm: float, count: int) -> FloatArray:
     w = np.cross(back, u)
     turn = np.arange(count) * 2.0 * np.pi / count
     return np.asarray(radius_mm * (np.cos(turn)[:, None] * u[:, None] + np.sin(turn)[:, None] * w[:, None]))
+
+
+def turned(angle_rad: FloatArray) -> FloatArray:
+    """Return angles of shape (n,), or of any other shape, between -pi and pi, rad."""
+    return np.asarray(np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi, dtype=np.float64)
 
 
 def are_steps_clear(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> BoolArray:
@@ -212,18 +293,24 @@ def are_steps_clear(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) 
     n = len(poses)
     first = first_rows(poses.owner, poses.back)
     turn = np.linalg.norm(np.diff(poses.back, axis=0, append=poses.back[-1:]), axis=1)
+    turn = np.maximum(turn, np.abs(turned(np.diff(poses.spin_rad, append=poses.spin_rad[-1:]))))
     has_next = np.append(poses.owner[1:] == poses.owner[:-1], False) & (turn <= SMALL_TURN_RAD)
     size = np.diff(first, append=n)
     more = has_next[first + size - 1]  # the pose after the group belongs to its last step
     counts = size + more
     row = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + np.repeat(first, counts)
     start, mouth, end = (values[row, None] for values in (poses.start_mm, poses.mouth_mm, poses.end_mm))
-    wire_mm, nozzle_mm = felt_radii_mm(graph)
+    wire_mm, nozzle_mm = felt_radii_mm(graph, poses.torch)
     p, back, begin = poses.p[row], poses.back[row], np.cumsum(counts) - counts
     wire = find_near_faces(graph, trimmed, p + start * back, p + mouth * back, begin, within_mm=wire_mm)
     k = 4
     rim = _circle(back, nozzle_mm * np.sqrt(2.0), k)
     low, high = ((p + at * back)[:, None] + rim for at in (mouth, end))
     nozzle = find_near_faces(graph, trimmed, low.reshape(-1, 3), high.reshape(-1, 3), k * begin, within_mm=BULGE_MM)
-    empty = np.repeat((wire.counts == 0) & (nozzle.counts == 0), size)
+    clear = (wire.counts == 0) & (nozzle.counts == 0)
+    if poses.torch.neck is not None:
+        within = usual_deflection_mm(graph.size_mm) + BULGE_MM
+        at, bend = p + mouth * back, poses.bend[row]
+        clear &= are_necks_clear(graph, trimmed, poses.torch, at, back, bend, begin, within_mm=within)
+    empty = np.repeat(clear, size)
     return np.asarray(empty & (turn <= SMALL_TURN_RAD), dtype=bool)

@@ -11,17 +11,20 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.seam.judge.leans import STEP_MM, Felt, feel_seams
+from wpcal.seam.judge.leans import STEP_MM, Felt, Stations, at_stations, feel_seams
+from wpcal.seam.judge.other_torches import with_other_torches
 from wpcal.seam.judge.stations import Stretch
 from wpcal.seam.judge.stretches import FELT_CHORD_MM, Cut, cut_at, place_words
 from wpcal.seam.limits import LEAST_CANDIDATE_MM
-from wpcal.seam.options import SeamOptions
+from wpcal.seam.options import Reach, SeamOptions
 from wpcal.seam.path.build import with_frames
 from wpcal.seam.path.turning import face_free_space
-from wpcal.seam.seam import Seam
+from wpcal.seam.seam import NamedSolids, Seam
 
 LEAST_REACHED = 0.5
 """Share of its length that a torch must reach of a seam at which it always leans."""
+FEW = 5
+"""Stations at which a longer wire is tried first."""
 ROUNDS = 3
 """A stretch gets frames of its own, which differ a little from those at which it was felt, so it is felt again. What is
 still not free after so many rounds is refused."""
@@ -51,11 +54,12 @@ def cut_where_unreached(
     done: list[list[Seam]] = [[] for _ in seams]
     todo = list(enumerate(seams))
     is_coarse = options.steps.chord_mm > FELT_CHORD_MM
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS):
         held = []
-        for (row, seam), felt in zip(todo, feel_seams(graph, trimmed, [seam for _, seam in todo]), strict=True):
+        felt_seams = _felt(graph, trimmed, [seam for _, seam in todo], options.reach, is_first=number == 0)
+        for (row, _), (seam, felt) in zip(todo, felt_seams, strict=True):
             if felt.is_free:
-                done[row].append(replace(seam, lean_rad=felt.lean_rad))
+                done[row].append(felt.lay_on(seam))
             elif felt.is_held:
                 done[row].append(_blocked(graph, seam, felt.solids))
             else:
@@ -65,7 +69,7 @@ def cut_where_unreached(
         cuts = []
         for (row, seam, felt), (dense, solid, solid_after) in zip(held, finer, strict=True):
             if is_coarse and (solid < 0).all() and (solid_after < 0).all():
-                done[row].append(replace(seam, lean_rad=felt.lean_rad))
+                done[row].append(felt.lay_on(seam))
                 continue
             stretches, passed = _stretches(dense.frames.s_mm, solid, solid_after)
             cuts.append((row, dense, Cut(seam, stretches, _cut_reason(graph, seam, stretches, passed))))
@@ -75,10 +79,51 @@ def cut_where_unreached(
                 done[row].append(piece)
             else:
                 todo.append((row, piece))
-    for (row, seam), felt in zip(todo, feel_seams(graph, trimmed, [seam for _, seam in todo]), strict=True):
-        free = replace(seam, lean_rad=felt.lean_rad)
-        done[row].append(free if felt.is_free else _blocked(graph, seam, felt.solids))
-    return [_or_nothing(graph, seam, pieces) for seam, pieces in zip(seams, done, strict=True)]
+    left = feel_seams(graph, trimmed, [seam for _, seam in todo], options.reach)
+    for (row, seam), felt in zip(todo, left, strict=True):
+        done[row].append(felt.lay_on(seam) if felt.is_free else _blocked(graph, seam, felt.solids))
+    found = [_or_nothing(graph, seam, pieces) for seam, pieces in zip(seams, done, strict=True)]
+    return with_other_torches(graph, trimmed, found, options.reach)
+
+
+def _felt(
+    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], reach: Reach, *, is_first: bool
+) -> list[tuple[Seam, Felt]]:
+    """Feel seams, those that are not free the first time also with more wire, and return them with that wire.
+
+    A longer wire is taken if the seam is then free from end to end, or if the usual one reaches it nowhere: the
+    operator sets one length for a seam. The shortest one that does is taken.
+    """
+    found = list(zip(seams, feel_seams(graph, trimmed, seams, reach), strict=True))
+    wires = reach.torch.wires_mm[1:] if is_first else ()
+    held = [row for row, (_, felt) in enumerate(found) if (felt.solid >= 0).any()] if wires else []
+    rows = _helped(graph, trimmed, found, held, reach)
+    for wire_mm in reversed(wires):  # where the longest one does not help, no other one does
+        longer = [replace(seams[row], more_wire_mm=wire_mm - reach.torch.wire_mm) for row in rows]
+        better = []
+        for row, seam, felt in zip(rows, longer, feel_seams(graph, trimmed, longer, reach), strict=True):
+            before = found[row][1]
+            if felt.is_free or (before.is_held and not felt.is_held):
+                found[row] = (seam, felt)
+                better.append(row)
+        rows = better
+    return found
+
+
+def _helped(
+    graph: BrepGraph, trimmed: TrimmedFaces, found: Sequence[tuple[Seam, Felt]], rows: Sequence[int], reach: Reach
+) -> list[int]:
+    """Return the rows of seams that the longest wire may help: at a few of the stations that the usual one misses."""
+    more_mm = reach.torch.wires_mm[-1] - reach.torch.wire_mm
+    missed = [np.flatnonzero(found[row][1].solid >= 0) for row in rows]
+    some = [
+        replace(at_stations(found[row][0], own, FEW), more_wire_mm=more_mm)
+        for row, own in zip(rows, missed, strict=True)
+    ]
+    felt = feel_seams(graph, trimmed, some, reach, Stations.SOME)
+    return [
+        row for row, one in zip(rows, felt, strict=True) if one.is_free or (found[row][1].is_held and not one.is_held)
+    ]
 
 
 def _or_nothing(graph: BrepGraph, seam: Seam, pieces: list[Seam]) -> list[Seam]:
@@ -95,7 +140,7 @@ def _or_nothing(graph: BrepGraph, seam: Seam, pieces: list[Seam]) -> list[Seam]:
     return [_blocked(graph, seam, frozenset(number[name] for piece in pieces for name in piece.blocked_by))]
 
 
-def with_reach(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[Seam]:
+def with_reach(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], reach: Reach) -> list[Seam]:
     """Return whole seams with the torch's leans; one that the torch reaches nowhere names the solids in its way.
 
     Parameters
@@ -104,10 +149,11 @@ def with_reach(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -
         The part.
     seams : sequence of Seam
         With frames in `part`.
+    reach : Reach
     """
     found = []
-    for seam, felt in zip(seams, feel_seams(graph, trimmed, seams), strict=True):
-        leant = replace(seam, lean_rad=felt.lean_rad)
+    for seam, felt in zip(seams, feel_seams(graph, trimmed, seams, reach), strict=True):
+        leant = felt.lay_on(seam)
         found.append(_blocked(graph, leant, felt.solids) if felt.is_held else leant)
     return found
 
@@ -134,7 +180,7 @@ def _felt_finer(
         unsure.append(np.flatnonzero(is_mixed[step]))
     asked = [number for number, rows in enumerate(unsure) if len(rows)]
     parts = [replace(dense[number], frames=dense[number].frames.select(unsure[number])) for number in asked]
-    for number, felt in zip(asked, feel_seams(graph, trimmed, parts, is_dense=True), strict=True):
+    for number, felt in zip(asked, feel_seams(graph, trimmed, parts, options.reach, Stations.DENSE), strict=True):
         solids[number][unsure[number]] = felt.solid
         if len(felt.solid) == len(solids[number]):
             after[number] = felt.solid_after
@@ -199,25 +245,29 @@ def _numbers(solid: IntArray) -> frozenset[int]:
 
 def _cut_reason(graph: BrepGraph, seam: Seam, stretches: Sequence[Stretch], passed: frozenset[int]) -> str:
     solids = frozenset().union(*(stretch.solids for stretch in stretches))
-    lost = sum(stretch.high_mm - stretch.low_mm for stretch in stretches if stretch.solids)
+    held = [stretch for stretch in stretches if stretch.solids]
+    lost = sum(stretch.high_mm - stretch.low_mm for stretch in held)
+    places = ", ".join(f"{stretch.low_mm:.1f} to {stretch.high_mm:.1f}" for stretch in held)
+    words = f"cut from a seam of {seam.length_mm:.1f} mm"
     if not solids:
-        return f"cut from a seam of {seam.length_mm:.1f} mm: no torch passes {_names(graph, passed)} without leaving it"
-    return (
-        f"cut from a seam of {seam.length_mm:.1f} mm, {lost:.1f} mm of which no torch reaches: {_names(graph, solids)} "
-        "is in its way"
-    )
+        return NamedSolids(f"{words}: no torch passes {{}} without leaving it", _names(graph, passed))
+    words = f"{words}, {lost:.1f} mm of which the torch does not reach ({places} mm from the start)"
+    return NamedSolids(f"{words}: {{}} is in its way", _names(graph, solids))
 
 
-def _names(graph: BrepGraph, solids: frozenset[int]) -> str:
-    return ", ".join(graph.solid_names[solid] for solid in sorted(solids))
+def _names(graph: BrepGraph, solids: frozenset[int]) -> tuple[str, ...]:
+    return tuple(graph.solid_names[solid] for solid in sorted(solids))
 
 
 def _blocked(graph: BrepGraph, seam: Seam, solids: frozenset[int]) -> Seam:
     nowhere = np.full((len(seam.frames), 2), np.nan)
-    return replace(seam, blocked_by=tuple(graph.solid_names[solid] for solid in sorted(solids)), lean_rad=nowhere)
+    names = tuple(graph.solid_names[solid] for solid in sorted(solids))
+    return replace(seam, blocked_by=names, lean_rad=nowhere, spin_rad=None, more_wire_mm=0.0)
 
 
 def blocked_words(seam: Seam) -> str:
     """Say what is in the way of a torch at a stretch, and where, for people."""
     names = ", ".join(seam.blocked_by)
-    return f"no torch gets there: with every lean it meets {names}, {place_words(seam)}"
+    other = seam.other_torch
+    better = "" if other is None else f"; {other.name} does, with {other.wire_mm:g} mm of wire (--torch {other.name})"
+    return f"the torch does not get there: with every lean it meets {names}, {place_words(seam)}{better}"

@@ -16,7 +16,7 @@ from wpcal.core.errors import ErrorCode, InputError
 from wpcal.seam.member.fasteners import Fastener, find_fasteners
 from wpcal.seam.member.names import Hit, read_material, read_name
 from wpcal.seam.member.words import IRON, METALS, NOT_METAL, Kind
-from wpcal.seam.options import Judging
+from wpcal.seam.options import Judging, Play
 from wpcal.seam.rules import Rule
 from wpcal.seam.seam import Finding, Seam
 
@@ -86,10 +86,13 @@ class MemberNotes:
     judging : Judging
     members : tuple of Member
         In the order of the solids.
+    play : tuple of Play
+        The gaps that joints of the part have by design.
     """
 
     judging: Judging
     members: tuple[Member, ...]
+    play: tuple[Play, ...] = ()
 
     def with_shapes(self, seams: Sequence[Seam]) -> MemberNotes:
         """Return the notes with what the seams of the part told about the shapes of solids (`Rule.ONE_PIECE`)."""
@@ -103,7 +106,7 @@ class MemberNotes:
         return replace(self, members=members)
 
     def to_record(self) -> dict[str, Any]:
-        """Return the entries ``judging`` and ``members`` of ``seams.json``."""
+        """Return the entries ``judging``, ``members`` and ``play`` of ``seams.json``."""
         said = self.judging
         return {
             "judging": {
@@ -113,6 +116,7 @@ class MemberNotes:
                 "least_confidence": said.level.value,
             },
             "members": [one.to_record() for one in self.members],
+            "play": [{"gap_mm": one.gap_mm, "joints": one.joints} for one in self.play],
         }
 
 

@@ -16,6 +16,7 @@ from wpcal.seam.find.duplicates import outward
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.limits import LEAST_CANDIDATE_MM
 from wpcal.seam.options import SeamOptions
+from wpcal.seam.path.corners import SHARP_RAD, turn_corners, turns
 from wpcal.seam.path.cut import spans_of
 from wpcal.seam.path.direction import Runs, directed_runs
 from wpcal.seam.path.discretise import discretise, run_lengths
@@ -105,7 +106,7 @@ def measured(
     runs : Runs
         n runs.
     closed : ndarray of bool, shape (n,)
-        Runs that are known to be closed; those whose ends meet are closed as well.
+        Runs that are known to be closed; those whose ends meet without a corner are closed as well.
     options : SeamOptions
 
     Returns
@@ -116,9 +117,12 @@ def measured(
     """
     p0, p1 = runs.ends(graph)
     apart = np.linalg.norm(p1 - p0, axis=1)
-    closed = (closed & (apart <= SAME_POINT_MM)) | (apart <= CLOSED_MM)  # a bridge does not close a seam
+    met = np.flatnonzero(~closed & (apart <= CLOSED_MM))
+    closed = closed & (apart <= SAME_POINT_MM)  # a bridge does not close a seam
+    closed[met] = turns(graph, runs.pieces, runs.start[met + 1] - 1, runs.start[met]) <= SHARP_RAD
     stations = discretise(graph, runs, options.steps)
     stations, frames = limit_turn(graph, runs.pieces, stations, options.steps.turn_rad)
+    stations, frames = turn_corners(graph, runs, stations, frames)
     own = [frames.rows(*ends) for ends in pairwise(stations.start.tolist())]
     looped = [_closed(rows) if loop else rows for rows, loop in zip(own, closed.tolist(), strict=True)]
     return looped, run_lengths(graph, runs), closed

@@ -125,7 +125,7 @@ def _sums_per_run(steps: FloatArray, start: IntArray) -> FloatArray:
 
 
 def lengths_between(graph: BrepGraph, edge: IntArray, t0: FloatArray, t1: FloatArray) -> FloatArray:
-    """Return the lengths of edges between two parameters, mm; all arrays (k,). Lines and circles have a closed form."""
+    """Return the lengths of edges between two parameters, shape (k,), mm; of lines and circles in closed form."""
     lengths = speeds(graph, edge) * np.abs(t1 - t0)
     for row in np.flatnonzero(~is_even(graph, edge)).tolist():
         lengths[row] = abs(arc_length(graph, int(edge[row]), float(t0[row]), float(t1[row])))

@@ -1,0 +1,48 @@
+"""Groups that a part holds twice: the kernel crosses solids of the first only; opposed faces need the whole part."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from cad.kernel.geometry import to_location
+from cad.kernel.to_brep import to_brep
+from cad.samples.graphs import saddle
+from cad.workpiece.seams import find_seams
+from cad.workpiece.workpiece import Workpiece, open_workpiece
+from tests.copied_groups import FAR, MOVED_MM, check_same, moved, together
+from wpcal.core.transform import RigidTransform
+from wpcal.seam import SeamOptions, SeamSource, search
+
+BLOCK = Path(__file__).parents[2] / "fixtures" / "welds" / "parts" / "machined-block.step"
+CROSSED_MM = 1e-6
+"""The kernel crosses the same solids at two places with curves that differ by 3e-8 mm."""
+
+
+def check(workpiece: Workpiece, monkeypatch: pytest.MonkeyPatch, within_mm: float = MOVED_MM) -> None:
+    found, _ = find_seams(workpiece, SeamOptions())
+    with monkeypatch.context() as patch:
+        patch.setattr(search, "find_copies", lambda *_, **__: ())
+        wanted, _ = find_seams(workpiece, SeamOptions())
+    assert found
+    check_same(found, wanted, within_mm)
+
+
+def test_opposed_faces_are_turned_by_the_whole_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = open_workpiece(BLOCK)
+    twice = Workpiece(together(one.graph, moved(one.graph, np.array([0.0, 0.0, 900.0]))), ())
+    found, _ = find_seams(twice, SeamOptions())
+    assert any("opposed" in text for seam in found for text in seam.reasons)
+    check(twice, monkeypatch)
+
+
+def test_crossed_solids_of_copies_have_the_curves_of_the_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    T = RigidTransform(np.eye(3), FAR, target="base", source="part")
+    one = saddle(0.0, trimmed=False)
+    solids = [*one, *((f"{name} of b", shape.Moved(to_location(T))) for name, shape in one)]
+    shapes = tuple(SimpleNamespace(wrapped=shape) for _, shape in solids)
+    workpiece = Workpiece(to_brep(solids), (), shapes=shapes)
+    found, _ = find_seams(workpiece, SeamOptions())
+    assert [seam.source for seam in found if seam.accepted] == [SeamSource.SECTION, SeamSource.SECTION]
+    check(workpiece, monkeypatch, CROSSED_MM)

@@ -1,0 +1,249 @@
+"""Arc instructions of every language: on along every seam, nowhere else, and an audit that finds each misplaced one."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.running import run_here
+from wpcal.audit.arc import LANGUAGES, arc_faults
+
+OPTIONS = ("--config", "fanuc=N U T, 0, 0, 0", "--config", "inform=1,0,0,0,0,0,0,0")
+LANGUAGE_FILES = {
+    "rapid": ("WPCAL.mod", "ArcLStart", "ArcLEnd"),
+    "krl": ("WPCAL.src", "ARC_START", "ARC_END"),
+    "fanuc": ("W1.ls", "Weld Start", "Weld End"),
+    "inform": ("W1.jbi", "ARCON", "ARCOF"),
+    "urscript": ("WPCAL.script", "arc_start", "arc_end"),
+    "val3": ("start.pgx", "arcStart", "arcEnd"),
+}
+
+
+@pytest.fixture
+def exported(finished_folder, tmp_path):
+    """Write weld data as stated, then programs in a language; return how the export ended and its folder."""
+    folder = finished_folder()
+
+    def make(language, *options, **values):
+        stated = {"thickness_mm": 8, "job": 7, **values}
+        file = tmp_path / "welds.json"
+        file.write_text(json.dumps({"schema": "wpcal/welds/1", "welds": [{"name": "W1", "values": stated}]}))
+        out = tmp_path / "out"
+        call = ("export", folder, "-f", language, *OPTIONS, "-o", out, "--force", "--only", "W1", *options)
+        return run_here(*call, "--welds", file), out / language
+
+    return make
+
+
+def lines_of(text, pattern):
+    return [number for number, line in enumerate(text) if re.search(pattern, line)]
+
+
+@pytest.mark.parametrize("language", LANGUAGE_FILES)
+def test_the_arc_is_on_along_the_seam_and_each_misplaced_instruction_is_found(exported, language):
+    name, on_word, off_word = LANGUAGE_FILES[language]
+    ended, folder = exported(language, "--arc", "on")
+    assert ended.returncode == 0, ended.stderr
+    path = folder / name
+    text = path.read_bytes().decode().splitlines()
+    assert arc_faults(path.read_bytes(), path) == []
+    (on,), (off,) = lines_of(text, rf"^[^;!#'/]*\b{on_word}\b"), lines_of(text, rf"^[^;!#'/]*\b{off_word}\b")
+    (start,), (end,) = lines_of(text, r"SEAM START[ ;]*$"), lines_of(text, r"SEAM END[ ;]*$")
+    assert start < on < off < end
+
+    def faults(*lines):
+        return arc_faults("\n".join(lines).encode(), path)
+
+    without = [line for number, line in enumerate(text) if number not in (on, off)]
+    planted = {
+        "no arc on": [*text[:on], *text[on + 1 :]],
+        "no arc off": [*text[:off], *text[off + 1 :]],
+        "neither": without,
+        "on twice": [*text[: on + 1], *text[on:]],
+        "off twice": [*text[: off + 1], *text[off:]],
+        "on before the seam": [*text[:start], text[on], *text[start:on], *text[on + 1 :]],
+        "on after the seam": [*text[: end + 1], text[on], *text[end + 1 :]],
+        "off after the seam": [*text[:off], *text[off + 1 : end + 1], text[off], *text[end + 1 :]],
+        "off at once": [*text[: on + 1], text[off], *text[on + 1 : off], *text[off + 1 :]],
+        "no end of the seam": text[: off - 1],
+    }
+    found = {what: bool(faults(*lines)) for what, lines in planted.items() if what != "no end of the seam"}
+    if language == "rapid":  # the last move ends the arc
+        found.pop("off at once")
+    assert found == dict.fromkeys(found, True)
+
+
+@pytest.mark.parametrize("language", LANGUAGE_FILES)
+def test_a_dry_run_is_the_default_says_so_and_has_no_arc_instruction(finished_folder, tmp_path, language):
+    out = tmp_path / "out"
+    folder = finished_folder()
+    assert run_here("export", folder, "-f", language, *OPTIONS, "-o", out).returncode == 0
+    files = {path: path.read_bytes().decode() for path in (out / language).iterdir()}
+    header = " ".join(re.sub(r"[\s!;#'/]+|\d+:", " ", text) for text in files.values())
+    assert "DRY RUN the arc stays off" in header.replace(":", "")
+    assert "RUN IT DRY FIRST" in header
+    name, on_word, _ = LANGUAGE_FILES[language]
+    path = out / language / name
+    assert not any(re.search(rf"^[^;!#'/]*\b{on_word}\b", line) for line in files[path].splitlines())
+    assert arc_faults(path.read_bytes(), path) == []
+    instruction = {".mod": "    ArcLStart p,v1,s,w,fine,t;", ".ls": "   9:  Weld Start[1,1] ;", ".jbi": "ARCON ASF#(1)"}
+    other = {".src": "ARC_START(1)", ".script": "  arc_start(1)", ".pgx": "  call arcStart(1)"}
+    planted = f"{files[path]}\n{({**instruction, **other})[path.suffix]}\n"
+    (fault,) = arc_faults(planted.encode(), path)
+    assert fault.message == "an arc instruction in a program of a dry run"
+
+
+def test_the_audit_of_a_folder_reads_the_arcs(exported):
+    ended, folder = exported("krl", "--arc", "on")
+    assert ended.returncode == 0
+    path = folder / "WPCAL.src"
+    path.write_bytes(path.read_bytes().replace(b"ARC_END()", b"; ARC_END()"))
+    audited = run_here("audit", folder)
+    assert audited.returncode == 1
+    assert "2 files, 1 fault" in audited.stdout
+    assert "the arc is still on at the end of a seam" in audited.stdout
+
+
+@pytest.mark.parametrize(
+    ("language", "values", "message"),
+    [
+        ("fanuc", {"job": None}, "FANUC: weld W1: needs the number of a schedule of procedure 1; state it"),
+        ("fanuc", {"weave": {"shape": "triangle", "width_mm": 3, "length_mm": 2}}, "weave: TP has no triangle"),
+        ("fanuc", {"weave_data": "wv1"}, "weave_data: expected the number of a weave schedule"),
+        ("inform", {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}}, "weave: state weave_data"),
+        ("inform", {"job": None, "current_a": None}, "INFORM: weld W1: without a job the values are written; state it"),
+        ("krl", {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}}, "weave: needs ArcTech: state weld_data"),
+        ("urscript", {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}}, "the language has no weave"),
+        ("val3", {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}}, "the language has no weave"),
+        ("rapid", {"weld_data": "while"}, "weld_data 'while': RAPID names have up to 32"),
+    ],
+)
+def test_what_a_language_cannot_write_is_one_line(exported, language, values, message):
+    ended, folder = exported(language, "--arc", "on", **values)
+    assert (ended.returncode, ended.stderr.count("wpcal: ")) == (2, 1)
+    assert message in ended.stderr
+    assert not folder.exists()
+
+
+def test_arc_on_asks_for_weld_data(finished_folder):
+    ended = run_here("export", finished_folder(), "-f", "rapid", "--arc", "on")
+    assert ended.returncode == 2
+    assert "arc instructions need weld data" in ended.stderr
+    assert "(--welds)" in ended.stderr
+
+
+def test_weld_data_of_a_seam_that_is_not_there_is_one_line(finished_folder, tmp_path):
+    file = tmp_path / "welds.json"
+    file.write_text(json.dumps({"schema": "wpcal/welds/1", "welds": [{"name": "W8", "values": {"job": 1}}]}))
+    ended = run_here("export", finished_folder(), "-f", "rapid", "--welds", file)
+    assert (ended.returncode, ended.stderr.count("wpcal: ")) == (2, 1)
+    assert f"{file}: unknown seam W8" in ended.stderr
+
+
+WEAVE = {"shape": "sine", "width_mm": 4, "length_mm": 2, "dwell_left_s": 0.1, "dwell_right_s": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("language", "values", "expected"),
+    [
+        (
+            "rapid",
+            {
+                "weave": WEAVE,
+                "speed_mm_s": 5,
+                "current_a": 200,
+                "voltage_v": 24,
+                "wire_feed_m_min": 6,
+                "end_delay_s": 0.2,
+            },
+            [
+                "LOCAL PERS welddata wd_W1:=[5,0,[7,0,24,100,0,200,0,0,0],[0,0,0,0,0,0,0,0,0]];",
+                "LOCAL PERS weavedata wv_W1:=[1,0,2,4,0,0.5,0,0.5,0,0,0,0,0,0,0];",
+                "LOCAL CONST speeddata v_W1:=[5,500,5,500];",
+                r"ArcLStart W1_0001,v_W1,sm_W1,wd_W1\Weave:=wv_W1,fine,tTorch\WObj:=wpPart;",
+                r"ArcLEnd W1_0002,v_W1,sm_W1,wd_W1\Weave:=wv_W1,fine,tTorch\WObj:=wpPart;",
+            ],
+        ),
+        (
+            "rapid",
+            {"seam_data": "sm5", "weld_data": "wd5", "weave_data": "wv5"},
+            [r"ArcLStart W1_0001,v_W1,sm5,wd5\Weave:=wv5,fine,tTorch\WObj:=wpPart;"],
+        ),
+        (
+            "fanuc",
+            {"weave": WEAVE, "speed_mm_s": 5},
+            ["  Weld Start[1,7] ;", "  Weave Sine[2.5Hz,2.0mm,0.100s,0.100s] ;", "5mm/sec FINE ;", "  Weave End ;"],
+        ),
+        ("fanuc", {"weave_data": "3"}, ["  Weave Sine[3] ;", "  Weave End ;"]),
+        ("inform", {"weave_data": "3"}, ["ARCON ASF#(7)", "WVON WEV#(3)", "ARCOF AEF#(7)", "WVOF"]),
+        (
+            "inform",
+            {
+                "job": None,
+                "current_a": 220,
+                "voltage_v": 24,
+                "start_delay_s": 0.5,
+                "end_delay_s": 0,
+                "crater": {"time_s": 0.4, "current_a": 160},
+            },
+            ["ARCON AC=220 AV=24.0 T=0.50", "ARCOF AC=160 AV=24.0 T=0.40"],
+        ),
+        ("krl", {"end_delay_s": 0, "crater": None}, ["ARC_START(7)", "WAIT SEC 0.2", "ARC_END()"]),
+        (
+            "krl",
+            {"weld_data": "WDAT1"},
+            [
+                ";FOLD ARCON WDAT1 LIN W1_0001 Vel=0.1 m/s CPDATW1_0001 Tool[1] Base[1];%{PE}",
+                "ArcMainNG(#ArcOnAfterMoveStd,WDAT1,WW1_0001)",
+                ";FOLD ARCOFF WDAT1 LIN W1_0002 CPDATW1_0002 Tool[1] Base[1];%{PE}",
+                "LIN XW1_0002",
+                "DECL E6POS XW1_0002={",
+                'DECL stArcDat_T WW1_0002={WdatId[] "WW1_0002"}',
+            ],
+        ),
+        ("urscript", {"speed_mm_s": 5}, ["  arc_start(7)", "  sleep(0.2)", ", v=0.005", "  arc_end()"]),
+        ("val3", {"speed_mm_s": 5}, ["  call arcStart(7)", "  delay(0.2)", "mW1", "  call arcEnd()", 'tmax="5"']),
+    ],
+)
+def test_the_values_are_written_as_the_language_has_them(exported, language, values, expected):
+    ended, folder = exported(language, "--arc", "on", **values)
+    assert ended.returncode == 0, ended.stderr
+    text = "\n".join(path.read_bytes().decode() for path in sorted(folder.iterdir()))
+    for line in expected:
+        assert line in text
+    assert all(arc_faults(path.read_bytes(), path) == [] for path in folder.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("language", "on", "off"),
+    [
+        ("krl", "$OUT[4]=TRUE", "$OUT[4]=FALSE"),
+        ("urscript", "set_standard_digital_out(4, True)", "set_standard_digital_out(4, False)"),
+        ("val3", "doArc=true", "doArc=false"),
+    ],
+)
+def test_a_digital_output_switches_the_arc(exported, language, on, off):
+    ended, folder = exported(language, "--arc", "on", "--arc-output", "4")
+    assert ended.returncode == 0, ended.stderr
+    path = folder / LANGUAGE_FILES[language][0]
+    text = path.read_text()
+    assert text.index(on) < text.index(off)
+    assert arc_faults(path.read_bytes(), path) == []
+
+
+def test_every_bead_and_every_stitch_has_an_arc_of_its_own(exported):
+    stitch = {"length_mm": 20, "pitch_mm": 50}
+    ended, folder = exported("rapid", "--arc", "on", leg_mm=12, stitch=stitch, travel_angle_deg=10)
+    assert ended.returncode == 0, ended.stderr
+    text = (folder / "WPCAL.mod").read_text()
+    assert re.findall(r"ArcLStart (\w+)_0001", text) == [f"W1_p{p}_s{s}" for p in (1, 2, 3) for s in (1, 2)]
+    dry, other = exported("rapid", leg_mm=12, stitch=stitch, travel_angle_deg=10)
+    targets = [re.findall(r"robtarget .*", each) for each in (text, (other / "WPCAL.mod").read_text())]
+    assert dry.returncode == 0
+    assert targets[0] == targets[1]  # a dry run has the same poses
+
+
+def test_programs_of_others_are_not_judged():
+    for suffix in LANGUAGES:
+        assert arc_faults(b"ARCON ASF#(1)\nMOVL C00001 V=5.0\n", Path(f"theirs{suffix}")) == []

@@ -1,0 +1,131 @@
+"""Torches as files: the shipped ones, a person's own, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import math
+from itertools import pairwise
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import jsonschema
+import numpy as np
+import pytest
+
+from tests.running import run_here
+from wpcal.core.errors import InputError
+from wpcal.core.schemas import schema_text
+from wpcal.seam.judge.other_torches import core_of_all
+from wpcal.seam.torch import USUAL_TORCH, Neck, TorchShape
+from wpcal.seam.torch_file import find_torch, shipped_torches
+from wpcal.seam.torch_picture import torches_svg
+
+FOLDER = Path(__file__).parents[3] / "wpcal" / "seam" / "torches"
+OWN = json.loads((FOLDER / "robot-45.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.json")), ids=lambda path: path.stem)
+def test_the_shipped_torches_follow_their_schema_and_say_where_their_sizes_are_from(path: Path) -> None:
+    record = json.loads(path.read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/torch/1"))).validate(record)
+    assert record["source"]
+    shape = find_torch(path.stem)
+    assert shape.name == path.stem
+    assert shape.wires_mm[0] == shape.wire_mm
+    assert max(np.diff(shape.wires_mm)) <= 2.5
+
+
+def test_the_first_shipped_torch_is_the_one_that_is_assumed() -> None:
+    assert shipped_torches()[0].shape == USUAL_TORCH == find_torch("straight")
+    assert len({torch.shape.name for torch in shipped_torches()}) == len(list(FOLDER.glob("*.json")))
+
+
+def test_the_pieces_of_a_neck_follow_each_other_and_turn_by_its_angle() -> None:
+    shape = find_torch("robot-45")
+    assert shape.neck is not None
+    ends = [(tube.start, tube.end) for tube in shape.tubes]
+    np.testing.assert_allclose(ends[0][0], [0.0, 0.0, shape.front_mm], atol=1e-12)
+    for (_, end), (start, _) in pairwise(ends):
+        np.testing.assert_allclose(end, start, atol=1e-12)
+    way = ends[-1][1] - ends[-1][0]
+    assert math.degrees(math.atan2(way[0], way[2])) == pytest.approx(45.0, abs=1e-9)
+    along = shape.front_mm + sum(float(np.linalg.norm(end - start)) for start, end in ends)
+    assert shape.length_mm - shape.wire_mm - 1.0 < along <= shape.length_mm - shape.wire_mm  # chords of the bend
+
+
+def test_the_core_is_inside_every_shipped_torch() -> None:
+    core = core_of_all()
+    for torch in shipped_torches():
+        shape = torch.shape
+        assert core.mouth_mm <= shape.mouth_mm
+        assert core.nozzle_radius_mm <= shape.nozzle_radius_mm
+        assert core.front_mm <= shape.front_mm
+        for at in np.linspace(0.0, core.front_mm, 50):
+            own, whole = (
+                s.mouth_mm + (s.nozzle_radius_mm - s.mouth_mm) * (min(at / s.taper_mm, 1.0) if s.taper_mm else 1.0)
+                for s in (core, shape)
+            )
+            assert own <= whole + 1e-9
+
+
+def test_a_torch_of_ones_own_is_read_and_listed(tmp_path: Path) -> None:
+    path = tmp_path / "mine.json"
+    path.write_text(json.dumps({**OWN, "neck": {**OWN["neck"], "angle_deg": 30}}), encoding="utf-8")
+    shape = find_torch(str(path))
+    assert (shape.name, shape.neck.angle_deg if shape.neck else None) == ("mine", 30.0)
+    done = run_here("torches", str(path), "straight", "-o", str(tmp_path / "t.svg"))
+    assert done.returncode == 0
+    assert "mine" in done.stdout
+    assert "30 deg" in done.stdout
+    words = [one.text for one in ET.parse(tmp_path / "t.svg").getroot().iter("{http://www.w3.org/2000/svg}text")]
+    assert {"mine", "straight"} <= set(words)
+    assert torches_svg([shape]) == torches_svg([shape])
+    listed = json.loads(run_here("torches", "--json").stdout)
+    assert [torch["name"] for torch in listed["torches"]] == [torch.shape.name for torch in shipped_torches()]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"length_mm": -1}, "length_mm: expected"),
+        ({"nozzle": {}}, "diameter_mm"),
+        ({"wire": {"usual_mm": 18, "most_mm": 10}}, "the longest wire (10 mm) is not between"),
+        ({"nozzle": {"diameter_mm": 24, "mouth_diameter_mm": 30, "taper_mm": 20}}, "torch mouth: expected"),
+        ({"nozzle": {"diameter_mm": 24, "mouth_diameter_mm": 20}}, "a conical nozzle needs"),
+        ({"neck": {**OWN["neck"], "body_from_mm": 20}}, "before the end of the bend"),
+        ({"neck": {**OWN["neck"], "body_from_mm": 900}}, "behind its end"),
+        ({"schema": "wpcal/arm/1"}, "expected a record of schema wpcal/torch/1"),
+    ],
+)
+def test_a_file_that_is_not_a_torch_is_refused_in_one_line(
+    change: dict[str, object], words: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "odd.json"
+    path.write_text(json.dumps({**OWN, **change}), encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        find_torch(str(path))
+    assert words in str(error.value)
+    assert "odd.json" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--torch", "robot-23"), "no shipped torch; shipped are straight, robot-22"),
+        (("--work-range-deg", "5,15"), "expected a range around 0"),
+        (("--travel-range-deg", "-10"), "--travel-range-deg: expected FROM,TO in degrees, got '-10'"),
+        (("--neck-range-deg", "200"), "within 180 degrees"),
+    ],
+)
+def test_a_wrong_option_is_one_line(options: tuple[str, ...], words: str) -> None:
+    done = run_here("seams", "fixtures/tee/tee.step", *options)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert words in line
+
+
+@pytest.mark.parametrize("wrong", [{"angle_deg": 200.0}, {"radius_mm": 0.0}, {"bend_mm": math.nan}])
+def test_a_neck_that_is_no_neck_is_refused(wrong: dict[str, float]) -> None:
+    sizes = {"angle_deg": 22.0, "from_mm": 70.0, "bend_mm": 60.0, "radius_mm": 11.0}
+    with pytest.raises(InputError, match="torch neck"):
+        TorchShape(neck=Neck(**{**sizes, "body_from_mm": 150.0, "body_radius_mm": 20.0, **wrong}))

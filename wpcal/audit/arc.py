@@ -1,0 +1,172 @@
+"""Read the arc instructions of written programs back: the arc burns along every seam, and nowhere else.
+
+A program with arc instructions has the comments SEAM START and SEAM END around the moves of every seam. Between them
+the arc must be on for every move; outside of them it must be off. A program of a dry run has the comments ARC ON and
+ARC OFF instead, and no arc instruction. Programs of others have neither, and are not judged.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+from wpcal.audit.fault import Fault
+from wpcal.controllers.arc_settings import SEAM_MARKS
+from wpcal.controllers.taught_program import ENCODING
+
+
+class _Event(Enum):
+    """What a line does."""
+
+    START = "start of a seam"
+    END = "end of a seam"
+    DRY = "mark of a dry run"
+    MOVE = "move"
+    ON = "arc on"
+    OFF = "arc off"
+    STOP = "end of a procedure"
+
+
+@dataclass(frozen=True, slots=True)
+class _Language:
+    """How the lines of one language are recognised; the first pattern that fits decides.
+
+    Parameters
+    ----------
+    patterns : tuple of (pattern, event)
+        Some events are two: a last arc move of RAPID is a move and ends the arc.
+    """
+
+    patterns: tuple[tuple[re.Pattern[str], tuple[_Event, ...]], ...]
+
+
+def _language(comment: str, **patterns: str) -> _Language:
+    """Return a language from its mark of comments, and patterns by the names of events."""
+    start, end = (re.escape(mark) for mark in SEAM_MARKS)
+    marks = (
+        (re.compile(rf"{comment} ?{start}[ ;]*$"), (_Event.START,)),
+        (re.compile(rf"{comment} ?{end}[ ;]*$"), (_Event.END,)),
+        (re.compile(rf"{comment} ?ARC (?:ON|OFF)[ ;]*$"), (_Event.DRY,)),
+    )
+    events = {
+        "on": (_Event.ON,),
+        "off": (_Event.OFF,),
+        "move_off": (_Event.MOVE, _Event.OFF),
+        "move": (_Event.MOVE,),
+        "stop": (_Event.STOP,),
+    }
+    own = tuple((re.compile(text, re.IGNORECASE), events[name]) for name, text in patterns.items())
+    return _Language((*marks, *own))
+
+
+_LINE = r"^[ \t]*(?:\d+:)?[ \t]*"
+LANGUAGES: Mapping[str, _Language] = {
+    ".mod": _language(
+        r"^[ \t]*!",
+        on=r"^[ \t]*Arc[LC]Start\b",
+        move_off=r"^[ \t]*Arc[LC]End\b",
+        move=r"^[ \t]*(?:Arc[LC]|Move[LCJ]|MoveAbsJ)\b",
+        stop=r"^[ \t]*ENDPROC\b",
+    ),
+    ".ls": _language(
+        _LINE + "!", on=_LINE + r"Weld Start\[", off=_LINE + r"Weld End\[", move=_LINE + r"[JLCA] ?P\[", stop=r"^/POS"
+    ),
+    ".src": _language(
+        r"^[ \t]*;",
+        on=r"^[ \t]*(?:ArcMainNG\(#ArcOnBeforeMoveStd\b|ARC_START\(|\$OUT\[\d+\]=TRUE)",
+        off=r"^[ \t]*(?:ArcMainNG\(#ArcOffAfterMoveStd\b|ARC_END\(|\$OUT\[\d+\]=FALSE)",
+        move=r"^[ \t]*(?:LIN|CIRC|PTP|SLIN|SCIRC|SPTP)\b",
+        stop=r"^[ \t]*END\b[ \t]*$",
+    ),
+    ".jbi": _language(r"^'", on=r"^ARCON\b", off=r"^ARCOF\b", move=r"^MOV[JLCS]\b", stop=r"^END\b"),
+    ".script": _language(
+        r"^[ \t]*#",
+        on=r"^[ \t]*(?:arc_start\(|set_standard_digital_out\(\d+, True\))",
+        off=r"^[ \t]*(?:arc_end\(|set_standard_digital_out\(\d+, False\))",
+        move=r"^[ \t]*move[jlcp]\(",
+        stop=r"^end\b",
+    ),
+    ".pgx": _language(
+        r"^[ \t]*//",
+        on=r"^[ \t]*(?:call arcStart\(|doArc=true)",
+        off=r"^[ \t]*(?:call arcEnd\(|doArc=false)",
+        move=r"^[ \t]*move[jlc]\(",
+        stop=r"^end\]\]>",
+    ),
+}
+"""By suffix. A number of patterns that do not overlap; letters of marks are capital."""
+
+
+def has_arc_language(path: Path) -> bool:
+    """Tell by the suffix whether arc instructions of a file can be read back."""
+    return path.suffix.lower() in LANGUAGES
+
+
+def arc_faults(raw: bytes, path: Path) -> list[Fault]:
+    """Return where the arc is on or off in the wrong place.
+
+    Parameters
+    ----------
+    raw : bytes
+        Of the file.
+    path : Path
+        Its suffix tells the language.
+    """
+    language = LANGUAGES.get(path.suffix.lower())
+    if language is None:
+        return []
+    lines = raw.decode(ENCODING).splitlines()
+    events = list(_events(lines, language))
+    kinds = {event for _, event in events}
+    if _Event.START in kinds or _Event.END in kinds:
+        return list(_faults(events))
+    if _Event.DRY in kinds:
+        return [
+            Fault("an arc instruction in a program of a dry run", line)
+            for line, event in events
+            if event in (_Event.ON, _Event.OFF)
+        ]
+    return []
+
+
+def _events(lines: list[str], language: _Language) -> Iterator[tuple[int, _Event]]:
+    for number, line in enumerate(lines, 1):
+        for pattern, events in language.patterns:
+            if pattern.search(line):
+                yield from ((number, event) for event in events)
+                break
+
+
+def _faults(events: list[tuple[int, _Event]]) -> Iterator[Fault]:
+    is_on, in_seam, had_arc = False, False, False
+    for line, event in events:
+        for is_wrong, what in _rules(event, is_on=is_on, in_seam=in_seam, had_arc=had_arc):
+            if is_wrong:
+                yield Fault(what, line)
+        if event in (_Event.START, _Event.END, _Event.STOP):
+            in_seam, is_on, had_arc = event is _Event.START, is_on and event is _Event.START, False
+        elif event in (_Event.ON, _Event.OFF):
+            is_on = event is _Event.ON
+            had_arc = had_arc or is_on
+
+
+def _rules(event: _Event, *, is_on: bool, in_seam: bool, had_arc: bool) -> tuple[tuple[bool, str], ...]:
+    """Return what can be wrong at an event, and whether it is."""
+    rules: Mapping[_Event, tuple[tuple[bool, str], ...]] = {
+        _Event.START: ((in_seam, "a seam begins before the one before it has ended"),),
+        _Event.END: (
+            (is_on, "the arc is still on at the end of a seam"),
+            (not had_arc, "a seam without an arc"),
+        ),
+        _Event.ON: ((is_on, "the arc is switched on while it burns"), (not in_seam, "arc on between seams")),
+        _Event.OFF: ((not is_on, "the arc is switched off while it is off"),),
+        _Event.MOVE: (
+            (in_seam and not is_on, "a move along a seam without the arc"),
+            (is_on and not in_seam, "the arc burns on a move between seams"),
+        ),
+        _Event.STOP: ((is_on or in_seam, "the program ends within a seam"),),
+    }
+    return rules.get(event, ())

@@ -1,0 +1,73 @@
+"""`wpcal torches`: the torches that come with wpcal, as a table and as a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+
+if TYPE_CHECKING:
+    from wpcal.seam.torch import TorchShape
+
+
+@click.command()
+@click.argument("torches", metavar="[TORCH]...", nargs=-1)
+@click.option(
+    "-o", "--out", metavar="FILE.svg", type=click.Path(path_type=Path), help="Output: a picture of the torches."
+)
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the picture.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the torches.")
+def torches(*, torches: tuple[str, ...], out: Path | None, force: bool, as_json: bool) -> int:
+    """List the torches that --torch takes, with their sizes, or those named: shipped ones and torch files.
+
+    The first one is assumed unless another one is stated. -o draws them to one scale.
+    """
+    from wpcal.core.records import to_json, write_file
+    from wpcal.seam.torch_file import find_torch, shipped_torches, torches_record
+    from wpcal.seam.torch_picture import torches_svg
+
+    shapes = [find_torch(name) for name in torches] or [torch.shape for torch in shipped_torches()]
+    if out is not None:
+        write_file(out, torches_svg(shapes).encode("utf-8"), overwrite=force)
+    if as_json:
+        click.echo(to_json(torches_record(shapes)), nl=False)
+    else:
+        _show(shapes, out)
+    return 0
+
+
+def _show(shapes: list[TorchShape], out: Path | None) -> None:
+    from rich.table import Table
+
+    from wpcal.cli.console import plain_console
+    from wpcal.seam.torch_file import shipped_torches
+
+    table = Table(title="Torches: outer diameters and lengths in mm")
+    for heading in ("torch", "wire", "nozzle", "neck", "body"):
+        table.add_column(heading, no_wrap=heading == "torch")
+    table.add_column("length", justify="right")
+    for shape in shapes:
+        nozzle = f"{2 * shape.nozzle_radius_mm:g}"
+        if shape.mouth_radius_mm is not None:
+            nozzle = f"{2 * shape.mouth_radius_mm:g} to {nozzle} in {shape.taper_mm:g}"
+        neck, body = "straight", "-"
+        if shape.neck is not None:
+            own = shape.neck
+            bend = f", {own.angle_deg:g} deg on radius {own.bend_mm:g}" if own.angle_deg else ", straight"
+            neck = f"{2 * own.radius_mm:g}{bend}, {own.from_mm:g} behind the mouth"
+            body = f"{2 * own.body_radius_mm:g} from {own.body_from_mm:g} on"
+        wire = f"{shape.wire_mm:g}, at most {shape.wires_mm[-1]:g}"
+        table.add_row(shape.name, wire, nozzle, neck, body, f"{shape.length_mm:g}")
+    console = plain_console()
+    console.print(table)
+    shown = [torch for torch in shipped_torches() if torch.shape in shapes]
+    for torch in shown:
+        console.print(f"{torch.shape.name}: {torch.title}", highlight=False)
+    for source in dict.fromkeys(torch.source for torch in shown):
+        names = ", ".join(torch.shape.name for torch in shown if torch.source == source)
+        console.print(f"sizes of {names}: {source}", highlight=False)
+    if out is not None:
+        console.print(f"wrote {out}", highlight=False, markup=False)

@@ -1,0 +1,94 @@
+"""What a program says about itself in its header, in words that every language shares."""
+
+from __future__ import annotations
+
+import math
+
+from wpcal import __version__
+from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.moves import Arc
+from wpcal.weld.values import WeldValues, describe_weld
+
+UNCHECKED = "NOT CHECKED for collisions with the part"
+NOT_CHECKED = "NOT CHECKED: the arm, fixtures, cables, the way to the first point. RUN IT DRY FIRST"
+"""Said in the header of every program and on the console."""
+
+USUAL_ZONE_MM = 1.0
+"""Distance from a corner at which most of the languages let the tool leave the path."""
+
+
+def describe(program: WeldProgram) -> list[str]:
+    """Return the lines that every program file states: origin, verdict, torch and motion."""
+    record, torch = program.calibration, program.torch
+    lines = [f"written by wpcal {__version__} from calibration.json and seams.json"]
+    if "verdict" in record:
+        lines.append(f"calibration {record['verdict']}, tolerance {record['tolerance_mm']:g} mm")
+        if "judgement" in record:
+            lines.append(record["judgement"]["sentence"])
+    lines += [
+        f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
+        f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
+        f"turn about the wire: {'least' if program.tolerance is None else 'as few moves need it'}, "
+        f"within {math.degrees(torch.spin_range_rad):g} deg of the travel direction",
+        f"stick-out {torch.stick_out_mm:g} mm, approach {program.motion.approach_mm:g} mm, "
+        f"retract {program.motion.retract_mm:g} mm",
+    ]
+    if program.tolerance is not None:
+        lines.append(describe_moves(program))
+        if corners := sum(sum(path.stops(USUAL_ZONE_MM)[:-1]) for path in program.paths):
+            most = program.tolerance.mm
+            lines.append(f"stops at corners, where a zone would cut by more than {most:g} mm: {corners}")
+    if program.arm is not None and (postures := program.posture_of(program.groups[0])) is not None:
+        axis_1 = "behind" if postures.is_behind[0] else "in front of"
+        lower_arm = "behind" if postures.is_behind_lower_arm[0] else "in front of"
+        lines.append(
+            f"the arm {program.arm.name} follows all moves within its joint limits, in one branch: wrist {axis_1} "
+            f"axis 1, {lower_arm} the lower arm"
+        )
+    return [*lines, _arc_in_words(program), *(program.checked or [UNCHECKED]), NOT_CHECKED]
+
+
+def _arc_in_words(program: WeldProgram) -> str:
+    """Say whether the program switches the arc."""
+    if program.arc is None:
+        return "DRY RUN: the arc stays off; ARC ON and ARC OFF are comments (--arc on makes them instructions)"
+    return "the arc burns from SEAM START to SEAM END: RUN IT with the arc blocked at the controller FIRST"
+
+
+def describe_moves(program: WeldProgram) -> str:
+    """Return one line about the lines and arcs of a program: how far they are from the seams at most."""
+    tolerance = program.tolerance
+    moves = [path.moves for path in program.paths if path.moves is not None]
+    off_mm, off_rad = max(each.off_mm for each in moves), max(each.off_rad for each in moves)
+    allowed = "" if tolerance is None else f" (allowed: {tolerance.mm:g} mm, {math.degrees(tolerance.wire_rad):g} deg)"
+    return f"lines and arcs: the wire is at most {off_mm:.3f} mm and {math.degrees(off_rad):.2f} deg off{allowed}"
+
+
+def describe_path(path: WeldPath) -> str:
+    """Return one line about a seam: what it is, its points or moves, and its 95 % error."""
+    seam = path.seam
+    text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {_count(path)}"
+    if path.run is not None:
+        text = ", ".join([describe_weld(path.values), *_settings(path.values), text])
+    if seam.more_wire_mm:
+        text += f", wire {seam.more_wire_mm:g} mm longer than usual: the tool stays back by it"
+    return text if path.u95_mm is None else f"{text}, 95 % error up to {path.u95_mm.max():.3f} mm"
+
+
+def _settings(values: WeldValues) -> list[str]:
+    """Return current, voltage, wire feed and speed in words, as a person types them into a schedule."""
+    numbers = (
+        (values.current_a, "A"),
+        (values.voltage_v, "V"),
+        (values.wire_feed_m_min, "m/min wire"),
+        (values.speed_mm_s, "mm/s"),
+    )
+    return [f"{number:g} {unit}" for number, unit in numbers if number is not None]
+
+
+def _count(path: WeldPath) -> str:
+    if path.moves is None:
+        return f"{path.weld_count} points"
+    arcs = sum(isinstance(move, Arc) for move in path.weld_moves)
+    counts = ((len(path.weld_moves) - arcs, "line"), (arcs, "arc"))
+    return " and ".join(f"{count} {what}{'s' if count > 1 else ''}" for count, what in counts if count)

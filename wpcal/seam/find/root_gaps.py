@@ -1,0 +1,102 @@
+"""Butt joints with a root gap of up to 3 mm: plates and tubes whose narrow ends face each other.
+
+Such a gap is left on purpose, so that the weld goes through. It is far wider than what is taken for contact elsewhere,
+so more is asked of it: two ends of one width, parallel, opposite each other all along, and nothing in between.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.material import ExactMaterial, find_solids_around
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, IntArray
+from wpcal.seam.find.contact import find_contacts
+from wpcal.seam.find.duplicates import without_duplicates
+from wpcal.seam.find.facing import INSET, FacingFaces, find_facing, widths_mm
+from wpcal.seam.find.joint import JoinedPieces, join_contacts
+from wpcal.seam.find.wide_gaps import is_beside
+from wpcal.seam.limits import NEAR_GAPS, WIDE_GAPS
+from wpcal.seam.seam import JointType, SeamPieces
+
+MOST_ROOT_MM = 3.0
+"""Root gaps of butt welds are 1 to 3 mm (ISO 9692-1: up to 4 mm for V-grooves; robots bridge less than a hand)."""
+MOST_ROOT_SHARE = 0.5
+"""Largest root gap as a share of the width of the ends (ISO 9692-1: about t / 2 for square butts)."""
+MOST_END_MM = 40.0
+"""Ends are narrower: thicker plates are rarely welded by robots, and blocks beside each other are not ends."""
+LEAST_OPPOSITE = 0.9
+"""Share of the boundary of one end that lies opposite the other one."""
+SAME_WIDTH = 1.5
+"""Largest ratio of the widths of two ends."""
+
+
+def find_root_gaps(graph: BrepGraph, trimmed: TrimmedFaces, found: SeamPieces, *, gap_mm: float) -> JoinedPieces:
+    """Find butt joints with a gap above `WIDE_GAPS` times the usual one, up to `MOST_ROOT_MM`.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    found : SeamPieces
+        All other candidates between two solids. No piece runs beside one of them.
+    gap_mm : float
+        The gap with which contacts were found, mm.
+
+    Returns
+    -------
+    JoinedPieces
+    """
+    ends = _facing_ends(graph, trimmed, WIDE_GAPS * gap_mm)
+    parts = [_at_gap(graph, trimmed, ends.select(ends.gap_mm == gap), float(gap)) for gap in np.unique(ends.gap_mm)]
+    pieces = SeamPieces.joined([found.select(np.zeros(0, dtype=np.int64)), *(part.pieces for part in parts)])
+    joint = tuple(word for part in parts for word in part.joint)
+    joined = JoinedPieces(pieces, joint, tuple(word for part in parts for word in part.weld))
+    joined = joined.select(np.flatnonzero(~is_beside(graph, joined.pieces, found, NEAR_GAPS * MOST_ROOT_MM)))
+    return without_duplicates(graph, joined, gap_mm=MOST_ROOT_MM / NEAR_GAPS)
+
+
+def _facing_ends(graph: BrepGraph, trimmed: TrimmedFaces, above_mm: float) -> FacingFaces:
+    """Return the pairs of narrow planes of one width that lie opposite each other."""
+    facing = find_facing(graph, trimmed, most_mm=MOST_ROOT_MM)
+    width = np.stack([widths_mm(trimmed, face) for face in (facing.first, facing.second)])
+    fits = (graph.face_kind[facing.first] == SurfaceKind.PLANE) & (facing.gap_mm > above_mm)
+    fits &= (facing.share >= LEAST_OPPOSITE) & (width.max(axis=0) <= MOST_END_MM)
+    fits &= width.max(axis=0) <= SAME_WIDTH * width.min(axis=0)
+    fits &= facing.gap_mm <= MOST_ROOT_SHARE * width.min(axis=0)
+    ends = facing.select(fits)
+    return ends.select(~_is_filled(graph, trimmed, ends))
+
+
+def _is_filled(graph: BrepGraph, trimmed: TrimmedFaces, ends: FacingFaces) -> BoolArray:
+    """Tell in which gaps there is another solid, a shim or a backing bar; shape (k,)."""
+    count = np.diff(trimmed.start)[ends.first]
+    pair = np.repeat(np.arange(len(count)), count)
+    piece = np.concatenate([np.zeros(0, dtype=np.int64), *map(np.arange, *trimmed.start[[ends.first, ends.first + 1]])])
+    middle = (trimmed.p0[piece] + trimmed.p1[piece]) / 2
+    low, high = trimmed.face_box
+    centre = ((low + high) / 2)[ends.first]
+    normal = graph.face_frame[ends.first, 3] * (graph.face_outward[ends.first] * ends.gap_mm / 2)[:, None]
+    points = middle + INSET * (centre[pair] - middle) + normal[pair]
+    filled = np.zeros(len(count), dtype=bool)
+    filled[pair[find_solids_around(ExactMaterial(graph, trimmed), points)[0]]] = True
+    return filled
+
+
+def _at_gap(graph: BrepGraph, trimmed: TrimmedFaces, ends: FacingFaces, gap_mm: float) -> JoinedPieces:
+    """Return the butt joints between ends that have one gap."""
+    edge, face = (np.concatenate(own) for own in zip(*_pairs(graph, ends), strict=True))
+    contacts = find_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge, face))
+    joined = join_contacts(graph, trimmed, contacts, gap_mm=gap_mm)
+    return joined.select(np.flatnonzero([word is JointType.BUTT for word in joined.joint]))
+
+
+def _pairs(graph: BrepGraph, ends: FacingFaces) -> list[tuple[IntArray, IntArray]]:
+    """Return the edges of each end with the other one."""
+    found = []
+    for a, b in zip(ends.first.tolist(), ends.second.tolist(), strict=True):
+        for own, other in ((a, b), (b, a)):
+            edges = np.flatnonzero((graph.edge_faces == own).any(axis=1) & ~graph.is_seam_edge)
+            found.append((edges, np.full(len(edges), other)))
+    return found

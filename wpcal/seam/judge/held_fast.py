@@ -1,0 +1,96 @@
+"""Rings that sit in a groove: a tyre on its rim, a seal in its seat, a pulley between two collars of one shaft.
+
+A ring that is narrower than the other solid on both sides of its seat cannot have been put there as it is: it was
+stretched, snapped in, or moulded round. A ring that is welded slides onto its seat from one side. One solid that was
+several, such as a shaft with two discs, may hold a ring that was welded before the second disc; so this is a doubt.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import FloatArray
+from wpcal.seam.find.built_up import ROUND_KINDS, is_turned
+
+SAME_AXIS_MM, SAME_AXIS_SIN = 0.2, 2e-3
+"""Axes nearer and more parallel than this are one."""
+SHOULDER_MM = 0.5
+"""A shoulder stands out by more than this: a thread or a press fit is less."""
+
+
+class _RoundFace(NamedTuple):
+    """One face about an axis: from where to where it is along the axis, and how far from it, mm."""
+
+    is_cylinder: bool
+    low: float
+    high: float
+    least: float
+    most: float
+
+
+def is_held_fast(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap_mm: float) -> bool:
+    """Tell whether one of two solids is a ring that the other one holds between two shoulders.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    a, b : int
+        Numbers of two solids that touch or overlap.
+    gap_mm : float
+        Largest play between a ring and its seat, mm.
+    """
+    return any(_holds(graph, trimmed, ring, other, gap_mm) for ring, other in ((a, b), (b, a)))
+
+
+def _holds(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: int, gap_mm: float) -> bool:
+    """Tell whether `other` holds a ring: round the ring's bore, or inside a groove round the ring."""
+    if not is_turned(graph, ring):
+        return False
+    round_ = np.flatnonzero((graph.face_solid == ring) & np.isin(graph.face_kind, ROUND_KINDS))
+    o, z = graph.face_frame[round_[0], 0], graph.face_frame[round_[0], 3]
+    for outward in (-1, 1):  # the bore of the ring on a seat, or its outside in a groove
+        own = [face for face in _faces(graph, trimmed, ring, o, z, outward) if face.is_cylinder]
+        held = _faces(graph, trimmed, other, o, z, -outward)
+        for mine in own:
+            for seat in held:
+                fits = seat.is_cylinder and abs(seat.most - mine.most) <= gap_mm
+                if fits and min(seat.high, mine.high) > max(seat.low, mine.low) and _shoulders(seat, held, -outward):
+                    return True
+    return False
+
+
+def _shoulders(seat: _RoundFace, faces: list[_RoundFace], outward: int) -> bool:
+    """Tell whether faces stand out beyond a seat on both sides of it: wider on a shaft, narrower in a bore."""
+    out = [
+        face
+        for face in faces
+        if (face.most > seat.most + SHOULDER_MM if outward > 0 else face.least < seat.least - SHOULDER_MM)
+    ]
+    middle = (seat.low + seat.high) / 2
+    return any(face.high <= middle for face in out) and any(face.low >= middle for face in out)
+
+
+def _faces(
+    graph: BrepGraph, trimmed: TrimmedFaces, solid: int, o: FloatArray, z: FloatArray, outward: int
+) -> list[_RoundFace]:
+    """Return the faces of a solid about an axis that look away from it (`outward` +1), or towards it (-1)."""
+    faces = np.flatnonzero(
+        (graph.face_solid == solid) & np.isin(graph.face_kind, ROUND_KINDS) & (graph.face_outward * outward > 0)
+    )
+    arm = graph.face_frame[faces, 0] - o
+    off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1)
+    turn = np.linalg.norm(np.cross(graph.face_frame[faces, 3], z), axis=1)
+    found = []
+    for face in faces[(off <= SAME_AXIS_MM) & (turn <= SAME_AXIS_SIN)].tolist():
+        points = trimmed.p0[trimmed.start[face] : trimmed.start[face + 1]] - o
+        if len(points):
+            along = points @ z
+            across = np.linalg.norm(points - along[:, None] * z, axis=1)
+            is_cylinder = bool(graph.face_kind[face] == SurfaceKind.CYLINDER)
+            found.append(_RoundFace(is_cylinder, along.min(), along.max(), across.min(), across.max()))
+    return found

@@ -1,0 +1,93 @@
+"""Which shipped torch reaches what the stated torch does not reach, the most usual one first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.seam.judge.leans import APPROACH_MM, Stations, at_stations, feel_seams
+from wpcal.seam.options import Reach
+from wpcal.seam.seam import OtherTorch, Seam
+from wpcal.seam.torch import TorchShape
+from wpcal.seam.torch_file import shipped_torches
+
+FEW = (1, 3)
+"""A torch is felt at so many stations first: what is behind something is out of reach for most torches."""
+MOST_ASKED = 20
+"""So many stretches are asked for, the longest ones: feeling bent necks takes 30 ms for each, and one torch is advised
+for a part, not one for each of 500 stretches inside a box. `--explain` asks for any one."""
+
+
+def with_other_torches(
+    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Sequence[Seam]], reach: Reach
+) -> list[list[Seam]]:
+    """Return seams of which the longest that the torch does not reach name a shipped torch that reaches all of them.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    seams : sequence of sequence of Seam
+        Free stretches, and stretches with `Seam.blocked_by`.
+    reach : Reach
+        With the torch that does not reach them.
+    """
+    found = [list(pieces) for pieces in seams]
+    todo = [(row, at) for row, pieces in enumerate(found) for at, piece in enumerate(pieces) if piece.blocked_by]
+
+    def free_at(places: list[tuple[int, int]], own: Reach, wire_mm: float, few: int) -> list[tuple[int, int]]:
+        tried = [replace(found[row][at], more_wire_mm=wire_mm - own.torch.wire_mm) for row, at in places]
+        if few:
+            tried = [at_stations(seam, np.arange(len(seam.frames)), few) for seam in tried]
+        felt = feel_seams(graph, trimmed, tried, own, Stations.SOME if few else Stations.FRAMES)
+        return [place for place, one in zip(places, felt, strict=True) if one.is_free]
+
+    todo = sorted(todo, key=lambda place: (-found[place[0]][place[1]].length_mm, place))[:MOST_ASKED]
+    core = core_of_all()
+    todo = sorted(free_at(todo, replace(reach, torch=core), core.wire_mm, 1))
+    for shipped in shipped_torches():
+        torch, own = shipped.shape, replace(reach, torch=shipped.shape)
+        if torch == reach.torch:
+            continue
+        likely = todo
+        for few in FEW:
+            likely = free_at(likely, own, torch.wires_mm[-1], few)
+        for wire_mm in dict.fromkeys((torch.wires_mm[0], torch.wires_mm[-1])):
+            reached = free_at(likely, own, wire_mm, 0)
+            for row, at in reached:
+                found[row][at] = replace(found[row][at], other_torch=OtherTorch(torch.name, wire_mm))
+            likely = [place for place in likely if place not in reached]
+            todo = [place for place in todo if place not in reached]
+    return found
+
+
+def felt_within_mm(torch: TorchShape) -> float:
+    """Return how far from a solid, in x, y or z, a torch or a shipped one may meet faces at its seams, mm."""
+    shapes = [torch, *(shipped.shape for shipped in shipped_torches())]
+    return APPROACH_MM + max(
+        shape.length_mm + shape.wires_mm[-1] - shape.wire_mm + 2.0 * max(_radii(shape)) for shape in shapes
+    )
+
+
+def _radii(shape: TorchShape) -> tuple[float, ...]:
+    """Return the outer radii of the pieces of a torch, mm."""
+    return (shape.nozzle_radius_mm, *(tube.radius_mm for tube in shape.tubes))
+
+
+@cache
+def core_of_all() -> TorchShape:
+    """Return a torch that is inside every shipped one: what it does not reach, none of them does."""
+    shapes = [torch.shape for torch in shipped_torches()]
+    wire_mm = max(shape.wires_mm[-1] for shape in shapes)
+    return TorchShape(
+        wire_mm,
+        min(shape.nozzle_radius_mm for shape in shapes),
+        wire_mm + min(shape.front_mm for shape in shapes),
+        mouth_radius_mm=min(shape.mouth_mm for shape in shapes),
+        taper_mm=max(shape.taper_mm for shape in shapes),
+    )

@@ -1,0 +1,160 @@
+"""Short runs across the end of a plate, beside a long seam along it: nobody strikes an arc only for them.
+
+A welder goes on round the corner (a *wrap*, an end return), or stops at the end of the plate. Such a run belongs to the
+long seam. What tells it from a short weld is the plate: the run is as long as the plate is thick beside the long seam,
+and the plate reaches farther up than that. The end of a tube is open behind the long seam, and a bar that lies flat is
+not as high as it is wide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.material import ExactMaterial, find_solids_around
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.judge.evidence import weighed
+from wpcal.seam.limits import LEAST_CANDIDATE_MM, LEAST_CHANGE_MM, Level
+from wpcal.seam.path.cut import parameters_at, spans_of
+from wpcal.seam.rules import Rule
+from wpcal.seam.seam import Seam, SeamSource
+
+MOST_END_MM = 16.0
+"""A longer run is a weld by itself. AWS D1.1 counts a fillet weld if it is at least four times as long as its leg, and
+most robot welds have legs of 4 mm."""
+MOST_END_SHARE = 0.5
+"""A run that is longer than this share of the seam beside it is a side of the member, not its end."""
+ACROSS_COS = 0.7
+"""The run goes along the thickness of the plate if the cosine between the two is above this (45 degrees): plates lean,
+and are cut at an angle."""
+PLACES = (1.0, 2.0)
+"""Where along the long seam the thickness is felt: from its end, in lengths of the run."""
+INSIDE, OUTSIDE = 0.5, 1.25
+"""How deep behind the long seam there is material, and none any more, in lengths of the run."""
+LEAST_TURN = 0.35
+"""The two faces of a joint face the same way if the sine of the angle between them is below this (20 degrees)."""
+LOW, HIGH = 0.15, 1.0
+"""How far up the plate this is felt, in lengths of the run: near the joint, and as high as the plate is thick."""
+
+
+def find_short_ends(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> IntArray:
+    """Find the seams that go across the end of a plate beside a longer one.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    seams : sequence of Seam
+        n judged seams with frames in `part`.
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+        The row of the seam that each one is the end of: an accepted one if there is one, of these the longest; -1 for
+        every other seam.
+    """
+    owner = np.full(len(seams), -1)
+    short, beside, end = _pairs(seams)
+    kept = _is_across_a_plate(graph, trimmed, seams, short, beside, end)
+    ranked = sorted(
+        zip(short[kept].tolist(), beside[kept].tolist(), strict=True),
+        key=lambda pair: (seams[pair[1]].accepted, seams[pair[1]].length_mm, -pair[1]),
+    )
+    for row, other in ranked:
+        owner[row] = other
+    return owner
+
+
+def with_short_ends(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], level: Level) -> list[Seam]:
+    """Return named seams of which those across the end of a plate say whose wraps they are (`Seam.wrap_of`)."""
+    owner = find_short_ends(graph, trimmed, seams)
+    return [
+        seam if row < 0 else _as_wrap(seam, seams[row].name, level)
+        for seam, row in zip(seams, owner.tolist(), strict=True)
+    ]
+
+
+def _as_wrap(seam: Seam, of: str, level: Level) -> Seam:
+    words = f"the short end of {of}: welded with it (--wrap), or left open"
+    return weighed(replace(seam, wrap_of=of), (*seam.findings, Rule.SHORT_END.found(words)), level)
+
+
+def _pairs(seams: Sequence[Seam]) -> tuple[IntArray, IntArray, IntArray]:
+    """Return pairs of a short and a long seam whose ends are near, and which end of the long one it is (0 or 1)."""
+    none = np.zeros(0, dtype=np.int64)
+    rows = np.array([row for row, seam in enumerate(seams) if not (seam.closed or seam.inside)], dtype=np.int64)
+    if len(rows) == 0:
+        return none, none, none
+    ends = np.concatenate([seams[row].frames.p[[0, -1]] for row in rows.tolist()])
+    near = cKDTree(ends).query_pairs(LEAST_CHANGE_MM, output_type="ndarray").astype(np.int64)
+    near = np.concatenate([near, near[:, ::-1]])
+    short, beside = rows[near[:, 0] // 2], rows[near[:, 1] // 2]
+    length = np.array([seam.length_mm for seam in seams])
+    _, group = np.unique([" + ".join(sorted(seam.solids)) for seam in seams], return_inverse=True)
+    marked = np.array([seam.source is SeamSource.MARKED for seam in seams], dtype=bool)
+    fits = (length[short] <= MOST_END_MM) & (length[short] <= MOST_END_SHARE * length[beside])
+    fits &= (group[short] == group[beside]) & ~marked[short]
+    return short[fits], beside[fits], near[fits, 1] % 2
+
+
+def _is_across_a_plate(
+    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], short: IntArray, beside: IntArray, end: IntArray
+) -> BoolArray:
+    """Tell in which pairs the short seam is as long as the plate is thick along the long one; shape (k,)."""
+    fits = np.zeros(len(short), dtype=bool)
+    points, owner, solids = [], [], []
+    for pair, (row, other, side) in enumerate(zip(short.tolist(), beside.tolist(), end.tolist(), strict=True)):
+        across = seams[row].frames.p[-1] - seams[row].frames.p[0]
+        across = across / max(float(np.linalg.norm(across)), LEAST_CANDIDATE_MM)
+        for inward, up in _views(graph, seams[other], side, seams[row].length_mm, across):
+            depth = np.array([[INSIDE, LOW], [OUTSIDE, LOW], [INSIDE, HIGH]]) * seams[row].length_mm
+            p = inward[0][:, None] + depth[:, :1] * inward[1][:, None] + depth[:, 1:] * up[:, None]
+            points.append(p)
+            owner.append(pair)
+            solids.append([graph.solid_names.index(name) for name in seams[row].solids[:2]])
+    if not points:
+        return fits
+    q = np.array(points)  # view, place, probe, xyz
+    inside = np.zeros((2, *q.shape[:3]), dtype=bool)  # of either solid
+    point, solid = find_solids_around(ExactMaterial(graph, trimmed), q.reshape(-1, 3))
+    for at, number in zip(point.tolist(), solid.tolist(), strict=True):
+        view, place, probe = np.unravel_index(at, q.shape[:3])
+        if number in solids[view]:
+            inside[solids[view].index(number), view, place, probe] = True
+    holds = (inside[..., 0] & ~inside[..., 1] & inside[..., 2]).all(axis=2).any(axis=0)
+    fits[np.array(owner)[holds]] = True
+    return fits
+
+
+def _views(
+    graph: BrepGraph, seam: Seam, end: int, size_mm: float, across: FloatArray
+) -> list[tuple[tuple[FloatArray, FloatArray], FloatArray]]:
+    """Return how a plate may stand along a seam: places, directions into it, and up along it; arrays (places, 3).
+
+    Either face of the joint may be that of the plate. Where both face the same way, as in a butt joint, the plate lies
+    on either side.
+    """
+    s = np.minimum(np.array(PLACES) * size_mm, seam.length_mm / 2)
+    starts, ends = spans_of(graph, seam.pieces)
+    s = seam.length_mm - s if end == 1 else s
+    row = np.minimum(np.searchsorted(ends, s), len(ends) - 1)
+    if (seam.pieces.wall[row] < 0).any() or (seam.pieces.base[row] < 0).any():
+        return []
+    t = parameters_at(graph, seam.pieces, row, np.clip(s - starts[row], 0.0, (ends - starts)[row]))
+    p, slope = evaluate_edges(graph, seam.pieces.edge[row], t)
+    normals = [project_to_faces(graph, face[row], p).normal for face in (seam.pieces.wall, seam.pieces.base)]
+    views = []
+    for own, other in (normals, normals[::-1]):
+        up = other - np.einsum("ki,ki->k", other, own)[:, None] * own
+        length, side = np.linalg.norm(up, axis=1, keepdims=True), np.cross(own, slope)
+        side /= np.linalg.norm(side, axis=1, keepdims=True)
+        ways = [(-own, up / length)] if (length > LEAST_TURN).all() else [(-own, side), (-own, -side)]
+        views += [((p, inward), up) for inward, up in ways if (np.abs(inward @ across) >= ACROSS_COS).all()]
+    return views

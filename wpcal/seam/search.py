@@ -1,0 +1,153 @@
+"""The seams of a whole part: every search, once for each group of solids that the part holds several times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.repeats import Firsts, copy_added_edges, find_copies
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import IntArray
+from wpcal.core.issue import Issue
+from wpcal.seam.copies import CopiedSeams, renumbered
+from wpcal.seam.detect import find_candidates, judge_candidates
+from wpcal.seam.find.bead import add_beads
+from wpcal.seam.find.flare_grooves import FlareGrooves, add_grooves
+from wpcal.seam.find.interpenetration import interpenetrating_solids
+from wpcal.seam.find.joint import JoinedPieces
+from wpcal.seam.find.marked import MarkedEdges
+from wpcal.seam.judge.other_torches import felt_within_mm
+from wpcal.seam.options import SeamOptions
+from wpcal.seam.path.turning import OPPOSED_REASON
+from wpcal.seam.seam import Seam, SeamPieces
+
+Cross: TypeAlias = Callable[[BrepGraph, IntArray], tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]]
+"""Adds the curves in which pairs of solids meet to a graph: the wider graph, the pieces, and the pairs that failed. The
+faces of the pieces have the numbers of the whole part."""
+Mark: TypeAlias = Callable[[BrepGraph], tuple[BrepGraph, MarkedEdges]]
+"""Adds the edges that a person marked to a graph."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartSeams:
+    """The seams of a part.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+        With the edges that were added.
+    seams : tuple of Seam
+        As `detect_seams` returns them.
+    issues : tuple of Issue
+        Pairs of solids that could not be crossed.
+    """
+
+    graph: BrepGraph
+    seams: tuple[Seam, ...]
+    issues: tuple[Issue, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Added:
+    """A graph with edges for what is not an edge of the part, and their pieces."""
+
+    graph: BrepGraph
+    sections: SeamPieces | None
+    beads: JoinedPieces
+    flares: FlareGrooves
+    issues: tuple[Issue, ...]
+
+    @property
+    def pieces(self) -> SeamPieces:
+        parts = [self.beads.pieces, self.flares.joined.pieces]
+        return SeamPieces.joined(parts if self.sections is None else [self.sections, *parts])
+
+    def find(self, trimmed: TrimmedFaces, options: SeamOptions, marked: MarkedEdges | None = None) -> list[Seam]:
+        return find_candidates(
+            trimmed.graph,
+            options,
+            trimmed=trimmed,
+            sections=self.sections,
+            beads=self.beads,
+            flares=self.flares,
+            marked=marked,
+        )
+
+
+def find_part_seams(
+    graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, *, cross: Cross, mark: Mark | None = None
+) -> PartSeams:
+    """Find the seams of a part.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    options : SeamOptions
+    cross : callable
+        How solids that run into each other are crossed (`Cross`).
+    mark : callable, optional
+        How marked edges are added (`Mark`).
+
+    Returns
+    -------
+    PartSeams
+    """
+    once = _once_per_group(graph, trimmed, options, cross) if mark is None else None
+    if once is not None:
+        wide, found = once
+        return PartSeams(wide, judge_candidates(wide, found, options, trimmed=replace(trimmed, graph=wide)), ())
+    added, marked = _add(graph, trimmed, options, cross), None
+    wide = added.graph
+    if mark is not None:
+        wide, marked = mark(wide)
+    trimmed = replace(trimmed, graph=wide)
+    found = CopiedSeams.none(added.find(trimmed, options, marked))
+    return PartSeams(wide, judge_candidates(wide, found, options, trimmed=trimmed), added.issues)
+
+
+def _once_per_group(
+    graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, cross: Cross
+) -> tuple[BrepGraph, CopiedSeams] | None:
+    """Find the candidates of the first of equal groups, and copy them to the others; None if each needs its own search.
+
+    Where the faces of a seam are opposed, its free side depends on the whole part; and a pair that cannot be crossed
+    is told of by its own name.
+    """
+    copies = find_copies(graph, trimmed, within_mm=felt_within_mm(options.reach.torch))
+    if not copies:
+        return None
+    firsts = Firsts.of(graph, copies)
+
+    def cross_firsts(part: BrepGraph, pairs: IntArray) -> tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]:
+        wider, own, issues = cross(part, pairs)
+        wall, base = (np.searchsorted(firsts.faces, faces) for faces in (own.wall, own.base))
+        return wider, replace(own, wall=wall, base=base), issues
+
+    own = TrimmedFaces.of(firsts.graph)
+    added = _add(firsts.graph, own, options, cross_firsts)
+    found = added.find(replace(own, graph=added.graph), options)
+    if added.issues or any(text.startswith(OPPOSED_REASON) for seam in found for text in seam.reasons):
+        return None
+    pieces, known = added.pieces, firsts.graph.edge_count
+    solid = np.full(added.graph.edge_count - known, -1)
+    new = np.flatnonzero(pieces.edge >= known)
+    solid[pieces.edge[new] - known] = added.graph.face_solid[pieces.wall[new]]
+    wide, edges, copies = copy_added_edges(graph, firsts, added.graph, solid, copies)
+    return wide, CopiedSeams.of(wide, [renumbered(seam, firsts.faces, edges) for seam in found], copies)
+
+
+def _add(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, cross: Cross) -> _Added:
+    """Add the curves in which solids cross, those beside beads, and those in flare grooves."""
+    pairs = interpenetrating_solids(graph, trimmed)
+    sections, issues = None, tuple[Issue, ...]()
+    if len(pairs):
+        graph, sections, issues = cross(graph, pairs)
+        trimmed = replace(trimmed, graph=graph)
+    graph, beads = add_beads(graph, trimmed, options)
+    graph, flares = add_grooves(graph, trimmed, options)
+    return _Added(graph, sections, beads, flares, issues)
