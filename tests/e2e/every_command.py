@@ -40,6 +40,7 @@ COMMANDS = {
     "study": "table1.csv --trials 20",
     "taught": "points.mod --uframe base",
     "tcp": "joints.csv --robot mh6",
+    "torches": "-o torches.svg",
     "welds": "out",
 }
 """In an order in which every command finds its input: `calibrate` writes the folder that others read."""
