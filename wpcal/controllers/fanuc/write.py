@@ -18,6 +18,7 @@ from wpcal.controllers.describe import describe_path
 from wpcal.controllers.fanuc.arc import end_lines, start_lines
 from wpcal.controllers.fanuc.configuration import config
 from wpcal.controllers.naming import NameRules, comment_lines
+from wpcal.controllers.post import Post
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, zyx_degrees
 from wpcal.controllers.user_frame_jobs import ConfigurationRule, JobLanguage, write_jobs
@@ -84,20 +85,29 @@ def write_fanuc(program: WeldProgram) -> dict[str, str]:
 def _main_program(
     program: WeldProgram, name: str, comments: list[str], calls: Sequence[str], T_base_frame: RigidTransform
 ) -> str:
+    post = Post("fanuc", program)
     lines, positions = [f"  CALL {called}" for called in calls], []
     if program.safe_point is not None:
         frame = _frame_lines(program)
-        air = _speed(program.motion.air_speed_mm_s)
-        lines = [*frame, f"J P[1] {JOINT_PERCENT}% FINE", *lines, *frame, f"L P[1] {air} FINE"]
+        first = post.air_move("P[1]", speed=f"{JOINT_PERCENT}%", joint=True)
+        last = post.air_move("P[1]", speed=tp_speed(program.motion.air_speed_mm_s))
+        lines = [*frame, *first, *lines, *frame, *last]
         positions = _positions(program.safe_point, program, T_base_frame)
-    return _file(name, [*_remarks(comments), *lines], positions)
+    return tp_file(name, [*post.header(_wrapped(comments)), *lines, *post.footer()], positions)
 
 
 def _seam_program(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
-    return _file(name, _moves(path, program), _positions(path, program, T_base_frame))
+    return tp_file(name, _moves(path, program), _positions(path, program, T_base_frame))
 
 
-def _file(name: str, instructions: list[str], positions: list[str]) -> str:
+def tp_file(name: str, instructions: list[str], positions: list[str]) -> str:
+    """Return the text of a TP program.
+
+    Raises
+    ------
+    InputError
+        When it has too many lines.
+    """
     if len(instructions) > MOST_LINES:
         raise InputError(f"FANUC: {name} needs {len(instructions)} lines, a program has at most {MOST_LINES}")
     lines = [
@@ -121,28 +131,25 @@ def _file(name: str, instructions: list[str], positions: list[str]) -> str:
     return "\r\n".join(lines)
 
 
-def _remarks(lines: list[str]) -> list[str]:
+def _wrapped(lines: list[str]) -> list[str]:
     clean = [line.replace(";", ",") for line in lines]  # a semicolon ends an instruction
-    return comment_lines(clean, mark="  !", longest=LONGEST_REMARK)
+    return comment_lines(clean, mark="", longest=LONGEST_REMARK)
 
 
 def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
-    weld, air = _weld_speed(path, program), _speed(program.motion.air_speed_mm_s)
-    start, end = (f"  !{mark}" for mark in program.marks)
+    post, air = Post("fanuc", program), tp_speed(program.motion.air_speed_mm_s)
     first, last = path.weld_rows.start + 1, path.weld_rows.stop  # positions are counted from 1
-    begin = f"J P[1] {JOINT_PERCENT}% FINE" if program.safe_point is None else f"L P[1] {air} FINE"
-    return [
-        *_remarks([path.seam.name, describe_path(path)]),
-        *_frame_lines(program),
-        begin,
-        *(f"L P[{number}] {air} FINE" for number in range(2, first + 1)),
-        start,
-        *(() if program.arc is None else start_lines(path, program.weld_speed_mm_s(path))),
-        *_weld_moves(path, first, weld),
-        *(() if program.arc is None else end_lines(path)),
-        end,
-        *(f"L P[{number}] {air} FINE" for number in range(last + 1, len(path) + 1)),
-    ]
+    is_joint = program.safe_point is None
+    lines = [*(f"  !{line}" for line in _wrapped([path.seam.name, describe_path(path)])), *_frame_lines(program)]
+    lines += post.air_move("P[1]", speed=f"{JOINT_PERCENT}%" if is_joint else air, joint=is_joint)
+    for number in range(2, first + 1):
+        lines += post.air_move(f"P[{number}]", speed=air)
+    lines += post.weld_start(path, partial(start_lines, path, program.weld_speed_mm_s(path)))
+    lines += _weld_moves(path, first, _weld_speed(path, program))
+    lines += post.weld_end(path, partial(end_lines, path))
+    for number in range(last + 1, len(path) + 1):
+        lines += post.air_move(f"P[{number}]", speed=air)
+    return lines
 
 
 def _weld_moves(path: WeldPath, first: int, speed: str) -> list[str]:
@@ -157,14 +164,14 @@ def _weld_moves(path: WeldPath, first: int, speed: str) -> list[str]:
 def _weld_speed(path: WeldPath, program: WeldProgram) -> str:
     """Write the speed along a seam. That of weld data is rounded to whole cm/min: a rule does not know TP."""
     mm_s = program.weld_speed_mm_s(path)
-    return _speed(mm_s if path.run is None else max(round(mm_s * 6.0), 1) / 6.0)
+    return tp_speed(mm_s if path.run is None else max(round(mm_s * 6.0), 1) / 6.0)
 
 
 def _frame_lines(program: WeldProgram) -> list[str]:
     return [f"  UFRAME_NUM={program.controller.frame_number}", f"  UTOOL_NUM={program.controller.tool_number}"]
 
 
-def _speed(mm_s: float) -> str:
+def tp_speed(mm_s: float) -> str:
     """Write a speed; TP has whole mm/sec and whole cm/min."""
     for value, unit in ((mm_s, "mm/sec"), (mm_s * 6.0, "cm/min")):
         if value >= 1 and abs(value - round(value)) < 1e-6:  # a rest below that is round-off of the factor 6
@@ -177,7 +184,7 @@ def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: 
     controller = program.controller
     p, R = poses.poses_in(T_base_frame)
     head = f"\tUF : {controller.frame_number}, UT : {controller.tool_number},\t\tCONFIG : "
-    texts = zip(CONFIGURATION.texts(program, poses), _coordinates(p, zyx_degrees(R, decimals=DECIMALS)), strict=True)
+    texts = zip(CONFIGURATION.texts(program, poses), coordinates(p, zyx_degrees(R, decimals=DECIMALS)), strict=True)
     return [
         line
         for number, (conf, text) in enumerate(texts, start=1)
@@ -185,7 +192,16 @@ def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: 
     ]
 
 
-def _coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:
+def coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:
+    """Return the two lines of every pose.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n, 3)
+        In any one frame, mm.
+    angles : ndarray, shape (n, 3)
+        About x, y and z, deg.
+    """
     k = DECIMALS
     return [
         (
