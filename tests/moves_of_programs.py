@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 Pose = tuple[np.ndarray[Any, Any], Rotation]
 NUMBER = r"\s*([-+\d.eE]+)"
-ARC = re.compile(r"ARC ON(.*?)ARC OFF", re.DOTALL)
+MARK = re.compile(r"^[ \t]*(?:\d+:)?[ \t]*(?:!|;|'|#|//) ?ARC (?:ON|OFF)[ \t;]*\r?$", re.MULTILINE)
 
 
 class Step(NamedTuple):
@@ -37,6 +37,12 @@ def numbers(text: str) -> np.ndarray[Any, Any]:
     return np.array([float(value) for value in re.findall(r"-?\d+\.?\d*(?:[eE][-+]?\d+)?", text)])
 
 
+def at_marks(text: str) -> tuple[str, str]:
+    """Return what is before the line ARC ON of a program with one seam, and what is from there to ARC OFF."""
+    before, along, _ = MARK.split(text)
+    return before, along
+
+
 def weld_of(order: list[tuple[str, list[Pose]]], start: Pose, *, uses_via: bool) -> Weld:
     steps = [Step(None, poses[0]) if len(poses) == 1 else Step(poses[0], poses[1]) for _, poses in order]
     return Weld(start, steps, uses_via)
@@ -50,9 +56,9 @@ def rapid(files: dict[str, str]) -> Weld:
         poses[name] = v[:3], Rotation.from_quat(v[[4, 5, 6, 3]])
     procedure = re.search(r"PROC weld_\w+\(\)(.*?)ENDPROC", text, re.DOTALL)[1]
     assert ("MoveC" in procedure) == (r"CirPathMode\ObjectFrame;" in procedure)  # else the tool turns with the tangent
-    before, along = procedure.split("! ARC ON")
+    before, along = at_marks(procedure)
     start = poses[re.findall(r"MoveL (\w+),", before)[-1]]
-    moves = re.findall(r"Move([LC]) (\w+),(?:(\w+),)?vWeld,", along.split("! ARC OFF")[0])
+    moves = re.findall(r"Move([LC]) (\w+),(?:(\w+),)?vWeld,", along)
     return weld_of([(kind, [poses[n] for n in (a, b) if n]) for kind, a, b in moves], start, uses_via=False)
 
 
@@ -64,9 +70,9 @@ def krl(files: dict[str, str]) -> Weld:
         v = numbers(re.sub(r"[A-Z]\d? ", "", values))
         poses[name] = v[:3], Rotation.from_euler("ZYX", v[3:6], degrees=True)
     assert ("CIRC " in source) == ("$CIRC_TYPE=#BASE" in source)
-    before, along = source.split("; ARC ON")
+    before, along = at_marks(source)
     start = poses[re.findall(r"^LIN (\w+)", before, re.MULTILINE)[-1]]
-    moves = re.findall(r"^(LIN|CIRC) (\w+)(?:,(\w+))?", along.split("; ARC OFF")[0], re.MULTILINE)
+    moves = re.findall(r"^(LIN|CIRC) (\w+)(?:,(\w+))?", along, re.MULTILINE)
     return weld_of([(kind, [poses[n] for n in (a, b) if n]) for kind, a, b in moves], start, uses_via=False)
 
 
@@ -76,9 +82,9 @@ def fanuc(files: dict[str, str]) -> Weld:
     for name, body in re.findall(r"^P\[(\d+)\]\{(.*?)\};", text, re.DOTALL | re.MULTILINE):
         v = [float(re.search(rf"\b{key} ={NUMBER}", body)[1]) for key in "XYZWPR"]
         poses[name] = np.array(v[:3]), Rotation.from_euler("ZYX", v[:2:-1], degrees=True)
-    before, along = text.split("!ARC ON")
+    before, along = at_marks(text)
     start = poses[re.findall(r"\d:L P\[(\d+)\]", before)[-1]]
-    moves = re.findall(r"\d:([LC]) P\[(\d+)\](?:\s*:\s*P\[(\d+)\])? ", along.split("!ARC OFF")[0])
+    moves = re.findall(r"\d:([LC]) P\[(\d+)\](?:\s*:\s*P\[(\d+)\])? ", along)
     return weld_of([(kind, [poses[n] for n in (a, b) if n]) for kind, a, b in moves], start, uses_via=True)
 
 
@@ -88,10 +94,10 @@ def inform(files: dict[str, str]) -> Weld:
     for name, values in re.findall(r"^(C\d+)=(.*)$", text, re.MULTILINE):
         v = numbers(values)
         poses[name] = v[:3], Rotation.from_euler("ZYX", v[:2:-1], degrees=True)
-    before, along = text.split("'ARC ON")
+    before, along = at_marks(text)
     at = re.findall(r"^MOVL (C\d+)", before, re.MULTILINE)[-1]
     start, order, waiting = poses[at], [], []
-    for kind, name in re.findall(r"^(MOV[LC]) (C\d+)", along.split("'ARC OFF")[0], re.MULTILINE):
+    for kind, name in re.findall(r"^(MOV[LC]) (C\d+)", along, re.MULTILINE):
         if kind == "MOVL":
             assert not waiting, "a line before the arc has its three points"
             if name != at:  # a move without length only separates two arcs
@@ -115,10 +121,10 @@ def urscript(files: dict[str, str]) -> Weld:
         v = numbers(values)
         return 1000.0 * v[:3], Rotation.from_rotvec(v[3:])
 
-    before, along = text.split("# ARC ON")
+    before, along = at_marks(text)
     start = pose(re.findall(r"movel\(pose_trans\(wp_part, p\[(.*?)\]\)", before)[-1])
     order = []
-    for line in along.split("# ARC OFF")[0].splitlines():
+    for line in along.splitlines():
         if "move" in line:
             assert ("movec(" in line) == ("mode=0" in line)
             order.append((line, [pose(values) for values in re.findall(r"p\[(.*?)\]", line)]))
@@ -133,9 +139,9 @@ def val3(files: dict[str, str]) -> Weld:
             for number, value in enumerate(element):
                 v = np.array([float(value.get(key)) for key in ("x", "y", "z", "rx", "ry", "rz")])
                 poses[f"{element.get('name')}[{number}]"] = v[:3], Rotation.from_euler("XYZ", v[3:], degrees=True)
-    before, along = files["start.pgx"].split("// ARC ON")
+    before, along = at_marks(files["start.pgx"])
     start = poses[re.findall(r"movel\((\w+\[\d+\]),", before)[-1]]
-    moves = re.findall(r"move([lc])\((\w+\[\d+\]),(?:(\w+\[\d+\]),)?\w+,mWeld\)", along.split("// ARC OFF")[0])
+    moves = re.findall(r"move([lc])\((\w+\[\d+\]),(?:(\w+\[\d+\]),)?\w+,mWeld\)", along)
     return weld_of([(kind, [poses[n] for n in (a, b) if n]) for kind, a, b in moves], start, uses_via=True)
 
 

@@ -97,8 +97,11 @@ def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] 
 def refused_table(seams: Sequence[Seam]) -> Table:
     """Return one row per candidate that is not accepted as a weld, with the reasons.
 
-    Which torch was assumed, and what would change a verdict about reach, stands once below the table.
+    Below the table are once: which torch was assumed, what would change a verdict about reach, and what `--generous`
+    would take.
     """
+    from wpcal.core.wording import listed
+    from wpcal.seam.judge.doubted import would_be_taken
     from wpcal.seam.judge.evidence import ASSUMED_MARK
 
     table = Table(title="Not taken as welds")
@@ -118,6 +121,10 @@ def refused_table(seams: Sequence[Seam]) -> Table:
                 assumed, _, after = rest.partition(")")
                 why, table.caption = before + after, f"{ASSUMED_MARK.strip(' (')} {assumed}"
             table.add_row(*cells, _sure(seam), why)
+    more = would_be_taken(seams)
+    if more:
+        told = f"only doubted, taken with --generous: {listed(seam.name for seam in more)}"
+        table.caption = told if table.caption is None else f"{table.caption}; {told}"
     return table
 
 

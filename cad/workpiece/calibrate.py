@@ -31,7 +31,7 @@ from wpcal.core.wording import counted
 from wpcal.features import FeatureKind
 from wpcal.match import Match, match_points
 from wpcal.results.folder import CALIBRATION_FILE, PART_FILE, files_of_run
-from wpcal.seam import Seam
+from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.record import seams_csv, seams_record
 from wpcal.seam.torch import USUAL_TORCH, TorchShape
 from wpcal.taught.programs import names_as_features
@@ -60,6 +60,8 @@ class WorkpieceCalibration:
         With the features that were found for points without one.
     found_names : bool
         Whether features were found for points without one.
+    join_mm : float
+        A decision may join seams whose ends are at most so far from each other, mm.
     torch : TorchShape
         The torch with which reach was judged.
     """
@@ -70,6 +72,7 @@ class WorkpieceCalibration:
     u95_mm: tuple[FloatArray, ...]
     taught: TaughtPoints
     found_names: bool = False
+    join_mm: float = SeamOptions().most_join_mm
     torch: TorchShape = USUAL_TORCH
 
     @property
@@ -90,7 +93,15 @@ class WorkpieceCalibration:
     def seams_record(self) -> dict[str, Any]:
         """Return the record of ``seams.json``, frames in `base`."""
         notes, space = self.workpiece.member_notes, self.result.pairs.space
-        return seams_record(self.seams, self.T_base_part, self.u95_mm, space=space, notes=notes, torch=self.torch)
+        return seams_record(
+            self.seams,
+            self.T_base_part,
+            self.u95_mm,
+            space=space,
+            notes=notes,
+            torch=self.torch,
+            join_mm=self.join_mm,
+        )
 
     def to_record(self, issues: Sequence[Issue] = ()) -> dict[str, Any]:
         """Return the record of ``calibration.json``. `issues` are those found while writing."""
@@ -185,6 +196,7 @@ def calibrate_workpiece(
         named.taught,
         found_names=named.found_names,
         torch=options.seams.reach.torch,
+        join_mm=options.seams.most_join_mm,
     )
 
 

@@ -22,6 +22,7 @@ from wpcal.seam.explained_svg import explained_svg
 from wpcal.seam.find.built_up import left_out
 from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.find.play import with_play
+from wpcal.seam.judge.doubted import why_none_is_taken
 from wpcal.seam.judge.other_torches import with_other_torches
 from wpcal.seam.member.note import MemberNotes, take_members
 from wpcal.seam.names import seams_named
@@ -115,6 +116,7 @@ def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Fo
     issues = found.issues
     if not found.seams and options.concave is ConcaveEdges.AUTO:
         issues = (*issues, *left_out(found.graph, replace(trimmed, graph=found.graph)))
+    issues = (*issues, *why_none_is_taken(found.seams))
     is_wider = found.graph.edge_count > graph.edge_count
     return _Found(found.seams, found.graph if is_wider else None, notes.with_shapes(found.seams), issues)
 

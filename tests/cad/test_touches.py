@@ -257,7 +257,9 @@ def test_the_weighted_criterion_needs_stated_errors(tee: Workpiece) -> None:
         fit(touched(tee, MIXED), tee, criterion=Criterion.WEIGHTED, solver=Solver.EXACT)
 
 
-@pytest.mark.parametrize("weighted", [False, True], ids=["least squares", "weighted"])
+@pytest.mark.parametrize(
+    "weighted", [pytest.param(False, marks=pytest.mark.deep, id="least squares"), pytest.param(True, id="weighted")]
+)
 def test_the_predicted_covariance_is_that_of_simulated_fits(tee: Workpiece, weighted: bool) -> None:
     sigma = np.where(np.arange(len(MIXED)) % 3 == 0, 0.3, SIGMA_MM)
     exact = touched(tee, MIXED, 0.0, sigma)
@@ -303,14 +305,16 @@ def test_touches_on_a_free_form_face_place_the_part() -> None:
 THRICE: list[Row] = [(f"{name}.{k}", *rest) for k in range(3) for name, *rest in MIXED]
 
 
-def touched_with_noise(
-    workpiece: Workpiece, rows: list[Row], tails: str, rng: np.random.Generator, *, of_each: bool
-) -> Touches:
-    """Touch with Gaussian errors or with Student's t of three degrees of freedom; `of_each`: unequal and stated."""
-    sigma = np.where(np.arange(len(rows)) % 3 == 0, 0.3, SIGMA_MM) if of_each else np.full(len(rows), SIGMA_MM)
-    shape = (len(rows), 3)
+def with_noise(exact: Touches, tails: str, rng: np.random.Generator) -> Touches:
+    """Touch anew with Gaussian errors or with Student's t of three degrees of freedom."""
+    shape = exact.p_base.shape
     unit = rng.normal(size=shape) if tails == "gaussian" else rng.standard_t(3, shape) / np.sqrt(3.0)
-    return touched(workpiece, rows, sigma[:, None] * unit, sigma if of_each else None)
+    sigma = SIGMA_MM if exact.covariances is None else UNEQUAL_MM[: len(exact.p_base), None]
+    return replace(exact, p_base=exact.p_base + sigma * unit)
+
+
+UNEQUAL_MM = np.where(np.arange(len(THRICE)) % 3 == 0, 0.3, SIGMA_MM)
+"""Errors that touches state each for itself."""
 
 
 @pytest.mark.parametrize(("tails", "least", "most"), [("gaussian", 0.0, 0.1), ("t3", 0.4, 1.0)])
@@ -319,8 +323,9 @@ def test_heavy_tails_of_touches_are_noticed(
     tee: Workpiece, tails: str, least: float, most: float, of_each: bool
 ) -> None:
     rng, found = np.random.default_rng(0), []
+    exact = touched(tee, THRICE, sigma_mm=UNEQUAL_MM if of_each else None)
     for _ in range(100):
-        noisy = touched_with_noise(tee, THRICE, tails, rng, of_each=of_each)
+        noisy = with_noise(exact, tails, rng)
         pose = fit_squares(noisy, Pose.of(noisy, R, T_MM), weighted=of_each)
         found.append(touches_have_heavy_tails(noisy, pose))
     assert least <= np.mean(found) <= most
@@ -330,8 +335,9 @@ def test_heavy_tails_of_touches_are_noticed(
 @pytest.mark.parametrize("of_each", [False, True])
 def test_the_predicted_error_of_minimax_covers_heavy_tails_of_touches(tee: Workpiece, of_each: bool) -> None:
     seam, rng, covered = np.array([[0.0, 60.0, 10.0], [200.0, 60.0, 10.0]]), np.random.default_rng(0), []
+    exact = touched(tee, MIXED, sigma_mm=UNEQUAL_MM[: len(MIXED)] if of_each else None)
     for _ in range(60):
-        noisy = touched_with_noise(tee, MIXED, "t3", rng, of_each=of_each)
+        noisy = with_noise(exact, "t3", rng)
         problem = TouchProblem(noisy, TeachingError(sigma_mm=SIGMA_MM), 0, Pose.of(noisy, R, T_MM), None, None)
         found = problem.fit(Criterion.MINIMAX)
         off = np.linalg.norm(found.T.apply(seam) - seam @ R.T - T_MM, axis=1)

@@ -14,7 +14,7 @@ from enum import Enum
 from pathlib import Path
 
 from wpcal.audit.fault import Fault
-from wpcal.controllers.program import SEAM_MARKS
+from wpcal.controllers.arc_settings import SEAM_MARKS
 from wpcal.controllers.taught_program import ENCODING
 
 

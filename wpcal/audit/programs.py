@@ -20,7 +20,7 @@ from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.reachable_spin import ArmAtTool
 from wpcal.controllers.torch import ToolAxis, wire_directions
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import ErrorCode, WpcalError
+from wpcal.core.errors import ErrorCode, InputError, WpcalError
 from wpcal.core.tangent import log_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
@@ -195,9 +195,23 @@ def check_written(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
     Raises
     ------
     WrittenWrongError
-        When a file cannot be read, a pose is missing, or there is a pose that was not asked for.
+        When a file cannot be read, a pose is missing, or there is a pose that was not asked for, and no template of
+        the user made the files.
+    InputError
+        The same with templates of the user.
     """
-    _refuse_wrong_arcs(files, name)
+    try:
+        return _check_written(files, program, name)
+    except WrittenWrongError as error:
+        if program.controller.templates is None:
+            raise
+        raise InputError(f"{program.controller.templates}: the templates break the program: {error}") from None
+
+
+def _check_written(files: Mapping[str, str | bytes], program: WeldProgram, name: str) -> int:
+    """Read written files back. Arcs that a template of the user switches are not judged."""
+    if program.controller.templates is None:
+        _refuse_wrong_arcs(files, name)
     own = written_files(files)
     if not own:
         return 0

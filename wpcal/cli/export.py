@@ -34,11 +34,24 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     help="Output: a folder; programs go to OUT/FORMAT.  [default: DIR/FORMAT]",
 )
+@click.option(
+    "--write-templates",
+    metavar="FOLDER",
+    type=click.Path(path_type=Path),
+    help="Only write the templates of the formats into a new folder, to be changed and used with --template.",
+)
 @takes("flags", WeldProgramFlags)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folders.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what was written.")
 def export(
-    *, folder: Path, formats: tuple[str, ...], out: Path | None, flags: WeldProgramFlags, force: bool, as_json: bool
+    *,
+    folder: Path,
+    formats: tuple[str, ...],
+    out: Path | None,
+    write_templates: Path | None,
+    flags: WeldProgramFlags,
+    force: bool,
+    as_json: bool,
 ) -> int:
     """Write the calibrated seams in DIR (calibration.json, seams.json) as programs for a controller.
 
@@ -52,6 +65,8 @@ def export(
     if "list" in formats:
         return _list_formats(as_json=as_json)
     exporters = list({exporter.name: exporter for exporter in map(exporter_named, formats)}.values())
+    if write_templates is not None:
+        return _write_templates(write_templates, [exporter.name for exporter in exporters], force=force)
     targets = {exporter.name: (out or folder) / exporter.name for exporter in exporters}
     with shown_progress(f"reading {folder}") as progress:
         programs = flags.build(folder, progress=progress)
@@ -74,6 +89,21 @@ def export(
         f"wpcal: the verdict of the calibration is {program.calibration.get('verdict')}; the files say so", err=True
     )
     return 1
+
+
+def _write_templates(folder: Path, names: list[str], *, force: bool) -> int:
+    from wpcal.controllers.post import shipped_templates
+    from wpcal.core.records import check_writable, new_directory
+
+    templates = {name: shipped_templates(name) for name in names}
+    for name in names:
+        check_writable(folder / name, overwrite=force)
+    for name, texts in templates.items():
+        with new_directory(folder / name, overwrite=force) as temporary:
+            for file, text in texts.items():
+                (temporary / file).write_text(text, encoding="utf-8")
+        click.echo(f"{name}: {', '.join(texts)} in {folder / name}")
+    return 0
 
 
 def _list_formats(*, as_json: bool) -> int:

@@ -225,6 +225,13 @@ class ControllerFlags:
         help='Configuration of the arm as the pendant shows it, for FANUC, Yaskawa: --config fanuc="N U T, 0, 0, 0". '
         "Without FORMAT it is used for every format. Repeatable.",
     )
+    templates: Path | None = option(
+        "--template",
+        metavar="FOLDER",
+        type=click.Path(path_type=Path),
+        help="Your templates of header, start and end of a weld, moves off the seams and footer: a folder with one "
+        "folder per format, as --write-templates writes them. A template that is not there is ours.",
+    )
 
     def to_settings(self) -> ControllerSettings:
         """Return the names and numbers as the programs take them."""
@@ -244,7 +251,7 @@ class ControllerFlags:
                 )
             configurations[name] = value.strip()
         return ControllerSettings(
-            self.program_name, self.tool_name, self.tool_number, self.frame_number, configurations
+            self.program_name, self.tool_name, self.tool_number, self.frame_number, configurations, self.templates
         )
 
 

@@ -13,7 +13,7 @@ from wpcal.cli.option_groups import option
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from wpcal.controllers.program import ArcSettings
+    from wpcal.controllers.arc_settings import ArcSettings
     from wpcal.results.folder import FinishedCalibration
     from wpcal.weld.rules import RuleTable
     from wpcal.weld.seam_weld import SeamWeld
@@ -84,7 +84,7 @@ class ArcFlags:
         InputError
             When the file cannot be used, names an unknown seam, or is missing with ``--arc on``.
         """
-        from wpcal.controllers.program import ArcSettings
+        from wpcal.controllers.arc_settings import ArcSettings
         from wpcal.core.errors import ErrorCode, InputError
         from wpcal.weld.find import find_welds
         from wpcal.weld.record import read_stated_welds

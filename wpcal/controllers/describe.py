@@ -35,8 +35,9 @@ def describe(program: WeldProgram) -> list[str]:
     ]
     if program.tolerance is not None:
         lines.append(describe_moves(program))
-        if any(any(path.stops(USUAL_ZONE_MM)[:-1]) for path in program.paths):
-            lines.append(f"the tool stops at corners that a zone would cut by more than {program.tolerance.mm:g} mm")
+        if corners := sum(sum(path.stops(USUAL_ZONE_MM)[:-1]) for path in program.paths):
+            most = program.tolerance.mm
+            lines.append(f"stops at corners, where a zone would cut by more than {most:g} mm: {corners}")
     if program.arm is not None and (postures := program.posture_of(program.groups[0])) is not None:
         axis_1 = "behind" if postures.is_behind[0] else "in front of"
         lower_arm = "behind" if postures.is_behind_lower_arm[0] else "in front of"

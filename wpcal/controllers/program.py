@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from wpcal.controllers.arc_settings import SEAM_MARKS, ArcSettings
 from wpcal.controllers.spin import spun, unwinding_spin
 from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
 from wpcal.core.arrays import BoolArray, FloatArray, frozen
@@ -22,32 +24,6 @@ from wpcal.seam.seam import Seam
 from wpcal.weld.runs import WeldRun, weld_runs
 from wpcal.weld.seam_weld import SeamWeld
 from wpcal.weld.values import WeldValues
-
-SEAM_MARKS = ("SEAM START", "SEAM END")
-"""Comments around the moves of a seam in a program with arc instructions; `wpcal audit` reads them back."""
-
-
-@dataclass(frozen=True, slots=True)
-class ArcSettings:
-    """How a program switches the arc.
-
-    Parameters
-    ----------
-    output : int or None
-        Digital output that switches the arc, for languages without arc instructions. None: named functions of the
-        user, which get the job.
-
-    Raises
-    ------
-    InputError
-        When the output is negative.
-    """
-
-    output: int | None = None
-
-    def __post_init__(self) -> None:
-        if self.output is not None and self.output < 0:
-            raise InputError(f"digital output of the arc: expected 0 or more, got {self.output}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +72,8 @@ class ControllerSettings:
     configurations : mapping of str to str
         The arm's configuration as the pendant shows it, for languages that cannot leave it open, by name of the format;
         the name "" is used for every other format. Never guessed.
+    templates : Path or None
+        A folder of the user with templates, in a folder per format (`wpcal.controllers.post`); None for those of wpcal.
 
     Raises
     ------
@@ -108,6 +86,7 @@ class ControllerSettings:
     tool_number: int = 1
     frame_number: int = 1
     configurations: Mapping[str, str] = field(default_factory=dict)
+    templates: Path | None = None
 
     def __post_init__(self) -> None:
         if not (self.program_name.strip() and self.tool_name.strip()):

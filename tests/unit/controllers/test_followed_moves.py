@@ -2,6 +2,7 @@
 
 import math
 import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -9,11 +10,12 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from tests.moves_of_programs import READERS, followed
+from wpcal.controllers.describe import describe, describe_path
 from wpcal.controllers.few_moves import fit_program
-from wpcal.controllers.program import ControllerSettings, build_program, describe_path
+from wpcal.controllers.program import ControllerSettings, build_program
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.torch import TorchSettings
-from wpcal.moves import PathTolerance
+from wpcal.moves import Line, PathTolerance
 from wpcal.results.folder import FinishedCalibration
 
 CONFIGURATIONS = {"fanuc": "N U T, 0, 0, 0", "inform": "1,0,0,0,0,0,0,0"}
@@ -116,6 +118,46 @@ def test_the_controllers_keep_to_the_true_seam(shape, torch, make_seam, random_p
         back, _ = KDTree(tip).query(true_p)
         assert back.max() <= 0.05 + np.linalg.norm(np.diff(tip, axis=0), axis=1).max() / 2 + ROUNDED_MM, name
         np.testing.assert_allclose(tip[[0, -1]], true_p[[0, -1]], rtol=0, atol=2 * ROUNDED_MM)
+
+
+def run_round_a_tube(a=80.0, b=50.0, lead=5.0, step=10.0):
+    """Frames of a fillet round a square tube: the torch turns on 5 mm before and after each corner, at one rate."""
+    corners = np.array([[a / 2, 0, 0], [a / 2, b, 0], [-a / 2, b, 0], [-a / 2, 0, 0]])
+    places, turns = [], []
+    ends = np.array([[0, 0, 0], *corners, [0, 0, 0]], dtype=float)
+    for side, (start, end) in enumerate(pairwise(ends)):
+        length = np.linalg.norm(end - start)
+        own = {0.0, length, *np.arange(step, length, step)}
+        own |= set(np.linspace(0, lead, 4)) if side else set()
+        own |= set(length - np.linspace(0, lead, 4)) if side < 4 else set()
+        for s in sorted(own):
+            before, after = max(0.0, lead - s) / lead * (side > 0), max(0.0, s - length + lead) / lead * (side < 4)
+            places.append(start + (end - start) * s / length)
+            turns.append(90.0 * side + 45.0 * (after - before))
+    keep = [0, *(row for row in range(1, len(places)) if np.linalg.norm(places[row] - places[row - 1]) > 1e-9)]
+    about = Rotation.from_euler("z", np.array(turns)[keep, None], degrees=True).as_matrix()
+    _, R = frames(np.zeros((1, 3)), np.array([[1.0, 0, 0]]), np.array([[0, -1.0, 1.0]]))
+    return np.array(places)[keep], about @ R
+
+
+def test_a_run_round_a_tube_turns_at_its_corners_and_stops_there(make_seam, random_place):
+    p, R = run_round_a_tube()
+    T = random_place(5)
+    finished = FinishedCalibration(T, (make_seam("W1", T.apply(p), T.R @ R, frame="base"),), (None,), {})
+    controller = ControllerSettings(configurations=CONFIGURATIONS)
+    program = fit_program(build_program(finished, controller=controller))
+    path = program.paths[0]
+    assert [type(move) for move in path.weld_moves] == [Line] * 13  # five sides, and twice four corners
+    assert sum(path.stops(1.0)) == 5
+    assert "stops at corners, where a zone would cut by more than 0.05 mm: 4" in describe(program)
+    for name, read in READERS.items():
+        weld = read({file: str(text) for file, text in controller_named(name).write(program).items()})
+        q, turns = followed(weld, 200)
+        at = np.argmin(np.linalg.norm(q[:, None] - p[None], axis=2), axis=0)
+        np.testing.assert_allclose(q[at], p, rtol=0, atol=0.2)
+        wire = turns[at].apply([0, 0, 1])
+        off = np.degrees(np.arccos(np.clip(-(wire * R[:, :, 2]).sum(1), -1, 1)))
+        assert off.max() <= 0.5 + 45 / 200, name  # the nearest of 200 places on a move
 
 
 def test_the_header_says_how_far_the_moves_are_from_the_seam(make_seam, random_place):

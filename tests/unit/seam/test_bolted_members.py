@@ -9,6 +9,7 @@ from wpcal.brep.solid_facts import SolidFacts
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
 from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.judge.doubted import why_none_is_taken, would_be_taken
 from wpcal.seam.limits import Level
 from wpcal.seam.member.clamped import find_clamps, find_holes
 from wpcal.seam.member.note import Member, take_members
@@ -119,3 +120,17 @@ def test_a_name_above_counts_unless_it_is_above_all_solids() -> None:
 def test_a_counterbore_over_a_hole_lines_up_too() -> None:
     seams = seams_of("counterbored-cap")
     assert welded(seams) == {}
+
+
+def test_a_part_on_which_all_is_doubted_says_what_would_take_it() -> None:
+    seams = seams_of("holes-in-line")
+    (told,) = why_none_is_taken(seams)
+    assert told.code == "only-doubted"
+    assert (
+        "no seam is taken, but 4 candidates of 200 mm might be welds: high + low (4 seams, 200 mm): 2 holes"
+        in told.message
+    )
+    assert "--generous takes all of them, --weld high --weld low those of the first pair" in told.message
+    assert set(told.ids) == {seam.name for seam in would_be_taken(seams)}
+    assert welded(seams_of("holes-in-line", weld=("high", "low"))) == {("high", "low"): 200.0}
+    assert why_none_is_taken(seams_of("one-hole-in-line")) == []

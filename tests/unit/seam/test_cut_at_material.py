@@ -18,8 +18,11 @@ from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
 from wpcal.seam.edit import apply_edits, read_edits
 from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.judge.material import TorchPart, find_poses_in_material
+from wpcal.seam.judge.stations import Stretch
+from wpcal.seam.judge.stretches import Cut, cut_at
+from wpcal.seam.path.build import with_frames
 from wpcal.seam.record import seams_record
-from wpcal.seam.seam import SeamSource
+from wpcal.seam.seam import SeamPieces, SeamSource
 from wpcal.seam.torch import USUAL_TORCH
 
 EXACT_MM = 1e-6
@@ -182,3 +185,19 @@ def test_a_refusal_for_lack_of_reach_names_the_torch_and_what_would_change_it() 
     for why in refused:
         assert "a straight torch of 300 mm, nozzle radius 11 mm, wire 20 mm" in why
         assert "state it with --torch, or accept the seam by an edit" in why
+
+
+def test_a_stretch_on_a_bridge_has_no_edge_and_is_left_out() -> None:
+    graph, trimmed = saved_graph("tee"), TrimmedFaces.of(saved_graph("tee"))
+    seam = next(seam for seam in detect_seams(graph) if seam.accepted)
+    one = seam.pieces.select(np.array([0]))
+    way = np.sign(one.t1 - one.t0)
+    before, after = replace(one, t1=one.t0 + 3.0 * way), replace(one, t0=one.t0 + 5.0 * way)
+    (bridged,) = with_frames(graph, [replace(seam, pieces=SeamPieces.joined([before, after]))], SeamOptions())
+    whole = bridged.length_mm
+    assert whole == pytest.approx(float(abs(one.t1 - one.t0)[0]), rel=0, abs=EXACT_MM)
+    free, held = frozenset[int](), frozenset({1})
+    stretches = [Stretch(0.0, 3.0, free), Stretch(3.0, 5.0, held), Stretch(5.0, whole, free)]
+    (parts,) = cut_at(graph, trimmed, [Cut(bridged, stretches, "cut")], SeamOptions())
+    np.testing.assert_allclose([part.length_mm for part, _ in parts], [3.0, whole - 5.0], rtol=0, atol=EXACT_MM)
+    assert [stretch.solids for _, stretch in parts] == [free, free]

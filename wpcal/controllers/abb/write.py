@@ -18,6 +18,7 @@ from wpcal.controllers.abb.arc import ArcData, arc_data
 from wpcal.controllers.abb.configuration import confdata
 from wpcal.controllers.describe import describe, describe_path
 from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_name, safe_names
+from wpcal.controllers.post import Post
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded
 from wpcal.core.arrays import FloatArray
@@ -45,6 +46,7 @@ PROCEDURE = "weld_"
 """The name of a procedure is this and the name of its seam."""
 SAFE_POINT = "wpSafe"
 """The target above the part at which the program starts and ends."""
+AIR_SPEED = "vAir"
 JOINT_SPEED = "v100"
 """Of the only joint move, that to the safe point: slow, because the arm can come from anywhere."""
 OFF = ("    ConfJ\\Off;", "    ConfL\\Off;")
@@ -81,7 +83,8 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
     module = safe_name(program.controller.program_name, NAMES)
     frame, T_base_frame = _frame_as_written(program.T_base_part)
     names = safe_names([path.seam.name for path in program.paths], NAMES, room=max(width + 1, len(PROCEDURE)))
-    lines = [f"MODULE {module}", *_header(program, names), *_data(program, frame)]
+    post = Post("rapid", program)
+    lines = [f"MODULE {module}", *post.header(_about(program, names)), *_data(program, frame)]
     arcs = {path.seam.name: _arc_data(path, names[path.seam.name], program) for path in program.paths}
     for path in program.paths:
         lines += _data_of_seam(path, names[path.seam.name], program, arcs[path.seam.name])
@@ -92,21 +95,20 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
     tool = own_name(program.controller.tool_name, NAMES, what="tool")
     off, on = ((), ()) if program.arm is not None else (OFF, ON)
     for path in program.paths:
-        moves = _moves(path, names[path.seam.name], tool, program, arcs[path.seam.name])
+        moves = _moves(path, names[path.seam.name], tool, post, arcs[path.seam.name])
         mode, usual = (CIRCLE, USUAL_CIRCLE) if path.has_arcs else ((), ())
         name = f"{PROCEDURE}{names[path.seam.name]}"
         lines += ["", f"  PROC {name}()", *off, *mode, *moves, *usual, *on, "  ENDPROC"]
     calls = [f"    {PROCEDURE}{stem};" for stem in names.values()]
     if program.safe_point is not None:
-        end = f"{tool}\\WObj:=wpPart;"
-        first, last = f"    MoveJ {SAFE_POINT},{JOINT_SPEED},fine,{end}", f"    MoveL {SAFE_POINT},vAir,fine,{end}"
-        calls = [*off, first, *calls, *off, last, *on]
+        first = post.air_move(SAFE_POINT, speed=JOINT_SPEED, joint=True)
+        calls = [*off, *first, *calls, *off, *post.air_move(SAFE_POINT, speed=AIR_SPEED), *on]
     main = safe_name(f"run_{module}", NAMES)
-    lines += [f"  PROC {main}()", *calls, "  ENDPROC", "ENDMODULE", ""]
+    lines += [f"  PROC {main}()", *calls, "  ENDPROC", *post.footer(), ""]
     return {f"{module}.mod": "\r\n".join(lines)}
 
 
-def _header(program: WeldProgram, names: dict[str, str]) -> list[str]:
+def _about(program: WeldProgram, names: dict[str, str]) -> list[str]:
     text = [
         *describe(program),
         "targets are relative to wpPart, the part as calibrated; mm; q1..q4 = w,x,y,z",
@@ -120,7 +122,7 @@ def _header(program: WeldProgram, names: dict[str, str]) -> list[str]:
         "seam -> name here",
         *(f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
     ]
-    return comment_lines(text, mark="  ! ", longest=LONGEST_COMMENT)
+    return comment_lines(text, mark="", longest=LONGEST_COMMENT)
 
 
 def _frame_as_written(T: RigidTransform) -> tuple[str, RigidTransform]:
@@ -180,26 +182,20 @@ def _targets(
     ]
 
 
-def _moves(path: WeldPath, stem: str, tool: str, program: WeldProgram, arc: ArcData | None) -> list[str]:
-    end = f"{tool}\\WObj:=wpPart;"
+def _moves(path: WeldPath, stem: str, tool: str, post: Post, arc: ArcData | None) -> list[str]:
+    program, end = post.program, f"{tool}\\WObj:=wpPart;"
     labels, rows = path.labels(stem, width=program.label_width), path.weld_rows
     way_to, along, way_from = labels[: rows.start], labels[rows], labels[rows.stop :]
-    moves = [f"    MoveL {label},vAir,fine,{end}" for label in way_to]
-    if program.safe_point is None:
-        moves[0] = f"    MoveJ {way_to[0]},vAir,fine,{end}"
-    start, stop = (f"    ! {mark}" for mark in program.marks)
+    moves = post.air_move(way_to[0], speed=AIR_SPEED, joint=program.safe_point is None)
+    for label in way_to[1:]:
+        moves += post.air_move(label, speed=AIR_SPEED)
     speed = _speed_name(path, stem)
-    if arc is None:
-        to_seam = [f"    MoveL {along[0]},vAir,fine,{end}", start]
-    else:
-        to_seam = [start, f"    ArcLStart {along[0]},{speed},{arc.text},fine,{end}"]
-    return [
-        *moves,
-        *to_seam,
-        *_weld_moves(path, along, end, speed=speed, arc=arc),
-        stop,
-        *(f"    MoveL {label},vAir,fine,{end}" for label in way_from),
-    ]
+    moves += post.weld_start(path, list, point=along[0], speed=speed, arc="" if arc is None else arc.text)
+    moves += _weld_moves(path, along, end, speed=speed, arc=arc)
+    moves += post.weld_end(path, list)
+    for label in way_from:
+        moves += post.air_move(label, speed=AIR_SPEED)
+    return moves
 
 
 def _weld_moves(path: WeldPath, along: list[str], end: str, *, speed: str, arc: ArcData | None) -> list[str]:

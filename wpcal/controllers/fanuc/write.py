@@ -18,6 +18,7 @@ from wpcal.controllers.describe import describe_path
 from wpcal.controllers.fanuc.arc import end_lines, start_lines
 from wpcal.controllers.fanuc.configuration import config
 from wpcal.controllers.naming import NameRules, comment_lines
+from wpcal.controllers.post import Post
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, zyx_degrees
 from wpcal.controllers.user_frame_jobs import ConfigurationRule, JobLanguage, write_jobs
@@ -84,13 +85,15 @@ def write_fanuc(program: WeldProgram) -> dict[str, str]:
 def _main_program(
     program: WeldProgram, name: str, comments: list[str], calls: Sequence[str], T_base_frame: RigidTransform
 ) -> str:
+    post = Post("fanuc", program)
     lines, positions = [f"  CALL {called}" for called in calls], []
     if program.safe_point is not None:
         frame = _frame_lines(program)
-        air = _speed(program.motion.air_speed_mm_s)
-        lines = [*frame, f"J P[1] {JOINT_PERCENT}% FINE", *lines, *frame, f"L P[1] {air} FINE"]
+        first = post.air_move("P[1]", speed=f"{JOINT_PERCENT}%", joint=True)
+        last = post.air_move("P[1]", speed=_speed(program.motion.air_speed_mm_s))
+        lines = [*frame, *first, *lines, *frame, *last]
         positions = _positions(program.safe_point, program, T_base_frame)
-    return _file(name, [*_remarks(comments), *lines], positions)
+    return _file(name, [*post.header(_wrapped(comments)), *lines, *post.footer()], positions)
 
 
 def _seam_program(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
@@ -121,28 +124,25 @@ def _file(name: str, instructions: list[str], positions: list[str]) -> str:
     return "\r\n".join(lines)
 
 
-def _remarks(lines: list[str]) -> list[str]:
+def _wrapped(lines: list[str]) -> list[str]:
     clean = [line.replace(";", ",") for line in lines]  # a semicolon ends an instruction
-    return comment_lines(clean, mark="  !", longest=LONGEST_REMARK)
+    return comment_lines(clean, mark="", longest=LONGEST_REMARK)
 
 
 def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
-    weld, air = _weld_speed(path, program), _speed(program.motion.air_speed_mm_s)
-    start, end = (f"  !{mark}" for mark in program.marks)
+    post, air = Post("fanuc", program), _speed(program.motion.air_speed_mm_s)
     first, last = path.weld_rows.start + 1, path.weld_rows.stop  # positions are counted from 1
-    begin = f"J P[1] {JOINT_PERCENT}% FINE" if program.safe_point is None else f"L P[1] {air} FINE"
-    return [
-        *_remarks([path.seam.name, describe_path(path)]),
-        *_frame_lines(program),
-        begin,
-        *(f"L P[{number}] {air} FINE" for number in range(2, first + 1)),
-        start,
-        *(() if program.arc is None else start_lines(path, program.weld_speed_mm_s(path))),
-        *_weld_moves(path, first, weld),
-        *(() if program.arc is None else end_lines(path)),
-        end,
-        *(f"L P[{number}] {air} FINE" for number in range(last + 1, len(path) + 1)),
-    ]
+    is_joint = program.safe_point is None
+    lines = [*(f"  !{line}" for line in _wrapped([path.seam.name, describe_path(path)])), *_frame_lines(program)]
+    lines += post.air_move("P[1]", speed=f"{JOINT_PERCENT}%" if is_joint else air, joint=is_joint)
+    for number in range(2, first + 1):
+        lines += post.air_move(f"P[{number}]", speed=air)
+    lines += post.weld_start(path, partial(start_lines, path, program.weld_speed_mm_s(path)))
+    lines += _weld_moves(path, first, _weld_speed(path, program))
+    lines += post.weld_end(path, partial(end_lines, path))
+    for number in range(last + 1, len(path) + 1):
+        lines += post.air_move(f"P[{number}]", speed=air)
+    return lines
 
 
 def _weld_moves(path: WeldPath, first: int, speed: str) -> list[str]:

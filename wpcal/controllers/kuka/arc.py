@@ -15,8 +15,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from wpcal.controllers.arc_settings import ArcSettings
 from wpcal.controllers.arc_values import end_time_s, refuse
-from wpcal.controllers.program import ArcSettings, WeldPath, WeldProgram
+from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.moves import Arc, Move
 
 LANGUAGE = "KRL"

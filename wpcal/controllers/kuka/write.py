@@ -12,6 +12,8 @@ KUKA, System Software 8.x: Operating and Programming Instructions for System Int
 
 from __future__ import annotations
 
+from functools import partial
+
 from wpcal.controllers.describe import describe, describe_path
 from wpcal.controllers.kuka.arc import (
     LONGEST_PREFIX,
@@ -24,6 +26,7 @@ from wpcal.controllers.kuka.arc import (
 )
 from wpcal.controllers.kuka.configuration import status_and_turn
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
+from wpcal.controllers.post import Post
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
 from wpcal.core.arrays import FloatArray
@@ -86,17 +89,18 @@ def write_krl(program: WeldProgram) -> dict[str, str]:
             for label, text in zip(labels, texts, strict=True)
         ]
         points += fold_data(along, program, blend_mm=BLEND_MM)
-    header = _header(program, names, vertical, known=known)
+    post = Post("krl", program)
+    header = post.header(_about(program, names, vertical, known=known))
     frame = _aggregates(T_base_frame.t_mm[None], zyx_degrees(T_base_frame.R, decimals=DEG_DECIMALS)[None])[0]
     if program.safe_point is not None:
         points.insert(0, f"DECL E6POS WP_SAFE={_positions(program.safe_point, program, T_base_frame, known=known)[0]}")
     data = [*ATTRIBUTES, f"DEFDAT {name} PUBLIC", *header, f"DECL FRAME WP_PART={frame}", *points, "ENDDAT", ""]
     source = [*ATTRIBUTES, f"DEF {name}()", *header, *_start(program)]
     for path in program.paths:
-        source += _moves(path, names[path.seam.name], program, width)
+        source += _moves(path, names[path.seam.name], post)
     if program.safe_point is not None:
-        source += ["; back to the safe point", "LIN WP_SAFE", "PTP $H_POS"]
-    return {f"{name}.src": "\r\n".join([*source, "END", ""]), f"{name}.dat": "\r\n".join(data)}
+        source += ["; back to the safe point", *post.air_move("WP_SAFE", speed=_air(program)), "PTP $H_POS"]
+    return {f"{name}.src": "\r\n".join([*source, *post.footer(), ""]), f"{name}.dat": "\r\n".join(data)}
 
 
 ATTRIBUTES = ("&ACCESS RVP", "&REL 1")
@@ -128,7 +132,7 @@ def _positions(
     return [f"{text[:-1]},S {status},T {turn}}}" for text, (status, turn) in zip(texts, both, strict=True)]
 
 
-def _header(program: WeldProgram, names: dict[str, str], vertical: int, *, known: bool) -> list[str]:
+def _about(program: WeldProgram, names: dict[str, str], vertical: int, *, known: bool) -> list[str]:
     text = [
         *describe(program),
         "points are relative to WP_PART, the part as calibrated; mm; R = Rz(A) Ry(B) Rx(C), deg",
@@ -144,7 +148,7 @@ def _header(program: WeldProgram, names: dict[str, str], vertical: int, *, known
         text.append(f"{vertical} points have B = +-90, where A and C turn about one axis: C was fixed at 0")
     text += ["seam -> name here"]
     text += [f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths]
-    return comment_lines(text, mark="; ", longest=LONGEST_COMMENT)
+    return comment_lines(text, mark="", longest=LONGEST_COMMENT)
 
 
 def _aggregates(p: FloatArray, angles: FloatArray) -> list[str]:
@@ -172,27 +176,27 @@ def _start(program: WeldProgram) -> list[str]:
     ]
 
 
-def _moves(path: WeldPath, stem: str, program: WeldProgram, width: int) -> list[str]:
-    labels, rows = path.labels(stem, width=width), path.weld_rows
+def _air(program: WeldProgram) -> str:
+    return f"{program.motion.air_speed_mm_s / 1000.0:g}"  # $VEL.CP is in m/s
+
+
+def _moves(path: WeldPath, stem: str, post: Post) -> list[str]:
+    program, air = post.program, _air(post.program)
+    labels, rows = path.labels(stem, width=program.label_width), path.weld_rows
     way_to, along, way_from = labels[: rows.start], labels[rows], labels[rows.stop :]
-    weld, air = program.weld_speed_mm_s(path) / 1000.0, program.motion.air_speed_mm_s / 1000.0  # $VEL.CP is in m/s
-    begin = "PTP" if program.safe_point is None else "LIN"
-    start, end = (f"; {mark}" for mark in program.marks)
-    if has_folds(path, program):
-        welding = [start, *fold_moves(path, along, program, path.stops(BLEND_MM)), end]
-    else:
-        on, off = ([], []) if program.arc is None else (plain_start(path, program.arc), plain_end(path, program.arc))
-        to_seam = f"LIN {along[0]}"
-        welding = [to_seam, start, *on, f"$VEL.CP={weld:g}", *_weld_moves(path, along), *off, end]
-    return [
-        f"; {stem}",
-        f"$VEL.CP={air:g}",
-        f"{begin} {way_to[0]}",
-        *(f"LIN {label}" for label in way_to[1:]),
-        *welding,
-        f"$VEL.CP={air:g}",
-        *(f"LIN {label}" for label in way_from),
-    ]
+    lines = [f"; {stem}", f"$VEL.CP={air}", *post.air_move(way_to[0], speed=air, joint=program.safe_point is None)]
+    for label in way_to[1:]:
+        lines += post.air_move(label, speed=air)
+    folds, arc = has_folds(path, program), program.arc
+    speed = f"{program.weld_speed_mm_s(path) / 1000.0:g}"
+    start = list if folds or arc is None else partial(plain_start, path, arc)
+    end = list if folds or arc is None else partial(plain_end, path, arc)
+    lines += post.weld_start(path, start, point=along[0], speed=speed, folds=folds)
+    lines += fold_moves(path, along, program, path.stops(BLEND_MM)) if folds else _weld_moves(path, along)
+    lines += [*post.weld_end(path, end, folds=folds), f"$VEL.CP={air}"]
+    for label in way_from:
+        lines += post.air_move(label, speed=air)
+    return lines
 
 
 def _weld_moves(path: WeldPath, along: list[str]) -> list[str]:

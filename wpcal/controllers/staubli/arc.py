@@ -10,8 +10,9 @@ Staubli, VAL3 Reference Manual (dio, call, delay, waitEndMove).
 
 from __future__ import annotations
 
+from wpcal.controllers.arc_settings import ArcSettings
 from wpcal.controllers.arc_values import end_time_s, refuse
-from wpcal.controllers.program import ArcSettings, WeldPath
+from wpcal.controllers.program import WeldPath
 
 LANGUAGE = "VAL3"
 

@@ -11,10 +11,13 @@ Staubli, VAL3 Reference Manual (pointRx, frame, mdesc; configuration ssame, esam
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from wpcal.controllers.describe import describe, describe_path
 from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_name, safe_names
+from wpcal.controllers.post import Post
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, zyx_degrees
 from wpcal.controllers.staubli.arc import end_lines, how, start_lines
@@ -193,33 +196,29 @@ def _start(program: WeldProgram, names: dict[str, str]) -> list[str]:
         "seam -> name here",
         *(f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
     ]
-    lines = comment_lines(text, mark="  // ", longest=LONGEST_COMMENT)
+    post = Post("val3", program)
+    lines = post.header(comment_lines(text, mark="", longest=LONGEST_COMMENT))
     if program.safe_point is not None:
-        lines += [f"  movej({SAFE_POINT},{tool},mJoint)", "  waitEndMove()"]
+        lines += [*post.air_move(SAFE_POINT, speed="mJoint", joint=True), "  waitEndMove()"]
     for path in program.paths:
-        lines += _moves(path, names[path.seam.name], tool, program)
+        lines += _moves(path, names[path.seam.name], tool, post)
     if program.safe_point is not None:
-        lines += [f"  movel({SAFE_POINT},{tool},mAir)", "  waitEndMove()"]
-    return lines
+        lines += [*post.air_move(SAFE_POINT, speed="mAir"), "  waitEndMove()"]
+    return [*lines, *post.footer()]
 
 
-def _moves(path: WeldPath, name: str, tool: str, program: WeldProgram) -> list[str]:
-    rows, count = path.weld_rows, len(path)
-    comes_from_safe = program.safe_point is not None
-    begin = f"  movel({name}[0],{tool},mAir)" if comes_from_safe else f"  movej({name}[0],{tool},mJoint)"
-    start, end = (f"  // {mark}" for mark in program.marks)
-    return [
-        begin,
-        *(f"  movel({name}[{row}],{tool},mAir)" for row in range(1, rows.start + 1)),
-        "  waitEndMove()",
-        start,
-        *(() if program.arc is None else start_lines(path, program.arc)),
-        *_weld_moves(path, name, tool, motion=_motion_name(path, name)),
-        *(() if program.arc is None else end_lines(path, program.arc)),
-        end,
-        *(f"  movel({name}[{row}],{tool},mAir)" for row in range(rows.stop, count)),
-        "  waitEndMove()",
-    ]
+def _moves(path: WeldPath, name: str, tool: str, post: Post) -> list[str]:
+    program, rows, count = post.program, path.weld_rows, len(path)
+    is_joint, arc = program.safe_point is None, program.arc
+    lines = post.air_move(f"{name}[0]", speed="mJoint" if is_joint else "mAir", joint=is_joint)
+    for row in range(1, rows.start + 1):
+        lines += post.air_move(f"{name}[{row}]", speed="mAir")
+    lines += ["  waitEndMove()", *post.weld_start(path, list if arc is None else partial(start_lines, path, arc))]
+    lines += _weld_moves(path, name, tool, motion=_motion_name(path, name))
+    lines += post.weld_end(path, list if arc is None else partial(end_lines, path, arc))
+    for row in range(rows.stop, count):
+        lines += post.air_move(f"{name}[{row}]", speed="mAir")
+    return [*lines, "  waitEndMove()"]
 
 
 def _weld_moves(path: WeldPath, name: str, tool: str, *, motion: str) -> list[str]:

@@ -9,8 +9,9 @@ Universal Robots, The URScript Programming Language (set_standard_digital_out, s
 
 from __future__ import annotations
 
+from wpcal.controllers.arc_settings import ArcSettings
 from wpcal.controllers.arc_values import end_time_s, refuse
-from wpcal.controllers.program import ArcSettings, WeldPath
+from wpcal.controllers.program import WeldPath
 
 LANGUAGE = "URScript"
 

@@ -11,10 +11,13 @@ Universal Robots, The URScript Programming Language (movej, movel, pose_trans).
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from wpcal.controllers.describe import describe, describe_path
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name
+from wpcal.controllers.post import Post
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded
 from wpcal.controllers.ur.arc import end_lines, how, start_lines
@@ -64,16 +67,22 @@ def write_urscript(program: WeldProgram) -> dict[str, str]:
         else f"set the tool centre point before this program; {how(program.arc)}",
     ]
     frame = _poses(T_base_frame.t_mm[None], T_base_frame.R[None])[0]
-    lines = [f"def {name}():", *comment_lines(head, mark="  # ", longest=LONGEST_COMMENT), f"  wp_part = {frame}"]
+    post = Post("urscript", program)
+    about = comment_lines(head, mark="", longest=LONGEST_COMMENT)
+    lines = [f"def {name}():", *post.header(about), f"  wp_part = {frame}"]
     safe = None
     if program.safe_point is not None:
         safe = f"pose_trans(wp_part, {_poses(*program.safe_point.poses_in(T_base_frame))[0]})"
-        lines.append(f"  movej({safe}, {JOINT_LIMITS})")
+        lines += post.air_move(safe, speed=JOINT_LIMITS, joint=True)
     for path in program.paths:
-        lines += _moves(path, T_base_frame, program)
+        lines += _moves(path, T_base_frame, post)
     if safe is not None:
-        lines.append(f"  movel({safe}, a={ACCELERATION_M_S2:g}, v={program.motion.air_speed_mm_s * MM:g})")
-    return {f"{name}.script": "\n".join([*lines, "end", ""])}
+        lines += post.air_move(safe, speed=_limits(program.motion.air_speed_mm_s))
+    return {f"{name}.script": "\n".join([*lines, *post.footer(), ""])}
+
+
+def _limits(mm_s: float) -> str:
+    return f"a={ACCELERATION_M_S2:g}, v={mm_s * MM:g}"
 
 
 def _frame_as_written(T: RigidTransform) -> RigidTransform:
@@ -88,26 +97,23 @@ def _poses(p: FloatArray, R: FloatArray) -> list[str]:
     return [f"p[{x:.{k}f}, {y:.{k}f}, {z:.{k}f}, {a:.{k}f}, {b:.{k}f}, {c:.{k}f}]" for x, y, z, a, b, c in table]
 
 
-def _moves(path: WeldPath, T_base_frame: RigidTransform, program: WeldProgram) -> list[str]:
+def _moves(path: WeldPath, T_base_frame: RigidTransform, post: Post) -> list[str]:
+    program = post.program
     poses = [f"pose_trans(wp_part, {pose})" for pose in _poses(*path.poses_in(T_base_frame))]
     rows = path.weld_rows
     way_to, along, way_from = poses[: rows.start], poses[rows], poses[rows.stop :]
-    a = f"a={ACCELERATION_M_S2:g}"
-    weld, air = (f"{a}, v={v * MM:g}" for v in (program.weld_speed_mm_s(path), program.motion.air_speed_mm_s))
-    start, end = (f"  # {mark}" for mark in program.marks)
-    begin = f"  movej({way_to[0]}, {JOINT_LIMITS})" if program.safe_point is None else f"  movel({way_to[0]}, {air})"
-    return [
-        *comment_lines([f"{path.seam.name}: {describe_path(path)}"], mark="  # ", longest=LONGEST_COMMENT),
-        begin,
-        *(f"  movel({pose}, {air})" for pose in way_to[1:]),
-        f"  movel({along[0]}, {air})",
-        start,
-        *(() if program.arc is None else start_lines(path, program.arc)),
-        *_weld_moves(path, along, weld),
-        *(() if program.arc is None else end_lines(path, program.arc)),
-        end,
-        *(f"  movel({pose}, {air})" for pose in way_from),
-    ]
+    weld, air = (_limits(v) for v in (program.weld_speed_mm_s(path), program.motion.air_speed_mm_s))
+    is_joint, arc = program.safe_point is None, program.arc
+    lines = comment_lines([f"{path.seam.name}: {describe_path(path)}"], mark="  # ", longest=LONGEST_COMMENT)
+    lines += post.air_move(way_to[0], speed=JOINT_LIMITS if is_joint else air, joint=is_joint)
+    for pose in (*way_to[1:], along[0]):
+        lines += post.air_move(pose, speed=air)
+    lines += post.weld_start(path, list if arc is None else partial(start_lines, path, arc))
+    lines += _weld_moves(path, along, weld)
+    lines += post.weld_end(path, list if arc is None else partial(end_lines, path, arc))
+    for pose in way_from:
+        lines += post.air_move(pose, speed=air)
+    return lines
 
 
 def _weld_moves(path: WeldPath, along: list[str], speed: str) -> list[str]:

@@ -16,6 +16,7 @@ from functools import partial
 
 from wpcal.controllers.describe import describe_path
 from wpcal.controllers.naming import NameRules, comment_lines
+from wpcal.controllers.post import Post
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, zyx_degrees
 from wpcal.controllers.user_frame_jobs import ConfigurationRule, JobLanguage, write_jobs
@@ -86,13 +87,16 @@ def write_inform(program: WeldProgram) -> dict[str, str]:
 def _main_job(
     program: WeldProgram, name: str, comments: list[str], calls: Sequence[str], T_base_frame: RigidTransform
 ) -> str:
-    head = comment_lines(comments, mark="'", longest=LONGEST_COMMENT)
+    post = Post("inform", program)
+    head = post.header(comment_lines(comments, mark="", longest=LONGEST_COMMENT))
     lines = [f"CALL JOB:{called}" for called in calls]
     if program.safe_point is None:
-        return inform_job(name, [], [*head, *lines])
-    lines = [f"MOVJ C00000 VJ={JOINT_PERCENT:.2f}", *lines, f"MOVL C00000 {_speed(program.motion.air_speed_mm_s)}"]
+        return inform_job(name, [], [*head, *lines, *post.footer()])
+    first = post.air_move("C00000", speed=f"VJ={JOINT_PERCENT:.2f}", joint=True)
+    last = post.air_move("C00000", speed=_speed(program.motion.air_speed_mm_s))
     positions = _positions(program.safe_point, program, T_base_frame)
-    return inform_job(name, positions, [*head, *lines], user=program.controller.frame_number)
+    instructions = [*head, *first, *lines, *last, *post.footer()]
+    return inform_job(name, positions, instructions, user=program.controller.frame_number)
 
 
 def _seam_job(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
@@ -170,23 +174,19 @@ def _coordinates(p: FloatArray, angles: FloatArray) -> list[str]:
 
 
 def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
-    mm_s = program.weld_speed_mm_s(path)
+    post, air, mm_s = Post("inform", program), _speed(program.motion.air_speed_mm_s), program.weld_speed_mm_s(path)
     weld = _speed(mm_s if path.run is None else max(round(mm_s, 1), 0.1))  # a rule does not know INFORM
-    air = _speed(program.motion.air_speed_mm_s)
-    rows = path.weld_rows
-    start, end = (f"'{mark}" for mark in program.marks)
-    begin = f"MOVJ C00000 VJ={JOINT_PERCENT:.2f}" if program.safe_point is None else f"MOVL C00000 {air}"
-    return [
-        *comment_lines([path.seam.name, describe_path(path)], mark="'", longest=LONGEST_COMMENT),
-        begin,
-        *(f"MOVL C{number:05d} {air}" for number in range(1, rows.start + 1)),
-        start,
-        *(() if program.arc is None else start_lines(path)),
-        *_weld_moves(path, rows.start, weld),
-        *(() if program.arc is None else end_lines(path)),
-        end,
-        *(f"MOVL C{number:05d} {air}" for number in range(rows.stop, len(path))),
-    ]
+    rows, is_joint = path.weld_rows, program.safe_point is None
+    lines = comment_lines([path.seam.name, describe_path(path)], mark="'", longest=LONGEST_COMMENT)
+    lines += post.air_move("C00000", speed=f"VJ={JOINT_PERCENT:.2f}" if is_joint else air, joint=is_joint)
+    for number in range(1, rows.start + 1):
+        lines += post.air_move(f"C{number:05d}", speed=air)
+    lines += post.weld_start(path, partial(start_lines, path))
+    lines += _weld_moves(path, rows.start, weld)
+    lines += post.weld_end(path, partial(end_lines, path))
+    for number in range(rows.stop, len(path)):
+        lines += post.air_move(f"C{number:05d}", speed=air)
+    return lines
 
 
 def _weld_moves(path: WeldPath, first: int, speed: str) -> list[str]:

@@ -248,6 +248,8 @@ def _exact(graph: BrepGraph, seam: Seam, s_mm: float, hits: _Crossings, *, enter
     """
     reach = SLANT * start_mm(seam)
     row, t = _parameters(graph, seam, np.array([s_mm - reach, s_mm + reach]))
+    if t[0] == t[1]:  # on a bridge between two pieces
+        return s_mm
     edge, first = int(seam.pieces.edge[row]), float(spans_of(graph, seam.pieces)[0][row])
     t0 = float(seam.pieces.t0[row])
     ends = np.array([first + abs(arc_length(graph, edge, t0, float(value))) for value in t])

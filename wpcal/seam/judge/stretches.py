@@ -110,7 +110,10 @@ def cut_at(
 
 
 def _parts(graph: BrepGraph, cut: Cut) -> list[tuple[Seam, Stretch]]:
-    """Return the stretches of a seam as seams that still have the frames of the whole seam."""
+    """Return the stretches of a seam as seams that still have the frames of the whole seam.
+
+    A stretch on the bridge between two pieces has no edge, and is left out.
+    """
     seam, stretches = cut.seam, list(cut.stretches)
     runs = [cut_run(graph, seam.pieces, stretch.low_mm, stretch.high_mm) for stretch in stretches]
     if seam.closed and bool(stretches[0].solids) == bool(stretches[-1].solids):
@@ -118,8 +121,12 @@ def _parts(graph: BrepGraph, cut: Cut) -> list[tuple[Seam, Stretch]]:
         last = stretches.pop()
         stretches[0] = replace(stretches[0], solids=stretches[0].solids | last.solids)
     reasons = (*seam.reasons, cut.reason)
-    parts = [replace(seam, pieces=pieces, closed=False, reasons=reasons) for pieces in _directed(graph, runs)]
-    return list(zip(parts, stretches, strict=True))
+    with_edges = [(run, stretch) for run, stretch in zip(runs, stretches, strict=True) if len(run)]
+    directed = _directed(graph, [run for run, _ in with_edges])
+    return [
+        (replace(seam, pieces=pieces, closed=False, reasons=reasons), stretch)
+        for pieces, (_, stretch) in zip(directed, with_edges, strict=True)
+    ]
 
 
 def _directed(graph: BrepGraph, runs: list[SeamPieces]) -> list[SeamPieces]:

@@ -1,0 +1,58 @@
+"""Written programs are parsed by grammars that others wrote. None of them is part of wpcal or of its dependencies.
+
+* RAPID: `pip install rapidchecker` (AGPL-3.0, 0.1 MB, pyparsing).
+* KRL: the ANTLR grammar of J. Schlößin and T. Everett (LGPL-3.0): a clone of github.com/Roiki11/KRLparser, named by the
+  environment variable WPCAL_KRL_PARSER, and `pip install antlr4-python3-runtime==4.9.2`.
+
+No such parser was found for TP (`.ls`), INFORM, URScript and VAL3 that runs from Python; `tests.moves_of_programs` and
+the readers of wpcal read these.
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from wpcal.controllers.few_moves import fit_program
+from wpcal.controllers.program import ControllerSettings, build_program
+from wpcal.controllers.registry import controller_named
+from wpcal.results.folder import read_finished
+
+FIXTURES = Path(__file__).parents[3] / "fixtures"
+KRL_PARSER = os.environ.get("WPCAL_KRL_PARSER", "")
+
+
+def written(name, part, *, few):
+    program = build_program(read_finished(FIXTURES / part / "golden").select(), controller=ControllerSettings())
+    return {
+        file: str(text) for file, text in controller_named(name).write(fit_program(program) if few else program).items()
+    }
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of pyparsing, in rapidchecker
+@pytest.mark.parametrize(("part", "few"), [("tee", True), ("saddle", True), ("tee", False)])
+def test_rapid_is_what_another_grammar_takes(part, few):
+    check = pytest.importorskip("rapidchecker.check", reason="rapidchecker is not installed")
+    (text,) = written("rapid", part, few=few).values()
+    assert check.check_format(text) == []
+    assert check.check_format(text.replace("vAir,fine,", "vAir fine,", 1)) != []  # and it does look
+
+
+@pytest.mark.skipif(not KRL_PARSER, reason="WPCAL_KRL_PARSER does not name a folder with krlParser.py")
+@pytest.mark.parametrize("part", ["tee", "saddle"])
+def test_krl_is_what_another_grammar_takes(part, monkeypatch):
+    antlr4 = pytest.importorskip("antlr4", reason="antlr4-python3-runtime is not installed")
+    monkeypatch.syspath_prepend(KRL_PARSER)
+    from krlLexer import krlLexer
+    from krlParser import krlParser
+
+    def faults(text):
+        lexer = krlLexer(antlr4.InputStream(text))
+        parser = krlParser(antlr4.CommonTokenStream(lexer))
+        parser.removeErrorListeners()
+        parser.module()
+        return parser.getNumberOfSyntaxErrors()
+
+    files = written("krl", part, few=True)
+    assert [faults(text) for text in files.values()] == [0, 0]
+    assert faults(files["WPCAL.src"].replace("\r\nLIN ", "\r\nLIN , ", 1)) > 0

@@ -1,0 +1,111 @@
+"""Templates of a shop: ours are written the same way, theirs replace ours, and a fault is one line."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.running import run_here
+from wpcal.controllers.post import BLOCKS, FOLDERS, shipped_templates
+
+OPTIONS = ("--config", "fanuc=N U T, 0, 0, 0", "--config", "inform=1,0,0,0,0,0,0,0")
+
+
+@pytest.fixture
+def export(finished_folder, tmp_path):
+    folder = finished_folder()
+
+    def make(language, *options, out="out"):
+        return run_here("export", folder, "-f", language, *OPTIONS, "-o", tmp_path / out, "--only", "W1", *options)
+
+    return make
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
+
+
+def test_our_templates_written_and_given_back_make_the_same_programs(export, tmp_path):
+    languages = [word for language in FOLDERS for word in ("-f", language)][1:]
+    assert export(*languages, "--write-templates", tmp_path / "shop").returncode == 0
+    for language in FOLDERS:
+        assert {path.name for path in (tmp_path / "shop" / language).iterdir()} == {f"{b}.txt" for b in BLOCKS}
+    assert export(*languages).returncode == 0
+    assert export(*languages, "--template", tmp_path / "shop", out="again").returncode == 0
+    for language in FOLDERS:
+        assert contents(tmp_path / "out" / language) == contents(tmp_path / "again" / language)
+    assert "exists and is not empty" in export("rapid", "--write-templates", tmp_path / "shop").stderr
+
+
+@pytest.fixture
+def shop(tmp_path):
+    """A folder with one template of a shop."""
+
+    def make(language, block, text):
+        folder = tmp_path / "shop" / language
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f"{block}.txt").write_text(text, encoding="utf-8")
+        return tmp_path / "shop"
+
+    return make
+
+
+def test_a_template_of_a_shop_replaces_ours(export, shop, tmp_path):
+    welds = tmp_path / "welds.json"
+    stated = {"job": 5, "thickness_mm": 8, "speed_mm_s": 6}
+    welds.write_text(json.dumps({"schema": "wpcal/welds/1", "welds": [{"name": "W1", "values": stated}]}))
+    text = "    ! start of {{ seam }}\n    MyArcOn {{ point }},{{ weld.job }},{{ speed_mm_s }};\n"
+    folder = shop("rapid", "weld_start", text)
+    shop("rapid", "header", "  ! our shop: {{ program }}\n{% for line in about %}\n  ! {{ line }}\n{% endfor %}\n")
+    ended = export("rapid", "--template", folder, "--welds", welds, "--arc", "on")
+    assert ended.returncode == 0, ended.stderr
+    written = (tmp_path / "out" / "rapid" / "WPCAL.mod").read_text()
+    assert written.startswith("MODULE WPCAL\n  ! our shop: WPCAL\n  ! written by wpcal")
+    assert "    ! start of W1\n    MyArcOn W1_0001,5,6;\n" in written
+    assert "ENDMODULE" in written
+
+
+@pytest.mark.parametrize(
+    ("block", "text", "message"),
+    [
+        (
+            "weld_start",
+            "one\n{{ jobb }} {{ point }}\n",
+            "weld_start.txt, line 2: there is no name 'jobb'; names here: arc",
+        ),
+        ("weld_end", "{{ weld.jobb }}", "weld_end.txt, line 1: there is no name 'jobb'; names here: crater, current_a"),
+        ("weld_end", "a\n{% if %}\n", "weld_end.txt, line 2: Expected an expression"),
+        ("weld_end", "{{ speed_mm_s / 0 }}", "weld_end.txt, line 1: cannot be used: float division by zero"),
+        ("weld_end", "{{ seam.__class__.__mro__ }}", "weld_end.txt, line 1: "),
+        (
+            "air_move",
+            "    ! no move\n",
+            "air_move.txt: writes no move to the point W1_to01: the torch would go another way",
+        ),
+        ("weld_strat", "", "weld_strat.txt: is no template; expected header.txt, weld_start.txt, weld_end.txt"),
+    ],
+)
+def test_a_template_with_a_fault_is_one_line(export, shop, tmp_path, block, text, message):
+    ended = export("rapid", "--template", shop("rapid", block, text))
+    assert (ended.returncode, ended.stderr.count("wpcal: ")) == (2, 1)
+    assert message in ended.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_without_templates_of_the_format_is_one_line(export, shop):
+    ended = export("krl", "--template", shop("rapid", "footer", "ENDMODULE\n"))
+    assert ended.returncode == 2
+    assert "krl: no such folder; expected the templates header.txt" in ended.stderr
+    assert "dxf has no templates" in export("dxf", "--write-templates", "new").stderr
+
+
+def test_a_template_that_loses_poses_is_refused(export, shop, tmp_path):
+    folder = shop("urscript", "air_move", "  # {{ point }}\n")
+    ended = export("urscript", "--template", folder)
+    assert (ended.returncode, ended.stderr.count("wpcal: ")) == (2, 1)
+    assert f"{folder}: the templates break the program" in ended.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_every_shipped_template_has_every_block():
+    assert all(set(shipped_templates(language)) == {f"{block}.txt" for block in BLOCKS} for language in FOLDERS)

@@ -1,0 +1,208 @@
+"""Parts of programs as text templates (Jinja2): a shop replaces ours with its own, file by file.
+
+Each language has the templates `BLOCKS` beside its writer. A template gets names and gives lines. What wpcal decides
+(the moves along a seam, the points, the declarations) is not in templates.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from wpcal.controllers.naming import printable
+from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import read_bytes
+from wpcal.weld.values import VALUE_NAMES
+
+if TYPE_CHECKING:
+    from jinja2 import Environment, Template
+
+BLOCKS = ("header", "weld_start", "weld_end", "air_move", "footer")
+"""The templates of a language, each a file ``BLOCK.txt``."""
+ENDING = ".txt"
+FOLDERS: Mapping[str, str] = {
+    "rapid": "abb",
+    "krl": "kuka",
+    "fanuc": "fanuc",
+    "inform": "yaskawa",
+    "urscript": "ur",
+    "val3": "staubli",
+}
+"""By the name of the format: the folder of its writer."""
+
+
+def shipped_templates(language: str) -> dict[str, str]:
+    """Return the templates of wpcal for a language: names of files and texts.
+
+    Raises
+    ------
+    InputError
+        When the format has no templates.
+    """
+    if language not in FOLDERS:
+        raise InputError(f"{language} has no templates; formats with templates: {', '.join(FOLDERS)}")
+    folder = files("wpcal.controllers") / FOLDERS[language] / "templates"
+    return {f"{block}{ENDING}": (folder / f"{block}{ENDING}").read_text(encoding="utf-8") for block in BLOCKS}
+
+
+@dataclass(frozen=True, slots=True)
+class Post:
+    """The templates of one language for one program.
+
+    Parameters
+    ----------
+    language : str
+        The name of the format.
+    program : WeldProgram
+        `ControllerSettings.templates` is the folder of the user, with a folder per format.
+    """
+
+    language: str
+    program: WeldProgram
+
+    def header(self, about: Sequence[str]) -> list[str]:
+        """Return the header: `about` are the lines about the program, wrapped for the language."""
+        return self._lines("header", about=list(about))
+
+    def footer(self) -> list[str]:
+        """Return what ends the program."""
+        return self._lines("footer")
+
+    def air_move(self, point: str, *, speed: str, joint: bool = False) -> list[str]:
+        """Return the move to a point off the seams.
+
+        Parameters
+        ----------
+        point : str
+            As the language writes it.
+        speed : str
+            The same.
+        joint : bool
+            Whether it is a joint move.
+        """
+        return self._lines("air_move", needs=point, point=point, speed=speed, joint=joint)
+
+    def weld_start(self, path: WeldPath, instructions: Callable[[], Sequence[str]], **names: Any) -> list[str]:
+        """Return what is before the moves along a seam.
+
+        Parameters
+        ----------
+        path : WeldPath
+        instructions : callable
+            Gives the arc instructions of wpcal; called only by templates that use them.
+        **names : object
+            More names of the language.
+        """
+        needs = "" if names.get("folds") else str(names.get("point", ""))
+        return self._lines("weld_start", needs=needs, **self._of_seam(path, instructions, 0), **names)
+
+    def weld_end(self, path: WeldPath, instructions: Callable[[], Sequence[str]], **names: Any) -> list[str]:
+        """Return what is after the moves along a seam; as `weld_start`."""
+        return self._lines("weld_end", **self._of_seam(path, instructions, 1), **names)
+
+    def _of_seam(self, path: WeldPath, instructions: Callable[[], Sequence[str]], end: int) -> dict[str, Any]:
+        return {
+            "seam": printable(path.seam.name),
+            "weld": {name: getattr(path.values, name) for name in VALUE_NAMES},
+            "speed_mm_s": self.program.weld_speed_mm_s(path),
+            "mark": self.program.marks[end],
+            "instructions": instructions if self.program.arc is not None else list,
+        }
+
+    def _lines(self, block: str, *, needs: str = "", **names: Any) -> list[str]:
+        """Return the lines of a template; without the point `needs` the torch would go another way than checked."""
+        template, file = _template(self.language, block, self.program.controller.templates)
+        tool = self.program.controller.tool_name
+        common = {"arc_on": self.program.arc is not None, "tool": tool, "program": self.program.controller.program_name}
+        lines = [line.rstrip() for line in _rendered(template, file, {**common, **names}).splitlines()]
+        if needs and not any(needs in line for line in lines):
+            what = f"writes no move to the point {needs[:60]}: the torch would go another way than the checked one"
+            raise FormatError(what, path=file)
+        return lines
+
+
+def _rendered(template: Template, file: str, names: Mapping[str, Any]) -> str:
+    from jinja2.exceptions import SecurityError, TemplateError, UndefinedError
+
+    try:
+        return template.render(names)
+    except UndefinedError as error:
+        missing = re.search(r"^'(\w+)' is undefined$|'dict object' has no attribute '(\w+)'", str(error))
+        name = "" if missing is None else missing[1] or missing[2]
+        known = sorted(names["weld"] if missing is not None and missing[2] and "weld" in names else names)
+        what = f"there is no name {name!r}" if name else str(error)
+        raise FormatError(f"{what}; names here: {', '.join(known)}", path=file, line=_line(error, file)) from None
+    except InputError:
+        raise
+    except (TemplateError, SecurityError, TypeError, ValueError, ArithmeticError, LookupError) as error:
+        raise FormatError(f"cannot be used: {error}", path=file, line=_line(error, file)) from None
+
+
+def _line(error: BaseException, file: str) -> int | None:
+    """Return the line of a template in which an error arose."""
+    found, trace = None, error.__traceback__
+    while isinstance(trace, TracebackType):
+        if trace.tb_frame.f_code.co_filename == file:
+            found = trace.tb_lineno
+        trace = trace.tb_next
+    return found
+
+
+@cache
+def _template(language: str, block: str, folder: Path | None) -> tuple[Template, str]:
+    """Return a template and the name of its file: that of the user, or ours where he has none."""
+    from jinja2.exceptions import TemplateSyntaxError
+
+    name = f"{block}{ENDING}"
+    if folder is not None:
+        own = folder / language
+        _refuse_unknown_files(own)
+        if (own / name).is_file():
+            try:
+                text = read_bytes(own / name).decode("utf-8-sig")
+                return _compiled(text, str(own / name)), str(own / name)
+            except UnicodeDecodeError:
+                raise FormatError("is not a UTF-8 text file", path=str(own / name)) from None
+            except TemplateSyntaxError as error:
+                raise FormatError(str(error.message), path=str(own / name), line=error.lineno) from None
+    return _compiled(shipped_templates(language)[name], name), name
+
+
+def _refuse_unknown_files(folder: Path) -> None:
+    """Refuse a folder without templates, and one with a misspelt one, which would not be used.
+
+    Raises
+    ------
+    InputError
+        If it is so.
+    """
+    expected = [f"{block}{ENDING}" for block in BLOCKS]
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder; expected the templates {', '.join(expected)}, or some of them")
+    for path in sorted(folder.glob(f"*{ENDING}")):
+        if path.name not in expected:
+            raise InputError(f"{path}: is no template; expected {', '.join(expected)}")
+
+
+def _compiled(text: str, file: str) -> Template:
+    environment = _environment()
+    code = environment.compile(text, name=file, filename=file)
+    return environment.template_class.from_code(environment, code, environment.make_globals(None), None)
+
+
+@cache
+def _environment() -> Environment:
+    """Return the environment: a missing name is an error, and a template reaches nothing but its names."""
+    from jinja2 import StrictUndefined
+    from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+    return ImmutableSandboxedEnvironment(
+        undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True, autoescape=False
+    )
