@@ -36,12 +36,14 @@ def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequenc
         for item in part.touchables
         if item.feature.kind.is_point
     ]
+    solids = part.workpiece.member_notes
     data: dict[str, Any] = {
         "file": part.file_name,
         "notes": [*notes, *part.notes],
         "seams": shown["seams"],
         "seams_revision": revision,
         "join_mm": part.seam_options.most_join_mm,
+        "members": [] if solids is None else solids.to_record()["members"],
         "choices": {"use": list(USES), "kind": list(KINDS)},
         "tolerance_mm": options.tolerance_mm,
     }

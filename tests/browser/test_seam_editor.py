@@ -150,3 +150,26 @@ def test_a_wrong_part_is_set_right_on_the_page_of_seams(open_page: Any, tmp_path
     check_walked(listed(tmp_path, file))
     assert opened.asked == [page.as_uri()] or all(one.startswith(("file:", "blob:")) for one in opened.asked)
     assert opened.said == []
+
+
+def test_the_picker_finds_ticks_and_decides_several_and_shows_the_solids(start: Any, open_page: Any) -> None:
+    opened = open_page(start(TEE, "--not", "web").url)
+    page = opened.page
+    assert page.locator("#all-seams").count() == 0  # not before somebody opens it
+    page.click("#seams .all summary")
+    names = [row.get_attribute("data-name") for row in page.locator("#all-seams tbody tr").all()]
+    assert len(names) == 4
+    assert page.locator("#all-seams tr.dim").count() == 4
+    solids = page.locator("#members tbody tr").all_inner_texts()
+    assert any("web" in row and "you said so" in row for row in solids)
+    page.locator("#members .find", has_text="web").click()
+    assert page.input_value("#all-seams [name=words]") == "web"
+    page.check(f"#all-seams [aria-label='tick {names[0]}']")
+    assert "1 seam ticked" in page.inner_text("#seam-editor")
+    page.check("#all-seams [aria-label='tick all that are shown']")
+    click(opened, "Accept ticked")
+    said(opened, "4 seams are welded")
+    opened.wait("document.querySelectorAll('#all-seams tr.dim').length === 0")
+    click(opened, "Undo")
+    opened.wait("document.querySelectorAll('#all-seams tr.dim').length === 4")
+    assert opened.said == []

@@ -1,11 +1,13 @@
 """Seams that a person marked in the CAD file or picks on the part."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from cad.kernel.primitives import box as plate
 from cad.kernel.to_brep import to_brep
 from cad.samples.parts import box
 from cad.workpiece.calibrate import calibrate_files
@@ -13,9 +15,11 @@ from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from tests.running import run_here
 from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
 from wpcal.seam import Seam, SeamOptions, SeamSource, detect_seams
 from wpcal.seam.find.marked import MarkedEdges
+from wpcal.seam.judge.last_check import refuse_frames_in_material
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 EXACT_MM = 1e-6
@@ -147,3 +151,21 @@ def test_an_edge_beyond_the_gap_takes_the_face_that_it_nearly_touches(gap_mm: fl
         seam.frames.R[:, :, 2], np.tile([0, -(0.5**0.5), 0.5**0.5], (len(seam.frames), 1)), atol=1e-9
     )
     assert any(text.startswith(f"up to {gap_mm:.2f} mm from the other member") for text in seam.reasons)
+
+
+def test_no_frame_that_points_into_material_is_left_accepted() -> None:
+    graph = to_brep(
+        [("base", plate(100.0, 60.0, 10.0, (0.0, 0.0, 0.0))), ("web", plate(100.0, 8.0, 60.0, (0.0, 20.0, 10.0)))]
+    )
+    trimmed = TrimmedFaces.of(graph)
+    seams = [seam for seam in detect_seams(graph) if seam.accepted]
+    assert len(seams) >= 2
+    assert refuse_frames_in_material(graph, trimmed, seams, SeamOptions()) == tuple(seams)
+    wrong = replace(seams[0], frames=replace(seams[0].frames, R=seams[0].frames.R * np.array([1.0, -1.0, -1.0])))
+    refused, *others = refuse_frames_in_material(graph, trimmed, [wrong, *seams[1:]], SeamOptions())
+    assert others == seams[1:]
+    assert not refused.accepted
+    assert not refused.reachable
+    assert set(refused.inside) <= {"base", "web"}
+    assert refused.inside
+    assert "the wire would point into" in refused.against[0]

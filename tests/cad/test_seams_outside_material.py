@@ -11,17 +11,34 @@ from OCP.TopAbs import TopAbs_IN
 from cad.samples.graphs import GRAPHS
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import FloatArray
-from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam import Seam, SeamOptions, SeamSource, detect_seams
+from wpcal.seam.judge.leans import back_directions
 from wpcal.seam.judge.stations import start_mm
+from wpcal.seam.path.cut import spans_of
 
 ON_FACE_MM = 1e-4
 """A point this near to a face is on it: the end of a stretch lies on the solid that it ends at."""
 OUT_OF_STEP_PARTS = ("as1-oc-214.stp", "dm1-id-214.stp", "house_walls.stp")
 
 
+EVERY_PART = (
+    *("as1-oc-214.stp", "box_sides.STEP", "dm1-id-214.stp", "house_walls.stp", "tail_section_asm.stp", "colored.step"),
+    *(f"../blind/mini/{name}.step" for name in ("g80", "g125", "hole3", "hole10", "lug", "pp_narrow", "pp_over", "t0")),
+    *("../blind/mini/em_re.step", "../blind/afpm_boom_vane.step", "../blind/wb_bench.step"),
+)
+BISECTS_DEG = 1.0
+"""Between z and the bisector of the normals of both faces, normal to the travel: chords are coarse on small rounds."""
+
+
 def accepted_points(seams: tuple[Seam, ...]) -> FloatArray:
-    rows = [s.frames.p + start_mm(s) * s.frames.R[:, :, 2] for s in seams if s.accepted]
+    accepted = [seam for seam in seams if seam.accepted]
+    rows = [s.frames.p + start_mm(s) * s.frames.R[:, :, 2] for s in accepted]
+    rows += [
+        s.frames.p + start_mm(s) * back_directions(s.frames.R, s.lean_rad) for s in accepted if s.lean_rad is not None
+    ]
     return np.concatenate([np.zeros((0, 3)), *rows])
 
 
@@ -52,3 +69,33 @@ def test_accepted_frames_of_parts_made_by_others(name: str, shared_step: Path) -
     workpiece = open_workpiece(shared_step / name)
     seams, workpiece = find_seams(workpiece, SeamOptions())
     assert count_inside(list(workpiece.solids), accepted_points(seams)) == 0
+
+
+def bisector_errors(graph: BrepGraph, seam: Seam) -> FloatArray:
+    """Angles between z and the bisector of the normals of wall and base at stations inside pieces, deg."""
+    starts, ends = spans_of(graph, seam.pieces)
+    errors = []
+    for s, p, R in zip(seam.frames.s_mm, seam.frames.p, seam.frames.R, strict=True):
+        row = int(np.searchsorted(ends, s))
+        if row >= len(ends) or not starts[row] + 1.0 < s < ends[row] - 1.0:
+            continue
+        faces = np.array([seam.pieces.wall[row], seam.pieces.base[row]])
+        n = project_to_faces(graph, faces, np.stack([p, p])).normal
+        z = n.sum(axis=0) - (n.sum(axis=0) @ R[:, 0]) * R[:, 0]
+        if np.linalg.norm(z) > 0.2:  # opposed normals have no bisector
+            errors.append(np.degrees(np.arccos(np.clip(z @ R[:, 2] / np.linalg.norm(z), -1.0, 1.0))))
+    return np.array(errors)
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("name", EVERY_PART)
+def test_accepted_frames_of_every_part_are_outside_and_bisect(name: str, shared_step: Path) -> None:
+    workpiece = open_workpiece(shared_step / name)
+    seams, workpiece = find_seams(workpiece, SeamOptions())
+    assert count_inside(list(workpiece.solids), accepted_points(seams)) == 0
+    graph = workpiece.graph
+    for seam in seams:
+        if seam.accepted and seam.source in (SeamSource.CONTACT, SeamSource.CONCAVE):
+            assert np.all(bisector_errors(graph, seam) <= BISECTS_DEG), seam.name
+        if seam.accepted and seam.lean_rad is not None:
+            assert not np.isnan(seam.lean_rad).any(), seam.name

@@ -32,6 +32,7 @@ from wpcal.robot.identify.poses_file import parse_tool, read_poses, read_taught_
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm, read_arm
 from wpcal.robot.kinematics.urdf import read_urdf
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
+from wpcal.seam.torch_file import read_torch
 from wpcal.taught.pairs import read_pairs
 from wpcal.taught.programs import ProgramReader, TaughtProgram
 from wpcal.taught.table import taught_csv, taught_from_table
@@ -42,6 +43,9 @@ from wpcal.weld.rules import read_rules, shipped_rules, shipped_text
 from wpcal.weld.runs import weld_runs
 from wpcal.weld.xmcf.read import parse_xmcf
 
+TORCHES = tuple(
+    path.read_bytes() for path in sorted((Path(__file__).parents[2] / "wpcal" / "seam" / "torches").glob("*.json"))
+)
 MOVED = RigidTransform.from_six_tuple([100.0, -20.0, 3.0, 0.1, -0.2, 0.3], target="base", source="part")
 
 
@@ -145,6 +149,7 @@ def targets() -> dict[str, Target]:
         "tool-option": Target(tool_option, (b"800,0,300,0,0,90", b"0,0,100")),
         "urdf": Target(of_path(read_urdf), (seed("arm.urdf"),)),
         "arm": Target(of_path(read_arm), (arm,)),
+        "torch": Target(of_path(read_torch), TORCHES),
         "holding": Target(of_path(lambda path: read_holding(path, "0,0,0,0,-90,0")), (CELL.read_bytes(),)),
         "tool": Target(
             of_path(lambda path: parse_tool(str(path))),

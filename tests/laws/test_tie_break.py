@@ -59,3 +59,22 @@ def test_a_point_that_would_be_further_off_holds_the_turn() -> None:
     found = solve_minimax(PointPairs(pairs.names, CORNERS, q))
     assert found.certified
     assert found.objective_mm == pytest.approx(found.lower_bound_mm, rel=0, abs=SAME_VALUE_MM)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_place_that_was_taught_twice_leaves_every_turn_to_least_squares(seed: int) -> None:
+    """Where the two lie farthest apart, half their distance is the optimum whatever the part is turned by."""
+    rng = np.random.default_rng(seed)
+    p = np.array([[-53.25, 0, 37.5], [-182.25, 0, -12.5], [117.75, 0, -12.5], [117.75, 0, -12.5]])
+    q = p + rng.uniform(-0.1, 0.1, p.shape)
+    q[2, 0], q[3, 0] = p[2, 0] + 0.3, p[3, 0] - 0.3
+    pairs = PointPairs(tuple("abcd"), p, q)
+    base = solve_minimax(pairs)
+    assert base.objective_mm == pytest.approx(np.linalg.norm(q[2] - q[3]) / 2, rel=0, abs=SAME_VALUE_MM)
+    off = np.linalg.norm(q - base.T.apply(p), axis=1)
+    assert off[:2].max() < base.objective_mm
+    for _ in range(3):
+        start = RigidTransform(exp_rotation(rng.normal(0, 0.05, 3)), rng.normal(0, 20, 3), "base", "part")
+        np.testing.assert_allclose(
+            solve_minimax(pairs, start=start).T.apply(p), base.T.apply(p), rtol=0, atol=SAME_PLACE_MM
+        )

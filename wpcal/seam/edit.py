@@ -21,6 +21,7 @@ from wpcal.core.arrays import LARGEST_MM, FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.seam.edited_run import framed, is_loop, joined_run, judged_anew, marks_in, part_of
+from wpcal.seam.judge.last_check import refuse_frames_in_material
 from wpcal.seam.judge.leans import with_leans
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.cut import middles
@@ -205,7 +206,7 @@ def apply_edits(
     -------
     tuple of Seam
         In the order of the candidates. Seams that were accepted or changed by an edit have the torch's leans; they are
-        not cut where no torch gets to them.
+        not cut where no torch gets to them. None that is accepted has a frame that points into material.
 
     Raises
     ------
@@ -235,7 +236,8 @@ def apply_edits(
             raise InputError(f"{edits[0].path}: two seams would be called {name!r}; give each edit a different name")
     names = {seam.candidate.name: seam.name for seam in reversed(edited) if seam.candidate is not None}
     edited = [seam if seam.wrap_of is None else replace(seam, wrap_of=names.get(seam.wrap_of)) for seam in edited]
-    return with_leans(graph, trimmed, edited, options.reach)
+    leant = with_leans(graph, trimmed, edited, options.reach)
+    return refuse_frames_in_material(graph, trimmed, leant, options)
 
 
 def _rows_joined(

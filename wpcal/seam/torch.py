@@ -15,6 +15,8 @@ CHORD_DEG = 12.0
 """The bend of a neck is felt as straight tubes that turn by at most this: they are within 0.6 % of its radius."""
 WIRE_STEP_MM = 2.5
 """Steps in which a longer wire is tried: what an operator sets by eye."""
+LONGER_WIRE_MM = 50.0
+"""No wire welds that sticks out by so much more than usual: it glows and bends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,10 +140,11 @@ class TorchShape:
                 f"torch: a conical nozzle needs the radius of its mouth and the length of its cone, at most "
                 f"{self.front_mm:g} mm; got {self.taper_mm:g} mm"
             )
-        if self.most_wire_mm is not None and not self.wire_mm <= self.most_wire_mm < self.length_mm:
+        most_mm = self.wire_mm + LONGER_WIRE_MM
+        if self.most_wire_mm is not None and not self.wire_mm <= self.most_wire_mm <= most_mm:
             raise InputError(
                 f"torch: the longest wire ({self.most_wire_mm:g} mm) is not between the usual wire "
-                f"({self.wire_mm:g} mm) and the whole length ({self.length_mm:g} mm)"
+                f"({self.wire_mm:g} mm) and {LONGER_WIRE_MM:g} mm more"
             )
         if self.neck is not None and self.neck.body_from_mm > self.length_mm - self.wire_mm:
             raise InputError(f"torch: its body begins behind its end, {self.length_mm:g} mm from the tip of the wire")

@@ -64,6 +64,19 @@ def find_torch(name_or_path: str) -> TorchShape:
     require_name(path)
     if not path.exists():
         raise InputError(f"{name_or_path}: no such file, and no shipped torch; shipped are {', '.join(shipped)}")
+    return read_torch(path)
+
+
+def read_torch(path: Path) -> TorchShape:
+    """Read a torch file; its name is that of the file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be opened, or its sizes are not those of a torch.
+    FormatError
+        If the file breaks the format.
+    """
     return _shape(_record(path), path)
 
 

@@ -20,6 +20,10 @@ from wpcal.core.tangent import exp_rotation
 FREE = 1e-9
 """An axis whose stiffness is below this share of the carrying points' sum of squares is free."""
 
+ROUND_OFF = 1e-12
+"""Share of the largest lever times the distance of the carrying points: a stiffness below is round-off. Where the
+carrying points coincide (one feature taught twice), nothing but round-off resists a turn, and every turn is free."""
+
 ON_LINE = 1e-6
 """Carrying points whose second spread is this share of the first lie on a line."""
 
@@ -78,7 +82,8 @@ def free_axes(p: FloatArray, q: FloatArray, R: FloatArray, weights: FloatArray) 
     M = (v.T * weights) @ u
     values, vectors = np.linalg.eigh(np.trace(M) * np.eye(3) - 0.5 * (M + M.T))
     scale = float(weights @ np.einsum("ij,ij->i", u, u))
-    return np.asarray(vectors[:, values <= FREE * scale])
+    lever, distance = np.linalg.norm(u, axis=1).max(), np.sqrt(weights @ np.einsum("ij,ij->i", v, v))
+    return np.asarray(vectors[:, values <= FREE * scale + ROUND_OFF * lever * distance])
 
 
 def least_squares_among_best(

@@ -1,5 +1,6 @@
 // The page of `wpcal pick`: a person clicks features and types coordinates, and the fit follows.
 import { el, fixed, short } from "../dom.js";
+import { AllSeams } from "../pick/all_seams.js";
 import { Draft } from "../pick/draft.js";
 import { Files } from "../pick/files.js";
 import { listenToGestures } from "../pick/gestures.js";
@@ -45,11 +46,13 @@ class Picker {
       onState: (state) => this.takeSeams(state),
       onSelect: (row) => {
         this.scene.chooseSeam(row);
+        this.allSeams.show();
         this.editor.element.scrollIntoView({ block: "nearest" });
       },
     };
     this.editor = new SeamEditor({ seams: data.seams, frames }, this.backend, onSeams, data.join_mm);
     this.seamsBox = el("div", { class: "seam-tables" });
+    this.allSeams = new AllSeams(this.editor, data.members, (row) => this.focusSeam(row));
     this.tabulate(data.seams);
     this.layout = this.build();
     const { tolerance_mm: tolerance, seams } = data;
@@ -69,7 +72,7 @@ class Picker {
       saveForm: this.saving.form,
       status: this.status.element,
       editor: this.editor.element,
-      seams: this.seamsBox,
+      seams: [this.seamsBox, this.allSeams.element],
     };
     return buildLayout(this.root, this.data, this.saving.savesTo, parts, {
       onSave: () => this.saving.save(),
@@ -100,12 +103,13 @@ class Picker {
   }
 
   tabulate(seams) {
-    const focus = (row) => {
-      this.editor.select(row);
-      lookAtSeam(this.scene.viewer, this.editor.state.frames[row]);
-    };
-    this.seams = seamTables(seams, this.data.tolerance_mm, focus);
+    this.seams = seamTables(seams, this.data.tolerance_mm, (row) => this.focusSeam(row));
     this.seamsBox.replaceChildren(this.seams.element);
+  }
+
+  focusSeam(row) {
+    this.editor.select(row);
+    lookAtSeam(this.scene.viewer, this.editor.state.frames[row]);
   }
 
   /** A person decided about the seams, here or in another window: their errors are predicted anew. */
@@ -113,6 +117,7 @@ class Picker {
     this.version += 1;
     this.answered = { ...this.answered, answer: null };
     this.tabulate(state.seams);
+    this.allSeams.show();
     this.scene.takeSeams(state);
     this.scene.chooseSeam(this.editor.selected);
     this.show();

@@ -8,7 +8,7 @@ import { el } from "../dom.js";
  * @param {object} data  of the page
  * @param {string} savesTo  the file that the page saves
  * @param {{table: HTMLElement, frameForm: HTMLElement, saveForm: HTMLElement, status: HTMLElement,
- *   editor: HTMLElement, seams: HTMLElement}} parts
+ *   editor: HTMLElement, seams: HTMLElement[]}} parts
  * @param {{onSave: function, onAdd: function, onSuggest: function, onFiles: function(File[]), onCopy: function}} on
  */
 export function buildLayout(root, data, savesTo, parts, on) {

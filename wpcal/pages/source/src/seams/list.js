@@ -9,8 +9,9 @@ export class SeamList {
    * @param {{onChoose: function(number), onTick: function(string[], boolean), members: object[]}} on
    *   `onChoose` gets the row of a seam, `onTick` names of seams and whether they are ticked; `members` is what the
    *   solids are taken for
+   * @param {string} [id]
    */
-  constructor({ onChoose, onTick, members }) {
+  constructor({ onChoose, onTick, members }, id = "seams") {
     Object.assign(this, { onChoose, onTick, members, sort: { title: null, sign: 1 }, kind: "all" });
     const again = () => this.fill();
     this.kinds = Object.keys(KINDS).map((kind) =>
@@ -31,7 +32,7 @@ export class SeamList {
       el("label", {}, el("span", {}, "with"), this.words),
       this.shown,
     ]);
-    this.element = el("section", { id: "seams" }, search, this.body);
+    this.element = el("section", { id, class: "seam-list" }, search, this.body);
   }
 
   /**
