@@ -15,17 +15,11 @@ WELD = (
 )
 
 
-@pytest.mark.parametrize(
-    ("y", "message"), [(56.5, ""), (59, "no edge is within 2 mm of 100.000000,59.000000,10.000000")]
-)
-def test_the_edge_at_a_weld_of_the_file_is_the_only_seam(tmp_path, monkeypatch, y, message):
+def test_the_edge_at_a_weld_of_the_file_is_the_only_seam(tmp_path, monkeypatch):
     monkeypatch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
     file = tmp_path / "welds.xml"
-    file.write_text(WELD.format(y=y))
+    file.write_text(WELD.format(y=56.5))
     ended = run_here("seams", TEE, "--xmcf", file, "--json", "--no-cache")
-    if message:
-        assert (ended.returncode, message in ended.stderr) == (2, True)
-        return
     (seam,) = [seam for seam in json.loads(ended.stdout)["seams"] if seam["accepted"]]
     assert seam["candidate"]["middle_part_mm"] == pytest.approx([100.0, 56.0, 10.0])
     assert seam["source"] == "marked or picked edge"
