@@ -11,6 +11,7 @@ from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.brep import BrepGraph
+from wpcal.brep.material import ExactMaterial
 from wpcal.core.arrays import IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
@@ -29,6 +30,7 @@ from wpcal.seam.names import seams_named
 from wpcal.seam.options import Reach
 from wpcal.seam.seam import SeamPieces
 from wpcal.seam.search import find_part_seams
+from wpcal.weld.thickness import plate_thicknesses
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,6 +180,7 @@ def _explained(
     seam = next(seam for seam in seams if seam.name == chosen[0])
     if seam.blocked_by and seam.other_torch is None:
         [[seam]] = with_other_torches(workpiece.graph, workpiece.trimmed, [[seam]], reach)
-    record = explain_seam(workpiece.graph, seam, notes)
+    thick_mm = plate_thicknesses(seam.frames, ExactMaterial(workpiece.graph, workpiece.trimmed))
+    record = explain_seam(workpiece.graph, seam, notes, thick_mm)
     title = f"{seam.name} of {file_name}: {seam.joint.value}, {' + '.join(seam.solids)}, {seam.confidence:.0%}"
     return Explained(record, explained_svg(workpiece.graph, workpiece.trimmed, seam, title, reach.torch))

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.station_cells import station_record, write_cell
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.kinematics.arm_file import find_arm
@@ -31,6 +32,7 @@ COMMANDS = {
     "identify": "mh6 poses.csv -o new",
     "match": "tee.step taught.csv",
     "pick": "tee.step --no-browser -o new.csv",
+    "place": "one/cell.json out -o map.svg",
     "plan": "cell/two-mh6.json seams.json --seam W1 -o new",
     "report": "out --force",
     "seams": "tee.step --png seams.png --html seams.html",
@@ -75,6 +77,8 @@ def write_inputs(folder: Path) -> None:
         shutil.copy(FIXTURES / "tee" / name, folder)
     shutil.copy(FIXTURES / "yin2003" / "table1.csv", folder)
     shutil.copytree(FIXTURES / "cells", folder / "cell")
+    (folder / "one").mkdir()
+    write_cell(folder / "one", station_record())
     record = json.loads((FIXTURES / "cells" / "saddle-seams.json").read_text(encoding="utf-8"))
     record["seams"][0]["frames"] = record["seams"][0]["frames"][:SEAM_FRAMES]
     (folder / "seams.json").write_text(json.dumps(record), encoding="utf-8")

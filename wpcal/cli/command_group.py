@@ -21,7 +21,7 @@ SECTIONS: Mapping[str, Sequence[str]] = {
     "Calibrate": ("calibrate", "report", "welds", "export", "audit", "diff"),
     "Without a part": ("fit", "study"),
     "A better robot": ("identify", "tcp", "correct"),
-    "Plan welds": ("cell", "plan", "bases"),
+    "Plan welds": ("cell", "place", "plan", "bases"),
 }
 """The help lists the commands in this order; those of other packages come last."""
 

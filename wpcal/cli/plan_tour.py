@@ -76,8 +76,10 @@ def run_tour(
 ) -> int:
     """Plan, write the folder and print what was found; 1 if a stretch is not welded or a move is not free."""
     from wpcal.cli.progress import shown_progress
+    from wpcal.controllers.tour_program import possible_tours
     from wpcal.core.errors import InputError
     from wpcal.core.records import new_directory, to_json, write_file
+    from wpcal.formats.trajectory import joint_trajectory
     from wpcal.pages.tour import build_tour_page
     from wpcal.planning.tour.plan_tour import TourPreference, plan_tour
     from wpcal.planning.tour.timeline import build_timeline
@@ -95,8 +97,10 @@ def run_tour(
     with shown_progress("starting") as progress:
         choice = plan_tour(station, given.part, given.seams, targets, prefer=TourPreference(prefer), progress=progress)
     line = build_timeline(choice.tour)
-    record = tour_record(choice, line, no_program={})
-    files: dict[str, str] = {"plan.json": to_json(record), "plan.csv": tour_csv(choice.tour, line)}
+    programs, refused = possible_tours(choice.tour)
+    record = tour_record(choice, line, no_program=refused)
+    files: dict[str, str] = {"plan.json": to_json(record), "plan.csv": tour_csv(choice.tour, line), **programs}
+    files["trajectory.yaml"] = joint_trajectory(choice.tour, line)
     files["plan.html"] = build_tour_page(choice, line, part_glb=given.part_glb)
     with new_directory(output, overwrite=force) as folder:
         for name, text in files.items():
@@ -105,6 +109,9 @@ def run_tour(
         click.echo(files["plan.json"], nl=False)
     else:
         _show(choice, line, has_part=given.part is not None)
+        click.echo(f"wrote {', '.join(files)} to {output}")
+    for name, why in refused.items():
+        click.echo(f"wpcal: no {name} program: {why}", err=True)
     for gap in choice.tour.unwelded:
         click.echo(f"wpcal: {gap.describe()}", err=True)
     return 0 if choice.tour.is_free and not choice.tour.unwelded else 1

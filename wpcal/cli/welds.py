@@ -73,7 +73,8 @@ def welds(
     """
     from wpcal.cli.outputs import require_new
     from wpcal.core.records import to_json, write_file
-    from wpcal.results.folder import read_finished
+    from wpcal.core.robot_space import RobotSpace
+    from wpcal.results.folder import SEAMS_FILE, read_finished, read_record
     from wpcal.weld.find import find_welds
     from wpcal.weld.record import read_stated_welds, welds_record
     from wpcal.weld.rules import shipped_text
@@ -87,7 +88,8 @@ def welds(
             require_new(new, overwrite=False)
     selection.require_one()
     table = rules.read()
-    finished = read_finished(folder)
+    space = RobotSpace.parse(read_record(folder, SEAMS_FILE)["robot_space"])  # no pose is computed here
+    finished = read_finished(folder, space=space)
     stated = read_stated_welds(output, table) if output is not None and output.exists() else ()
     names = [seam.name for seam in finished.seams]
     stated = set_values(stated, settings, names)

@@ -16,6 +16,7 @@ from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.contact import find_contacts
 from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
+from wpcal.seam.find.inner_joints import with_inner_joints
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.find.play import with_play
@@ -104,10 +105,10 @@ def find_candidates(
         crossing = JoinedPieces(beside, (JointType.TEE,) * n, (WeldType.FILLET,) * n)
         found += build_seams(graph, crossing, options, SeamSource.SECTION)
     if options.concave is not ConcaveEdges.NEVER:
-        concave = _concave(graph, trimmed, joined, marked, options)
+        concave = with_inner_joints(graph, trimmed, _concave(graph, trimmed, marked, options))
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
     if beads is not None:
-        found += build_seams(graph, beads, options, SeamSource.BEAD)
+        found += build_seams(graph, with_inner_joints(graph, trimmed, beads), options, SeamSource.BEAD)
     if flares is not None:
         found += flares.measured(build_seams(graph, flares.joined, options, SeamSource.FLARE))
     if marked is None and options.gap_mm is None:
@@ -192,24 +193,18 @@ def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...
     ]
 
 
-def _concave(
-    graph: BrepGraph, trimmed: TrimmedFaces, contacts: JoinedPieces, marked: MarkedEdges | None, options: SeamOptions
-) -> JoinedPieces:
+def _concave(graph: BrepGraph, trimmed: TrimmedFaces, marked: MarkedEdges | None, options: SeamOptions) -> JoinedPieces:
     """Return the concave edges inside solids that are candidates by themselves."""
     concave = find_concave_edges(graph, min_length_mm=options.min_edge_mm)
     if options.concave is ConcaveEdges.AUTO:
-        concave = _in_weldments(graph, trimmed, concave, contacts)
+        concave = _in_weldments(graph, trimmed, concave)
     if marked is None:
         return concave
     return concave.select(np.flatnonzero(~np.isin(concave.pieces.edge, marked.edge)))
 
 
-def _in_weldments(
-    graph: BrepGraph, trimmed: TrimmedFaces, concave: JoinedPieces, contacts: JoinedPieces
-) -> JoinedPieces:
-    """Return the concave edges of solids that touch no other and may be built up of plates, bars and tubes."""
-    touching = graph.face_solid[np.concatenate([contacts.pieces.wall, contacts.pieces.base])]
+def _in_weldments(graph: BrepGraph, trimmed: TrimmedFaces, concave: JoinedPieces) -> JoinedPieces:
+    """Return the concave edges of solids that may be built up of plates, bars and tubes, also if others touch them."""
     solid_of = graph.face_solid[concave.pieces.wall]
-    asked = np.setdiff1d(solid_of, touching)
-    built_up = [solid for solid in asked.tolist() if why_one_piece(graph, trimmed, solid) is None]
+    built_up = [solid for solid in np.unique(solid_of).tolist() if why_one_piece(graph, trimmed, solid) is None]
     return concave.select(np.flatnonzero(np.isin(solid_of, built_up)))

@@ -7,12 +7,20 @@ from typing import Any
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.surfaces import project_to_faces
 from wpcal.seam.member.note import MemberNotes
 from wpcal.seam.rules import PRIOR, Rule
 from wpcal.seam.seam import Seam
 
+THROAT_SHARE = 0.7
+"""A fillet weld with a throat of this share of the thinner member, on both sides, is about as strong as the member."""
+THICKNESS_KEYS = (("wall", "wall_thickness_mm"), ("base", "base_thickness_mm"))
+"""The sides of a joint, and where a section has their thickness."""
 
-def explain_seam(graph: BrepGraph, seam: Seam, notes: MemberNotes) -> dict[str, Any]:
+
+def explain_seam(
+    graph: BrepGraph, seam: Seam, notes: MemberNotes, thick_mm: tuple[float | None, float | None] = (None, None)
+) -> dict[str, Any]:
     """Return everything that decided about a seam.
 
     Parameters
@@ -23,12 +31,14 @@ def explain_seam(graph: BrepGraph, seam: Seam, notes: MemberNotes) -> dict[str, 
         One of its seams, judged, with pieces.
     notes : MemberNotes
         What its solids are taken for.
+    thick_mm : tuple of (float or None)
+        Thickness of the plates at the sides of +y and -y, mm (`wpcal.weld.thickness.plate_thicknesses`).
 
     Returns
     -------
     dict
         Plain values. ``chain`` is the decisions in words, in their order. ``findings`` are those against it, each with
-        the confidence after it.
+        the confidence after it. ``section`` is the joint across the seam, at its middle.
     """
     confidence, findings = PRIOR[seam.source], []
     by_key = {rule.key: rule.value for rule in Rule}
@@ -45,6 +55,7 @@ def explain_seam(graph: BrepGraph, seam: Seam, notes: MemberNotes) -> dict[str, 
                 "confidence_after": round(confidence, 4),
             }
         )
+    section = _section(graph, seam, thick_mm)
     members = [member for member in notes.members if member.solid in seam.solids]
     return {
         "seam": seam.name,
@@ -52,7 +63,8 @@ def explain_seam(graph: BrepGraph, seam: Seam, notes: MemberNotes) -> dict[str, 
         "confidence": round(seam.confidence, 3),
         "least_confidence": notes.judging.level.value,
         "start_confidence": PRIOR[seam.source],
-        "chain": [*_chain(graph, seam), *seam.reasons, _verdict(seam, notes)],
+        "section": section,
+        "chain": [*_chain(graph, seam), _section_words(section), *seam.reasons, _verdict(seam, notes)],
         "findings": findings,
         "members": [member.to_record() for member in members],
     }
@@ -71,6 +83,32 @@ def _chain(graph: BrepGraph, seam: Seam) -> list[str]:
         f"gap: {least:.3f} to {largest:.3f} mm, {mean:.3f} mm on average",
         _reach(seam),
     ]
+
+
+def _section(graph: BrepGraph, seam: Seam, thick_mm: tuple[float | None, float | None]) -> dict[str, Any]:
+    """Return the joint across the middle of a seam: plain values, None for what is not known."""
+    row, piece = len(seam.frames) // 2, len(seam.pieces) // 2
+    wall, y = int(seam.pieces.wall[piece]), seam.frames.R[row, :, 1]
+    faces_minus_y = wall >= 0 and project_to_faces(graph, [wall], seam.frames.p[[row]]).normal[0] @ y < 0
+    of_wall, of_base = thick_mm[::-1] if faces_minus_y else thick_mm
+    known = [value for value in thick_mm if value is not None]
+    return {
+        "wall_thickness_mm": None if of_wall is None else round(of_wall, 2),
+        "base_thickness_mm": None if of_base is None else round(of_base, 2),
+        "gap_mm": round(seam.gap_mm[1], 3),
+        "opening_deg": round(180.0 - float(np.degrees(seam.frames.angle_rad[row])), 1),
+        "largest_throat_mm": round(THROAT_SHARE * min(known), 1) if known else None,
+    }
+
+
+def _section_words(section: dict[str, Any]) -> str:
+    """Say how thick the members are, how they meet, and how large a fillet may be."""
+    sides = [f"{side} {'?' if section[key] is None else f'{section[key]:g} mm'}" for side, key in THICKNESS_KEYS]
+    throat = section["largest_throat_mm"]
+    most = (
+        "" if throat is None else f"; throat of a fillet up to {throat:g} mm ({THROAT_SHARE:g} of the thinner member)"
+    )
+    return f"section: {' and '.join(sides)} thick, opening {section['opening_deg']:g} degrees{most}"
 
 
 def _faces(graph: BrepGraph, faces: np.ndarray[Any, np.dtype[np.int64]]) -> str:

@@ -247,3 +247,11 @@ def test_every_bead_and_every_stitch_has_an_arc_of_its_own(exported):
 def test_programs_of_others_are_not_judged():
     for suffix in LANGUAGES:
         assert arc_faults(b"ARCON ASF#(1)\nMOVL C00001 V=5.0\n", Path(f"theirs{suffix}")) == []
+
+
+def test_plain_json_holds_the_values_of_every_run(exported):
+    ended, folder = exported("json", leg_mm=12)
+    assert ended.returncode == 0, ended.stderr
+    seams = json.loads((folder / "WPCAL.program.json").read_text())["seams"]
+    assert [seam["name"] for seam in seams] == ["W1.p1", "W1.p2", "W1.p3"]
+    assert all(seam["weld_data"]["leg_mm"] == 12 and seam["weld_data"]["speed_mm_s"] > 0 for seam in seams)

@@ -13,17 +13,30 @@ from pathlib import Path
 
 import pytest
 
+from wpcal.controllers.arc_settings import ArcSettings
 from wpcal.controllers.few_moves import fit_program
 from wpcal.controllers.program import ControllerSettings, build_program
 from wpcal.controllers.registry import controller_named
 from wpcal.results.folder import read_finished
+from wpcal.weld.find import find_welds
+from wpcal.weld.record import StatedWeld
+from wpcal.weld.rules import shipped_rules
 
 FIXTURES = Path(__file__).parents[3] / "fixtures"
 KRL_PARSER = os.environ.get("WPCAL_KRL_PARSER", "")
 
 
-def written(name, part, *, few):
-    program = build_program(read_finished(FIXTURES / part / "golden").select(), controller=ControllerSettings())
+def written(name, part, *, few, stated=None):
+    """Return the files of a part; `stated` are values of every weld, and make a program with arc instructions."""
+    finished = read_finished(FIXTURES / part / "golden").select()
+    welds = arc = None
+    if stated is not None:
+        rows = [StatedWeld(seam.name, None, stated) for seam in finished.seams]
+        found = find_welds(
+            finished.seams, finished.T_base_part, shipped_rules(), part_glb=finished.part_glb, stated=rows
+        )
+        welds, arc = found.by_seam(), ArcSettings(4)
+    program = build_program(finished, controller=ControllerSettings(), welds=welds, arc=arc)
     return {
         file: str(text) for file, text in controller_named(name).write(fit_program(program) if few else program).items()
     }
@@ -34,6 +47,10 @@ def written(name, part, *, few):
 def test_rapid_is_what_another_grammar_takes(part, few):
     check = pytest.importorskip("rapidchecker.check", reason="rapidchecker is not installed")
     (text,) = written("rapid", part, few=few).values()
+    assert check.check_format(text) == []
+    weave = {"shape": "sine", "width_mm": 3, "length_mm": 2}
+    (text,) = written("rapid", part, few=few, stated={"leg_mm": 5, "weave": weave}).values()
+    assert "ArcLStart" in text
     assert check.check_format(text) == []
     assert check.check_format(text.replace("vAir,fine,", "vAir fine,", 1)) != []  # and it does look
 
@@ -55,4 +72,8 @@ def test_krl_is_what_another_grammar_takes(part, monkeypatch):
 
     files = written("krl", part, few=True)
     assert [faults(text) for text in files.values()] == [0, 0]
+    for stated, word in (({"weld_data": "WDAT1"}, ";FOLD ARCOFF"), ({"job": 3}, "$OUT[4]=TRUE")):
+        arcs = written("krl", part, few=True, stated=stated)
+        assert word in arcs["WPCAL.src"]
+        assert [faults(text) for text in arcs.values()] == [0, 0]
     assert faults(files["WPCAL.src"].replace("\r\nLIN ", "\r\nLIN , ", 1)) > 0

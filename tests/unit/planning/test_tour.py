@@ -14,6 +14,7 @@ from wpcal.core.records import to_json
 from wpcal.planning.cell.station_clearance import StationClearance
 from wpcal.planning.cell.station_file import read_station
 from wpcal.planning.tour.order import Stop, find_order
+from wpcal.planning.tour.place import Moved, map_places, place_svg
 from wpcal.planning.tour.plan_tour import TourPreference, plan_tour
 from wpcal.planning.tour.seam_task import seam_task
 from wpcal.planning.tour.targets import TourTargets, WeldOrder, WeldPosition
@@ -207,3 +208,24 @@ def test_a_cell_without_tool_data_is_one_line(tmp_path):
     record["torch_robot"]["T_flange_tool"] = None
     with pytest.raises(InputError, match="T_flange_tool is missing"):
         read_station(write_cell(tmp_path, record))
+
+
+def test_the_map_finds_a_place_for_a_part_out_of_reach(given):
+    station = fixed_station((1900.0, 0.0, 200.0))
+    found = map_places(station, given.part, given.seams[:2], TourTargets(), range_mm=1200.0, step_mm=300.0)
+    assert found.now == 0.0
+    x, y, turn, share = found.best
+    assert share == 1.0
+    assert x <= -600.0
+    check_record(json.loads(to_json(found.to_record("a cell"))))
+    part = np.array([1900.0 + x, y, 200.0])
+    if turn == 0.0:
+        moved = fixed_station(tuple(part))
+        plan = plan_tour(moved, given.part, given.seams[:2], TourTargets())
+        assert plan.tour.welded_mm > 0.0
+    picture = place_svg(found)
+    assert picture.count("<rect") == 1 + found.share.size
+    by_robot = map_places(
+        station, given.part, given.seams[:2], TourTargets(), moved=Moved.ROBOT, range_mm=1200.0, step_mm=600.0
+    )
+    assert by_robot.best[0] >= 600.0

@@ -262,6 +262,14 @@ def test_a_seam_without_a_part_or_a_thickness_still_has_a_weld(finished_folder):
     assert read_finished(folder).part_glb is None
 
 
+def test_a_result_of_an_identified_robot_has_welds_too(finished_folder):
+    folder = finished_folder()
+    seams = json.loads((folder / "seams.json").read_text())
+    (folder / "seams.json").write_text(json.dumps({**seams, "robot_space": "identified"}))
+    ended = run_here("welds", folder)
+    assert ended.returncode == 0, ended.stderr
+
+
 def test_contradictions_of_the_user_are_refused(make_seam):
     with pytest.raises(InputError, match="weld W1: stitch: the pitch of 20 mm is shorter"):
         weld(make_seam, {"stitch": {"length_mm": 30.0, "pitch_mm": 20.0}})

@@ -156,7 +156,14 @@ def _speed_name(path: WeldPath, stem: str) -> str:
     return "vWeld" if path.run is None else f"v_{stem}"
 
 
-def _pose_texts(p: FloatArray, R: FloatArray) -> list[str]:
+def pose_texts(p: FloatArray, R: FloatArray) -> list[str]:
+    """Return poses as ``[x,y,z],[q1,q2,q3,q4]``.
+
+    Parameters
+    ----------
+    p, R : ndarray, shapes (n, 3) and (n, 3, 3)
+        In any one frame, mm.
+    """
     return _texts(p, quaternion_from_rotation(R))
 
 
@@ -173,7 +180,7 @@ def _texts(p: FloatArray, q_xyzw: FloatArray) -> list[str]:
 def _targets(
     labels: list[str], poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: RigidTransform
 ) -> list[str]:
-    texts = _pose_texts(*poses.poses_in(T_base_frame))
+    texts = pose_texts(*poses.poses_in(T_base_frame))
     postures = program.posture_of(poses)
     confs = ["[0,0,0,0]"] * len(texts) if postures is None else confdata(postures)
     return [

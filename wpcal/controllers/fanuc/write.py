@@ -90,17 +90,24 @@ def _main_program(
     if program.safe_point is not None:
         frame = _frame_lines(program)
         first = post.air_move("P[1]", speed=f"{JOINT_PERCENT}%", joint=True)
-        last = post.air_move("P[1]", speed=_speed(program.motion.air_speed_mm_s))
+        last = post.air_move("P[1]", speed=tp_speed(program.motion.air_speed_mm_s))
         lines = [*frame, *first, *lines, *frame, *last]
         positions = _positions(program.safe_point, program, T_base_frame)
-    return _file(name, [*post.header(_wrapped(comments)), *lines, *post.footer()], positions)
+    return tp_file(name, [*post.header(_wrapped(comments)), *lines, *post.footer()], positions)
 
 
 def _seam_program(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
-    return _file(name, _moves(path, program), _positions(path, program, T_base_frame))
+    return tp_file(name, _moves(path, program), _positions(path, program, T_base_frame))
 
 
-def _file(name: str, instructions: list[str], positions: list[str]) -> str:
+def tp_file(name: str, instructions: list[str], positions: list[str]) -> str:
+    """Return the text of a TP program.
+
+    Raises
+    ------
+    InputError
+        When it has too many lines.
+    """
     if len(instructions) > MOST_LINES:
         raise InputError(f"FANUC: {name} needs {len(instructions)} lines, a program has at most {MOST_LINES}")
     lines = [
@@ -130,7 +137,7 @@ def _wrapped(lines: list[str]) -> list[str]:
 
 
 def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
-    post, air = Post("fanuc", program), _speed(program.motion.air_speed_mm_s)
+    post, air = Post("fanuc", program), tp_speed(program.motion.air_speed_mm_s)
     first, last = path.weld_rows.start + 1, path.weld_rows.stop  # positions are counted from 1
     is_joint = program.safe_point is None
     lines = [*(f"  !{line}" for line in _wrapped([path.seam.name, describe_path(path)])), *_frame_lines(program)]
@@ -157,14 +164,14 @@ def _weld_moves(path: WeldPath, first: int, speed: str) -> list[str]:
 def _weld_speed(path: WeldPath, program: WeldProgram) -> str:
     """Write the speed along a seam. That of weld data is rounded to whole cm/min: a rule does not know TP."""
     mm_s = program.weld_speed_mm_s(path)
-    return _speed(mm_s if path.run is None else max(round(mm_s * 6.0), 1) / 6.0)
+    return tp_speed(mm_s if path.run is None else max(round(mm_s * 6.0), 1) / 6.0)
 
 
 def _frame_lines(program: WeldProgram) -> list[str]:
     return [f"  UFRAME_NUM={program.controller.frame_number}", f"  UTOOL_NUM={program.controller.tool_number}"]
 
 
-def _speed(mm_s: float) -> str:
+def tp_speed(mm_s: float) -> str:
     """Write a speed; TP has whole mm/sec and whole cm/min."""
     for value, unit in ((mm_s, "mm/sec"), (mm_s * 6.0, "cm/min")):
         if value >= 1 and abs(value - round(value)) < 1e-6:  # a rest below that is round-off of the factor 6
@@ -177,7 +184,7 @@ def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: 
     controller = program.controller
     p, R = poses.poses_in(T_base_frame)
     head = f"\tUF : {controller.frame_number}, UT : {controller.tool_number},\t\tCONFIG : "
-    texts = zip(CONFIGURATION.texts(program, poses), _coordinates(p, zyx_degrees(R, decimals=DECIMALS)), strict=True)
+    texts = zip(CONFIGURATION.texts(program, poses), coordinates(p, zyx_degrees(R, decimals=DECIMALS)), strict=True)
     return [
         line
         for number, (conf, text) in enumerate(texts, start=1)
@@ -185,7 +192,16 @@ def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: 
     ]
 
 
-def _coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:
+def coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:
+    """Return the two lines of every pose.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n, 3)
+        In any one frame, mm.
+    angles : ndarray, shape (n, 3)
+        About x, y and z, deg.
+    """
     k = DECIMALS
     return [
         (

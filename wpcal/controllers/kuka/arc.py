@@ -122,7 +122,7 @@ def _fold(move: Move, along: Sequence[str], data: str, place: str, *, is_last: b
     kind, word = ("circ", "CIRC") if via else ("lin", "LIN")
     points, helped = (f"{via} {to}", f"W{to},W{via}") if via else (to, f"W{to}")
     provider, name = ("arcoff", "ARCOFF") if is_last else ("arcswi", "ARCSWI")
-    ends = " C_DIS C_DIS" if blends and not is_last else ""
+    ends = " C_DIS" if blends and not is_last else ""
     head = [
         f";FOLD {name} {data} {word} {points} CPDAT{to} {place}",
         *_parameters(f"{provider}{kind}", to, via, data, 0.0, blends=bool(ends)),

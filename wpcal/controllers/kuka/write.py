@@ -91,7 +91,7 @@ def write_krl(program: WeldProgram) -> dict[str, str]:
         points += fold_data(along, program, blend_mm=BLEND_MM)
     post = Post("krl", program)
     header = post.header(_about(program, names, vertical, known=known))
-    frame = _aggregates(T_base_frame.t_mm[None], zyx_degrees(T_base_frame.R, decimals=DEG_DECIMALS)[None])[0]
+    frame = aggregates(T_base_frame.t_mm[None], zyx_degrees(T_base_frame.R, decimals=DEG_DECIMALS)[None])[0]
     if program.safe_point is not None:
         points.insert(0, f"DECL E6POS WP_SAFE={_positions(program.safe_point, program, T_base_frame, known=known)[0]}")
     data = [*ATTRIBUTES, f"DEFDAT {name} PUBLIC", *header, f"DECL FRAME WP_PART={frame}", *points, "ENDDAT", ""]
@@ -124,7 +124,7 @@ def _positions(
     poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: RigidTransform, *, known: bool
 ) -> list[str]:
     p, R = poses.poses_in(T_base_frame)
-    texts = _aggregates(p, zyx_degrees(R, decimals=DEG_DECIMALS))
+    texts = aggregates(p, zyx_degrees(R, decimals=DEG_DECIMALS))
     postures = program.posture_of(poses)
     if not known or postures is None:
         return texts
@@ -151,8 +151,16 @@ def _about(program: WeldProgram, names: dict[str, str], vertical: int, *, known:
     return comment_lines(text, mark="", longest=LONGEST_COMMENT)
 
 
-def _aggregates(p: FloatArray, angles: FloatArray) -> list[str]:
-    """Write poses as ``{X …,Y …,Z …,A …,B …,C …}``; `angles` are about x, y, z in degrees."""
+def aggregates(p: FloatArray, angles: FloatArray) -> list[str]:
+    """Write poses as ``{X …,Y …,Z …,A …,B …,C …}``.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n, 3)
+        In any one frame, mm.
+    angles : ndarray, shape (n, 3)
+        About x, y and z, deg.
+    """
     m, k = MM_DECIMALS, DEG_DECIMALS
     return [
         f"{{X {x:.{m}f},Y {y:.{m}f},Z {z:.{m}f},A {a:.{k}f},B {b:.{k}f},C {c:.{k}f}}}"

@@ -105,7 +105,13 @@ def _seam_job(program: WeldProgram, name: str, path: WeldPath, T_base_frame: Rig
 
 
 def inform_job(
-    name: str, positions: list[str], instructions: list[str], *, group: str | None = "RB1", user: int | None = None
+    name: str,
+    positions: list[str],
+    instructions: list[str],
+    *,
+    group: str | None = "RB1",
+    user: int | None = None,
+    station: str | None = None,
 ) -> str:
     """Return the text of a job.
 
@@ -121,6 +127,8 @@ def inform_job(
         The robot that the job moves; None for a job that moves none.
     user : int or None
         The user frame that Cartesian positions are relative to: the job becomes a relative job. None for pulses.
+    station : str or None
+        The positioner that the job moves too.
 
     Raises
     ------
@@ -129,17 +137,18 @@ def inform_job(
     """
     if len(instructions) + 2 > MOST_LINES:
         raise InputError(f"INFORM: {name} needs {len(instructions) + 2} lines, a job has at most {MOST_LINES}")
-    count = sum(line.startswith("C") for line in positions)
+    count, outer = (sum(line.startswith(mark) for line in positions) for mark in ("C", "EC"))
     lines = [
         "/JOB",
         f"//NAME {name}",
         "//POS",
-        f"///NPOS {count},0,0,0,0,0",
+        f"///NPOS {count},0,{outer},0,0,0",
         *positions,
         "//INST",
         f"///DATE {NO_DATE}",
         *(["///ATTR SC,RW"] if user is None else ["///ATTR SC,RW,RJ", f"////FRAME USER {user}"]),
         *([] if group is None else [f"///GROUP1 {group}"]),
+        *([] if station is None else [f"///GROUP2 {station}"]),
         "NOP",
         *instructions,
         "END",

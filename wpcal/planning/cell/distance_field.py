@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
+from wpcal.brep.surface_points import surface_points
 from wpcal.core.arrays import FloatArray
 
 CELLS = 120
@@ -21,8 +22,6 @@ FINEST_MM = 2.0
 """Smaller cells show nothing that matters to a robot."""
 AROUND_MM = 120.0
 """The grid reaches this far beyond the part's box: a torch outside of it sees more than the box."""
-MOST_SAMPLES = 4_000_000
-"""Points on the surface in one array: 100 MB."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,34 +86,3 @@ class DistanceField:
         off = np.maximum(np.maximum(self.box[0] - points, points - self.box[1]), 0.0)
         beside = np.sqrt((off**2).sum(axis=1))
         return np.asarray(np.maximum(beside, np.where(inside, self.bound_mm[i, j, k], 0.0)), dtype=np.float64)
-
-
-def surface_points(corners: FloatArray, spacing: float) -> list[FloatArray]:
-    """Return points on triangles; no place on a triangle is farther than `spacing` from one of them.
-
-    Parameters
-    ----------
-    corners : ndarray, shape (m, 3, 3)
-        Any frame, mm.
-    spacing : float
-        mm.
-
-    Returns
-    -------
-    list of ndarray, each of shape (k, 3)
-        mm.
-    """
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    steps = np.maximum(np.ceil(longest / spacing), 1).astype(int)
-    found = []
-    for count in np.unique(steps):
-        i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1), indexing="ij")
-        u, v = (i[i + j <= count] / count, j[i + j <= count] / count)
-        weights = np.stack([1.0 - u - v, u, v], axis=1)
-        own = corners[steps == count]
-        some = max(1, MOST_SAMPLES // len(weights))
-        found += [
-            np.einsum("wk,mkx->mwx", weights, own[start : start + some]).reshape(-1, 3)
-            for start in range(0, len(own), some)
-        ]
-    return found

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from wpcal.brep.surface_points import surface_points
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import arm_frames
 from wpcal.planning.cell.cell_file import CELL_SCHEMA
-from wpcal.planning.cell.distance_field import surface_points
 from wpcal.planning.cell.hulls import capsule_around
 from wpcal.planning.cell.singularity import is_regular, is_within_turns
 from wpcal.planning.cell.station_file import default_home

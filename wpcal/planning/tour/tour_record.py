@@ -71,14 +71,13 @@ def values_record(values: TourValues) -> dict[str, float]:
 
 
 def checked_text(tour: Tour) -> str:
-    """Say in one line what was compared with what, and the longest step."""
+    """Say in one line what was compared with what."""
     checks = [piece.check for piece in tour.pieces] + [path.check for path in tour.air]
     count = sum(len(check.at) for check in checks)
     least = min(float(check.margin_mm.min()) for check in checks)
-    step = max(check.largest_step_mm for check in checks)
     return (
-        f"{count} states on all moves; no body moves more than {step:.0f} mm between two of them, less than the free "
-        f"distances there; the least is {least:.1f} mm beyond the safety distance"
+        f"{count} states on all moves; between two of them no body moves farther than is free around it; the least "
+        f"distance is at least {least:.1f} mm beyond the safety distance"
     )
 
 

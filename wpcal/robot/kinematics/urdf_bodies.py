@@ -1,7 +1,8 @@
 """The bodies of a robot from its URDF file: the collision shapes of its links, as corners of convex hulls.
 
-Meshes are STL files, binary or text. Boxes, cylinders and spheres become their corners, the round ones those of a
-polyhedron around them.
+Meshes are STL files, binary or text. A link that is far from convex, as the frame of a positioner, becomes several
+hulls: slices of its surface across one axis. Boxes, cylinders and spheres become their corners, the round ones those of
+a polyhedron around them.
 """
 
 from __future__ import annotations
@@ -9,11 +10,13 @@ from __future__ import annotations
 import struct
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from wpcal.brep.surface_points import surface_points
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
@@ -27,6 +30,12 @@ STL_HEAD, STL_TRIANGLE = 84, 50
 """Bytes of the head of a binary STL file, and of each triangle."""
 ROUND_CORNERS = 24
 """Corners around a cylinder or a sphere."""
+SLICES = 8
+"""Slices of a link that is not convex."""
+SAMPLE_MM = 5.0
+"""Points on a mesh are this close; slices overlap by as much, so that nothing of the surface is between two."""
+LEAST_SAVED = 0.6
+"""Slices are taken if they hold less than this part of the volume of one hull."""
 NEAR_MM = 0.5
 """Corners of a hull that are nearer than this to a corner that is kept are left out ..."""
 HULL_DIGITS = 2
@@ -35,12 +44,12 @@ HULL_DIGITS = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinkHull:
-    """The convex hull of one link.
+    """A convex hull of one link, or of a slice of it.
 
     Parameters
     ----------
     name : str
-        Of the link in the URDF file.
+        Of the link in the URDF file, with a number if it has several hulls.
     link : int
         0 for the base, i for the link that joint i moves.
     hull : ndarray, shape (m, 3)
@@ -84,10 +93,39 @@ def read_link_hulls(path: Path, arm: Arm) -> tuple[LinkHull, ...]:
         moving, T_base_link = places[name]
         if moving >= len(frames):
             continue
-        points = np.concatenate([_points(shape, path, name) for shape in shapes])
         T = np.linalg.inv(frames[moving]) @ T_base_link
-        found.append(LinkHull(name, moving, hull_corners(points @ T[:3, :3].T + T[:3, 3])))
+        hulls = [
+            hull_corners(piece @ T[:3, :3].T + T[:3, 3])
+            for shape in shapes
+            for piece in _convex_pieces(_points(shape, path, name))
+        ]
+        names = [name] if len(hulls) == 1 else [f"{name} {row + 1}" for row in range(len(hulls))]
+        found += [LinkHull(each, moving, hull) for each, hull in zip(names, hulls, strict=True)]
     return tuple(found)
+
+
+def _convex_pieces(corners: FloatArray) -> list[FloatArray]:
+    """Return points whose hulls together hold triangles (m, 3, 3): all of them, or slices if these hold much less."""
+    points = corners.reshape(-1, 3)
+    try:
+        whole = ConvexHull(points).volume
+    except (QhullError, ValueError):
+        return [points]
+    every = np.concatenate(surface_points(corners, SAMPLE_MM))
+    best, least = [points], LEAST_SAVED * whole
+    for axis in range(3):
+        edges = np.linspace(every[:, axis].min(), every[:, axis].max(), SLICES + 1)
+        pieces = [
+            every[(every[:, axis] >= low - SAMPLE_MM) & (every[:, axis] <= high + SAMPLE_MM)]
+            for low, high in pairwise(edges)
+        ]
+        try:
+            volume = sum(ConvexHull(piece).volume for piece in pieces)
+        except (QhullError, ValueError):
+            continue
+        if volume < least:
+            best, least = pieces, volume
+    return best
 
 
 def _frames_at_zero(arm: Arm) -> list[FloatArray]:
@@ -124,13 +162,14 @@ def hull_corners(points: FloatArray) -> FloatArray:
 
 
 def _points(shape: ET.Element, path: Path, link: str) -> FloatArray:
+    """Return the triangles of a shape in the frame of its link, shape (m, 3, 3), mm."""
     origin, geometry = shape.find("origin"), shape.find("geometry")
     T = np.eye(4) if origin is None else origin_pose(origin)
     kinds = [] if geometry is None else list(geometry)
     if not kinds:
         raise FormatError(f"link {link}: a shape without geometry", path=str(path))
-    points = _mesh(kinds[0], path, link) if kinds[0].tag == "mesh" else _primitive(kinds[0], path, link)
-    return np.asarray(points @ T[:3, :3].T + T[:3, 3], dtype=np.float64)
+    corners = _mesh(kinds[0], path, link) if kinds[0].tag == "mesh" else _primitive(kinds[0], path, link)
+    return np.asarray(corners @ T[:3, :3].T + T[:3, 3], dtype=np.float64)
 
 
 def _mesh(element: ET.Element, path: Path, link: str) -> FloatArray:
@@ -143,7 +182,7 @@ def _mesh(element: ET.Element, path: Path, link: str) -> FloatArray:
     scale = np.array([parse_number(cell, most=LARGEST_M) for cell in element.get("scale", "1 1 1").split()])
     if scale.shape != (3,):
         raise FormatError(f"link {link}: scale: expected three numbers", path=str(path))
-    return np.asarray(read_stl(file) * scale * MM_PER_M, dtype=np.float64)
+    return np.asarray((read_stl(file) * scale * MM_PER_M).reshape(-1, 3, 3), dtype=np.float64)
 
 
 def read_stl(path: Path) -> FloatArray:
@@ -183,14 +222,20 @@ def _primitive(element: ET.Element, path: Path, link: str) -> FloatArray:
     if element.tag == "box":
         half = np.array([number(cell) for cell in element.get("size", "").split()]) / 2
         if half.shape == (3,):
-            return np.array(np.meshgrid(*((-h, h) for h in half))).reshape(3, -1).T
+            return _hull_triangles(np.array(np.meshgrid(*((-h, h) for h in half))).reshape(3, -1).T)
     elif element.tag == "cylinder":
         r, h = number(element.get("radius", "")), number(element.get("length", "")) / 2
-        return np.concatenate([np.column_stack([ring * r, np.full(ROUND_CORNERS, z)]) for z in (-h, h)])
+        return _hull_triangles(
+            np.concatenate([np.column_stack([ring * r, np.full(ROUND_CORNERS, z)]) for z in (-h, h)])
+        )
     elif element.tag == "sphere":
         r = number(element.get("radius", "")) * out
         tilt = np.linspace(-np.pi / 2, np.pi / 2, ROUND_CORNERS // 2 + 1)
-        return np.concatenate(
-            [np.column_stack([ring * r * np.cos(t), np.full(ROUND_CORNERS, r * out * np.sin(t))]) for t in tilt]
-        )
+        rings = [np.column_stack([ring * r * np.cos(t), np.full(ROUND_CORNERS, r * out * np.sin(t))]) for t in tilt]
+        return _hull_triangles(np.concatenate(rings))
     raise FormatError(f"link {link}: cannot read the shape {shown(element.tag)}", path=str(path))
+
+
+def _hull_triangles(points: FloatArray) -> FloatArray:
+    """Return the triangles of the convex hull of points, shape (m, 3, 3)."""
+    return np.asarray(points[ConvexHull(points).simplices], dtype=np.float64)

@@ -1,0 +1,41 @@
+"""Points on triangles, close enough that nothing of the surface is far from one of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+
+MOST_SAMPLES = 4_000_000
+"""Points in one array: 100 MB."""
+
+
+def surface_points(corners: FloatArray, spacing: float) -> list[FloatArray]:
+    """Return points on triangles; no place on a triangle is farther than `spacing` from one of them.
+
+    Parameters
+    ----------
+    corners : ndarray, shape (m, 3, 3)
+        Any frame, mm.
+    spacing : float
+        mm.
+
+    Returns
+    -------
+    list of ndarray, each of shape (k, 3)
+        mm.
+    """
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    steps = np.maximum(np.ceil(longest / spacing), 1).astype(int)
+    found = []
+    for count in np.unique(steps):
+        i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1), indexing="ij")
+        u, v = (i[i + j <= count] / count, j[i + j <= count] / count)
+        weights = np.stack([1.0 - u - v, u, v], axis=1)
+        own = corners[steps == count]
+        some = max(1, MOST_SAMPLES // len(weights))
+        found += [
+            np.einsum("wk,mkx->mwx", weights, own[start : start + some]).reshape(-1, 3)
+            for start in range(0, len(own), some)
+        ]
+    return found

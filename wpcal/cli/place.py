@@ -1,0 +1,82 @@
+"""`wpcal place`: where the part or the robot should stand so that most length of the seams is reachable."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP
+
+
+@click.command()
+@click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
+@click.argument("result", metavar="RESULT", type=click.Path(path_type=Path))
+@click.option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP}  [default: the accepted ones]")
+@click.option(
+    "--move",
+    type=click.Choice(["part", "robot"]),
+    default="part",
+    show_default=True,
+    help="What is moved over the map: the part, with its positioner, or the robot.",
+)
+@click.option(
+    "--range-mm", type=click.FloatRange(50.0, 3000.0), default=600.0, show_default=True, help="Largest move in x and y."
+)
+@click.option(
+    "--map-step-mm", type=click.FloatRange(10.0, 1000.0), default=100.0, show_default=True, help="Step of the map."
+)
+@click.option(
+    "-o", "--out", "output", metavar="MAP.svg", type=click.Path(path_type=Path), required=True, help="Output: a file."
+)
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the picture.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the map.")
+def place(
+    *,
+    cell_json: Path,
+    result: Path,
+    only: str | None,
+    move: str,
+    range_mm: float,
+    map_step_mm: float,
+    output: Path,
+    force: bool,
+    as_json: bool,
+) -> int:
+    """Search where the part or the robot should stand so that most length of the seams is reachable.
+
+    Writes a picture of the map. Joint limits and singular poses are looked at, collisions are not: plan at the best
+    place to see them. Ends with code 1 if no place reaches all seams.
+    """
+    from wpcal.cli.progress import shown_progress
+    from wpcal.core.records import to_json, write_file
+    from wpcal.planning.cell.station_file import read_station
+    from wpcal.planning.tour.place import Moved, map_places, place_svg
+    from wpcal.planning.tour.targets import TourTargets
+    from wpcal.planning.tour.tour_input import read_tour_input
+    from wpcal.seam.names import split_names
+
+    station = read_station(cell_json)
+    given = read_tour_input(result, station, None if only is None else split_names(only))
+    station = given.placed(station)
+    with shown_progress("starting") as progress:
+        found = map_places(
+            station,
+            given.part,
+            given.seams,
+            TourTargets(),
+            moved=Moved(move),
+            range_mm=range_mm,
+            step_mm=map_step_mm,
+            progress=progress,
+        )
+    write_file(output, place_svg(found), overwrite=force)
+    if as_json:
+        click.echo(to_json(found.to_record(station.name)), nl=False)
+    else:
+        x, y, turn, share = found.best
+        turned = f" and the part turned by {turn:g} deg about the vertical" if turn else ""
+        click.echo(f"now: {100 * found.now:.0f} % of the length is reachable")
+        click.echo(f"best: {100 * share:.0f} % with the {move} moved by {x:g}, {y:g} mm in x, y of world{turned}")
+        click.echo(f"drawn in {output}")
+    return 0 if found.best[3] > 1.0 - 1e-9 else 1
