@@ -62,38 +62,38 @@ def _language(comment: str, **patterns: str) -> _Language:
     return _Language((*marks, *own))
 
 
-_LINE = r"^[ \t]*(?:\d+:)?[ \t]*"
+_LINE = r"^[ \t]*+(?:\d++:)?[ \t]*+"
 LANGUAGES: Mapping[str, _Language] = {
     ".mod": _language(
-        r"^[ \t]*!",
-        on=r"^[ \t]*Arc[LC]Start\b",
-        move_off=r"^[ \t]*Arc[LC]End\b",
-        move=r"^[ \t]*(?:Arc[LC]|Move[LCJ]|MoveAbsJ)\b",
-        stop=r"^[ \t]*ENDPROC\b",
+        r"^[ \t]*+!",
+        on=r"^[ \t]*+Arc[LC]Start\b",
+        move_off=r"^[ \t]*+Arc[LC]End\b",
+        move=r"^[ \t]*+(?:Arc[LC]|Move[LCJ]|MoveAbsJ)\b",
+        stop=r"^[ \t]*+ENDPROC\b",
     ),
     ".ls": _language(
         _LINE + "!", on=_LINE + r"Weld Start\[", off=_LINE + r"Weld End\[", move=_LINE + r"[JLCA] ?P\[", stop=r"^/POS"
     ),
     ".src": _language(
-        r"^[ \t]*;",
-        on=r"^[ \t]*(?:ArcMainNG\(#ArcOnBeforeMoveStd\b|ARC_START\(|\$OUT\[\d+\]=TRUE)",
-        off=r"^[ \t]*(?:ArcMainNG\(#ArcOffAfterMoveStd\b|ARC_END\(|\$OUT\[\d+\]=FALSE)",
-        move=r"^[ \t]*(?:LIN|CIRC|PTP|SLIN|SCIRC|SPTP)\b",
-        stop=r"^[ \t]*END\b[ \t]*$",
+        r"^[ \t]*+;",
+        on=r"^[ \t]*+(?:ArcMainNG\(#ArcOnBeforeMoveStd\b|ARC_START\(|\$OUT\[\d+\]=TRUE)",
+        off=r"^[ \t]*+(?:ArcMainNG\(#ArcOffAfterMoveStd\b|ARC_END\(|\$OUT\[\d+\]=FALSE)",
+        move=r"^[ \t]*+(?:LIN|CIRC|PTP|SLIN|SCIRC|SPTP)\b",
+        stop=r"^[ \t]*+END\b[ \t]*+$",
     ),
     ".jbi": _language(r"^'", on=r"^ARCON\b", off=r"^ARCOF\b", move=r"^MOV[JLCS]\b", stop=r"^END\b"),
     ".script": _language(
-        r"^[ \t]*#",
-        on=r"^[ \t]*(?:arc_start\(|set_standard_digital_out\(\d+, True\))",
-        off=r"^[ \t]*(?:arc_end\(|set_standard_digital_out\(\d+, False\))",
-        move=r"^[ \t]*move[jlcp]\(",
+        r"^[ \t]*+#",
+        on=r"^[ \t]*+(?:arc_start\(|set_standard_digital_out\(\d+, True\))",
+        off=r"^[ \t]*+(?:arc_end\(|set_standard_digital_out\(\d+, False\))",
+        move=r"^[ \t]*+move[jlcp]\(",
         stop=r"^end\b",
     ),
     ".pgx": _language(
-        r"^[ \t]*//",
-        on=r"^[ \t]*(?:call arcStart\(|doArc=true)",
-        off=r"^[ \t]*(?:call arcEnd\(|doArc=false)",
-        move=r"^[ \t]*move[jlc]\(",
+        r"^[ \t]*+//",
+        on=r"^[ \t]*+(?:call arcStart\(|doArc=true)",
+        off=r"^[ \t]*+(?:call arcEnd\(|doArc=false)",
+        move=r"^[ \t]*+move[jlc]\(",
         stop=r"^end\]\]>",
     ),
 }
@@ -135,7 +135,7 @@ def arc_faults(raw: bytes, path: Path) -> list[Fault]:
 def _events(lines: list[str], language: _Language) -> Iterator[tuple[int, _Event]]:
     for number, line in enumerate(lines, 1):
         for pattern, events in language.patterns:
-            if pattern.search(line):
+            if pattern.match(line):
                 yield from ((number, event) for event in events)
                 break
 

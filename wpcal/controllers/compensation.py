@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
 
-from wpcal.controllers.few_moves import fit_seam
+from wpcal.controllers.few_moves import AXIS, seam_course
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.reachable_spin import ArmAtTool
-from wpcal.controllers.torch import tool_rotations, wire_directions
+from wpcal.controllers.torch import wire_directions
 from wpcal.core.arrays import frozen
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import exp_rotation
+from wpcal.moves import PathTolerance, fit_moves
 from wpcal.moves.fit import USUAL_TOLERANCE
 from wpcal.moves.interpolation import swings_between
 from wpcal.robot.kinematics.inverse import follow_path
 
+TURN_RAD = math.radians(0.1)
+"""How far the tool may be turned from the targets: a target that is turned is corrected by another amount, above all
+near a straight wrist, where the axes turn fast."""
+SHARE = 0.6
+"""Of the tolerance, for distances between targets; the rest is for the turns."""
+STEP_MM = 0.5
+"""Near a straight wrist an axis turns by 15 degrees in a millimetre, and the correction with it."""
+MOST_POINTS = 400
+"""Of a seam: on long seams the correction changes more slowly."""
 Poses = TypeVar("Poses", WeldPath, SafePoint)
 
 
@@ -54,32 +65,38 @@ def compensate_program(program: WeldProgram, arm: ArmAtTool) -> WeldProgram:
 def _fitted_again(path: WeldPath, program: WeldProgram, arm: ArmAtTool) -> WeldPath:
     """Return lines and arcs between targets.
 
-    The controller interpolates between the targets, so the lines and arcs are fitted to the targets of all frames of
+    The controller interpolates between the targets, so the lines and arcs are fitted to the targets of many points of
     the seam. The tool keeps its turn about the wire.
     """
-    targets = _as_target(path, arm)
-    rows, frames, torch = path.weld_rows, path.seam.frames, program.torch
-    _, R, frame, _ = path.stations()
-    R = R[np.searchsorted(frame, np.arange(len(frames)))]
-    wire = wire_directions(tool_rotations(frames.R, torch, path.seam.lean_rad), torch.tool_axis)
-    R = exp_rotation(swings_between(wire_directions(R, torch.tool_axis), wire)) @ R
-    T = np.tile(np.eye(4), (len(frames), 1, 1))
-    T[:, :3, :3], T[:, :3, 3] = R, frames.p - (torch.stick_out_mm + path.seam.more_wire_mm) * wire
-    assert path.joints is not None  # `_as_target` has refused a path without joints
+    targets, rows, torch = _as_target(path, arm), path.weld_rows, program.torch
+    if path.moves is None or path.joints is None:
+        return targets
+    tolerance = program.tolerance or USUAL_TOLERANCE
+    course = seam_course(path, torch, tolerance, max(STEP_MM, path.seam.length_mm / MOST_POINTS))
+    _, R = path.moves.poses_at(course.s_mm)
+    T = np.tile(np.eye(4), (len(R), 1, 1))
+    T[:, :3, :3] = exp_rotation(swings_between(wire_directions(R, torch.tool_axis), course.wire)) @ R
+    T[:, :3, 3] = course.p
     joints = follow_path(arm.arm, T @ arm.T_flange_tool.inverse().matrix, path.joints[rows.start])
     T = arm.arm.as_nominal().forward(joints) @ arm.T_flange_tool.matrix
-    tolerance = program.tolerance or USUAL_TOLERANCE
     p, R = T[:, :3, 3], T[:, :3, :3]
-    away = p + torch.stick_out_mm * wire_directions(R, torch.tool_axis) - frames.p
-    headings = frames.R[:, :, 0] + np.gradient(away, frames.s_mm, axis=0)
-    moves = fit_seam(path.seam, p, R, torch, tolerance, spin_is_free=False, headings=headings)
-    along = [np.interp(moves.s_mm, frames.s_mm, column) for column in joints.T]
-    new_joints = np.concatenate([path.joints[: rows.start], np.stack(along, axis=1), path.joints[rows.stop :]])
+    tip = p + torch.stick_out_mm * wire_directions(R, torch.tool_axis)
+    moves = fit_moves(
+        p,
+        R,
+        s_mm=course.s_mm,
+        headings=np.gradient(tip, course.s_mm, axis=0, edge_order=2),
+        axis=AXIS[torch.tool_axis],
+        stick_out_mm=torch.stick_out_mm,
+        tolerance=PathTolerance(SHARE * tolerance.mm, TURN_RAD, TURN_RAD),
+        spin_is_free=False,
+    )
+    along = np.stack([np.interp(moves.s_mm, course.s_mm, column) for column in joints.T], axis=1)
     return replace(
         targets,
         p_base=frozen(np.concatenate([targets.p_base[: rows.start], moves.p, targets.p_base[rows.stop :]])),
         R_base=frozen(np.concatenate([targets.R_base[: rows.start], moves.R, targets.R_base[rows.stop :]])),
-        joints=frozen(new_joints),
+        joints=frozen(np.concatenate([path.joints[: rows.start], along, path.joints[rows.stop :]])),
         moves=moves,
     )
 

@@ -10,6 +10,7 @@ from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.torch import ToolAxis, TorchSettings, tool_rotations, wire_directions
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.moves import MovePath, PathTolerance, fit_moves
+from wpcal.moves.course import Course
 from wpcal.moves.fit import USUAL_TOLERANCE
 from wpcal.seam.seam import Seam
 
@@ -61,9 +62,8 @@ def fit_seam(
     tolerance: PathTolerance,
     *,
     spin_is_free: bool,
-    headings: FloatArray | None = None,
 ) -> MovePath:
-    """Return the fewest lines and arcs along a seam, or along targets with which an identified arm is on it.
+    """Return the fewest lines and arcs along a seam.
 
     Parameters
     ----------
@@ -77,18 +77,32 @@ def fit_seam(
     tolerance : PathTolerance
     spin_is_free : bool
         As in `wpcal.moves.fit_moves`.
-    headings : ndarray, shape (n, 3), optional
-        Directions of travel; by default those of the seam.
     """
     return fit_moves(
         p,
         R,
         s_mm=seam.frames.s_mm,
-        headings=seam.frames.R[:, :, 0] if headings is None else headings,
+        headings=seam.frames.R[:, :, 0],
         axis=AXIS[torch.tool_axis],
         stick_out_mm=torch.stick_out_mm + seam.more_wire_mm,
         tolerance=tolerance,
         spin_is_free=spin_is_free,
+    )
+
+
+def seam_course(path: WeldPath, torch: TorchSettings, tolerance: PathTolerance, step_mm: float) -> Course:
+    """Return points along a seam at small steps, with the torch as it is asked for."""
+    frames = path.seam.frames
+    R = tool_rotations(frames.R, torch, path.seam.lean_rad)
+    return Course.along(
+        frames.p - torch.stick_out_mm * wire_directions(R, torch.tool_axis),
+        R,
+        s_mm=frames.s_mm,
+        headings=frames.R[:, :, 0],
+        axis=AXIS[torch.tool_axis],
+        stick_out_mm=torch.stick_out_mm,
+        most_mm=tolerance.mm,
+        step_mm=step_mm,
     )
 
 

@@ -73,6 +73,7 @@ class Course:
         axis: int,
         stick_out_mm: float,
         most_mm: float,
+        step_mm: float = STEP_MM,
     ) -> Course:
         """Return the course through given poses.
 
@@ -92,11 +93,13 @@ class Course:
             From the tool centre point to the tip.
         most_mm : float
             Where the chord of a step misses the path by more than this, moves may also end within the step.
+        step_mm : float
+            Largest distance between two points.
         """
         tip = p + stick_out_mm * R[:, :, axis]
         step = np.diff(tip, axis=0)
         length = np.linalg.norm(step, axis=1)
-        parts = np.maximum(np.ceil(length / STEP_MM), LEAST_PARTS).astype(np.int64)
+        parts = np.maximum(np.ceil(length / step_mm), LEAST_PARTS).astype(np.int64)
         first = np.repeat(np.arange(len(parts)), parts)
         starts = np.concatenate([[0], np.cumsum(parts)])
         t = (np.arange(len(first)) - starts[first]) / parts[first]

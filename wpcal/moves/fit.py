@@ -36,6 +36,8 @@ from wpcal.moves.move import Arc, Line, Move, MovePath
 
 CHUNK = 200_000
 """Checked points in one array: some 50 MB."""
+MOST_PAIRS = 100_000
+"""Moves in one array: some 100 MB."""
 FEW = 3
 """Points at which a move is tested first: most moves that leave the path do so there."""
 SOME = 15
@@ -52,7 +54,9 @@ class PathTolerance:
     mm : float
         Of the tip of the wire. 0.05 mm is the repeatability of a welding robot.
     wire_rad : float
-        Of the direction of the wire. The turn about the wire is free.
+        Of the direction of the wire.
+    side_rad : float
+        Of the direction across the wire, where it is given. Infinity: the turn about the wire is free.
 
     Raises
     ------
@@ -62,6 +66,7 @@ class PathTolerance:
 
     mm: float = 0.05
     wire_rad: float = math.radians(0.5)
+    side_rad: float = math.inf
 
     def __post_init__(self) -> None:
         for name, value in (("path tolerance", self.mm), ("tolerance of the wire", self.wire_rad)):
@@ -229,8 +234,10 @@ class _Search:
         steps = self.allowed(layer, end)
         if len(steps.first):
             return steps
-        first, last = (x.ravel() for x in np.meshgrid(layer, targets[:-1], indexing="ij"))
-        steps = self.allowed(first[first < last], last[first < last])
+        steps = steps.select(np.zeros(0, dtype=np.int64))
+        for part in np.array_split(layer, math.ceil(len(layer) * len(targets) / MOST_PAIRS)):
+            first, last = (x.ravel() for x in np.meshgrid(part, targets[:-1], indexing="ij"))
+            steps = steps.joined(self.allowed(first[first < last], last[first < last]))
         if not forced:
             return steps
         lonely = np.setdiff1d(layer[np.isin(layer + 1, targets)], steps.first[steps.last == steps.first + 1])
@@ -287,10 +294,19 @@ class _Search:
             for rows, own, at in _points(begin, inner, left, most):
                 off_mm, off_rad = deviations(course, moves.select(rows[own]), at)
                 share = np.maximum(off_mm / self.tolerance.mm, off_rad / self.tolerance.wire_rad)
+                if math.isfinite(self.tolerance.side_rad):
+                    share = np.maximum(share, self._side(moves.select(rows[own]), at) / self.tolerance.side_rad)
                 np.maximum.at(worst, rows[own], share)
             if reject:
                 worst[worst > 1.0] = np.inf
         return worst
+
+    def _side(self, moves: Moves, at: IntArray) -> FloatArray:
+        """Return the angle between the directions across the wire, rad."""
+        across = (self.course.axis + 1) % 3
+        side = moves.directions(moves.shares(self.course.p[at]), across)
+        apart = np.linalg.norm(side - self.course.R[at, :, across], axis=1)
+        return np.asarray(2.0 * np.arcsin(np.minimum(apart / 2.0, 1.0)), dtype=np.float64)
 
 
 def _points(

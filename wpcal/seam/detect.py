@@ -16,6 +16,7 @@ from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.contact import find_contacts
 from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
+from wpcal.seam.find.inner_joints import with_inner_joints
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.find.play import with_play
@@ -104,10 +105,10 @@ def find_candidates(
         crossing = JoinedPieces(beside, (JointType.TEE,) * n, (WeldType.FILLET,) * n)
         found += build_seams(graph, crossing, options, SeamSource.SECTION)
     if options.concave is not ConcaveEdges.NEVER:
-        concave = _concave(graph, trimmed, joined, marked, options)
+        concave = with_inner_joints(graph, trimmed, _concave(graph, trimmed, joined, marked, options))
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
     if beads is not None:
-        found += build_seams(graph, beads, options, SeamSource.BEAD)
+        found += build_seams(graph, with_inner_joints(graph, trimmed, beads), options, SeamSource.BEAD)
     if flares is not None:
         found += flares.measured(build_seams(graph, flares.joined, options, SeamSource.FLARE))
     if marked is None and options.gap_mm is None:

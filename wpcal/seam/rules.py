@@ -125,7 +125,7 @@ class Rule(Enum):
         0.3,
         "The name of a solid says bolt, nut, bearing, motor, linear guide, seal, cable, spring or the like.",
         "A word may say what a member is for; that is why it counts only where the name is about it.",
-        "name, in 13 languages",
+        "name, in 14 languages",
     )
     HOLE_RIM = RuleRow(
         0.3,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.saved_graphs import saved_graph
-from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
 
 LENGTH_MM = 0.01  # the agreed accuracy of a seam's length
 ANGLE_RAD = 1e-6  # exact surfaces; the intersection curve of the kernel is good to 1e-7 mm on a 35 mm radius
@@ -18,7 +18,7 @@ FOUR_ROUND = {("tee", "fillet"): 4}
 CASES: dict[str, tuple[dict[tuple[str, str], int], float]] = {
     "joint-tee": (FOUR_ROUND, 336.0),
     "joint-tee-gap": (FOUR_ROUND, 336.0),
-    "joint-tee-in-one": ({("unknown", "fillet"): 4}, 336.0),
+    "joint-tee-in-one": (FOUR_ROUND, 336.0),
     "joint-corner": ({("corner", "fillet"): 1, ("corner", "groove"): 3}, 2 * 200.0 + 2 * 8.0),
     "joint-open-corner": ({("corner", "fillet"): 2}, 400.0),
     "joint-butt": ({("butt", "groove"): 4}, 416.0),
@@ -72,3 +72,16 @@ def test_the_saddle_has_an_outer_loop_and_an_inner_one_out_of_reach() -> None:
 
 def test_the_saddle_of_60_degrees_has_both_loops() -> None:
     assert [(seam.closed, seam.accepted) for seam in seams_of("saddle-60")] == [(True, True), (True, False)]
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("lap-in-one", {"lap": 2}),
+        ("thick-tee-in-one", {"tee": 4}),  # also at the ends of the web
+        ("bracket", {"lap": 2}),
+    ],
+)
+def test_a_joint_inside_one_solid_has_the_word_of_two_solids(name: str, words: dict[str, int]) -> None:
+    seams = detect_seams(saved_graph(name), SeamOptions(concave=ConcaveEdges.ALWAYS))
+    assert Counter(seam.joint.value for seam in seams) == words

@@ -42,7 +42,7 @@ def test_a_bar_through_plates_is_a_rod_only_with_nuts() -> None:
 def test_a_collar_on_a_tube_is_a_weld() -> None:
     seams = seams_of("collar-on-tube")
     assert [seam.accepted for seam in seams] == [True, True]
-    assert all("a round member in a hole" in seam.against[0] for seam in seams)
+    assert [seam.against for seam in seams] == [(), ()]  # a tube is no pin
 
 
 def test_corners_of_a_window_are_no_welds_and_those_of_a_fused_tee_are() -> None:
@@ -67,7 +67,7 @@ def test_the_inside_of_a_closed_box_is_out_of_reach() -> None:
 def test_a_seam_is_found_once_where_an_edge_lies_near_two_faces() -> None:
     """One half of a wall is on a plate, the other 0.2 mm above its lower half: along each side there is one run."""
     seams = seams_of("wall-on-step")
-    assert [round(seam.length_mm, 6) for seam in seams if seam.length_mm > 10] == [120.0, 120.0]
+    assert [round(seam.length_mm, 6) for seam in seams if seam.length_mm > 50] == [120.0, 120.0]
     assert max(seam.gap_mm[2] for seam in seams) == pytest.approx(0.2, rel=0, abs=1e-9)
 
 

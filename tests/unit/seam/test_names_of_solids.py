@@ -19,7 +19,7 @@ MEMBERS = (
     "base-left-rail · rail_low · HEA 120 · DIN 1026 U100 · EN 10219 80x80x4 · angle 50x50x5 · "
     "l-bracket · foot · post-fl · NUMBER_PLATE · wood stove · Wood Connector · Hinge · "
     "bolt-on bracket · A · S1 · Part 1 · Труба · Screw jack frame · wash plate · Platine · Handle "
-    "· Nutzlast"
+    "· Nutzlast · window frame · rulman braketi · direksiyonbaglanti1 · cam follower bracket"
 )
 OTHERS = {
     "6204-2RS": Kind.BEARING, "608ZZ": Kind.BEARING, "Kugellager": Kind.BEARING, "roulement": Kind.BEARING,
@@ -32,7 +32,8 @@ OTHERS = {
     "weld nut": Kind.WELD_NUT, "DIN 929": Kind.WELD_NUT, "tyre": Kind.WHEEL, "Druckfeder": Kind.SPRING,
     "steel tube": Kind.STEEL, "Stahlplatte": Kind.STEEL, "alu profile": Kind.ALUMINIUM,
     "Edelstahlblech": Kind.STAINLESS, "battery model": Kind.DEVICE, "gearbox assembly": Kind.DRIVE,
-    "Akku Modell": Kind.DEVICE, "bearing unit 2": Kind.BEARING,
+    "lastik arka": Kind.WHEEL, "arka rulman": Kind.BEARING, "M8 cıvata": Kind.FASTENER, "zincir-sol": Kind.CABLE,
+    "batarya-sag": Kind.DEVICE, "Ahşap kapak": Kind.WOOD, "Akku Modell": Kind.DEVICE, "bearing unit 2": Kind.BEARING,
 }  # fmt: skip
 
 

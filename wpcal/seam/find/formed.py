@@ -50,6 +50,7 @@ def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolA
     thick = [
         way_out(graph, trimmed, solid, p + BEND_STEP_MM * (away[k] - n[k]), -n[k])[0] + BEND_STEP_MM for k in (0, 1)
     ]
+    thick = [np.where(np.isfinite(own), own, np.nan) for own in thick]  # open surfaces of damaged files have none
     bent = (np.abs(thick[1] - thick[0]) <= SAME_THICKNESS * thick[0]) & (thick[0] <= THICKEST_BEND_MM)
     rows = np.flatnonzero(bent)
     t, half = thick[0][rows, None], edge_lengths(graph)[edges[rows], None] / 2

@@ -17,7 +17,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.find.formed import are_bends, is_profile
 from wpcal.seam.find.play import is_play, with_play
-from wpcal.seam.judge.held_fast import is_held_fast
+from wpcal.seam.judge.held_fast import HeldRings
 from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
@@ -152,6 +152,8 @@ class Judge:
         The torch with which the seams were felt.
     one_pieces : OnePieces
         Which solids were made as one piece.
+    held : HeldRings
+        Which solids are rings between shoulders.
     play : tuple of Play
         Gaps that several joints have: they are meant.
     """
@@ -169,6 +171,7 @@ class Judge:
     has_marks: bool
     reach: Reach
     one_pieces: OnePieces
+    held: HeldRings
     play: tuple[Play, ...]
 
     @classmethod
@@ -185,7 +188,8 @@ class Judge:
         known = (graph, number, members, rolling, holes, hole_of_face, dict(clamps))
         play = with_play(graph, trimmed, options).play or ()
         options_of = (gap_mm, min_mm, level, has_marks, options.reach)
-        return cls(*known, *options_of, OnePieces(graph, trimmed), play)
+        looks = (OnePieces(graph, trimmed), HeldRings(graph, trimmed, gap_mm))
+        return cls(*known, *options_of, *looks, play)
 
     def clamps_of(self, a: int, b: int) -> list[Clamp]:
         """Return the places at which two solids are clamped together."""
@@ -237,7 +241,7 @@ class Judge:
             if why is not None:
                 yield Rule.ONE_PIECE.found(f"{name}: {why}", solid=name)
         a, b = (self.number[name] for name in seam.solids)
-        if not self.both_said(seam) and is_held_fast(self.graph, self.one_pieces.trimmed, a, b, self.gap_mm):
+        if not self.both_said(seam) and self.held.holds(a, b):
             yield Rule.HELD_FAST.found("one of the two is a ring between two shoulders of the other")
 
     def _pair_evidence(self, seam: Seam, a: int, b: int) -> Iterator[Finding]:

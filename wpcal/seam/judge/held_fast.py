@@ -7,6 +7,7 @@ several, such as a shaft with two discs, may hold a ring that was welded before 
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,31 @@ class _RoundFace(NamedTuple):
     high: float
     least: float
     most: float
+
+
+@dataclass(slots=True, eq=False)
+class HeldRings:
+    """Which pairs of solids are a ring and what holds it; each pair is looked at once, however many seams it has.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    gap_mm : float
+        Largest play between a ring and its seat, mm.
+    """
+
+    graph: BrepGraph
+    trimmed: TrimmedFaces
+    gap_mm: float
+    _known: dict[tuple[int, int], bool] = field(default_factory=dict)
+
+    def holds(self, a: int, b: int) -> bool:
+        """Tell whether one of two solids, given by number, holds the other one (`is_held_fast`)."""
+        pair = (min(a, b), max(a, b))
+        if pair not in self._known:
+            self._known[pair] = is_held_fast(self.graph, self.trimmed, *pair, self.gap_mm)
+        return self._known[pair]
 
 
 def is_held_fast(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap_mm: float) -> bool:

@@ -16,8 +16,10 @@ from wpcal.seam.seam import OtherTorch, Seam
 from wpcal.seam.torch import TorchShape
 from wpcal.seam.torch_file import shipped_torches
 
-FEW = (1, 3)
-"""A torch is felt at so many stations first: what is behind something is out of reach for most torches."""
+ENDS = -1
+FEW = (1, ENDS, 4, 12)
+"""A torch is felt at so many stations first, and at the ends, where it needs the most room: what is behind something is
+out of reach for most torches."""
 MOST_ASKED = 20
 """So many stretches are asked for, the longest ones: feeling bent necks takes 30 ms for each, and one torch is advised
 for a part, not one for each of 500 stretches inside a box. `--explain` asks for any one."""
@@ -42,10 +44,15 @@ def with_other_torches(
 
     def free_at(places: list[tuple[int, int]], own: Reach, wire_mm: float, few: int) -> list[tuple[int, int]]:
         tried = [replace(found[row][at], more_wire_mm=wire_mm - own.torch.wire_mm) for row, at in places]
-        if few:
+        if few == 0:
+            felt = feel_seams(graph, trimmed, tried, own)
+            return [place for place, one in zip(places, felt, strict=True) if one.is_free]
+        if few == ENDS:
+            tried = [replace(seam, frames=seam.frames.select(np.array([0, len(seam.frames) - 1]))) for seam in tried]
+        else:
             tried = [at_stations(seam, np.arange(len(seam.frames)), few) for seam in tried]
-        felt = feel_seams(graph, trimmed, tried, own, Stations.SOME if few else Stations.FRAMES)
-        return [place for place, one in zip(places, felt, strict=True) if one.is_free]
+        felt = feel_seams(graph, trimmed, tried, own, Stations.DENSE if few == ENDS else Stations.SOME)
+        return [place for place, one in zip(places, felt, strict=True) if not (one.solid >= 0).any()]
 
     todo = sorted(todo, key=lambda place: (-found[place[0]][place[1]].length_mm, place))[:MOST_ASKED]
     core = core_of_all()
@@ -54,14 +61,12 @@ def with_other_torches(
         torch, own = shipped.shape, replace(reach, torch=shipped.shape)
         if torch == reach.torch:
             continue
-        likely = todo
-        for few in FEW:
-            likely = free_at(likely, own, torch.wires_mm[-1], few)
         for wire_mm in dict.fromkeys((torch.wires_mm[0], torch.wires_mm[-1])):
-            reached = free_at(likely, own, wire_mm, 0)
+            reached = todo
+            for few in (*FEW, 0):
+                reached = free_at(reached, own, wire_mm, few)
             for row, at in reached:
                 found[row][at] = replace(found[row][at], other_torch=OtherTorch(torch.name, wire_mm))
-            likely = [place for place in likely if place not in reached]
             todo = [place for place in todo if place not in reached]
     return found
 

@@ -1,0 +1,97 @@
+"""Lines and arcs with an arm: its joints hold the torch all along them, also where the robot is an identified one."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from wpcal.controllers.checked_program import check_program
+from wpcal.controllers.compensation import compensate_program
+from wpcal.controllers.followed_program import program_for_arm
+from wpcal.controllers.program import build_program
+from wpcal.controllers.reachable_spin import ArmAtTool
+from wpcal.moves import Arc, PathTolerance
+from wpcal.results.folder import read_finished
+from wpcal.robot.identify.parameters import KinematicModel, link_parameters
+from wpcal.robot.identify.poses_file import parse_tool
+from wpcal.robot.identify.simulation import XIONG_2015_ERRORS
+from wpcal.robot.kinematics.arm_file import find_arm
+from wpcal.robot.kinematics.branch_path import LARGEST_STEP_RAD
+from wpcal.robot.kinematics.inverse import follow_path
+
+FIXTURES = Path(__file__).parents[3] / "fixtures"
+SAME = 1e-6  # of joints that are followed to a pose, and those that were computed for it
+PLACES = 400  # along a seam
+BETWEEN_MM = 0.01  # a seam is known at its frames; between them the chord is up to 0.1 mm off, the curve much less
+NEAR = {"m10ia": [0, 0, 0, 0, -40, 0], "irb1600_8_145": [0, 0, 0, 0, -40, 0]}
+
+
+def at_tool(name, *, identified=False):
+    arm = find_arm(name)
+    if identified:
+        model = KinematicModel(arm.chain).moved(link_parameters(arm.chain), XIONG_2015_ERRORS)
+        arm = arm.as_identified(model.chain)
+    return ArmAtTool(arm, parse_tool("0,0,350,0,30,0")[0], np.deg2rad(NEAR[name]))
+
+
+@cache
+def programs(part, name, identified):
+    """The program with the poses of the torch, and that with the targets for the controller."""
+    arm = at_tool(name, identified=identified)
+    dense = build_program(read_finished(FIXTURES / part / "golden").select())
+    program = program_for_arm(dense, arm, check=check_program, tolerance=PathTolerance())
+    return program, compensate_program(program, arm)
+
+
+def flanges(arm, p, R):
+    T = np.tile(np.eye(4), (len(p), 1, 1))
+    T[:, :3, :3], T[:, :3, 3] = R, p
+    return T @ arm.T_flange_tool.inverse().matrix
+
+
+@pytest.mark.parametrize(("part", "name", "identified"), [("saddle", "m10ia", False), ("tee", "irb1600_8_145", False)])
+def test_the_arm_makes_every_move_in_one_branch(part, name, identified):
+    program, _ = programs(part, name, identified)
+    arm = at_tool(name)
+    for path in program.paths:
+        rows = path.weld_rows
+        T = arm.arm.forward(path.joints) @ arm.T_flange_tool.matrix
+        np.testing.assert_allclose(T[:, :3, 3], path.p_base, rtol=0, atol=SAME)
+        np.testing.assert_allclose(T[:, :3, :3], path.R_base, rtol=0, atol=SAME)
+        s = np.linspace(*path.moves.s_mm[[0, -1]], PLACES)
+        followed = follow_path(arm.arm, flanges(arm, *path.moves.poses_at(s)), path.joints[rows.start])
+        assert np.abs(np.diff(followed, axis=0)).max() < LARGEST_STEP_RAD
+        assert arm.arm.within_limits(followed).all()
+        np.testing.assert_allclose(followed[-1], path.joints[rows.stop - 1], rtol=0, atol=SAME)
+    if part == "saddle":
+        (path,) = program.paths
+        assert len(path.weld_moves) == 13
+        assert all(isinstance(move, Arc) for move in path.weld_moves)
+
+
+@pytest.mark.parametrize("part", ["tee", "saddle"])
+def test_an_identified_arm_is_on_the_seam_between_its_targets_too(part):
+    """The controller interpolates with its nominal model; the real arm is then within the tolerance of the seam."""
+    program, sent = programs(part, "m10ia", True)
+    arm = at_tool("m10ia", identified=True)
+    nominal = arm.arm.as_nominal()
+    for true, path in zip(program.paths, sent.paths, strict=True):
+        assert np.linalg.norm(path.p_base - true.p_base[[0, -1]].mean(axis=0), axis=1).min() > 0.1  # it is corrected
+        s = np.linspace(*path.moves.s_mm[[0, -1]], PLACES)
+        q = follow_path(nominal, flanges(arm, *path.moves.poses_at(s)), path.joints[path.weld_rows.start])
+        T = arm.arm.forward(q) @ arm.T_flange_tool.matrix
+        fine, _ = exact(true)
+        off, _ = KDTree(fine).query(T[:, :3, 3])
+        assert off.max() <= 0.05 + BETWEEN_MM
+        np.testing.assert_allclose(path.joints[path.weld_rows][[0, -1]], q[[0, -1]], rtol=0, atol=1e-3)
+
+
+def exact(path):
+    """Points of the seam at small steps: cubic curves through its frames with their directions of travel."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    frames = path.seam.frames
+    s = np.linspace(*frames.s_mm[[0, -1]], 20_000)
+    return CubicHermiteSpline(frames.s_mm, frames.p, frames.R[:, :, 0])(s), s
