@@ -93,8 +93,8 @@ class SeamFlags:
         type=click.Choice(["always", "never", "auto"]),
         default="auto",
         show_default=True,
-        help="Take concave edges inside one solid as seams; auto: only of solids that may be "
-        "built up of plates, bars and tubes.",
+        help="Take concave edges inside one solid as seams; auto: only of solids that touch no other solid and "
+        "are built up of plates, bars and tubes.",
     )
     gap_mm: float | None = option(
         "--gap-mm", type=float, help="Largest gap between members.  [default: by part size, at most 0.5]"

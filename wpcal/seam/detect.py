@@ -105,7 +105,7 @@ def find_candidates(
         crossing = JoinedPieces(beside, (JointType.TEE,) * n, (WeldType.FILLET,) * n)
         found += build_seams(graph, crossing, options, SeamSource.SECTION)
     if options.concave is not ConcaveEdges.NEVER:
-        concave = with_inner_joints(graph, trimmed, _concave(graph, trimmed, marked, options))
+        concave = with_inner_joints(graph, trimmed, _concave(graph, trimmed, joined, marked, options))
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
     if beads is not None:
         found += build_seams(graph, with_inner_joints(graph, trimmed, beads), options, SeamSource.BEAD)
@@ -193,18 +193,24 @@ def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...
     ]
 
 
-def _concave(graph: BrepGraph, trimmed: TrimmedFaces, marked: MarkedEdges | None, options: SeamOptions) -> JoinedPieces:
+def _concave(
+    graph: BrepGraph, trimmed: TrimmedFaces, contacts: JoinedPieces, marked: MarkedEdges | None, options: SeamOptions
+) -> JoinedPieces:
     """Return the concave edges inside solids that are candidates by themselves."""
     concave = find_concave_edges(graph, min_length_mm=options.min_edge_mm)
     if options.concave is ConcaveEdges.AUTO:
-        concave = _in_weldments(graph, trimmed, concave)
+        concave = _in_weldments(graph, trimmed, concave, contacts)
     if marked is None:
         return concave
     return concave.select(np.flatnonzero(~np.isin(concave.pieces.edge, marked.edge)))
 
 
-def _in_weldments(graph: BrepGraph, trimmed: TrimmedFaces, concave: JoinedPieces) -> JoinedPieces:
-    """Return the concave edges of solids that may be built up of plates, bars and tubes, also if others touch them."""
+def _in_weldments(
+    graph: BrepGraph, trimmed: TrimmedFaces, concave: JoinedPieces, contacts: JoinedPieces
+) -> JoinedPieces:
+    """Return the concave edges of solids that touch no other and may be built up of plates, bars and tubes."""
+    touching = graph.face_solid[np.concatenate([contacts.pieces.wall, contacts.pieces.base])]
     solid_of = graph.face_solid[concave.pieces.wall]
-    built_up = [solid for solid in np.unique(solid_of).tolist() if why_one_piece(graph, trimmed, solid) is None]
+    asked = np.setdiff1d(solid_of, touching)
+    built_up = [solid for solid in asked.tolist() if why_one_piece(graph, trimmed, solid) is None]
     return concave.select(np.flatnonzero(np.isin(solid_of, built_up)))

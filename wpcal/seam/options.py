@@ -137,7 +137,7 @@ class SeamOptions:
     gap_mm : float, optional
         Largest gap between members; by default 0.5 mm, on parts smaller than 200 mm 0.25 % of their diagonal.
     concave : ConcaveEdges
-        `AUTO` takes concave edges of solids that may be built up of plates, bars and tubes
+        `AUTO` takes concave edges of solids that touch no other solid and may be built up of plates, bars and tubes
         (`built_up.why_one_piece`).
     split_rad : float
         A seam ends where its direction turns by more, rad.

@@ -170,10 +170,11 @@ class Station:
 
     @property
     def axis_names(self) -> tuple[str, ...]:
-        """Names of all axes: joints of the arm, the rail, the axes of the positioner."""
+        """Names of all axes, each once: joints of the arm, the rail, the axes of the positioner."""
         rail = () if self.rail is None else ("rail",)
+        own = (*(joint.name for joint in self.arm.joints), *rail)
         turning = () if self.positioner is None else tuple(joint.name for joint in self.positioner.arm.joints)
-        return (*(joint.name for joint in self.arm.joints), *rail, *turning)
+        return (*own, *(f"positioner_{name}" if name in own else name for name in turning))
 
     @property
     def limits(self) -> tuple[FloatArray, FloatArray]:
