@@ -54,7 +54,13 @@ class RayHits:
 
 
 def find_hits(
-    graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, *, length_mm: FloatArray | float
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    origins: FloatArray,
+    rays: FloatArray,
+    *,
+    length_mm: FloatArray | float,
+    solid: IntArray | int | None = None,
 ) -> RayHits:
     """Find all places where rays go through faces.
 
@@ -67,16 +73,19 @@ def find_hits(
         Starts (mm) and unit directions in `part`.
     length_mm : float or ndarray, shape (m,)
         Where the rays end.
+    solid : int or ndarray of int, shape (m,), optional
+        Only the faces of this solid, one for all rays or one for each.
 
     Returns
     -------
     RayHits
     """
+    only = None if solid is None else np.broadcast_to(np.asarray(solid, dtype=np.int64), len(origins))
     length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
     found = []
     for first in range(0, len(origins), CHUNK):
         own = slice(first, first + CHUNK)
-        hits = _hits(graph, trimmed, origins[own], rays[own], length[own])
+        hits = _hits(graph, trimmed, origins[own], rays[own], length[own], None if only is None else only[own])
         found.append(RayHits(hits.ray + first, hits.face, hits.at_mm, hits.way))
     none = np.zeros(0, dtype=np.int64)
     found = found or [RayHits(none, none, np.zeros(0), none)]
@@ -87,9 +96,17 @@ def find_hits(
 
 
 def _hits(
-    graph: BrepGraph, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    origins: FloatArray,
+    rays: FloatArray,
+    length: FloatArray,
+    solid: IntArray | None,
 ) -> RayHits:
     ray, face, low, high = _through_boxes(trimmed, origins, rays, length)
+    if solid is not None:
+        own = graph.face_solid[face] == solid[ray]
+        ray, face, low, high = ray[own], face[own], low[own], high[own]
     pair, at, way = through_faces(graph, trimmed, face, origins[ray], rays[ray], length[ray], low, high)
     return RayHits(ray[pair], face[pair], at, way)
 

@@ -8,8 +8,9 @@ also works on closed surfaces, where counting crossings fails.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -55,6 +56,8 @@ class TrimmedFaces:
         The edge that a piece belongs to.
     t0, t1 : ndarray, shape (m,)
         Edge parameters at the ends of each piece.
+    known : dict
+        What somebody has found out about solids, by subject and solid. It stays with the faces if edges are added.
     """
 
     graph: BrepGraph
@@ -66,6 +69,7 @@ class TrimmedFaces:
     piece_edge: IntArray
     t0: FloatArray
     t1: FloatArray
+    known: dict[tuple[str, int], Any] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, graph: BrepGraph) -> TrimmedFaces:

@@ -34,9 +34,9 @@ SAME_THICKNESS = 0.02
 """Relative difference of thicknesses that are one."""
 LINES, ROUNDS = 500, 40
 """Random lines per round, and most rounds."""
-FIRST_HITS, LEAST_HITS = 250, 1200
-"""After the first hits, a share that is lower by `CLEARLY` is the answer; the others are enough for 0.02."""
-CLEARLY = 0.15
+LOOKS = ((60, 0.35), (250, 0.15), (1200, 0.0))
+"""Points on the surface that are looked at. A share that is lower than `LEAST_BUILT_UP` by so much is the answer (more
+than 5 sigma); all of them are enough for 0.02."""
 MOST_TOLD = 3
 """Most solids that are told of."""
 RIM_WAYS = 6
@@ -132,8 +132,9 @@ def built_up_share(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: 
         Faces that do not count.
     """
     share = 0.0
-    for share, _ in built_up_shares(graph, trimmed, solid, (FIRST_HITS, LEAST_HITS), but=but):
-        if share < LEAST_BUILT_UP - CLEARLY:
+    looks = built_up_shares(graph, trimmed, solid, [hits for hits, _ in LOOKS], but=but)
+    for (share, _), (_, clearly) in zip(looks, LOOKS, strict=True):
+        if share < LEAST_BUILT_UP - clearly:
             break
     return share
 
@@ -154,85 +155,116 @@ def built_up_shares(
         Faces that do not count.
     """
     counted = graph.face_solid == solid if but is None else (graph.face_solid == solid) & ~but
-    lines = _Lines.through(trimmed, solid)
+    lines = trimmed.known.setdefault(("lines", solid), _Lines.through(trimmed, solid))
     for count in counts:
-        lines.send(counted, count)
-        yield _share(graph, trimmed, solid, lines), len(lines.face)
+        yield lines.share(graph, trimmed, counted, count)
 
 
 @dataclass(slots=True, eq=False)
 class _Lines:
-    """Random lines through the ball around a solid, and where they go through its faces."""
+    """Random lines through the ball around a solid, where they go through its faces, and what was felt there.
 
-    trimmed: TrimmedFaces
+    Parameters
+    ----------
+    solid : int
+    centre : ndarray, shape (3,)
+    radius : float
+        Of the ball, mm.
+    rng : numpy.random.Generator
+    rounds : list of int
+        How many points there are after each round of lines.
+    face : ndarray of int, shape (n,)
+        Of each point on the surface.
+    p, normal : ndarray, shape (n, 3)
+        The point just below the surface, mm, and the outward normal.
+    thick : ndarray, shape (n,)
+        How far straight through the material, mm.
+    flat : ndarray of bool, shape (n,)
+        Whether the other side is parallel.
+    across : ndarray, shape (n, RIM_WAYS)
+        How thick the material is along the surface, mm; negative where it was not felt yet, infinite where the two
+        sides are not parallel.
+    """
+
+    solid: int
     centre: FloatArray
     radius: float
     rng: np.random.Generator
-    sent: int = 0
-    p: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    rounds: list[int] = field(default_factory=list)
     face: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    p: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    normal: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    thick: FloatArray = field(default_factory=lambda: np.zeros(0))
+    flat: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    across: FloatArray = field(default_factory=lambda: np.zeros((0, RIM_WAYS)))
 
     @classmethod
     def through(cls, trimmed: TrimmedFaces, solid: int) -> _Lines:
         own = trimmed.graph.face_solid == solid
         low, high = trimmed.face_box[0][own].min(axis=0), trimmed.face_box[1][own].max(axis=0)
-        return cls(trimmed, (low + high) / 2, float(np.linalg.norm(high - low)) / 2, np.random.default_rng(0))
+        return cls(solid, (low + high) / 2, float(np.linalg.norm(high - low)) / 2, np.random.default_rng(0))
 
-    def send(self, counted: BoolArray, hits: int) -> None:
-        """Send lines until there are so many hits on the counted faces, or no more rounds."""
-        while len(self.face) < hits and self.sent < ROUNDS * LINES:
-            z = self.rng.normal(size=(LINES, 3))
-            z /= np.linalg.norm(z, axis=1, keepdims=True)
-            x = np.cross(z, self.rng.normal(size=(LINES, 3)))
-            x /= np.linalg.norm(x, axis=1, keepdims=True)
-            off = self.radius * np.sqrt(self.rng.uniform(size=LINES))[:, None] * x
-            origins = self.centre + off - self.radius * z
-            found = find_hits(self.trimmed.graph, self.trimmed, origins, z, length_mm=2.0 * self.radius)
-            here = counted[found.face]
-            p = (origins[found.ray] + found.at_mm[:, None] * z[found.ray])[here]
-            self.p, self.face = np.concatenate([self.p, p]), np.concatenate([self.face, found.face[here]])
-            self.sent += LINES
+    def share(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> tuple[float, int]:
+        """Return the share of `built_up_share` after so many hits on the counted faces, and their true number."""
+        sent = self._send(graph, trimmed, counted, hits)
+        rows = np.flatnonzero(counted[self.face[: self.rounds[sent - 1]]])
+        if len(rows) == 0:
+            return 0.0, 0
+        count = len(rows)
+        rows = rows[np.linalg.norm(self.normal[rows], axis=1) > 0.5]  # not the tip of a cone
+        # a line through the ball meets a surface as often as the two areas say
+        hit = np.bincount(self.face[rows], minlength=graph.face_count)
+        face_area = hit * (2.0 * np.pi * self.radius**2) / (sent * LINES)
+        is_plate = self.flat[rows] & (self.thick[rows] < FLATTEST * np.sqrt(face_area[self.face[rows]]))
+        used, plates = _commonest(np.sort(self.thick[rows[is_plate]]))
+        rim = rows[~is_plate]
+        self._feel_rim(graph, trimmed, rim)
+        near = np.abs(self.across[rim][..., None] - used) <= SAME_THICKNESS * used
+        return (plates + int(near.any(axis=(1, 2)).sum())) / len(rows), count
 
-    @property
-    def area_mm2(self) -> float:
-        """Area of the counted faces: a line through the ball meets a surface as often as the two areas say."""
-        return 2.0 * np.pi * self.radius**2 * len(self.face) / self.sent
+    def _send(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> int:
+        """Send lines until there are so many hits on the counted faces; return after how many rounds there are."""
+        for sent in range(1, ROUNDS + 1):
+            if sent > len(self.rounds):
+                self._send_round(graph, trimmed)
+            if np.count_nonzero(counted[self.face[: self.rounds[sent - 1]]]) >= hits:
+                return sent
+        return ROUNDS
 
+    def _send_round(self, graph: BrepGraph, trimmed: TrimmedFaces) -> None:
+        z = self.rng.normal(size=(LINES, 3))
+        z /= np.linalg.norm(z, axis=1, keepdims=True)
+        x = np.cross(z, self.rng.normal(size=(LINES, 3)))
+        x /= np.linalg.norm(x, axis=1, keepdims=True)
+        off = self.radius * np.sqrt(self.rng.uniform(size=LINES))[:, None] * x
+        origins = self.centre + off - self.radius * z
+        found = find_hits(graph, trimmed, origins, z, length_mm=2.0 * self.radius, solid=self.solid)
+        p = origins[found.ray] + found.at_mm[:, None] * z[found.ray]
+        normal = project_to_faces(graph, found.face, p).normal
+        inside = p - SKIN_MM * normal
+        thick, opposite = way_out(graph, trimmed, self.solid, inside, -normal)
+        flat = np.einsum("ki,ki->k", normal, opposite) < OPPOSITE_COS
+        self.face, self.flat = np.concatenate([self.face, found.face]), np.concatenate([self.flat, flat])
+        self.p, self.normal = np.concatenate([self.p, inside]), np.concatenate([self.normal, normal])
+        self.thick = np.concatenate([self.thick, thick + SKIN_MM])
+        self.across = np.concatenate([self.across, np.full((len(p), RIM_WAYS), -np.inf)])
+        self.rounds.append(len(self.face))
 
-def _share(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, lines: _Lines) -> float:
-    p, face = lines.p, lines.face
-    if len(p) == 0:
-        return 0.0
-    normal = project_to_faces(graph, face, p).normal
-    regular = np.linalg.norm(normal, axis=1) > 0.5  # not the tip of a cone
-    p, face, normal = p[regular], face[regular], normal[regular]
-    inside = p - SKIN_MM * normal
-    thick, opposite = way_out(graph, trimmed, solid, inside, -normal)
-    face_area = np.bincount(face, minlength=graph.face_count) * lines.area_mm2 / len(lines.face)
-    flat = np.einsum("ki,ki->k", normal, opposite) < OPPOSITE_COS
-    flat &= thick + SKIN_MM < FLATTEST * np.sqrt(face_area[face])
-    used, count = _commonest(np.sort(thick[flat] + SKIN_MM))
-    rim = np.flatnonzero(~flat)
-    return (count + int(_is_rim(graph, trimmed, solid, inside[rim], normal[rim], used).sum())) / len(p)
-
-
-def _is_rim(
-    graph: BrepGraph, trimmed: TrimmedFaces, solid: int, p: FloatArray, normal: FloatArray, thick: FloatArray
-) -> BoolArray:
-    """Tell which points just below a surface are on the rim of a plate: across the rim, it has a known thickness."""
-    side = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal), axis=1)])
-    side /= np.linalg.norm(side, axis=1, keepdims=True)
-    other = np.cross(normal, side)
-    is_rim = np.zeros(len(p), dtype=bool)
-    for turn in np.arange(RIM_WAYS) * np.pi / RIM_WAYS:
-        way = np.cos(turn) * side + np.sin(turn) * other
-        there, n0 = way_out(graph, trimmed, solid, p, way)
-        back, n1 = way_out(graph, trimmed, solid, p, -way)
-        with np.errstate(invalid="ignore"):
-            across = (there + back) * np.abs(np.einsum("ki,ki->k", way, n0))
-        fits = (np.abs(across[:, None] - thick) <= SAME_THICKNESS * thick).any(axis=1)
-        is_rim |= fits & (np.einsum("ki,ki->k", n0, n1) < OPPOSITE_COS)
-    return is_rim
+    def _feel_rim(self, graph: BrepGraph, trimmed: TrimmedFaces, rows: IntArray) -> None:
+        """Feel how thick the material is along the surface: on the rim of a plate, one of the known thicknesses."""
+        rows = rows[self.across[rows, 0] == -np.inf]
+        p, normal = self.p[rows], self.normal[rows]
+        side = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal), axis=1)])
+        side /= np.linalg.norm(side, axis=1, keepdims=True)
+        other = np.cross(normal, side)
+        for number, turn in enumerate(np.arange(RIM_WAYS) * np.pi / RIM_WAYS):
+            way = np.cos(turn) * side + np.sin(turn) * other
+            there, n0 = way_out(graph, trimmed, self.solid, p, way)
+            back, n1 = way_out(graph, trimmed, self.solid, p, -way)
+            with np.errstate(invalid="ignore"):
+                across = (there + back) * np.abs(np.einsum("ki,ki->k", way, n0))
+            opposite = np.einsum("ki,ki->k", n0, n1) < OPPOSITE_COS
+            self.across[rows, number] = np.where(opposite, across, np.inf)
 
 
 def way_out(
@@ -254,9 +286,8 @@ def way_out(
         Infinite where a ray does not leave the solid.
     normal : ndarray, shape (m, 3)
     """
-    hits = find_hits(graph, trimmed, p, ray, length_mm=graph.size_mm)
-    leaves = (graph.face_solid[hits.face] == np.broadcast_to(solid, len(p))[hits.ray]) & (hits.way > 0)
-    rows = np.flatnonzero(leaves)
+    hits = find_hits(graph, trimmed, p, ray, length_mm=graph.size_mm, solid=solid)
+    rows = np.flatnonzero(hits.way > 0)
     first = rows[np.unique(hits.ray[rows], return_index=True)[1]]
     length, normal = np.full(len(p), np.inf), np.zeros_like(p)
     length[hits.ray[first]] = hits.at_mm[first]
