@@ -168,7 +168,8 @@ class Rule(Enum):
     )
     LINED_UP = RuleRow(
         0.45,
-        "Two or more holes or slots of both members line up where they touch.",
+        "Two or more holes or slots of both members line up where they touch, or one goes on through the far wall of a "
+        "tube.",
         "They are for bolts that are not in the file; pads with holes are welded now and then.",
         "shape: same axis, similar diameter, both open in the plane of the seam",
     )

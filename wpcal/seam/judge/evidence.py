@@ -264,6 +264,8 @@ class Judge:
             yield Rule.BOLTED.found(f"{bolts} bolt{'s hold' if bolts > 1 else ' holds'} the two members together here")
         elif holes > 1:
             yield Rule.LINED_UP.found(f"{holes} holes of the two members line up here")
+        elif any(clamp.far_walls for clamp in here):
+            yield Rule.LINED_UP.found("a hole of both members lines up here and goes on through the far wall of a tube")
         else:
             yield Rule.ONE_LINED_UP.found("a hole of both members lines up here")
 

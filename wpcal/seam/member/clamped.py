@@ -95,6 +95,8 @@ class Clamp:
         Number of bolts here that hold both members.
     holes : int
         Number of their holes that line up here.
+    far_walls : int
+        Number of the two members in which the hole goes on through the far wall of a tube.
     """
 
     solids: tuple[int, int]
@@ -104,6 +106,7 @@ class Clamp:
     high: float
     bolts: int
     holes: int
+    far_walls: int
 
     def holds(self, p: FloatArray, beside_mm: float) -> bool:
         """Tell whether most of the points p, shape (n, 3), are in one plane across the axis, between its two ends."""
@@ -256,13 +259,22 @@ def find_clamps(holes: Holes, fasteners: Mapping[int, Fastener]) -> tuple[Clamp,
     for pin, members in sorted(held.items()):
         bolt = fasteners[pin]
         pairs = combinations(sorted(members), 2)
-        clamps += [Clamp(pair, bolt.o, bolt.z, bolt.low, bolt.high, 1, 0) for pair in pairs]
+        clamps += [Clamp(pair, bolt.o, bolt.z, bolt.low, bolt.high, 1, 0, 0) for pair in pairs]
     for a, b in _coaxial(holes):
         pair = (int(min(holes.solid[a], holes.solid[b])), int(max(holes.solid[a], holes.solid[b])))
         meets = _meeting(holes, a, b)
         if meets is not None and not {*pair} & fasteners.keys() and not (holes.is_boss[a] or holes.is_boss[b]):
-            clamps.append(Clamp(pair, holes.o[a], holes.z[a], meets, meets, 0, 1))
+            far = _has_far_wall(holes, a) + _has_far_wall(holes, b)
+            clamps.append(Clamp(pair, holes.o[a], holes.z[a], meets, meets, 0, 1, far))
     return tuple(clamps)
+
+
+def _has_far_wall(holes: Holes, row: int) -> bool:
+    """Tell whether a hole goes on through another wall of its solid: equal holes on one axis, one after the other."""
+    same = (holes.solid == holes.solid[row]) & (np.abs(holes.radius - holes.radius[row]) <= COAXIAL_MM)
+    same &= np.linalg.norm(holes.o - holes.o[row], axis=1) <= COAXIAL_MM
+    same &= np.linalg.norm(np.cross(holes.z, holes.z[row]), axis=1) <= COAXIAL_SIN
+    return bool((same & ((holes.low > holes.high[row]) | (holes.high < holes.low[row]))).any())
 
 
 def _coaxial(holes: Holes) -> list[tuple[int, int]]:
