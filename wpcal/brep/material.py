@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from wpcal.brep.boxes import BoxTree
+from wpcal.brep.boxes import BoxTree, boxes_of_solids
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.hits import CHUNK, find_hits, passage
 from wpcal.brep.mesh import PartMesh
@@ -113,11 +113,7 @@ class ExactMaterial:
     @property
     def boxes(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest corners of a box around each solid, two arrays (s, 3), mm."""
-        count = len(self.graph.solid_names)
-        low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-        np.minimum.at(low, self.graph.face_solid, self.trimmed.face_box[0])
-        np.maximum.at(high, self.graph.face_solid, self.trimmed.face_box[1])
-        return low, high
+        return boxes_of_solids(self.graph.face_solid, self.trimmed.face_box, len(self.graph.solid_names))
 
     def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
         """Find where rays enter and leave solids.

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from wpcal.brep.boxes import BoxTree
+from wpcal.brep.boxes import BoxTree, boxes_of_solids
 from wpcal.brep.extend import FreeEdge, add_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
@@ -106,9 +106,7 @@ def find_copies(graph: BrepGraph, trimmed: TrimmedFaces, *, within_mm: float) ->
 def _groups(graph: BrepGraph, trimmed: TrimmedFaces, within_mm: float) -> Iterator[Group]:
     """Yield the groups of solids; a solid without faces belongs to none."""
     count = len(graph.solid_names)
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, graph.face_solid, trimmed.face_box[0])
-    np.maximum.at(high, graph.face_solid, trimmed.face_box[1])
+    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, count)
     a, b = BoxTree.of(low, high).meeting(low - within_mm, high + within_mm)
     near = coo_array((np.ones(len(a)), (a, b)), shape=(count, count))
     number = connected_components(near, directed=False)[1].astype(np.int64)

@@ -14,6 +14,7 @@ from wpcal.seam.edit import with_candidates
 from wpcal.seam.find.built_up import why_one_piece
 from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.contact import find_contacts
+from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
 from wpcal.seam.find.inner_joints import with_inner_joints
@@ -208,8 +209,9 @@ def _concave(
 def _in_weldments(
     graph: BrepGraph, trimmed: TrimmedFaces, concave: JoinedPieces, contacts: JoinedPieces
 ) -> JoinedPieces:
-    """Return the concave edges of solids that touch no other and may be built up of plates, bars and tubes."""
-    touching = graph.face_solid[np.concatenate([contacts.pieces.wall, contacts.pieces.base])]
+    """Return the concave edges of solids that touch no other member and may be built up of plates, bars and tubes."""
+    pairs = graph.face_solid[np.stack([contacts.pieces.wall, contacts.pieces.base], axis=1)]
+    touching = pairs[~are_crumbs(graph, trimmed)[pairs].any(axis=1)]
     solid_of = graph.face_solid[concave.pieces.wall]
     asked = np.setdiff1d(solid_of, touching)
     built_up = [solid for solid in asked.tolist() if why_one_piece(graph, trimmed, solid) is None]

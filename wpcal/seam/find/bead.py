@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wpcal.brep.boxes import boxes_of_solids
 from wpcal.brep.concavity import LEAST_TURN_SIN
 from wpcal.brep.curves import edge_lengths, evaluate_edges
 from wpcal.brep.extend import FreeEdge, add_edges, interpolated, line
@@ -21,6 +22,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.seam.find.built_up import why_one_piece
+from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.options import ConcaveEdges, SeamOptions
@@ -175,13 +177,11 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
 
 
 def _are_apart(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolArray:
-    """Tell which solids are apart: their boxes are near no other box; shape (S,)."""
-    count = len(graph.solid_names)
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, graph.face_solid, trimmed.face_box[0] - gap_mm)
-    np.maximum.at(high, graph.face_solid, trimmed.face_box[1])
-    meets = [((low[solid] <= high) & (low <= high[solid])).all(axis=1).sum() > 1 for solid in range(count)]
-    return ~np.array(meets, dtype=bool)
+    """Tell which solids are apart: their boxes are near no other box but those of crumbs; shape (S,)."""
+    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    members = ~are_crumbs(graph, trimmed)
+    near = (low[:, None] - gap_mm <= high[members]) & (low[members] <= high[:, None] + gap_mm)
+    return np.asarray(near.all(axis=2).sum(axis=1) <= members, dtype=bool)
 
 
 def _meeting_edges(graph: BrepGraph, strip: Strip) -> Iterator[FreeEdge]:
