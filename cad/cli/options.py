@@ -112,6 +112,7 @@ class SeamFlags:
     wrap: bool = option(
         "--wrap",
         is_flag=True,
+        default=False,
         help="Weld seams that meet at a corner of a member in one run round it, with the short ends between them.",
     )
     turn_deg: float = option(

@@ -76,7 +76,8 @@ def test_pick_type_save_calibrate(start: Any, open_page: Any, places: dict[str, 
     assert on_page == {point["name"]: f"{point['distance_mm']:.4f}" for point in record["points"]}
     largest = {seam["name"]: max(frame["u95_mm"] for frame in seam["frames"]) for seam in seams["seams"]}
     assert errors_on_page == {
-        seam["name"]: f"{largest[seam['name']]:.4f}" for seam in seams["seams"] if seam["accepted"]
+        seam["name"]: f"{largest[seam['name']]:.4f}" if seam["accepted"] else "; ".join(seam["against"])
+        for seam in seams["seams"]
     }
     assert record["judgement"]["sentence"][1:] in said
 

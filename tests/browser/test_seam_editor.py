@@ -157,6 +157,7 @@ def test_the_picker_finds_ticks_and_decides_several_and_shows_the_solids(start: 
     page = opened.page
     assert page.locator("#all-seams").count() == 0  # not before somebody opens it
     page.click("#seams .all summary")
+    opened.wait("document.querySelectorAll('#all-seams tbody tr').length > 0")
     names = [row.get_attribute("data-name") for row in page.locator("#all-seams tbody tr").all()]
     assert len(names) == 4
     assert page.locator("#all-seams tr.dim").count() == 4

@@ -9,6 +9,7 @@ import asyncio
 import json
 import re
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -160,7 +161,8 @@ def request(data: bytes, path: Path) -> object:
     table = SharedTable(out, session.part, start=start, file_sha256=sha256_of(OLD_TABLE))
     app = build_app(session, table, SharedSeams(session, out.with_name("seams.json")), "", token=TOKEN)
     routes = {route.path: route for route in app.routes if isinstance(route, Route)}
-    answer = asyncio.run(_answer(routes[f"/{TOKEN}/{action}"].endpoint, body))
+    with ThreadPoolExecutor(1) as own_thread:  # where no browser of another test has an event loop
+        answer = own_thread.submit(asyncio.run, _answer(routes[f"/{TOKEN}/{action}"].endpoint, body)).result()
     fault = answer.get("fault")
     if fault is not None and fault["code"] == INTERNAL:
         raise InternalError(re.sub(r"\W+", " ", fault["message"])[:80])

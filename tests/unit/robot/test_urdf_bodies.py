@@ -47,7 +47,7 @@ def test_corners_are_where_the_urdf_puts_them_at_every_joint_angle(urdf):
     tilt, turn = 0.4, -0.7
     c, s = np.cos(tilt), np.sin(tilt)
     R_tilt = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])  # about -y
-    expected = ([*CUBE, 0, 0, 0.05]) * 1000 @ R_tilt.T + [0, 0, 400]
+    expected = 1000 * (CUBE + np.array([0, 0, 0.05])) @ R_tilt.T + np.array([0, 0, 400])
     from wpcal.core.transform import RigidTransform
     from wpcal.planning.cell.bodies import arm_frames
 

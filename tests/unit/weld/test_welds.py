@@ -162,7 +162,8 @@ def test_a_place_is_that_of_the_part_and_not_of_the_cell(make_seam, random_place
     assert place_of(moved, T.inverse()).is_same(PLACE)
 
 
-def test_a_file_is_written_edited_and_written_again(finished_folder, tmp_path):
+def test_a_file_is_written_edited_and_written_again(finished_folder, tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "160")  # no cell of the table is folded
     folder, file = finished_folder(), tmp_path / "welds.json"
     first = run_here("welds", folder, "-o", file)
     assert "W1: its thickness and its size are not known; state thickness_mm, or leg_mm" in first.stderr
