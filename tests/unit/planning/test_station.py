@@ -35,7 +35,7 @@ def on_positioner(tmp_path):
 def test_the_cells_are_of_the_schema():
     validator = jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/cell/1")))
     for record in (station_record(), with_positioner()):
-        validator.validate(record)
+        assert list(validator.iter_errors(record)) == []
 
 
 def test_a_part_on_a_positioner_turns_about_its_axes(on_positioner):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.arm_file import find_arm, shipped_arms
 
 CELL_SCHEMA = "wpcal/cell/1"
+Built = TypeVar("Built")
 
 
 def read_cell(path: Path) -> RobotCell:
@@ -41,8 +42,19 @@ def cell_from_record(record: Mapping[str, Any], *, path: Path) -> RobotCell:
     InputError, FormatError
         As `read_cell` does.
     """
+    return built_from(_cell, record, path)
+
+
+def built_from(build: Callable[[Mapping[str, Any], Path], Built], record: Mapping[str, Any], path: Path) -> Built:
+    """Build a cell from the record of a file; messages name the file, and fields that are missing or of a wrong type.
+
+    Raises
+    ------
+    InputError, FormatError
+        As `build` does, or when it finds no field or a wrong one.
+    """
     try:
-        return _cell(record, path)
+        return build(record, path)
     except FormatError:
         raise
     except InputError as error:

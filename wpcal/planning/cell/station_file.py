@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import FormatError, InputError
+from wpcal.core.errors import InputError
 from wpcal.core.records import read_json
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.cell_file import CELL_SCHEMA, arm_beside, cell_from_record, shapes_from_records
+from wpcal.planning.cell.cell_file import CELL_SCHEMA, arm_beside, built_from, cell_from_record, shapes_from_records
 from wpcal.planning.cell.robot_cell import JOINTS, RobotCell
 from wpcal.planning.cell.station import Positioner, Rail, Station
 from wpcal.robot.kinematics.arm import Arm
@@ -54,16 +54,7 @@ def station_from_record(record: Mapping[str, Any], *, path: Path) -> Station:
     InputError, FormatError
         As `read_any_cell`.
     """
-    try:
-        return _station(record, path)
-    except FormatError:
-        raise
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    except KeyError as error:
-        raise FormatError(f"the field {error.args[0]!r} is missing", path=str(path)) from None
-    except (TypeError, ValueError, AttributeError) as error:
-        raise FormatError(f"a field has a wrong type: {error}", path=str(path)) from None
+    return built_from(_station, record, path)
 
 
 def _station(record: Mapping[str, Any], path: Path) -> Station:
