@@ -44,6 +44,24 @@ def refuse(path: WeldPath, name: str, *, language: str, why: str) -> InputError:
     return InputError(f"{language}: weld {seam}: {name}: {why}")
 
 
+def require_no_weave(path: WeldPath, *, language: str) -> None:
+    """Refuse weld data with a weave, for a language that has none.
+
+    Parameters
+    ----------
+    path : WeldPath
+    language : str
+        For the message.
+
+    Raises
+    ------
+    InputError
+        When a weave is stated, with values or by the name of its data.
+    """
+    if path.values.weave is not None or path.values.weave_data is not None:
+        raise refuse(path, "weave", language=language, why="the language has no weave; state null")
+
+
 def end_time_s(path: WeldPath) -> float:
     """Return how long the arc burns after the torch has stopped: crater and delay together, s."""
     crater = path.values.crater

@@ -11,7 +11,7 @@ Staubli, VAL3 Reference Manual (dio, call, delay, waitEndMove).
 from __future__ import annotations
 
 from wpcal.controllers.arc_settings import ArcSettings
-from wpcal.controllers.arc_values import end_time_s, refuse
+from wpcal.controllers.arc_values import end_time_s, require_no_weave
 from wpcal.controllers.program import WeldPath
 
 LANGUAGE = "VAL3"
@@ -34,8 +34,7 @@ def start_lines(path: WeldPath, arc: ArcSettings) -> list[str]:
     InputError
         When the weld data states a weave, which an application cannot carry out.
     """
-    if path.values.weave is not None or path.values.weave_data is not None:
-        raise refuse(path, "weave", language=LANGUAGE, why="the language has no weave; state null")
+    require_no_weave(path, language=LANGUAGE)
     switch = f"call arcStart({path.values.job or 0})" if arc.output is None else "doArc=true"
     return [f"  {switch}", *_delay(path.values.start_delay_s or 0.0)]
 

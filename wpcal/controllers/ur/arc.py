@@ -10,7 +10,7 @@ Universal Robots, The URScript Programming Language (set_standard_digital_out, s
 from __future__ import annotations
 
 from wpcal.controllers.arc_settings import ArcSettings
-from wpcal.controllers.arc_values import end_time_s, refuse
+from wpcal.controllers.arc_values import end_time_s, require_no_weave
 from wpcal.controllers.program import WeldPath
 
 LANGUAGE = "URScript"
@@ -31,8 +31,7 @@ def start_lines(path: WeldPath, arc: ArcSettings) -> list[str]:
     InputError
         When the weld data states a weave, which a script cannot carry out.
     """
-    if path.values.weave is not None or path.values.weave_data is not None:
-        raise refuse(path, "weave", language=LANGUAGE, why="the language has no weave; state null")
+    require_no_weave(path, language=LANGUAGE)
     switch = f"arc_start({path.values.job or 0})" if arc.output is None else _output(arc.output, is_on=True)
     return [f"  {switch}", *_sleep(path.values.start_delay_s or 0.0)]
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.brep.boxes import boxes_of_solids
+from wpcal.brep.boxes import BoxTree, boxes_of_solids
 from wpcal.brep.concavity import LEAST_TURN_SIN
 from wpcal.brep.curves import edge_lengths, evaluate_edges
 from wpcal.brep.extend import FreeEdge, add_edges, interpolated, line
@@ -179,9 +179,9 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
 def _are_apart(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolArray:
     """Tell which solids are apart: their boxes are near no other box but those of crumbs; shape (S,)."""
     low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
-    members = ~are_crumbs(graph, trimmed)
-    near = (low[:, None] - gap_mm <= high[members]) & (low[members] <= high[:, None] + gap_mm)
-    return np.asarray(near.all(axis=2).sum(axis=1) <= members, dtype=bool)
+    own, other = BoxTree.of(low, high).meeting(low - gap_mm, high + gap_mm)
+    near = own[(own != other) & ~are_crumbs(graph, trimmed)[other]]
+    return np.asarray(np.bincount(near, minlength=len(low)) == 0, dtype=bool)
 
 
 def _meeting_edges(graph: BrepGraph, strip: Strip) -> Iterator[FreeEdge]:
