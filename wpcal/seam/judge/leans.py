@@ -47,7 +47,7 @@ APPROACH_MM = 50.0
 """At the ends of a seam the torch comes and goes along the wire by so much, so it is felt that much farther out."""
 
 
-class Stations(Enum):
+class FeltAt(Enum):
     """What the stations are at which seams are felt."""
 
     FRAMES = "frames"
@@ -186,7 +186,7 @@ def feel_seams(
     trimmed: TrimmedFaces,
     seams: Sequence[Seam],
     reach: Reach,
-    stations: Stations = Stations.FRAMES,
+    stations: FeltAt = FeltAt.FRAMES,
 ) -> list[Felt]:
     """Find how a torch leans at every station of seams, and where it meets a solid whatever its lean.
 
@@ -197,7 +197,7 @@ def feel_seams(
     seams : sequence of Seam
         With frames in `part`. Each is felt with the torch's usual wire and `Seam.more_wire_mm`.
     reach : Reach
-    stations : Stations
+    stations : FeltAt
 
     Returns
     -------
@@ -216,7 +216,7 @@ def feel_seams(
         if tier.start == 1 and reach.torch.neck is not None:  # a lean may be better than a turn of the neck
             same_spin = np.array([rows[:, 0].all(axis=0).any() for rows in np.split(free, cuts)])
             is_felt |= ~same_spin[own.owner]
-        if tier.start >= leans.small and stations is not Stations.DENSE:
+        if tier.start >= leans.small and stations is not FeltAt.DENSE:
             has_small = np.array([rows.any() for rows in np.split(free, cuts)])
             is_felt &= has_small[own.owner]
         rows = np.flatnonzero(is_felt)
@@ -269,14 +269,14 @@ def _repeated(own: TorchPoses, count: int) -> TorchPoses:
     return replace(own.select(np.tile(np.arange(n), count)), owner=owner)
 
 
-def _straight(seams: Sequence[Seam], torch: TorchShape, stations: Stations) -> TorchPoses:
+def _straight(seams: Sequence[Seam], torch: TorchShape, stations: FeltAt) -> TorchPoses:
     """Return the straight torch at all stations of seams."""
     counts = [len(seam.frames) for seam in seams]
     more = np.zeros(sum(counts))
     last = np.cumsum(counts) - 1
-    if stations is Stations.DENSE:
+    if stations is FeltAt.DENSE:
         more[:] = APPROACH_MM
-    elif stations is Stations.FRAMES:
+    elif stations is FeltAt.FRAMES:
         more[np.concatenate([last, last - np.array(counts) + 1])] = APPROACH_MM
     p = np.concatenate([seam.frames.p for seam in seams])
     R = np.concatenate([seam.frames.R for seam in seams])
@@ -322,14 +322,14 @@ def _solids_between(
     own: TorchPoses,
     lean_rad: FloatArray,
     spin_rad: FloatArray,
-    stations: Stations,
+    stations: FeltAt,
 ) -> IntArray:
     """Return the solid that the torch meets between each station and the next, -1 for none; shape (n,).
 
     Between stations that are near to each other it is felt only where it goes to the other side.
     """
     n = len(own)
-    if stations is Stations.SOME:
+    if stations is FeltAt.SOME:
         return np.full(n, -1)
     back, spin = back_directions(own.R, np.nan_to_num(lean_rad)), np.nan_to_num(spin_rad)
     leant = replace(own, back=back, more_mm=np.zeros(n), spin_rad=spin)
@@ -340,7 +340,7 @@ def _solids_between(
     turn = turned(np.diff(spin, append=spin[-1:]))
     turn_deg = np.degrees(np.abs(np.diff(np.nan_to_num(lean_rad), axis=0, append=0)).max(axis=1))
     turn_deg = np.maximum(turn_deg, np.degrees(np.abs(turn)))
-    far = np.zeros(n, dtype=bool) if stations is Stations.DENSE else step > BETWEEN_MM
+    far = np.zeros(n, dtype=bool) if stations is FeltAt.DENSE else step > BETWEEN_MM
     rows = np.flatnonzero(joined & (far | (turn_deg > TO_OTHER_SIDE_DEG)) & ~are_steps_clear(graph, trimmed, leant))
     counts = np.ceil(np.maximum(step[rows] / BETWEEN_MM, turn_deg[rows] / TURN_STEP_DEG)).astype(int) - 1
     at = np.repeat(rows, counts)

@@ -10,7 +10,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.seam.judge.leans import APPROACH_MM, Stations, at_stations, feel_seams
+from wpcal.seam.judge.leans import APPROACH_MM, FeltAt, at_stations, feel_seams
 from wpcal.seam.options import Reach
 from wpcal.seam.seam import OtherTorch, Seam
 from wpcal.seam.torch import TorchShape
@@ -51,7 +51,7 @@ def with_other_torches(
             tried = [replace(seam, frames=seam.frames.select(np.array([0, len(seam.frames) - 1]))) for seam in tried]
         else:
             tried = [at_stations(seam, np.arange(len(seam.frames)), few) for seam in tried]
-        felt = feel_seams(graph, trimmed, tried, own, Stations.DENSE if few == ENDS else Stations.SOME)
+        felt = feel_seams(graph, trimmed, tried, own, FeltAt.DENSE if few == ENDS else FeltAt.SOME)
         return [place for place, one in zip(places, felt, strict=True) if not (one.solid >= 0).any()]
 
     todo = sorted(todo, key=lambda place: (-found[place[0]][place[1]].length_mm, place))[:MOST_ASKED]

@@ -11,7 +11,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.seam.judge.leans import STEP_MM, Felt, Stations, at_stations, feel_seams
+from wpcal.seam.judge.leans import STEP_MM, Felt, FeltAt, at_stations, feel_seams
 from wpcal.seam.judge.other_torches import with_other_torches
 from wpcal.seam.judge.stations import Stretch
 from wpcal.seam.judge.stretches import FELT_CHORD_MM, Cut, cut_at, place_words
@@ -120,7 +120,7 @@ def _helped(
         replace(at_stations(found[row][0], own, FEW), more_wire_mm=more_mm)
         for row, own in zip(rows, missed, strict=True)
     ]
-    felt = feel_seams(graph, trimmed, some, reach, Stations.SOME)
+    felt = feel_seams(graph, trimmed, some, reach, FeltAt.SOME)
     return [
         row for row, one in zip(rows, felt, strict=True) if one.is_free or (found[row][1].is_held and not one.is_held)
     ]
@@ -180,7 +180,7 @@ def _felt_finer(
         unsure.append(np.flatnonzero(is_mixed[step]))
     asked = [number for number, rows in enumerate(unsure) if len(rows)]
     parts = [replace(dense[number], frames=dense[number].frames.select(unsure[number])) for number in asked]
-    for number, felt in zip(asked, feel_seams(graph, trimmed, parts, options.reach, Stations.DENSE), strict=True):
+    for number, felt in zip(asked, feel_seams(graph, trimmed, parts, options.reach, FeltAt.DENSE), strict=True):
         solids[number][unsure[number]] = felt.solid
         if len(felt.solid) == len(solids[number]):
             after[number] = felt.solid_after
