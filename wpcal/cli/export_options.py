@@ -14,6 +14,7 @@ from wpcal.cli.option_groups import option
 from wpcal.cli.shared_help import (
     ANGLE,
     ONLY_HELP,
+    PATH_TOL_HELP,
     ROBOT_HELP,
     SPEED,
     SPEED_HELP,
@@ -135,7 +136,7 @@ class PathFlags:
         type=float,
         default=0.05,
         show_default=True,
-        help="A seam becomes as few lines and circular arcs as keep the wire within this distance, and within 0.5 deg.",
+        help=PATH_TOL_HELP,
     )
     every_point: bool = option(
         "--every-point", is_flag=True, help="Write a linear move to every point of a seam, and no arcs."

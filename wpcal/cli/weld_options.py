@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from wpcal.controllers.arc_settings import ArcSettings
     from wpcal.results.folder import FinishedCalibration
+    from wpcal.seam.seam import Seam
     from wpcal.weld.rules import RuleTable
     from wpcal.weld.seam_weld import SeamWeld
 
@@ -84,16 +85,11 @@ class ArcFlags:
         InputError
             When the file cannot be used, names an unknown seam, or is missing with ``--arc on``.
         """
-        from wpcal.controllers.arc_settings import ArcSettings
-        from wpcal.core.errors import ErrorCode, InputError
         from wpcal.weld.find import find_welds
         from wpcal.weld.record import read_stated_welds
 
-        arc = ArcSettings(self.arc_output) if self.arc == "on" else None
+        arc = self._settings()
         if self.welds is None:
-            if arc is not None:
-                what = "arc instructions need weld data; write them with wpcal welds, check them, and give the file"
-                raise InputError(what, code=ErrorCode.WELDS_MISSING)
             return None, None
         table = self.rules.read()
         found = find_welds(
@@ -108,3 +104,65 @@ class ArcFlags:
         for note in found.notes:
             click.echo(f"wpcal: {self.welds}: {note}", err=True)
         return found.by_seam(), arc
+
+    def read_held(
+        self, seams: Mapping[str, Seam], name: str, part_glb: Path, position: str
+    ) -> tuple[SeamWeld | None, ArcSettings | None]:
+        """Return the weld data of one seam of a part that a robot holds, and how the arc is switched.
+
+        Parameters
+        ----------
+        seams : mapping of str to Seam
+            All seams, in `part`.
+        name : str
+            Of the seam.
+        part_glb : Path
+            The triangles of the part, if there is such a file.
+        position : str
+            The weld position that the plan gives the seam; ``-`` for none.
+
+        Raises
+        ------
+        InputError
+            As `read` does.
+        """
+        from wpcal.core.input_file import read_bytes
+        from wpcal.core.transform import RigidTransform
+        from wpcal.weld.find import find_welds
+        from wpcal.weld.record import read_stated_welds
+
+        arc = self._settings()
+        if self.welds is None:
+            return None, None
+        table = self.rules.read()
+        found = find_welds(
+            list(seams.values()),
+            RigidTransform.identity(target="base", source="part"),
+            table,
+            part_glb=read_bytes(part_glb) if part_glb.is_file() else None,
+            stated=read_stated_welds(self.welds, table),
+            names={name},
+            stated_in=str(self.welds),
+            positions={} if position == "-" else {name: (position, "plan.json")},
+        )
+        for note in found.notes:
+            click.echo(f"wpcal: {self.welds}: {note}", err=True)
+        return found.by_seam()[name], arc
+
+    def _settings(self) -> ArcSettings | None:
+        """Return how the arc is switched; None for a dry run.
+
+        Raises
+        ------
+        InputError
+            When it is asked for without weld data.
+        """
+        from wpcal.controllers.arc_settings import ArcSettings
+        from wpcal.core.errors import ErrorCode, InputError
+
+        if self.arc != "on":
+            return None
+        if self.welds is None:
+            what = "arc instructions need weld data; write them with wpcal welds, check them, and give the file"
+            raise InputError(what, code=ErrorCode.WELDS_MISSING)
+        return ArcSettings(self.arc_output)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from wpcal import __version__
+from wpcal.controllers.arc_settings import arc_in_words
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.moves import Arc
 from wpcal.weld.values import WeldValues, describe_weld
@@ -45,14 +46,7 @@ def describe(program: WeldProgram) -> list[str]:
             f"the arm {program.arm.name} follows all moves within its joint limits, in one branch: wrist {axis_1} "
             f"axis 1, {lower_arm} the lower arm"
         )
-    return [*lines, _arc_in_words(program), *(program.checked or [UNCHECKED]), NOT_CHECKED]
-
-
-def _arc_in_words(program: WeldProgram) -> str:
-    """Say whether the program switches the arc."""
-    if program.arc is None:
-        return "DRY RUN: the arc stays off; ARC ON and ARC OFF are comments (--arc on makes them instructions)"
-    return "the arc burns from SEAM START to SEAM END: RUN IT with the arc blocked at the controller FIRST"
+    return [*lines, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), NOT_CHECKED]
 
 
 def describe_moves(program: WeldProgram) -> str:

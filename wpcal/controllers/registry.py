@@ -27,6 +27,7 @@ from wpcal.core.errors import InputError
 from wpcal.taught.programs import ProgramReader
 
 if TYPE_CHECKING:
+    from wpcal.controllers.coordinated_program import CoordinatedProgram
     from wpcal.controllers.tour_program import TourProgram
 
 CONTROLLERS = "wpcal.controllers"
@@ -55,6 +56,12 @@ class Controller:
         A `wpcal.taught.programs.ProgramReader`.
     sync_writer : str, optional
         A function from `SyncProgram` to file names and contents.
+    coordinated_writer : str, optional
+        A function from `CoordinatedProgram` to file names and contents.
+    holder_on_line : bool
+        How `coordinated_writer` moves the robot that holds the part: on lines, otherwise by joints.
+    coordinates_arcs : bool
+        Whether the torch may move on arcs in `coordinated_writer`.
     tour_writer : str, optional
         A function from `TourProgram` to file names and contents.
     brands : tuple of str
@@ -76,6 +83,9 @@ class Controller:
     suffixes: tuple[str, ...] = ()
     reader: str | None = None
     sync_writer: str | None = None
+    coordinated_writer: str | None = None
+    holder_on_line: bool = False
+    coordinates_arcs: bool = True
     tour_writer: str | None = None
     brands: tuple[str, ...] = ()
     reads_back: bool = False
@@ -110,6 +120,19 @@ class Controller:
         if self.sync_writer is None:
             raise InputError(f"{self.name} has no programs of two robots")
         write: Callable[[SyncProgram], Mapping[str, str]] = self._load(self.sync_writer)
+        return write(program)
+
+    def write_coordinated(self, program: CoordinatedProgram) -> Mapping[str, str]:
+        """Return the files of a program of two robots in coordinated motion: names and contents.
+
+        Raises
+        ------
+        InputError
+            When the controller has no such programs, or cannot hold this one.
+        """
+        if self.coordinated_writer is None:
+            raise InputError(f"{self.name} has no programs of two robots in coordinated motion")
+        write: Callable[[CoordinatedProgram], Mapping[str, str]] = self._load(self.coordinated_writer)
         return write(program)
 
     def write_tour(self, program: TourProgram) -> Mapping[str, str]:

@@ -100,8 +100,17 @@ def _seam_program(program: WeldProgram, name: str, path: WeldPath, T_base_frame:
     return tp_file(name, _moves(path, program), _positions(path, program, T_base_frame))
 
 
-def tp_file(name: str, instructions: list[str], positions: list[str]) -> str:
+def tp_file(name: str, instructions: list[str], positions: list[str], *, groups: str = "1,*,*,*,*") -> str:
     """Return the text of a TP program.
+
+    Parameters
+    ----------
+    name : str
+        Upper case.
+    instructions, positions : list of str
+        Lines.
+    groups : str
+        Which groups the program moves.
 
     Raises
     ------
@@ -119,7 +128,7 @@ def tp_file(name: str, instructions: list[str], positions: list[str]) -> str:
         "PROTECT = READ_WRITE;",
         "TCD:  STACK_SIZE = 0, TASK_PRIORITY = 50, TIME_SLICE = 0,",
         "      BUSY_LAMP_OFF = 0, ABORT_REQUEST = 0, PAUSE_REQUEST = 0;",
-        "DEFAULT_GROUP = 1,*,*,*,*;",
+        f"DEFAULT_GROUP = {groups};",
         "CONTROL_CODE = 00000000 00000000;",
         "/MN",
         *(f"{number:4d}:{text} ;" for number, text in enumerate(instructions, start=1)),
