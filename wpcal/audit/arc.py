@@ -96,6 +96,13 @@ LANGUAGES: Mapping[str, _Language] = {
         move=r"^[ \t]*+move[jlc]\(",
         stop=r"^end\]\]>",
     ),
+    ".as": _language(
+        r"^[ \t]*+;",
+        on=r"^[ \t]*+[LJ]WS\b",
+        move_off=r"^[ \t]*+[LJ]WE\b",
+        move=r"^[ \t]*+(?:[LJ]MOVE|C[12]MOVE|[LJ]WC|C[12]WC|HOME)\b",
+        stop=r"^\.END\b",
+    ),
 }
 """By suffix. A number of patterns that do not overlap; letters of marks are capital."""
 

@@ -34,6 +34,7 @@ FOLDERS: Mapping[str, str] = {
     "inform": "yaskawa",
     "urscript": "ur",
     "val3": "staubli",
+    "as": "kawasaki",
 }
 """By the name of the format: the folder of its writer."""
 

@@ -70,7 +70,8 @@ def test_wrong_use_ends_with_two_in_one_line_and_writes_nothing(finished_folder,
 
 
 @pytest.mark.parametrize(
-    ("typed", "written"), [("abb", "rapid"), ("KUKA", "krl"), ("motoman", "inform"), ("ur", "urscript")]
+    ("typed", "written"),
+    [("abb", "rapid"), ("KUKA", "krl"), ("motoman", "inform"), ("ur", "urscript"), ("Kawasaki", "as")],
 )
 def test_a_maker_is_a_name_of_its_language(finished_folder, capsys, typed, written):
     folder = finished_folder()
