@@ -66,7 +66,7 @@ class Surroundings:
         With `arm`.
     torch : TorchShape
     tool_axis : ToolAxis
-    stick_out_mm : float
+    standoff_mm : float
     start_mm : float
         From where on the wire is felt: farther on seams that are modelled as beads.
     arc_output : int or None
@@ -79,7 +79,7 @@ class Surroundings:
     T_flange_tool: RigidTransform | None = None
     torch: TorchShape = USUAL_TORCH
     tool_axis: ToolAxis = ToolAxis.Z
-    stick_out_mm: float = 0.0
+    standoff_mm: float = 0.0
     start_mm: float = START_MM
     arc_output: int | None = None
 
@@ -131,7 +131,7 @@ def _pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fa
             yield _fault(sound[row], f"no joint angles within the limits of {around.arm.name} reach it")
     if around.part is not None:
         wire = wire_directions(R, around.tool_axis)
-        tips = p + around.stick_out_mm * wire
+        tips = p + around.standoff_mm * wire
         found = find_poses_in_material(around.part, tips, -wire, around.torch, start_mm=around.start_mm)
         for row, solid, part in zip(found.row.tolist(), found.solid, found.part, strict=True):
             what = f"the {part.value} of {around.torch} is inside {solid!r}"
@@ -147,7 +147,7 @@ def _move_faults(poses: Sequence[ReadPose], chains: Sequence[Sequence[Step]], ar
         if not ends or around.part is None:
             continue
         wire = wire_directions(R, around.tool_axis)
-        tips = p + around.stick_out_mm * wire
+        tips = p + around.standoff_mm * wire
         found = find_poses_in_material(around.part, tips, -wire, around.torch, start_mm=around.start_mm)
         for row, solid, part in zip(found.row.tolist(), found.solid, found.part, strict=True):
             if ends[row].name not in told:

@@ -80,7 +80,7 @@ def _surroundings(robot: str | None, tool: str | None, tip: TipFlags, torch: Tor
 
     if (robot is None) != (tool is None):
         raise InputError("--robot and --tool belong together; --tool 0,0,0 if the poses are those of the flange")
-    around = Surroundings(torch=torch, tool_axis=ToolAxis(tip.tool_axis), stick_out_mm=tip.stick_out_mm)
+    around = Surroundings(torch=torch, tool_axis=ToolAxis(tip.tool_axis), standoff_mm=tip.standoff_mm)
     if robot is None:
         return around
     from wpcal.robot.identify.poses_file import parse_tool
