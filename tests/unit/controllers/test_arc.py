@@ -251,6 +251,25 @@ def test_a_digital_output_switches_the_arc(exported, language, on, off):
     text = path.read_text()
     assert text.index(on) < text.index(off)
     assert arc_faults(path.read_bytes(), path) == []
+    if language == "val3":  # a variable of its own name
+        return
+    other = [line.replace("4", "7") for line in (on, off)]  # a gripper, and one that is on during a seam
+    lines = text.splitlines()
+    first, last = lines_of(lines, re.escape(on))[0], lines_of(lines, re.escape(off))[0]
+    mixed = [*lines[: first - 2], *other, *lines[first - 2 : last], *other, *lines[last:]]
+    assert arc_faults("\n".join(mixed).encode(), path) == []
+    for planted in (
+        ["  " + on, *mixed],
+        [*mixed[: first + 2], *mixed[first + 3 :]],
+        [*lines[:last], *lines[last + 1 :]],
+    ):
+        assert arc_faults("\n".join(planted).encode(), path)
+    silent = re.sub(r"(?m)^.*switches the arc.*$", "", text)  # nothing states the number: a person does
+    assert arc_faults(silent.encode(), path)
+    assert arc_faults(silent.encode(), path, 4) == []
+    path.write_text(silent)
+    codes = [run_here("audit", path, *more).returncode for more in ((), ("--arc-output", "4"), ("--arc-output", "7"))]
+    assert codes == [1, 0, 1]
 
 
 def test_every_bead_and_every_stitch_has_an_arc_of_its_own(exported):
