@@ -171,7 +171,7 @@ def _path(sequence: WeldSequence, piece: WeldPiece, of: PlannedSeam, output: Pla
 
 
 def _moves(
-    T_tool: FloatArray, R_seam: FloatArray, s_mm: FloatArray, stick_out_mm: float, tolerance: PathTolerance | None
+    T_tool: FloatArray, R_seam: FloatArray, s_mm: FloatArray, standoff_mm: float, tolerance: PathTolerance | None
 ) -> MovePath | None:
     if tolerance is None:
         return None
@@ -180,7 +180,7 @@ def _moves(
         T_tool[:, :3, :3],
         s_mm=s_mm,
         headings=R_seam[:, :, 0],
-        stick_out_mm=stick_out_mm,
+        standoff_mm=standoff_mm,
         tolerance=tolerance,
         spin_is_free=False,
     )
