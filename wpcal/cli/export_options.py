@@ -66,8 +66,8 @@ class SelectionFlags:
 class TipFlags:
     """Where the tool centre point is, and how the tool is turned to the wire."""
 
-    stick_out_mm: float = option(
-        "--stick-out-mm", type=float, default=0.0, show_default=True, help="Tool centre point back from the seam."
+    standoff_mm: float = option(
+        "--standoff-mm", type=float, default=0.0, show_default=True, help="Tool centre point back from the seam."
     )
     tool_axis: str = option(
         "--tool-axis",
@@ -101,7 +101,7 @@ class TorchFlags:
 
         work_rad, travel_rad = math.radians(self.work_angle_deg), math.radians(self.travel_angle_deg)
         spin_rad = math.radians(self.spin_range_deg)
-        return TorchSettings(work_rad, travel_rad, self.tip.stick_out_mm, ToolAxis(self.tip.tool_axis), spin_rad)
+        return TorchSettings(work_rad, travel_rad, self.tip.standoff_mm, ToolAxis(self.tip.tool_axis), spin_rad)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from wpcal import __version__
+from wpcal.controllers.corners import find_turned_corners
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.moves import Arc
 from wpcal.weld.values import WeldValues, describe_weld
@@ -30,7 +31,7 @@ def describe(program: WeldProgram) -> list[str]:
         f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
         f"turn about the wire: {'least' if program.tolerance is None else 'as few moves need it'}, "
         f"within {math.degrees(torch.spin_range_rad):g} deg of the travel direction",
-        f"tool centre point {torch.stick_out_mm:g} mm back from the seam, approach {program.motion.approach_mm:g} mm, "
+        f"tool centre point {torch.standoff_mm:g} mm back from the seam, approach {program.motion.approach_mm:g} mm, "
         f"retract {program.motion.retract_mm:g} mm",
     ]
     if program.tolerance is not None:
@@ -72,7 +73,9 @@ def describe_path(path: WeldPath) -> str:
         text = ", ".join([describe_weld(path.values), *_settings(path.values), text])
     if seam.more_wire_mm:
         text += f", wire {seam.more_wire_mm:g} mm longer than usual: the tool stays back by it"
-    return text if path.u95_mm is None else f"{text}, 95 % error up to {path.u95_mm.max():.3f} mm"
+    if path.u95_mm is not None:
+        text += f", 95 % error up to {path.u95_mm.max():.3f} mm"
+    return "; ".join([text, *map(str, find_turned_corners(seam.frames))])
 
 
 def _settings(values: WeldValues) -> list[str]:

@@ -34,6 +34,7 @@ FOLDERS: Mapping[str, str] = {
     "inform": "yaskawa",
     "urscript": "ur",
     "val3": "staubli",
+    "as": "kawasaki",
 }
 """By the name of the format: the folder of its writer."""
 
@@ -173,6 +174,23 @@ def _template(language: str, block: str, folder: Path | None) -> tuple[Template,
             except TemplateSyntaxError as error:
                 raise FormatError(str(error.message), path=str(own / name), line=error.lineno) from None
     return _compiled(shipped_templates(language)[name], name), name
+
+
+def own_arc_templates(language: str, folder: Path) -> tuple[str, ...]:
+    """Return the templates around a weld that a user's folder replaces by other texts than those of wpcal.
+
+    Parameters
+    ----------
+    language : str
+        The name of the format; one without templates has none.
+    folder : Path
+    """
+    if language not in FOLDERS:
+        return ()
+    names = [folder / language / f"{block}{ENDING}" for block in ("weld_start", "weld_end")]
+    ours = shipped_templates(language)
+    own = [path for path in names if path.is_file() and read_bytes(path).decode("utf-8-sig") != ours[path.name]]
+    return tuple(map(str, own))
 
 
 def _refuse_unknown_files(folder: Path) -> None:

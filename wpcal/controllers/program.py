@@ -371,7 +371,7 @@ def _path(seam: Seam, u95_mm: FloatArray | None, torch: TorchSettings, motion: M
     R = tool_rotations(seam.frames.R, torch, seam.lean_rad)
     R = spun(R, unwinding_spin(R, torch.tool_axis, torch.spin_range_rad), torch.tool_axis)
     wire = wire_directions(R, torch.tool_axis)
-    p = seam.frames.p - (torch.stick_out_mm + seam.more_wire_mm) * wire
+    p = seam.frames.p - (torch.standoff_mm + seam.more_wire_mm) * wire
     appr, retr = p[:1] - motion.approach_mm * wire[:1], p[-1:] - motion.retract_mm * wire[-1:]
     rows = np.concatenate([[0], np.arange(len(R)), [-1]])
     return WeldPath(seam, frozen(np.concatenate([appr, p, retr])), frozen(R[rows]), u95_mm)

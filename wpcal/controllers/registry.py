@@ -27,7 +27,7 @@ from wpcal.core.errors import InputError
 from wpcal.taught.programs import ProgramReader
 
 if TYPE_CHECKING:
-    from wpcal.controllers.tour_program import TourProgram
+    from wpcal.controllers.sequence_program import SequenceProgram
 
 CONTROLLERS = "wpcal.controllers"
 """The entry-point group."""
@@ -55,8 +55,8 @@ class Controller:
         A `wpcal.taught.programs.ProgramReader`.
     sync_writer : str, optional
         A function from `SyncProgram` to file names and contents.
-    tour_writer : str, optional
-        A function from `TourProgram` to file names and contents.
+    sequence_writer : str, optional
+        A function from `SequenceProgram` to file names and contents.
     brands : tuple of str
         What people also call it, lower case: the maker. Taken wherever `name` is.
     reads_back : bool
@@ -76,7 +76,7 @@ class Controller:
     suffixes: tuple[str, ...] = ()
     reader: str | None = None
     sync_writer: str | None = None
-    tour_writer: str | None = None
+    sequence_writer: str | None = None
     brands: tuple[str, ...] = ()
     reads_back: bool = False
     takes_arcs: bool = False
@@ -112,17 +112,17 @@ class Controller:
         write: Callable[[SyncProgram], Mapping[str, str]] = self._load(self.sync_writer)
         return write(program)
 
-    def write_tour(self, program: TourProgram) -> Mapping[str, str]:
-        """Return the files of a tour of one robot over all seams: names and contents.
+    def write_sequence(self, program: SequenceProgram) -> Mapping[str, str]:
+        """Return the files of a sequence of one robot over all seams: names and contents.
 
         Raises
         ------
         InputError
             When the controller has no such programs, or cannot hold this one.
         """
-        if self.tour_writer is None:
-            raise InputError(f"{self.name} has no programs of tours; plan.csv has all axes with their times")
-        write: Callable[[TourProgram], Mapping[str, str]] = self._load(self.tour_writer)
+        if self.sequence_writer is None:
+            raise InputError(f"{self.name} has no programs of sequences; plan.csv has all axes with their times")
+        write: Callable[[SequenceProgram], Mapping[str, str]] = self._load(self.sequence_writer)
         return write(program)
 
     def load_reader(self) -> ProgramReader:
