@@ -14,7 +14,6 @@ from wpcal.cli.option_groups import option
 from wpcal.cli.shared_help import (
     ANGLE,
     ONLY_HELP,
-    PATH_TOL_HELP,
     ROBOT_HELP,
     SPEED,
     SPEED_HELP,
@@ -67,8 +66,8 @@ class SelectionFlags:
 class TipFlags:
     """Where the tool centre point is, and how the tool is turned to the wire."""
 
-    stick_out_mm: float = option(
-        "--stick-out-mm", type=float, default=0.0, show_default=True, help="Tool centre point back from the seam."
+    standoff_mm: float = option(
+        "--standoff-mm", type=float, default=0.0, show_default=True, help="Tool centre point back from the seam."
     )
     tool_axis: str = option(
         "--tool-axis",
@@ -102,7 +101,7 @@ class TorchFlags:
 
         work_rad, travel_rad = math.radians(self.work_angle_deg), math.radians(self.travel_angle_deg)
         spin_rad = math.radians(self.spin_range_deg)
-        return TorchSettings(work_rad, travel_rad, self.tip.stick_out_mm, ToolAxis(self.tip.tool_axis), spin_rad)
+        return TorchSettings(work_rad, travel_rad, self.tip.standoff_mm, ToolAxis(self.tip.tool_axis), spin_rad)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,7 +135,7 @@ class PathFlags:
         type=float,
         default=0.05,
         show_default=True,
-        help=PATH_TOL_HELP,
+        help="A seam becomes as few lines and circular arcs as keep the wire within this distance, and within 0.5 deg.",
     )
     every_point: bool = option(
         "--every-point", is_flag=True, help="Write a linear move to every point of a seam, and no arcs."
@@ -333,7 +332,8 @@ class WeldProgramFlags:
         space = RobotSpace.NOMINAL if arm is None else arm.arm.space
         whole = read_finished(folder, space=space)
         finished = self.selection.select(whole)
-        welds, arc = self.arc.read(whole, finished)
+        names = {seam.name for seam in finished.seams}
+        welds, arc = self.arc.read(whole.seams, whole.T_base_part, part_glb=whole.part_glb, names=names)
         program = build_program(finished, torch=torch, motion=motion, controller=controller, welds=welds, arc=arc)
         return WeldPrograms(self, program, tolerance, arm, progress)
 

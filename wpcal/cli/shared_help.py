@@ -38,6 +38,3 @@ XMCF_HELP = "Welds of an xMCF file (ISO/PAS 8329, coordinates of the part)"
 WORK_ANGLE_HELP = "Work angle of the torch: from the bisector, + towards y."
 TRAVEL_ANGLE_HELP = "Travel angle of the torch: + push (0 to 15 is usual), - drag."
 SPEED_HELP = "Speed along the seam."
-PATH_TOL_HELP = (
-    "A seam becomes as few lines and circular arcs as keep the wire within this distance, and within 0.5 deg."
-)

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from wpcal.cli.option_groups import option
-from wpcal.cli.shared_help import PATH_TOL_HELP
 
 if TYPE_CHECKING:
-    from wpcal.cli.weld_options import ArcFlags
+    from wpcal.cli.plan_sequence import SequenceFlags
     from wpcal.controllers.two_robots import HeldWeld
-    from wpcal.planning.cell.robot_cell import RobotCell
     from wpcal.planning.plan.coordinated import CoordinatedRun
     from wpcal.planning.plan.plan import Plan
     from wpcal.planning.plan.run import CellRun
@@ -36,13 +34,6 @@ class TwoRobotFlags:
         is_flag=True,
         help="Programs of two robots as joint moves with a mark at every point of the seam, not as coordinated motion.",
     )
-    path_tol_mm: float = option(
-        "--path-tol-mm",
-        type=float,
-        default=0.05,
-        show_default=True,
-        help=PATH_TOL_HELP,
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,20 +46,22 @@ class TwoRobotRequest:
     seams_json : Path
     output : Path
         The folder.
+    joints : bool
+        Whether programs are joint moves.
     preference : Preference
         Which plan is written as programs.
     genetic : Nsga2Options or None
-    programs : TwoRobotFlags
-    arc : ArcFlags
+    programs : SequenceFlags
+        Languages, tolerance of the path, names in the controller, and the arc.
     """
 
     problem: PlanningProblem
     seams_json: Path
     output: Path
+    joints: bool
     preference: Preference
     genetic: Nsga2Options | None
-    programs: TwoRobotFlags
-    arc: ArcFlags
+    programs: SequenceFlags
 
 
 def run_two_robots(asked: TwoRobotRequest, *, force: bool, as_json: bool) -> int:
@@ -80,14 +73,12 @@ def run_two_robots(asked: TwoRobotRequest, *, force: bool, as_json: bool) -> int
         When a file cannot be used, or arc instructions are asked for that cannot be written.
     """
     from wpcal.cli.progress import counted_progress
-    from wpcal.core.errors import InputError
     from wpcal.planning.cell.cell_check import check_cell
     from wpcal.planning.search.obstacle import NoFeasiblePlanError
     from wpcal.planning.search.plan_seam import plan_seam
 
     problem, cell = asked.problem, asked.problem.cell
-    if asked.programs.joints and asked.arc.arc == "on":
-        raise InputError("programs of joint moves have no arc instructions: leave out --joints, or --arc on")
+    _refuse_options(asked)
     _held_weld(asked, None)  # bad weld data is refused before the search
     mesh = _read_mesh(asked.seams_json)
     for issue in check_cell(cell):
@@ -99,6 +90,28 @@ def run_two_robots(asked: TwoRobotRequest, *, force: bool, as_json: bool) -> int
     except NoFeasiblePlanError as error:
         return _write_failure(problem, error, asked.output, force=force, as_json=as_json)
     return _write(asked, result, mesh, force=force, as_json=as_json)
+
+
+def _refuse_options(asked: TwoRobotRequest) -> None:
+    """Refuse options that programs of two robots do not have, before the search.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    from wpcal.controllers.registry import controller_named
+    from wpcal.core.errors import InputError
+
+    flags = asked.programs
+    for name in flags.formats:
+        controller_named(name)
+    if asked.joints and flags.arc.arc == "on":
+        raise InputError("programs of joint moves have no arc instructions: leave out --joints, or --arc on")
+    if flags.path.every_point:
+        raise InputError("two robots in coordinated motion have lines and arcs: use --joints for every point")
+    if flags.controller.templates is not None:
+        raise InputError("programs of two robots have no templates: leave out --template")
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +147,7 @@ def _held_weld(asked: TwoRobotRequest, plan: Plan | None) -> HeldWeld:
         When a file cannot be used, or arc instructions are asked for without weld data.
     """
     from wpcal.controllers.two_robots import HeldWeld
+    from wpcal.core.transform import RigidTransform
     from wpcal.moves import PathTolerance
     from wpcal.planning.cell.robot_cell import part_in_world
     from wpcal.planning.plan.seam_file import read_held_seams
@@ -145,21 +159,32 @@ def _held_weld(asked: TwoRobotRequest, plan: Plan | None) -> HeldWeld:
     if plan is not None:
         R = part_in_world(cell, plan.state.joints2)[:, :3, :3] @ seam.frames.R
         position, _ = Counter(weld_positions(R, seam.weld).name).most_common(1)[0]
-    weld, settings = asked.arc.read_held(seams, seam.name, asked.seams_json.with_name("part.glb"), position)
-    return HeldWeld(seam=seam, tolerance=PathTolerance(asked.programs.path_tol_mm), weld=weld, arc=settings)
+    welds, arc = asked.programs.arc.read(
+        list(seams.values()),
+        RigidTransform.identity(target="base", source="part"),
+        part_glb=_read_mesh(asked.seams_json),
+        names={seam.name},
+        positions={} if position == "-" else {seam.name: (position, "plan.json")},
+    )
+    weld = None if welds is None else welds[seam.name]
+    return HeldWeld(seam=seam, tolerance=PathTolerance(asked.programs.path.path_tol_mm), weld=weld, arc=arc)
 
 
-def _programs(run: CellRun, cell: RobotCell, held: HeldWeld, flags: TwoRobotFlags) -> Programs:
+def _programs(run: CellRun, held: HeldWeld, asked: TwoRobotRequest) -> Programs:
     """Return the programs of a run that is free; none if it is not."""
+    from wpcal.controllers.registry import controller_named
     from wpcal.controllers.two_robots import build_sync_program, possible_coordinated, possible_programs
     from wpcal.planning.plan.plan import CollisionVerdict
 
     if run.verdict is not CollisionVerdict.FREE:
         return Programs()
-    if flags.joints:
-        files, refusals = possible_programs(build_sync_program(run, cell))
+    cell, settings = asked.problem.cell, asked.programs.controller.to_settings()
+    settings = replace(settings, program_name=f"{settings.program_name}_{run.plan.seam}")
+    names = [controller_named(name).name for name in asked.programs.formats] or None
+    if asked.joints:
+        files, refusals = possible_programs(build_sync_program(run, cell, controller=settings), names)
         return Programs(files, tuple(refusals))
-    files, refusals, motions = possible_coordinated(run, cell, held)
+    files, refusals, motions = possible_coordinated(run, cell, held, controller=settings, languages=names)
     return Programs(files, tuple(refusals), motions)
 
 
@@ -215,7 +240,7 @@ def _write(asked: TwoRobotRequest, result: PlanningResult, mesh: bytes | None, *
     speed = speed or result.problem.speed_mm_s
     runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=speed)) for one in plans]
     run = runs[chosen]
-    programs = _programs(run, cell, held, asked.programs)
+    programs = _programs(run, held, asked)
     files = {"plan.json": to_json(run_record(run, cell, programs.motions)), "plan.csv": run_csv(run, cell)}
     groups = (("ladder", result.ladder), ("nsga2", result.genetic))
     fronts = [MethodFront(name, one.values, result.hypervolume_of(one)) for name, one in groups if one is not None]

@@ -11,10 +11,10 @@ import click
 from wpcal.cli.option_groups import option
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping, Sequence
 
     from wpcal.controllers.arc_settings import ArcSettings
-    from wpcal.results.folder import FinishedCalibration
+    from wpcal.core.transform import RigidTransform
     from wpcal.seam.seam import Seam
     from wpcal.weld.rules import RuleTable
     from wpcal.weld.seam_weld import SeamWeld
@@ -71,14 +71,27 @@ class ArcFlags:
     )
 
     def read(
-        self, finished: FinishedCalibration, chosen: FinishedCalibration
+        self,
+        seams: Sequence[Seam],
+        T_base_part: RigidTransform,
+        *,
+        part_glb: bytes | None,
+        names: Collection[str],
+        positions: Mapping[str, tuple[str, str]] | None = None,
     ) -> tuple[Mapping[str, SeamWeld] | None, ArcSettings | None]:
         """Return the weld data of the chosen seams, and how the arc is switched; None for what is not asked for.
 
         Parameters
         ----------
-        finished, chosen : FinishedCalibration
-            With all seams, and with those of the program.
+        seams : sequence of Seam
+            All seams of the part, with frames in `base`.
+        T_base_part : RigidTransform
+        part_glb : bytes or None
+            The triangles of the part.
+        names : collection of str
+            Of the chosen seams.
+        positions : mapping, optional
+            As in `wpcal.weld.find.find_welds`.
 
         Raises
         ------
@@ -93,61 +106,18 @@ class ArcFlags:
             return None, None
         table = self.rules.read()
         found = find_welds(
-            finished.seams,
-            finished.T_base_part,
+            seams,
+            T_base_part,
             table,
-            part_glb=finished.part_glb,
+            part_glb=part_glb,
             stated=read_stated_welds(self.welds, table),
-            names={seam.name for seam in chosen.seams},
+            names=names,
             stated_in=str(self.welds),
+            positions=positions,
         )
         for note in found.notes:
             click.echo(f"wpcal: {self.welds}: {note}", err=True)
         return found.by_seam(), arc
-
-    def read_held(
-        self, seams: Mapping[str, Seam], name: str, part_glb: Path, position: str
-    ) -> tuple[SeamWeld | None, ArcSettings | None]:
-        """Return the weld data of one seam of a part that a robot holds, and how the arc is switched.
-
-        Parameters
-        ----------
-        seams : mapping of str to Seam
-            All seams, in `part`.
-        name : str
-            Of the seam.
-        part_glb : Path
-            The triangles of the part, if there is such a file.
-        position : str
-            The weld position that the plan gives the seam; ``-`` for none.
-
-        Raises
-        ------
-        InputError
-            As `read` does.
-        """
-        from wpcal.core.input_file import read_bytes
-        from wpcal.core.transform import RigidTransform
-        from wpcal.weld.find import find_welds
-        from wpcal.weld.record import read_stated_welds
-
-        arc = self._settings()
-        if self.welds is None:
-            return None, None
-        table = self.rules.read()
-        found = find_welds(
-            list(seams.values()),
-            RigidTransform.identity(target="base", source="part"),
-            table,
-            part_glb=read_bytes(part_glb) if part_glb.is_file() else None,
-            stated=read_stated_welds(self.welds, table),
-            names={name},
-            stated_in=str(self.welds),
-            positions={} if position == "-" else {name: (position, "plan.json")},
-        )
-        for note in found.notes:
-            click.echo(f"wpcal: {self.welds}: {note}", err=True)
-        return found.by_seam()[name], arc
 
     def _settings(self) -> ArcSettings | None:
         """Return how the arc is switched; None for a dry run.

@@ -133,29 +133,29 @@ class TorchAtTool:
     ----------
     shape : TorchShape
     axis : ToolAxis
-    stick_out_mm : float
+    standoff_mm : float
         From the tool centre point to the tip of the wire.
     """
 
     shape: TorchShape
     axis: ToolAxis
-    stick_out_mm: float
+    standoff_mm: float
 
     def segment(self, p: FloatArray, R: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the wire's tips and the torch's ends, shapes (n, 3), for poses of shapes (n, 3) and (n, 3, 3)."""
         wire = wire_directions(R, self.axis)
-        tip = p + self.stick_out_mm * wire
+        tip = p + self.standoff_mm * wire
         return tip, tip - self.shape.length_mm * wire
 
     @property
     def reach_mm(self) -> float:
         """Largest distance of a point of the torch's axis from the tool centre point."""
-        return max(self.stick_out_mm, self.shape.length_mm - self.stick_out_mm)
+        return max(self.standoff_mm, self.shape.length_mm - self.standoff_mm)
 
     def lowest(self, R: FloatArray, up: FloatArray) -> FloatArray:
         """Return how far the torch reaches below the tool centre point, shape (n,), mm."""
         rise = wire_directions(R, self.axis) @ up
-        ends = np.stack([self.stick_out_mm * rise, (self.stick_out_mm - self.shape.length_mm) * rise])
+        ends = np.stack([self.standoff_mm * rise, (self.standoff_mm - self.shape.length_mm) * rise])
         return np.asarray(self.shape.nozzle_radius_mm - ends.min(axis=0), dtype=np.float64)
 
 
@@ -294,7 +294,7 @@ class _Search:
         wire = wire_directions(R, self.torch.axis)
         back = float(np.linalg.norm(points[1] - points[0]))
         if back > NO_LENGTH_MM:
-            tip = (points[0] + self.torch.stick_out_mm * wire)[None]
+            tip = (points[0] + self.torch.standoff_mm * wire)[None]
             low, high = np.array([self.torch.shape.wire_mm]), np.array([self.torch.shape.length_mm + back])
             radius = self.torch.shape.nozzle_radius_mm + self.part.deflection_mm
             if self.part.tube_solids(tip, -wire[None], low, high, radius)[0] >= 0:

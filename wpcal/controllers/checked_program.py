@@ -48,13 +48,13 @@ def check_program(
             code=ErrorCode.PART_MISSING,
         )
     part = TriangleMaterial.of(read_part_glb(program.part_glb), program.T_base_part)
-    motion, axis, stick_out = program.motion, program.torch.tool_axis, program.torch.stick_out_mm
+    motion, axis, standoff = program.motion, program.torch.tool_axis, program.torch.standoff_mm
     back_mm = (motion.approach_mm, motion.retract_mm)
     ends, inside = list[Ends](), dict[str, str]()
     for path in program.paths:
         p, R, frame, _ = path.stations()
         wire = wire_directions(R, axis)
-        tips = p + (stick_out + path.seam.more_wire_mm) * wire
+        tips = p + (standoff + path.seam.more_wire_mm) * wire
         found = find_weld_pose_in_material(part, path.seam, tips, -wire, torch, back_mm=back_mm, frame=frame)
         if found is not None:
             inside[path.seam.name] = found
@@ -62,7 +62,7 @@ def check_program(
         ends.append(Ends(path.seam.name, path.p_base[at], path.R_base[at]))
     if inside:
         raise refused(inside, [path.seam.name for path in program.paths], torch)
-    plan = plan_air_moves(part, ends, TorchAtTool(torch, axis, stick_out), air)
+    plan = plan_air_moves(part, ends, TorchAtTool(torch, axis, standoff), air)
     paths = [
         _with_ways(path, to_seam, from_seam)
         for path, to_seam, from_seam in zip(program.paths, plan.to_seam, plan.from_seam, strict=True)

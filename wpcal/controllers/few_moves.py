@@ -84,7 +84,7 @@ def fit_seam(
         s_mm=seam.frames.s_mm,
         headings=seam.frames.R[:, :, 0],
         axis=AXIS[torch.tool_axis],
-        stick_out_mm=torch.stick_out_mm + seam.more_wire_mm,
+        standoff_mm=torch.standoff_mm + seam.more_wire_mm,
         tolerance=tolerance,
         spin_is_free=spin_is_free,
     )
@@ -95,12 +95,12 @@ def seam_course(path: WeldPath, torch: TorchSettings, tolerance: PathTolerance, 
     frames = path.seam.frames
     R = tool_rotations(frames.R, torch, path.seam.lean_rad)
     return Course.along(
-        frames.p - torch.stick_out_mm * wire_directions(R, torch.tool_axis),
+        frames.p - torch.standoff_mm * wire_directions(R, torch.tool_axis),
         R,
         s_mm=frames.s_mm,
         headings=frames.R[:, :, 0],
         axis=AXIS[torch.tool_axis],
-        stick_out_mm=torch.stick_out_mm,
+        standoff_mm=torch.standoff_mm,
         most_mm=tolerance.mm,
         step_mm=step_mm,
     )

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.controllers.arc_settings import ArcSettings, seam_marks
+from wpcal.controllers.planned import PlannedMoves
 from wpcal.controllers.spin import spun, unwinding_spin
 from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
 from wpcal.core.arrays import BoolArray, FloatArray, frozen
@@ -118,6 +119,10 @@ class WeldPath:
         The lines and arcs along the seam, with the poses `weld_rows`. None: a line to every frame of the seam, k = n.
     run : WeldRun or None
         What is laid along the seam; None if no weld data is given.
+    external : ndarray, shape (a + k + b, e), or None
+        External axes at the poses, rad, a rail in mm; None without a plan.
+    speed_mm_s : float or None
+        Along the seam, as a plan has it; None: that of the weld data, or of the program.
     """
 
     seam: Seam
@@ -129,6 +134,8 @@ class WeldPath:
     joints: FloatArray | None = None
     moves: MovePath | None = None
     run: WeldRun | None = None
+    external: FloatArray | None = None
+    speed_mm_s: float | None = None
 
     def __len__(self) -> int:
         return len(self.p_base)
@@ -261,6 +268,7 @@ class WeldProgram:
     ----------
     paths : tuple of WeldPath
     T_base_part : RigidTransform
+        The frame in which positions are written. The base itself in plans whose part turns on a positioner.
     torch : TorchSettings
     motion : MotionSettings
     controller : ControllerSettings
@@ -278,6 +286,8 @@ class WeldProgram:
         How far the lines and arcs of the paths may be from the seams; None for a line to every frame.
     arc : ArcSettings or None
         How the arc is switched; None for a dry run without arc instructions.
+    planned : PlannedMoves or None
+        The moves off the seams of a plan, of which `arm` is the arm.
     """
 
     paths: tuple[WeldPath, ...]
@@ -292,6 +302,7 @@ class WeldProgram:
     arm: Arm | None = None
     tolerance: PathTolerance | None = None
     arc: ArcSettings | None = None
+    planned: PlannedMoves | None = None
 
     @property
     def marks(self) -> tuple[str, str]:
@@ -299,8 +310,8 @@ class WeldProgram:
         return seam_marks(self.arc)
 
     def weld_speed_mm_s(self, path: WeldPath) -> float:
-        """Return the speed along a seam: that of its weld data, else that of the program."""
-        return path.values.speed_mm_s or self.motion.speed_mm_s
+        """Return the speed along a seam: that of the plan, else of its weld data, else of the program."""
+        return path.speed_mm_s or path.values.speed_mm_s or self.motion.speed_mm_s
 
     @property
     def label_width(self) -> int:
@@ -371,7 +382,7 @@ def _path(seam: Seam, u95_mm: FloatArray | None, torch: TorchSettings, motion: M
     R = tool_rotations(seam.frames.R, torch, seam.lean_rad)
     R = spun(R, unwinding_spin(R, torch.tool_axis, torch.spin_range_rad), torch.tool_axis)
     wire = wire_directions(R, torch.tool_axis)
-    p = seam.frames.p - (torch.stick_out_mm + seam.more_wire_mm) * wire
+    p = seam.frames.p - (torch.standoff_mm + seam.more_wire_mm) * wire
     appr, retr = p[:1] - motion.approach_mm * wire[:1], p[-1:] - motion.retract_mm * wire[-1:]
     rows = np.concatenate([[0], np.arange(len(R)), [-1]])
     return WeldPath(seam, frozen(np.concatenate([appr, p, retr])), frozen(R[rows]), u95_mm)

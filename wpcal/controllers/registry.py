@@ -28,7 +28,6 @@ from wpcal.taught.programs import ProgramReader
 
 if TYPE_CHECKING:
     from wpcal.controllers.coordinated_program import CoordinatedProgram
-    from wpcal.controllers.tour_program import TourProgram
 
 CONTROLLERS = "wpcal.controllers"
 """The entry-point group."""
@@ -62,14 +61,14 @@ class Controller:
         How `coordinated_writer` moves the robot that holds the part: on lines, otherwise by joints.
     coordinates_arcs : bool
         Whether the torch may move on arcs in `coordinated_writer`.
-    tour_writer : str, optional
-        A function from `TourProgram` to file names and contents.
     brands : tuple of str
         What people also call it, lower case: the maker. Taken wherever `name` is.
     reads_back : bool
         Whether `reader` also reads what `writer` writes. Programs are then read back before they are put in place.
     takes_arcs : bool
         Whether `writer` writes the lines and arcs of `WeldPath.weld_moves`. Otherwise it gets a pose for every frame.
+    takes_plans : bool
+        Whether `writer` writes plans: joint moves between seams, and external axes.
 
     Raises
     ------
@@ -86,10 +85,10 @@ class Controller:
     coordinated_writer: str | None = None
     holder_on_line: bool = False
     coordinates_arcs: bool = True
-    tour_writer: str | None = None
     brands: tuple[str, ...] = ()
     reads_back: bool = False
     takes_arcs: bool = False
+    takes_plans: bool = False
 
     def __post_init__(self) -> None:
         if (self.reader is None) != (not self.suffixes):
@@ -133,19 +132,6 @@ class Controller:
         if self.coordinated_writer is None:
             raise InputError(f"{self.name} has no programs of two robots in coordinated motion")
         write: Callable[[CoordinatedProgram], Mapping[str, str]] = self._load(self.coordinated_writer)
-        return write(program)
-
-    def write_tour(self, program: TourProgram) -> Mapping[str, str]:
-        """Return the files of a tour of one robot over all seams: names and contents.
-
-        Raises
-        ------
-        InputError
-            When the controller has no such programs, or cannot hold this one.
-        """
-        if self.tour_writer is None:
-            raise InputError(f"{self.name} has no programs of tours; plan.csv has all axes with their times")
-        write: Callable[[TourProgram], Mapping[str, str]] = self._load(self.tour_writer)
         return write(program)
 
     def load_reader(self) -> ProgramReader:

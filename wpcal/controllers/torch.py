@@ -1,4 +1,4 @@
-"""The torch on a seam: work angle, travel angle and stick-out; and both angles measured from given wires.
+"""The torch on a seam: work angle, travel angle and standoff; and both angles measured from given wires.
 
 At zero angles the wire points along -z of the seam frame. z is the bisector of the joint, so at a fillet between square
 plates the wire is at 45 degrees to both.
@@ -40,7 +40,7 @@ class TorchSettings:
         Rotates the wire about x of the seam, positive towards its y.
     travel_rad : float
         Tilts the wire in the plane of travel; positive is push (the wire points forward), negative is drag.
-    stick_out_mm : float
+    standoff_mm : float
         Distance of the tool centre point from the seam, back along the wire; 0 if it is the tip of the wire.
     tool_axis : ToolAxis
     spin_range_rad : float
@@ -51,12 +51,12 @@ class TorchSettings:
     Raises
     ------
     InputError
-        When an angle is outside its range or the stick-out is negative or not finite.
+        When an angle is outside its range or the standoff is negative or not finite.
     """
 
     work_rad: float = 0.0
     travel_rad: float = 0.0
-    stick_out_mm: float = 0.0
+    standoff_mm: float = 0.0
     tool_axis: ToolAxis = ToolAxis.Z
     spin_range_rad: float = math.pi
 
@@ -69,8 +69,8 @@ class TorchSettings:
         if not 0.0 <= self.spin_range_rad <= math.pi:
             got = math.degrees(self.spin_range_rad)
             raise InputError(f"turn about the wire: expected 0 to 180 deg, got {got:g}")
-        if not 0.0 <= self.stick_out_mm < math.inf:
-            raise InputError(f"stick-out: expected 0 or more mm, got {self.stick_out_mm:g}")
+        if not 0.0 <= self.standoff_mm < math.inf:
+            raise InputError(f"standoff: expected 0 or more mm, got {self.standoff_mm:g}")
 
 
 def tool_rotations(R_seam: ArrayLike, torch: TorchSettings, lean_rad: FloatArray | None = None) -> FloatArray:

@@ -86,11 +86,18 @@ def write_programs(program: SyncProgram, languages: Sequence[str] | None = None)
     return {file: text for name in chosen for file, text in controller_named(name).write_sync(program).items()}
 
 
-def possible_programs(program: SyncProgram) -> tuple[dict[str, str], list[str]]:
-    """Return the files in all languages that can hold a program, and why the other languages cannot."""
+def possible_programs(program: SyncProgram, languages: Sequence[str] | None = None) -> tuple[dict[str, str], list[str]]:
+    """Return the files in all languages that can hold a program, and why the other languages cannot.
+
+    Parameters
+    ----------
+    program : SyncProgram
+    languages : sequence of str, optional
+        Names of controllers; all of `sync_languages` if not given.
+    """
     files: dict[str, str] = {}
     refusals: list[str] = []
-    for name in sync_languages():
+    for name in languages or sync_languages():
         try:
             files |= write_programs(program, (name,))
         except InputError as error:
@@ -121,7 +128,12 @@ class HeldWeld:
 
 
 def possible_coordinated(
-    run: CellRun, cell: RobotCell, held: HeldWeld, *, controller: ControllerSettings | None = None
+    run: CellRun,
+    cell: RobotCell,
+    held: HeldWeld,
+    *,
+    controller: ControllerSettings | None = None,
+    languages: Sequence[str] | None = None,
 ) -> tuple[dict[str, str], list[str], dict[str, CoordinatedRun]]:
     """Return a run in coordinated motion in all languages that can hold it.
 
@@ -131,6 +143,8 @@ def possible_coordinated(
     cell : RobotCell
     held : HeldWeld
     controller : ControllerSettings, optional
+    languages : sequence of str, optional
+        Names of controllers; by default all that have such programs.
 
     Returns
     -------
@@ -146,7 +160,8 @@ def possible_coordinated(
     files: dict[str, str] = {}
     refusals: list[str] = []
     motions: dict[str, CoordinatedRun] = {}
-    for each in (one for one in controllers() if one.coordinated_writer is not None):
+    known = [one.name for one in controllers() if one.coordinated_writer is not None]
+    for each in map(controller_named, languages or known):
         kind = (HolderMove.LINE if each.holder_on_line else HolderMove.JOINTS, each.coordinates_arcs)
         try:
             if kind not in runs:

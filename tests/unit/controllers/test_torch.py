@@ -47,7 +47,7 @@ def test_push_points_the_wire_forward_and_work_turns_it_towards_y():
     np.testing.assert_allclose(wire, expected, rtol=0, atol=ROUND_OFF)
 
 
-@pytest.mark.parametrize("settings", [{"work_rad": 1.2}, {"travel_rad": math.nan}, {"stick_out_mm": -1.0}])
+@pytest.mark.parametrize("settings", [{"work_rad": 1.2}, {"travel_rad": math.nan}, {"standoff_mm": -1.0}])
 def test_impossible_torches_are_refused(settings):
     with pytest.raises(InputError):
         TorchSettings(**settings)

@@ -11,7 +11,7 @@ RAPID = Controller(
     reads_back=True,
     sync_writer="wpcal.controllers.abb.sync:write_sync_rapid",
     coordinated_writer="wpcal.controllers.abb.coordinated:write_coordinated_rapid",
-    tour_writer="wpcal.controllers.abb.tour:write_tour_rapid",
     brands=("abb",),
     takes_arcs=True,
+    takes_plans=True,
 )

@@ -9,9 +9,9 @@ FANUC = Controller(
     coordinated_writer="wpcal.controllers.fanuc.coordinated:write_coordinated_fanuc",
     holder_on_line=True,
     coordinates_arcs=False,
-    tour_writer="wpcal.controllers.fanuc.tour:write_tour_fanuc",
     suffixes=(".ls",),
     reader="wpcal.controllers.fanuc.read:READER",
     reads_back=True,
     takes_arcs=True,
+    takes_plans=True,
 )

@@ -11,7 +11,7 @@ KRL = Controller(
     reads_back=True,
     coordinated_writer="wpcal.controllers.kuka.coordinated:write_coordinated_krl",
     holder_on_line=True,
-    tour_writer="wpcal.controllers.kuka.tour:write_tour_krl",
     brands=("kuka",),
     takes_arcs=True,
+    takes_plans=True,
 )

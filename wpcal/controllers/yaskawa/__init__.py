@@ -11,7 +11,7 @@ INFORM = Controller(
     reads_back=True,
     sync_writer="wpcal.controllers.yaskawa.sync:write_sync_inform",
     coordinated_writer="wpcal.controllers.yaskawa.coordinated:write_coordinated_inform",
-    tour_writer="wpcal.controllers.yaskawa.tour:write_tour_inform",
     brands=("yaskawa", "motoman"),
     takes_arcs=True,
+    takes_plans=True,
 )
