@@ -333,7 +333,9 @@ class WeldProgramFlags:
         whole = read_finished(folder, space=space)
         finished = self.selection.select(whole)
         welds, arc = self.arc.read(whole, finished)
-        program = build_program(finished, torch=torch, motion=motion, controller=controller, welds=welds, arc=arc)
+        program = build_program(
+            finished, torch=torch, motion=motion, controller=controller, welds=welds, arc=arc, choice=self.arc.choice()
+        )
         return WeldPrograms(self, program, tolerance, arm, progress)
 
 

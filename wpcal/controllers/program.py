@@ -21,7 +21,7 @@ from wpcal.results.folder import FinishedCalibration
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.posture import Posture, posture
 from wpcal.seam.seam import Seam
-from wpcal.weld.runs import WeldRun, weld_runs
+from wpcal.weld.runs import RunChoice, Tacks, WeaveBy, WeldRun, tack_runs, weld_runs, woven_run
 from wpcal.weld.seam_weld import SeamWeld
 from wpcal.weld.values import WeldValues
 
@@ -299,8 +299,9 @@ class WeldProgram:
         return ("ARC ON", "ARC OFF") if self.arc is None else SEAM_MARKS
 
     def weld_speed_mm_s(self, path: WeldPath) -> float:
-        """Return the speed along a seam: that of its weld data, else that of the program."""
-        return path.values.speed_mm_s or self.motion.speed_mm_s
+        """Return the speed of the wire: that of the weld data, else that of the program; faster if it weaves."""
+        speed = path.values.speed_mm_s or self.motion.speed_mm_s
+        return speed if path.run is None or not path.run.is_woven else round(speed * path.run.speed_ratio, 3)
 
     @property
     def label_width(self) -> int:
@@ -325,6 +326,7 @@ def build_program(
     controller: ControllerSettings | None = None,
     welds: Mapping[str, SeamWeld] | None = None,
     arc: ArcSettings | None = None,
+    choice: RunChoice | None = None,
 ) -> WeldProgram:
     """Place the torch on every frame of the seams.
 
@@ -339,20 +341,22 @@ def build_program(
         Weld data by the name of the seam. Every bead and every stretch becomes a path of its own.
     arc : ArcSettings, optional
         How the arc is switched; None for a dry run.
+    choice : RunChoice, optional
+        Which runs the weld data give: tack welds first, and weaves by the controller, if it is not stated.
 
     Raises
     ------
     GeometryError
         When a seam has fewer than two frames.
+    InputError
+        When only tack welds are wanted and there are none, or a weave cannot be made of points.
     """
     torch, motion = torch or TorchSettings(), motion or MotionSettings()
-    paths: list[WeldPath] = []
-    for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True):
-        if welds is None:
-            paths.append(_path(seam, u95, torch, motion))
-            continue
-        runs = weld_runs(seam, welds[seam.name], u95)
-        paths += [replace(_path(run.seam, run.u95_mm, torch, motion), run=run) for run in runs]
+    if welds is None:
+        paths = [_path(seam, u95, torch, motion) for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True)]
+    else:
+        runs = _runs(finished, welds, choice or RunChoice(), motion.speed_mm_s)
+        paths = [replace(_path(run.seam, run.u95_mm, torch, motion), run=run) for run in runs]
     return WeldProgram(
         tuple(paths),
         finished.T_base_part,
@@ -363,6 +367,22 @@ def build_program(
         finished.part_glb,
         arc=arc,
     )
+
+
+def _runs(
+    finished: FinishedCalibration, welds: Mapping[str, SeamWeld], choice: RunChoice, speed_mm_s: float
+) -> list[WeldRun]:
+    """Return the runs of all welds: all tack welds before the first weld."""
+    seams = [(seam, welds[seam.name], u95) for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True)]
+    tacks = [run for each in seams for run in tack_runs(*each)] if choice.tacks is not Tacks.OFF else []
+    if choice.tacks is Tacks.ONLY:
+        if not tacks:
+            raise InputError("no weld data of the chosen seams states tacks")
+        return tacks
+    runs = [run for each in seams for run in weld_runs(*each)]
+    if choice.weave is WeaveBy.POINTS:
+        runs = [woven_run(run, run.weld.values.speed_mm_s or speed_mm_s) for run in runs]
+    return [*tacks, *runs]
 
 
 def _path(seam: Seam, u95_mm: FloatArray | None, torch: TorchSettings, motion: MotionSettings) -> WeldPath:
