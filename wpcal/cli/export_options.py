@@ -332,7 +332,8 @@ class WeldProgramFlags:
         space = RobotSpace.NOMINAL if arm is None else arm.arm.space
         whole = read_finished(folder, space=space)
         finished = self.selection.select(whole)
-        welds, arc = self.arc.read(whole, finished)
+        names = {seam.name for seam in finished.seams}
+        welds, arc = self.arc.read(whole.seams, whole.T_base_part, part_glb=whole.part_glb, names=names)
         program = build_program(
             finished, torch=torch, motion=motion, controller=controller, welds=welds, arc=arc, choice=self.arc.choice()
         )

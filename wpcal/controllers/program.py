@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.controllers.arc_settings import SEAM_MARKS, ArcSettings
+from wpcal.controllers.planned import PlannedMoves
 from wpcal.controllers.spin import spun, unwinding_spin
 from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
 from wpcal.core.arrays import BoolArray, FloatArray, frozen
@@ -21,7 +22,7 @@ from wpcal.results.folder import FinishedCalibration
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.posture import Posture, posture
 from wpcal.seam.seam import Seam
-from wpcal.weld.runs import RunChoice, Tacks, WeaveBy, WeldRun, tack_runs, weld_runs, woven_run
+from wpcal.weld.runs import RunChoice, WeldRun, chosen_runs
 from wpcal.weld.seam_weld import SeamWeld
 from wpcal.weld.values import WeldValues
 
@@ -118,6 +119,10 @@ class WeldPath:
         The lines and arcs along the seam, with the poses `weld_rows`. None: a line to every frame of the seam, k = n.
     run : WeldRun or None
         What is laid along the seam; None if no weld data is given.
+    external : ndarray, shape (a + k + b, e), or None
+        External axes at the poses, rad, a rail in mm; None without a plan.
+    speed_mm_s : float or None
+        Along the seam, as a plan has it; None: that of the weld data, or of the program.
     """
 
     seam: Seam
@@ -129,6 +134,8 @@ class WeldPath:
     joints: FloatArray | None = None
     moves: MovePath | None = None
     run: WeldRun | None = None
+    external: FloatArray | None = None
+    speed_mm_s: float | None = None
 
     def __len__(self) -> int:
         return len(self.p_base)
@@ -261,6 +268,7 @@ class WeldProgram:
     ----------
     paths : tuple of WeldPath
     T_base_part : RigidTransform
+        The frame in which positions are written. The base itself in plans whose part turns on a positioner.
     torch : TorchSettings
     motion : MotionSettings
     controller : ControllerSettings
@@ -278,6 +286,8 @@ class WeldProgram:
         How far the lines and arcs of the paths may be from the seams; None for a line to every frame.
     arc : ArcSettings or None
         How the arc is switched; None for a dry run without arc instructions.
+    planned : PlannedMoves or None
+        The moves off the seams of a plan, of which `arm` is the arm.
     """
 
     paths: tuple[WeldPath, ...]
@@ -292,6 +302,7 @@ class WeldProgram:
     arm: Arm | None = None
     tolerance: PathTolerance | None = None
     arc: ArcSettings | None = None
+    planned: PlannedMoves | None = None
 
     @property
     def marks(self) -> tuple[str, str]:
@@ -299,8 +310,8 @@ class WeldProgram:
         return ("ARC ON", "ARC OFF") if self.arc is None else SEAM_MARKS
 
     def weld_speed_mm_s(self, path: WeldPath) -> float:
-        """Return the speed of the wire: that of the weld data, else that of the program; faster if it weaves."""
-        speed = path.values.speed_mm_s or self.motion.speed_mm_s
+        """Return the speed of the wire: that of the plan, of the weld data or of the program; faster if it weaves."""
+        speed = path.speed_mm_s or path.values.speed_mm_s or self.motion.speed_mm_s
         return speed if path.run is None or not path.run.is_woven else round(speed * path.run.speed_ratio, 3)
 
     @property
@@ -355,7 +366,8 @@ def build_program(
     if welds is None:
         paths = [_path(seam, u95, torch, motion) for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True)]
     else:
-        runs = _runs(finished, welds, choice or RunChoice(), motion.speed_mm_s)
+        seams = [(seam, welds[seam.name], u95) for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True)]
+        runs = chosen_runs(seams, choice or RunChoice(), motion.speed_mm_s)
         paths = [replace(_path(run.seam, run.u95_mm, torch, motion), run=run) for run in runs]
     return WeldProgram(
         tuple(paths),
@@ -367,22 +379,6 @@ def build_program(
         finished.part_glb,
         arc=arc,
     )
-
-
-def _runs(
-    finished: FinishedCalibration, welds: Mapping[str, SeamWeld], choice: RunChoice, speed_mm_s: float
-) -> list[WeldRun]:
-    """Return the runs of all welds: all tack welds before the first weld."""
-    seams = [(seam, welds[seam.name], u95) for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True)]
-    tacks = [run for each in seams for run in tack_runs(*each)] if choice.tacks is not Tacks.OFF else []
-    if choice.tacks is Tacks.ONLY:
-        if not tacks:
-            raise InputError("no weld data of the chosen seams states tacks")
-        return tacks
-    runs = [run for each in seams for run in weld_runs(*each)]
-    if choice.weave is WeaveBy.POINTS:
-        runs = [woven_run(run, run.weld.values.speed_mm_s or speed_mm_s) for run in runs]
-    return [*tacks, *runs]
 
 
 def _path(seam: Seam, u95_mm: FloatArray | None, torch: TorchSettings, motion: MotionSettings) -> WeldPath:

@@ -7,6 +7,7 @@ itself, without a weave; all of them come before the first weld.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -82,6 +83,35 @@ class WeldRun:
     def is_woven(self) -> bool:
         """Whether the frames of the seam are those of a weave."""
         return self.speed_ratio > 1.0
+
+
+def chosen_runs(
+    seams: Sequence[tuple[Seam, SeamWeld, FloatArray | None]], choice: RunChoice, speed_mm_s: float
+) -> list[WeldRun]:
+    """Return the runs of all welds in the order of welding: all tack welds before the first weld.
+
+    Parameters
+    ----------
+    seams : sequence of (Seam, SeamWeld, ndarray or None)
+        Each with its weld, and the 95 % error at its frames, mm.
+    choice : RunChoice
+    speed_mm_s : float
+        Along a seam whose weld data states none.
+
+    Raises
+    ------
+    InputError
+        When only tack welds are wanted and there are none, or a weave cannot be made of points.
+    """
+    tacks = [run for each in seams for run in tack_runs(*each)] if choice.tacks is not Tacks.OFF else []
+    if choice.tacks is Tacks.ONLY:
+        if not tacks:
+            raise InputError("no weld data of the chosen seams states tacks")
+        return tacks
+    runs = [run for each in seams for run in weld_runs(*each)]
+    if choice.weave is WeaveBy.POINTS:
+        runs = [woven_run(run, run.weld.values.speed_mm_s or speed_mm_s) for run in runs]
+    return [*tacks, *runs]
 
 
 def weld_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> tuple[WeldRun, ...]:
