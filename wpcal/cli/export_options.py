@@ -334,7 +334,9 @@ class WeldProgramFlags:
         finished = self.selection.select(whole)
         names = {seam.name for seam in finished.seams}
         welds, arc = self.arc.read(whole.seams, whole.T_base_part, part_glb=whole.part_glb, names=names)
-        program = build_program(finished, torch=torch, motion=motion, controller=controller, welds=welds, arc=arc)
+        program = build_program(
+            finished, torch=torch, motion=motion, controller=controller, welds=welds, arc=arc, choice=self.arc.choice()
+        )
         return WeldPrograms(self, program, tolerance, arm, progress)
 
 
