@@ -233,8 +233,9 @@ def _check_written(files: Mapping[str, str | bytes], program: WeldProgram, name:
             raise WrittenWrongError(what) from None
     if not read:
         return 0
-    asked_p = [path.p_base for path in program.paths]
-    asked_R = [path.R_base for path in program.paths]
+    first = [0 if program.planned is None else path.before for path in program.paths]  # plans go there in joints
+    asked_p = [path.p_base[row:] for path, row in zip(program.paths, first, strict=True)]
+    asked_R = [path.R_base[row:] for path, row in zip(program.paths, first, strict=True)]
     if program.safe_point is not None:
         asked_p.append(program.safe_point.p_base)
         asked_R.append(program.safe_point.R_base)

@@ -263,8 +263,11 @@ class WeldProgramFlags:
         finished = self.selection.select(whole)
         shape = self.shape.to_shape(whole.torch)
         torch = self.torch.to_settings(shape)
-        welds, arc = self.arc.read(whole, finished)
-        program = build_program(finished, torch=torch, motion=motion, controller=controller, welds=welds, arc=arc)
+        names = {seam.name for seam in finished.seams}
+        welds, arc = self.arc.read(whole.seams, whole.T_base_part, part_glb=whole.part_glb, names=names)
+        program = build_program(
+            finished, torch=torch, motion=motion, controller=controller, welds=welds, arc=arc, choice=self.arc.choice()
+        )
         return WeldPrograms(self, program, tolerance, arm, shape, whole.torch, progress)
 
 

@@ -9,7 +9,7 @@ KRL = Controller(
     suffixes=(".dat",),
     reader="wpcal.controllers.kuka.read:READER",
     reads_back=True,
-    sequence_writer="wpcal.controllers.kuka.sequence:write_sequence_krl",
     brands=("kuka",),
     takes_arcs=True,
+    takes_plans=True,
 )

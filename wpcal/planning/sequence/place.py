@@ -23,11 +23,11 @@ from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.singularity import is_regular, is_within_turns
 from wpcal.planning.sequence.external import axes_of, external_axes
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
+from wpcal.planning.sequence.sequence_input import PlannedSeam
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.torch_poses import TorchPoses, torch_poses
 from wpcal.robot.kinematics.inverse import solve_inverse
 from wpcal.robot.kinematics.opw import BRANCHES
-from wpcal.seam.seam import Seam
 
 PLACE_SCHEMA = "wpcal/place/1"
 TURNS_DEG = (0.0, 90.0, 180.0, 270.0)
@@ -105,7 +105,7 @@ class PlaceMap:
 def map_places(
     cell: OneRobotCell,
     part: TriangleMaterial | None,
-    seams: Sequence[Seam],
+    seams: Sequence[PlannedSeam],
     targets: SequenceTargets,
     *,
     moved: Moved = Moved.PART,
@@ -121,7 +121,7 @@ def map_places(
         With the part in its place. A part on a positioner is moved with it.
     part : TriangleMaterial or None
         In `part`, for the torch.
-    seams : sequence of Seam
+    seams : sequence of PlannedSeam
         In `part`.
     targets : SequenceTargets
     moved : Moved
@@ -134,7 +134,7 @@ def map_places(
     PlaceMap
     """
     clearance = OneRobotClearance(cell, part)
-    tasks = [seam_task(seam) for seam in seams]
+    tasks = [seam_task(seam.seam) for seam in seams]
     poses = [_thinned(task, torch_poses(task, targets, clearance, tilted=False)) for task in tasks]
     length = np.array([task.length_mm for task in tasks])
     steps = round(range_mm / step_mm)

@@ -23,6 +23,7 @@ from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.order import Order, Stop, find_order
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
+from wpcal.planning.sequence.sequence_input import PlannedSeam
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.weld_sequence import (
     AIR_SHARE,
@@ -33,7 +34,6 @@ from wpcal.planning.sequence.weld_sequence import (
     sequence_values,
 )
 from wpcal.robot.kinematics.inverse import solve_inverse, turn_into_limits
-from wpcal.seam.seam import Seam
 
 AIR_STEP_MM = 10.0
 """Of approach and retract: between two states a straight line in the joints is nearly straight in space."""
@@ -78,7 +78,7 @@ class _Ways:
 def plan_sequence(
     cell: OneRobotCell,
     part: TriangleMaterial | None,
-    seams: Sequence[Seam],
+    seams: Sequence[PlannedSeam],
     targets: SequenceTargets,
     *,
     prefer: SequencePreference = SequencePreference.BALANCED,
@@ -92,8 +92,7 @@ def plan_sequence(
         With the part in its place.
     part : TriangleMaterial or None
         In `part`; without it no collision with the part is looked at.
-    seams : sequence of Seam
-        In `part`.
+    seams : sequence of PlannedSeam
     targets : SequenceTargets
     prefer : SequencePreference
         Which plan is worked out.
@@ -140,8 +139,8 @@ def _require_free_home(cell: OneRobotCell, clearance: OneRobotClearance) -> None
         )
 
 
-def _ways(search: SeamSearch, seam: Seam) -> tuple[list[_Ways], list[Unwelded]]:
-    task = seam_task(seam)
+def _ways(search: SeamSearch, seam: PlannedSeam) -> tuple[list[_Ways], list[Unwelded]]:
+    task = seam_task(seam.seam, seam.speed_mm_s)
     found = _both_directions(search, task, search.whole(task))
     if found:
         return [_Ways(task.name, tuple(found))], []

@@ -224,7 +224,7 @@ class SeamSearch:
         bad : int or None
         """
         n = len(angles)
-        T = tool_on_seam(task.R[:n], task.p[:n], angles)
+        T = tool_on_seam(task, np.arange(n), angles)
         joints = solve_inverse(self.cell.arm, self.flange_places(T, values[None])[0]).joints[:, branch]
         path = continue_branch(self.cell.arm, joints, self.cell.home[:JOINTS])
         end = n
