@@ -384,7 +384,7 @@ def build_program(
 def _path(seam: Seam, u95_mm: FloatArray | None, torch: TorchSettings, motion: MotionSettings) -> WeldPath:
     if len(seam.frames) < 2:
         raise GeometryError(f"seam {seam.name}: expected at least 2 frames to weld along, got {len(seam.frames)}")
-    R = tool_rotations(seam.frames.R, torch, seam.lean_rad)
+    R = tool_rotations(seam.frames.R, torch, seam.lean_rad, seam.spin_rad)
     R = spun(R, unwinding_spin(R, torch.tool_axis, torch.spin_range_rad), torch.tool_axis)
     wire = wire_directions(R, torch.tool_axis)
     p = seam.frames.p - (torch.standoff_mm + seam.more_wire_mm) * wire
