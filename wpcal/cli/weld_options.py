@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from wpcal.core.transform import RigidTransform
     from wpcal.seam.seam import Seam
     from wpcal.weld.rules import RuleTable
+    from wpcal.weld.runs import RunChoice
     from wpcal.weld.seam_weld import SeamWeld
 
 
@@ -69,6 +70,28 @@ class ArcFlags:
         help="Digital output that switches the arc, for KUKA without ArcTech, Universal Robots, Staubli.  "
         "[default: functions of yours, arc_start and arc_end]",
     )
+
+    tacks: str = option(
+        "--tacks",
+        type=click.Choice(["first", "only", "off"]),
+        default="first",
+        show_default=True,
+        help="Tack welds of the weld data: before all welds, only these, or none.",
+    )
+    weave: str = option(
+        "--weave",
+        type=click.Choice(["controller", "points"]),
+        default="controller",
+        show_default=True,
+        help="Weaves of the weld data: an instruction of the controller, or points, for Universal Robots, Staubli and "
+        "KUKA without ArcTech.",
+    )
+
+    def choice(self) -> RunChoice:
+        """Return which runs the program has."""
+        from wpcal.weld.runs import RunChoice, Tacks, WeaveBy
+
+        return RunChoice(Tacks(self.tacks), WeaveBy(self.weave))
 
     def read(
         self,

@@ -72,6 +72,8 @@ def describe_moves(program: WeldProgram) -> str:
     """Return one line about the lines and arcs of a program: how far they are from the seams at most."""
     tolerance = program.tolerance
     moves = [path.moves for path in program.paths if path.moves is not None]
+    if not moves:
+        return "lines to every point of the weaves"
     off_mm, off_rad = max(each.off_mm for each in moves), max(each.off_rad for each in moves)
     allowed = "" if tolerance is None else f" (allowed: {tolerance.mm:g} mm, {math.degrees(tolerance.wire_rad):g} deg)"
     return f"lines and arcs: the wire is at most {off_mm:.3f} mm and {math.degrees(off_rad):.2f} deg off{allowed}"
@@ -82,7 +84,12 @@ def describe_path(path: WeldPath) -> str:
     seam = path.seam
     text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {_count(path)}"
     if path.run is not None:
-        text = ", ".join([describe_weld(path.values), *_settings(path.values), text])
+        words = [describe_weld(path.values), *_settings(path.values)]
+        if path.run.is_tack:
+            words.insert(0, "tack weld")
+        if path.run.is_woven:
+            words.append(f"weave of points, wire {path.run.speed_ratio:.3g} times as fast")
+        text = ", ".join([*words, text])
     if seam.more_wire_mm:
         text += f", wire {seam.more_wire_mm:g} mm longer than usual: the tool stays back by it"
     if path.u95_mm is not None:
