@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import option, takes
-from wpcal.cli.plan_tour import TourFlags
+from wpcal.cli.plan_sequence import SequenceFlags
 from wpcal.cli.shared_help import ANGLE, FORCE_HELP, JSON_HELP, SPEED, SPEED_HELP, TRAVEL_ANGLE_HELP, WORK_ANGLE_HELP
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ class GeneticFlags:
     show_default=True,
     help="Which plan is written as programs.",
 )
-@takes("tour", TourFlags)
+@takes("sequence", SequenceFlags)
 @takes("weld", WeldFlags)
 @takes("genetic", GeneticFlags)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
@@ -123,7 +123,7 @@ def plan(
     output: Path | None,
     check_only: bool,
     prefer: str,
-    tour: TourFlags,
+    sequence: SequenceFlags,
     weld: WeldFlags,
     genetic: GeneticFlags,
     force: bool,
@@ -153,17 +153,17 @@ def plan(
     if seams_json is None or output is None:
         raise _incomplete({"RESULT": seams_json, "--seam": seam, "-o": output})
     from wpcal.core.records import check_writable
+    from wpcal.planning.cell.one_robot_file import read_any_cell
     from wpcal.planning.cell.robot_cell import RobotCell
-    from wpcal.planning.cell.station_file import read_any_cell
 
     check_writable(output, overwrite=force)
     _require_extra("fcl", *(("pymoo",) if genetic.generations else ()))
     cell = read_any_cell(cell_json)
     if not isinstance(cell, RobotCell):
-        from wpcal.cli.plan_tour import run_tour
+        from wpcal.cli.plan_sequence import run_sequence
 
-        asked = tour.to_targets(weld, seed=genetic.seed)
-        return run_tour(cell, seams_json, output, asked, tour, prefer=prefer, force=force, as_json=as_json)
+        asked = sequence.to_targets(weld, seed=genetic.seed)
+        return run_sequence(cell, seams_json, output, asked, sequence, prefer=prefer, force=force, as_json=as_json)
     if seam is None:
         raise _incomplete({"--seam": None})
     from wpcal.cli.progress import counted_progress

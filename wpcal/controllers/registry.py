@@ -19,15 +19,12 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.sync_program import SyncProgram
 from wpcal.core.errors import InputError
 from wpcal.taught.programs import ProgramReader
-
-if TYPE_CHECKING:
-    from wpcal.controllers.tour_program import TourProgram
 
 CONTROLLERS = "wpcal.controllers"
 """The entry-point group."""
@@ -55,14 +52,14 @@ class Controller:
         A `wpcal.taught.programs.ProgramReader`.
     sync_writer : str, optional
         A function from `SyncProgram` to file names and contents.
-    tour_writer : str, optional
-        A function from `TourProgram` to file names and contents.
     brands : tuple of str
         What people also call it, lower case: the maker. Taken wherever `name` is.
     reads_back : bool
         Whether `reader` also reads what `writer` writes. Programs are then read back before they are put in place.
     takes_arcs : bool
         Whether `writer` writes the lines and arcs of `WeldPath.weld_moves`. Otherwise it gets a pose for every frame.
+    takes_plans : bool
+        Whether `writer` writes plans: joint moves between seams, and external axes.
 
     Raises
     ------
@@ -76,10 +73,10 @@ class Controller:
     suffixes: tuple[str, ...] = ()
     reader: str | None = None
     sync_writer: str | None = None
-    tour_writer: str | None = None
     brands: tuple[str, ...] = ()
     reads_back: bool = False
     takes_arcs: bool = False
+    takes_plans: bool = False
 
     def __post_init__(self) -> None:
         if (self.reader is None) != (not self.suffixes):
@@ -110,19 +107,6 @@ class Controller:
         if self.sync_writer is None:
             raise InputError(f"{self.name} has no programs of two robots")
         write: Callable[[SyncProgram], Mapping[str, str]] = self._load(self.sync_writer)
-        return write(program)
-
-    def write_tour(self, program: TourProgram) -> Mapping[str, str]:
-        """Return the files of a tour of one robot over all seams: names and contents.
-
-        Raises
-        ------
-        InputError
-            When the controller has no such programs, or cannot hold this one.
-        """
-        if self.tour_writer is None:
-            raise InputError(f"{self.name} has no programs of tours; plan.csv has all axes with their times")
-        write: Callable[[TourProgram], Mapping[str, str]] = self._load(self.tour_writer)
         return write(program)
 
     def load_reader(self) -> ProgramReader:

@@ -106,7 +106,7 @@ def fit_moves(
     s_mm: ArrayLike | None = None,
     headings: ArrayLike | None = None,
     axis: int = 2,
-    stick_out_mm: float = 0.0,
+    standoff_mm: float = 0.0,
     tolerance: PathTolerance = USUAL_TOLERANCE,
     spin_is_free: bool = True,
 ) -> MovePath:
@@ -124,7 +124,7 @@ def fit_moves(
         Directions of travel of the wire's tip. Without them the path is straight between two points.
     axis : int
         The axis of the tool along the wire: 0 for x, 2 for z.
-    stick_out_mm : float
+    standoff_mm : float
         From the tool centre point to the tip of the wire, whose path is compared.
     tolerance : PathTolerance
     spin_is_free : bool
@@ -158,7 +158,7 @@ def fit_moves(
         s_mm=s,
         headings=None if headings is None else np.asarray(headings, dtype=np.float64),
         axis=axis,
-        stick_out_mm=stick_out_mm,
+        standoff_mm=standoff_mm,
         most_mm=tolerance.mm,
     )
     kinds = _FREE if spin_is_free else _GIVEN
@@ -340,7 +340,7 @@ def deviations(course: Course, moves: Moves, at: IntArray) -> tuple[FloatArray, 
     """
     share = moves.shares(course.p[at])
     wire = moves.directions(share, course.axis)
-    tip = moves.positions(share) + course.stick_out_mm * wire
+    tip = moves.positions(share) + course.standoff_mm * wire
     apart = np.linalg.norm(wire - course.wire[at], axis=1)
     return np.linalg.norm(tip - course.tip[at], axis=1), 2.0 * np.arcsin(np.minimum(apart / 2.0, 1.0))
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError
 from wpcal.core.record_check import check_record
@@ -242,3 +242,9 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         groove=Groove(**seam["groove"]) if "groove" in seam else None,
         wrap_of=seam.get("wrap_of"),
     )
+
+
+def errors_from_record(record: Mapping[str, Any]) -> tuple[FloatArray | None, ...]:
+    """Return the 95 % errors at the frames of every seam of a record, shape (n,), mm; None where it has none."""
+    columns = [[frame.get("u95_mm") for frame in seam["frames"]] for seam in record["seams"]]
+    return tuple(frozen(column) if column and None not in column else None for column in columns)

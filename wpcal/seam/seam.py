@@ -42,6 +42,7 @@ class SeamSource(Enum):
     CONTACT = "contact of two solids"
     SECTION = "section of two solids that run into each other"
     CONCAVE = "concave edge inside one solid"
+    MITRE = "mitre of tubes inside one solid"
     BEAD = "modelled bead or round inside one solid"
     FLARE = "groove between a radius and another solid"
     MARKED = "marked or picked edge"

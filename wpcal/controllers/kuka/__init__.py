@@ -9,7 +9,7 @@ KRL = Controller(
     suffixes=(".dat",),
     reader="wpcal.controllers.kuka.read:READER",
     reads_back=True,
-    tour_writer="wpcal.controllers.kuka.tour:write_tour_krl",
     brands=("kuka",),
     takes_arcs=True,
+    takes_plans=True,
 )

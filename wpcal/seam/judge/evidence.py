@@ -19,6 +19,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.find.formed import are_bends, is_profile
 from wpcal.seam.find.play import is_play, with_play
+from wpcal.seam.find.tubes import THIN_WALL
 from wpcal.seam.judge.held_fast import HeldRings
 from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.stretches import in_material_words
@@ -39,9 +40,6 @@ FELT_GAP = 0.1
 """Gaps below this fraction of the allowed gap do not lower the confidence."""
 AROUND = 0.1
 """A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees)."""
-THIN_WALL = 0.6
-"""A round member is a tube if it has a bore of this share of its diameter or more: bushes and rollers have thicker
-walls."""
 STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "the torch does not get there at"
 """How the reasons about reach end and begin."""
 WIRE_WORDS = "mm of wire are needed from its tip to the nozzle"
