@@ -22,6 +22,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.seam.find.built_up import why_one_piece
+from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.limits import LEAST_SEAM_MM
@@ -180,7 +181,7 @@ def _are_apart(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolAr
     """Tell which solids are apart: their boxes are near no other box but those of crumbs; shape (S,)."""
     low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
     own, other = BoxTree.of(low, high).meeting(low - gap_mm, high + gap_mm)
-    near = own[(own != other) & ~are_crumbs(graph, trimmed)[other]]
+    near = own[(own != other) & ~are_crumbs(graph, trimmed)[other] & count_solids(graph, trimmed, other)]
     return np.asarray(np.bincount(near, minlength=len(low)) == 0, dtype=bool)
 
 
