@@ -25,6 +25,7 @@ from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.find.mitres import find_mitres
 from wpcal.seam.find.play import with_play
 from wpcal.seam.find.root_gaps import find_root_gaps
+from wpcal.seam.find.tube_frames import are_tube_frames
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
@@ -231,9 +232,12 @@ def _inside_solids(
 
 
 def _weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, contacts: JoinedPieces) -> IntArray:
-    """Return which of some solids touch no other member and may be built up of plates, bars and tubes."""
+    """Return which of some solids may be built up: no other member touches them, or they are frames of tubes."""
     pairs = graph.face_solid[np.stack([contacts.pieces.wall, contacts.pieces.base], axis=1)]
     touching = pairs[~are_crumbs(graph, trimmed)[pairs].any(axis=1)]
-    asked = np.setdiff1d(solids[count_solids(graph, trimmed, solids)], touching)
-    built_up = [solid for solid in asked.tolist() if why_one_piece(graph, trimmed, solid) is None]
-    return np.array(built_up, dtype=np.int64)
+    solids = solids[count_solids(graph, trimmed, solids)]
+    alone = np.setdiff1d(solids, touching)
+    built_up = [solid for solid in alone.tolist() if why_one_piece(graph, trimmed, solid) is None]
+    touched = np.intersect1d(solids, touching)
+    frames = touched[are_tube_frames(graph, trimmed, touched)]
+    return np.concatenate([np.array(built_up, dtype=np.int64), frames])
