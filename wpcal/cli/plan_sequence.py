@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from wpcal.cli.plan import WeldFlags
     from wpcal.controllers.planned_program import PlanOutput
     from wpcal.controllers.registry import Controller
+    from wpcal.core.arrays import FloatArray
     from wpcal.planning.cell.one_robot import OneRobotCell
     from wpcal.planning.sequence.plan_sequence import SequenceChoice
     from wpcal.planning.sequence.sequence_input import SequenceInput
@@ -229,12 +230,7 @@ def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:
         slope, rotation = position_name(sequence.cell, piece)
         late = candidate.off_position_rad > sequence.targets.position_tol_rad
         off = math.degrees(candidate.off_position_rad)
-        rail = sequence.cell.rail_axis
-        external = [
-            f"{value:.0f} mm" if axis == rail else f"{math.degrees(value):.0f}"
-            for axis, value in enumerate(candidate.q[0].tolist())
-            if axis >= 6  # the joints of the arm
-        ]
+        external = [_along(sequence.cell, axis, column) for axis, column in enumerate(candidate.q.T) if axis >= 6]
         table.add_row(
             f"{row}",
             f"{piece.name}{' (reversed)' if candidate.is_reversed else ''}",
@@ -264,3 +260,10 @@ def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:
     console.print(f"{'free' if sequence.is_free else 'NOT FREE'}: {checked_text(sequence)}")
     if not has_part:
         console.print("NOT CHECKED for collisions with the part: there is no part.glb beside the seams")
+
+
+def _along(cell: OneRobotCell, axis: int, column: FloatArray) -> str:
+    """Return an external axis as the table shows it: at rest, or from where to where it moves."""
+    unit, factor = (" mm", 1.0) if axis == cell.rail_axis else ("", 180.0 / math.pi)
+    start, end = factor * float(column[0]), factor * float(column[-1])
+    return f"{start:.0f}{unit}" if start == end else f"{start:.0f} to {end:.0f}{unit}"
