@@ -225,16 +225,18 @@ def _check_written(files: Mapping[str, str | bytes], program: WeldProgram, name:
     if not own:
         return 0
     read: list[ReadPose] = []
+    is_carried = program.planned is not None and program.planned.follows
     for file, data in own.items():
         try:
-            read += read_poses_back(data, Path(file), program.T_base_part)
+            read += read_poses_back(data, Path(file), program.T_base_part, is_carried=is_carried)
         except WpcalError as error:
             what = f"{name}: the written program cannot be read back: {error}; nothing is written"
             raise WrittenWrongError(what) from None
     if not read:
         return 0
-    asked_p = [path.p_base for path in program.paths]
-    asked_R = [path.R_base for path in program.paths]
+    first = [0 if program.planned is None else path.before for path in program.paths]  # plans go there in joints
+    asked_p = [path.p_base[row:] for path, row in zip(program.paths, first, strict=True)]
+    asked_R = [path.R_base[row:] for path, row in zip(program.paths, first, strict=True)]
     if program.safe_point is not None:
         asked_p.append(program.safe_point.p_base)
         asked_R.append(program.safe_point.R_base)

@@ -24,7 +24,7 @@ from wpcal.weld.values import VALUE_NAMES
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
 
-BLOCKS = ("header", "weld_start", "weld_end", "air_move", "footer")
+BLOCKS = ("header", "weld_start", "weld_end", "air_move", "joint_move", "footer")
 """The templates of a language, each a file ``BLOCK.txt``."""
 ENDING = ".txt"
 FOLDERS: Mapping[str, str] = {
@@ -89,6 +89,10 @@ class Post:
             Whether it is a joint move.
         """
         return self._lines("air_move", needs=point, point=point, speed=speed, joint=joint)
+
+    def joint_move(self, point: str, *, speed: str) -> list[str]:
+        """Return the move of a plan to joints; arguments as of `air_move`."""
+        return self._lines("joint_move", needs=point, point=point, speed=speed)
 
     def weld_start(self, path: WeldPath, instructions: Callable[[], Sequence[str]], **names: Any) -> list[str]:
         """Return what is before the moves along a seam.

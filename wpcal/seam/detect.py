@@ -11,7 +11,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.seam.chain import rounded
 from wpcal.seam.copies import CopiedSeams
-from wpcal.seam.edit import with_candidates
+from wpcal.seam.edit import candidates_of
 from wpcal.seam.find.built_up import why_one_piece
 from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.contact import candidate_pairs, find_contacts
@@ -155,11 +155,12 @@ def judge_candidates(
     judged = _reached(graph, trimmed, found, options, judge)
     judged = weld_round_corners(graph, trimmed, judged, options, judge)
     judged.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
+    candidates = candidates_of(graph, judged, [f"W{number}" for number in range(1, len(judged) + 1)])
     told = [
-        replace(seam, name=f"W{number}", reasons=tuple(str(text) for text in seam.reasons))
-        for number, seam in enumerate(judged, 1)
+        replace(seam, name=found_as.name, candidate=found_as, reasons=tuple(str(text) for text in seam.reasons))
+        for seam, found_as in zip(judged, candidates, strict=True)
     ]
-    return with_candidates(graph, with_short_ends(graph, trimmed, told, options.judging.level))
+    return tuple(with_short_ends(graph, trimmed, told, options.judging.level))
 
 
 def _with_wide_gaps(
@@ -189,10 +190,9 @@ def _reached(
     pieces = dict(zip(cut.tolist(), cut_where_unreached(graph, trimmed, [seams[i] for i in cut], options), strict=True))
     others = with_reach(graph, trimmed, [seams[i] for i in whole], options.reach)
     pieces |= {row: [seam] for row, seam in zip(whole.tolist(), others, strict=True)}
-    reached: list[Seam] = []
-    for is_welded in (True, False):
-        for row in np.flatnonzero(felt & (welded == is_welded)).tolist():
-            reached += pieces[row] if row in pieces else found.moved(row, pieces[int(found.first[row])])
+    pieces |= found.moved(np.setdiff1d(np.flatnonzero(felt), asked), pieces)
+    order = [*np.flatnonzero(felt & welded).tolist(), *np.flatnonzero(felt & ~welded).tolist()]
+    reached = [seam for row in order for seam in pieces[row]]
     return doubt_what_fixes_bolts(judge, trimmed, [*inside, *judge_seams(graph, trimmed, reached, options, judge)])
 
 

@@ -1,7 +1,9 @@
 """Arc instructions of every language: on along every seam, nowhere else, and an audit that finds each misplaced one."""
 
 import json
+import math
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -117,7 +119,11 @@ def test_the_audit_of_a_folder_reads_the_arcs(exported):
         ("fanuc", {"weave_data": "wv1"}, "weave_data: expected the number of a weave schedule"),
         ("inform", {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}}, "weave: state weave_data"),
         ("inform", {"job": None, "current_a": None}, "INFORM: weld W1: without a job the values are written; state it"),
-        ("krl", {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}}, "weave: needs ArcTech: state weld_data"),
+        (
+            "krl",
+            {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}},
+            "weave: needs ArcTech (weld_data), or --weave points",
+        ),
         ("urscript", {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}}, "the language has no weave"),
         ("val3", {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}}, "the language has no weave"),
         ("as", {"job": None, "current_a": None}, "AS: weld W1: without a job the values are written; state it"),
@@ -282,6 +288,49 @@ def test_every_bead_and_every_stitch_has_an_arc_of_its_own(exported):
     targets = [re.findall(r"robtarget .*", each) for each in (text, (other / "WPCAL.mod").read_text())]
     assert dry.returncode == 0
     assert targets[0] == targets[1]  # a dry run has the same poses
+
+
+WEAVES = {"shape": "zigzag", "width_mm": 4, "length_mm": 4}
+
+
+@pytest.mark.parametrize("language", LANGUAGE_FILES)
+def test_tacks_come_first_then_every_bead_and_a_weave_is_made_of_points(exported, language):
+    tacks = {"length_mm": 10, "pitch_mm": 45}
+    stated = {"leg_mm": 12, "passes": 2, "weave": WEAVES, "tacks": tacks, "speed_mm_s": 5}
+    ended, folder = exported(language, "--arc", "on", "--weave", "points", **stated)
+    assert ended.returncode == 0, ended.stderr
+    files = {path: path.read_bytes() for path in folder.iterdir()}
+    assert all(arc_faults(raw, path) == [] for path, raw in files.items())
+    text = "\n".join(raw.decode() for raw in files.values())
+    assert "Weave" not in re.sub(r"(?m)^.*[!;#'].*$", "", text)  # an instruction of the controller
+    starts = sum(len(re.findall(r"SEAM START[ ;]*\r?$", raw.decode(), re.MULTILINE)) for raw in files.values())
+    assert starts == 5  # three tacks, two beads
+    main = "".join(raw.decode() for path, raw in files.items() if path.stem in ("WPCAL", "start"))
+    tack, bead = (re.search(rf"W1[._]{run}", main, re.IGNORECASE).start() for run in ("t1", "p1"))
+    assert tack < bead
+    ended, folder = exported(language, "--tacks", "only", "--weave", "points", **stated)
+    assert ended.returncode == 0, ended.stderr
+    assert f"{language}: 3 seams" in ended.stdout
+    ended, folder = exported(language, "--tacks", "off", "--weave", "points", **stated)
+    assert f"{language}: 2 seams" in ended.stdout
+
+
+def test_the_wire_of_a_weave_of_points_goes_faster_than_the_travel(exported):
+    ended, folder = exported("urscript", "--weave", "points", weave=WEAVES, speed_mm_s=5, leg_mm=4)
+    assert ended.returncode == 0, ended.stderr
+    text = (folder / "WPCAL.script").read_text()
+    along = text.split("# ARC ON")[1].split("# ARC OFF")[0]
+    points = [[float(v) * 1000 for v in row.split(",")[:3]] for row in re.findall(r"p\[(.*?)\]", along)]
+    assert len(points) == 100  # 25 swings of four points
+    speed = float(re.search(r"v=([\d.]+), r=0.0002", along)[1]) * 1000
+    way = sum(math.dist(a, b) for a, b in pairwise([[0.0, 0.0, 0.0], *points]))
+    assert speed * 100 / way == pytest.approx(5.0, abs=0.01)  # along the seam of 100 mm
+
+
+def test_tacks_only_without_tacks_is_one_line(exported):
+    ended, _ = exported("krl", "--tacks", "only")
+    assert (ended.returncode, ended.stderr.count("wpcal: ")) == (2, 1)
+    assert "no weld data of the chosen seams states tacks" in ended.stderr
 
 
 def test_programs_of_others_are_not_judged():

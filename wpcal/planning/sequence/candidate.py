@@ -15,7 +15,7 @@ from wpcal.planning.sequence.seam_task import SeamTask
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """One way to weld a stretch of a seam: the external axes stand still, the arm stays in one branch.
+    """One way to weld a stretch of a seam: the arm stays in one branch, the external axes move evenly or not at all.
 
     Parameters
     ----------
@@ -52,7 +52,15 @@ class Candidate:
         return float(np.sqrt(((steps**2).sum(axis=1) / s).sum() / (JOINTS * self.task.length_mm)))
 
     def weld_speed(self, cell: OneRobotCell, asked_mm_s: float) -> tuple[float, str | None]:
-        """Return the speed along the seam that every joint can follow, mm/s, and the joint that limits it."""
+        """Return the speed along the seam that every joint can follow, mm/s, and the joint that limits it.
+
+        Parameters
+        ----------
+        cell : OneRobotCell
+        asked_mm_s : float
+            Where the seam has no speed of its own.
+        """
+        asked_mm_s = self.task.speed_mm_s or asked_mm_s
         moves = np.abs(np.diff(self.q, axis=0))
         s = np.diff(self.task.s_mm)[:, None]
         allowed = np.divide(cell.speeds * s, moves, out=np.full(moves.shape, math.inf), where=moves > 0)

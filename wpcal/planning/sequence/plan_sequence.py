@@ -11,7 +11,7 @@ import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.errors import GeometryError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
@@ -21,8 +21,11 @@ from wpcal.planning.sequence.candidate import Candidate
 from wpcal.planning.sequence.cuts import Unwelded, cut_seam
 from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.order import Order, Stop, find_order
+from wpcal.planning.sequence.remedies import RemedySearch
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
+from wpcal.planning.sequence.sequence_input import PlannedSeam
+from wpcal.planning.sequence.start_check import require_sound_start
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.weld_sequence import (
     AIR_SHARE,
@@ -33,7 +36,6 @@ from wpcal.planning.sequence.weld_sequence import (
     sequence_values,
 )
 from wpcal.robot.kinematics.inverse import solve_inverse, turn_into_limits
-from wpcal.seam.seam import Seam
 
 AIR_STEP_MM = 10.0
 """Of approach and retract: between two states a straight line in the joints is nearly straight in space."""
@@ -78,7 +80,7 @@ class _Ways:
 def plan_sequence(
     cell: OneRobotCell,
     part: TriangleMaterial | None,
-    seams: Sequence[Seam],
+    seams: Sequence[PlannedSeam],
     targets: SequenceTargets,
     *,
     prefer: SequencePreference = SequencePreference.BALANCED,
@@ -92,8 +94,7 @@ def plan_sequence(
         With the part in its place.
     part : TriangleMaterial or None
         In `part`; without it no collision with the part is looked at.
-    seams : sequence of Seam
-        In `part`.
+    seams : sequence of PlannedSeam
     targets : SequenceTargets
     prefer : SequencePreference
         Which plan is worked out.
@@ -108,16 +109,17 @@ def plan_sequence(
     GeometryError
         When no seam can be welded, or no free way leads from one to another.
     InputError
-        When the home is in collision, or an optional package is missing.
+        When the part is through the floor, home is in collision, or an optional package is missing.
     """
     clearance = OneRobotClearance(cell, part)
-    _require_free_home(cell, clearance)
+    require_sound_start(cell, clearance)
     search = SeamSearch(cell, clearance, targets)
+    remedies = RemedySearch(search)
     stretches: list[_Ways] = []
     unwelded: list[Unwelded] = []
     for number, seam in enumerate(seams, start=1):
         progress(f"seam {seam.name}, {number} of {len(seams)}")
-        ways, gaps = _ways(search, seam)
+        ways, gaps = _ways(search, seam, remedies)
         stretches += ways
         unwelded += gaps
     if not stretches:
@@ -130,22 +132,12 @@ def plan_sequence(
     return SequenceChoice(sequence, {**values, prefer: sequence.values}, prefer)
 
 
-def _require_free_home(cell: OneRobotCell, clearance: OneRobotClearance) -> None:
-    found = clearance.margins(cell.home[None])
-    if not found.is_clear[0]:
-        one, two = clearance.names(int(found.pair[0]))
-        raise InputError(
-            f"home is in collision: {one} and {two} miss their safety distance by {-found.margin_mm[0]:.0f} mm; "
-            "write another home_deg in torch_robot of the cell"
-        )
-
-
-def _ways(search: SeamSearch, seam: Seam) -> tuple[list[_Ways], list[Unwelded]]:
-    task = seam_task(seam)
+def _ways(search: SeamSearch, seam: PlannedSeam, remedies: RemedySearch) -> tuple[list[_Ways], list[Unwelded]]:
+    task = seam_task(seam.seam, seam.speed_mm_s)
     found = _both_directions(search, task, search.whole(task))
     if found:
         return [_Ways(task.name, tuple(found))], []
-    pieces, gaps = cut_seam(search, task)
+    pieces, gaps = cut_seam(search, task, remedies)
     one = len(pieces) == 1
     names = [task.name if one else f"{task.name}{_letters(row)}" for row in range(len(pieces))]
     return [

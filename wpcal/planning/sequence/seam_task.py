@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -36,6 +36,10 @@ class SeamTask:
         Whether the point is one of the seam file.
     weld : str
         What is welded, for people: ``tee fillet``.
+    speed_mm_s : float or None
+        The speed that the weld data ask for; None: that of all seams.
+    more_wire_mm : float
+        The tool centre point stays back by this from the seam.
     """
 
     name: str
@@ -45,6 +49,8 @@ class SeamTask:
     lean_rad: FloatArray
     is_source: BoolArray
     weld: str = ""
+    speed_mm_s: float | None = None
+    more_wire_mm: float = 0.0
 
     def __len__(self) -> int:
         return len(self.s_mm)
@@ -70,37 +76,37 @@ class SeamTask:
     def part_of(self, first: int, last: int) -> SeamTask:
         """Return the stretch from one point to another, both included."""
         rows = slice(first, last + 1)
-        return SeamTask(
-            self.name,
-            self.s_mm[rows],
-            self.p[rows],
-            self.R[rows],
-            self.lean_rad[rows],
-            self.is_source[rows],
-            self.weld,
+        return replace(
+            self,
+            s_mm=self.s_mm[rows],
+            p=self.p[rows],
+            R=self.R[rows],
+            lean_rad=self.lean_rad[rows],
+            is_source=self.is_source[rows],
         )
 
     def backwards(self) -> SeamTask:
         """Return the same points in the other direction: x and y of the frames are turned about z."""
         flip = np.diag([-1.0, -1.0, 1.0])
-        return SeamTask(
-            self.name,
-            (self.s_mm[0] + self.s_mm[-1] - self.s_mm)[::-1],
-            self.p[::-1],
-            (self.R @ flip)[::-1],
-            -self.lean_rad[::-1],
-            self.is_source[::-1],
-            self.weld,
+        return replace(
+            self,
+            s_mm=(self.s_mm[0] + self.s_mm[-1] - self.s_mm)[::-1],
+            p=self.p[::-1],
+            R=(self.R @ flip)[::-1],
+            lean_rad=-self.lean_rad[::-1],
+            is_source=self.is_source[::-1],
         )
 
 
-def seam_task(seam: Seam) -> SeamTask:
+def seam_task(seam: Seam, speed_mm_s: float | None = None) -> SeamTask:
     """Return a seam with points between those of the file where they are far apart.
 
     Parameters
     ----------
     seam : Seam
         With frames in `part`.
+    speed_mm_s : float, optional
+        That the weld data ask for.
 
     Raises
     ------
@@ -119,4 +125,5 @@ def seam_task(seam: Seam) -> SeamTask:
     s, p = np.interp(at, number, frames.s_mm), np.stack([np.interp(at, number, x) for x in frames.p.T], axis=1)
     lean = np.stack([np.interp(at, number, column) for column in lean.T], axis=1)
     R = Slerp(number, rotations)(at).as_matrix()
-    return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), f"{seam.joint.value} {seam.weld.value}")
+    what = f"{seam.joint.value} {seam.weld.value}"
+    return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), what, speed_mm_s, seam.more_wire_mm)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.records import read_json
@@ -15,10 +18,41 @@ from wpcal.core.robot_space import RobotSpace, common_space
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.seam.names import seams_named
-from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
+from wpcal.seam.record import SEAMS_SCHEMA, errors_from_record, seams_from_record
 from wpcal.seam.seam import Seam
+from wpcal.weld.runs import WeldRun, weld_runs
+from wpcal.weld.seam_weld import SeamWeld
 
 SEAMS_FILE, PART_FILE = "seams.json", "part.glb"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlannedSeam:
+    """What is planned as one: a seam, or one bead along one stretch of it.
+
+    Parameters
+    ----------
+    seam : Seam
+        With n frames in `part`.
+    u95_mm : ndarray, shape (n,), or None
+        The 95 % error at the frames, mm.
+    run : WeldRun or None
+        What is laid; None without weld data.
+    """
+
+    seam: Seam
+    u95_mm: FloatArray | None = None
+    run: WeldRun | None = None
+
+    @property
+    def name(self) -> str:
+        """Of the run, else of the seam."""
+        return self.seam.name
+
+    @property
+    def speed_mm_s(self) -> float | None:
+        """The speed that the weld data ask for."""
+        return None if self.run is None else self.run.weld.values.speed_mm_s
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,8 +61,10 @@ class SequenceInput:
 
     Parameters
     ----------
-    seams : tuple of Seam
-        Chosen ones, with frames in `part`.
+    seams : tuple of PlannedSeam
+        Chosen ones.
+    found : tuple of Seam
+        All of the file, with frames in `part`.
     T_base_part : RigidTransform or None
         Where the robot found the part; None if the seams were found without a calibration.
     part : TriangleMaterial or None
@@ -36,7 +72,8 @@ class SequenceInput:
     part_glb : bytes or None
     """
 
-    seams: tuple[Seam, ...]
+    seams: tuple[PlannedSeam, ...]
+    found: tuple[Seam, ...]
     T_base_part: RigidTransform | None
     part: TriangleMaterial | None
     part_glb: bytes | None
@@ -52,6 +89,32 @@ class SequenceInput:
         found = cell if self.T_base_part is None else cell.with_touched_part(self.T_base_part)
         _ = found.T_part  # refuses a part whose place is not known
         return found
+
+    def in_base(self, cell: OneRobotCell) -> tuple[RigidTransform, tuple[Seam, ...]]:
+        """Return ``T_base_part`` and all seams with frames in the base: as the robot found them, else as at home.
+
+        Parameters
+        ----------
+        cell : OneRobotCell
+            With the part in its place.
+        """
+        T = self.T_base_part
+        if T is None:
+            home = cell.home[None]
+            place = np.linalg.inv(cell.base_places(home)[0]) @ cell.part_places(home)[0]
+            T = RigidTransform.from_matrix(place, target="base", source="part")
+        return T, tuple(replace(seam, frames=seam.frames.moved(T)) for seam in self.found)
+
+    def with_welds(self, welds: Mapping[str, SeamWeld]) -> SequenceInput:
+        """Return the same with weld data: every bead and every stretch is planned as a seam of its own.
+
+        Parameters
+        ----------
+        welds : mapping
+            By the names of the seams.
+        """
+        runs = [run for each in self.seams for run in weld_runs(each.seam, welds[each.name], each.u95_mm)]
+        return replace(self, seams=tuple(PlannedSeam(run.seam, run.u95_mm, run) for run in runs))
 
 
 def read_sequence_input(result: Path, cell: OneRobotCell, names: Sequence[str] | None = None) -> SequenceInput:
@@ -80,8 +143,8 @@ def read_sequence_input(result: Path, cell: OneRobotCell, names: Sequence[str] |
     seams = seams_from_record(record, path=str(path))
     known = [seam.name for seam in seams]
     chosen = None if names is None else set(seams_named(names, known))
-    seams = tuple(seam for seam in seams if (seam.accepted if chosen is None else seam.name in chosen))
-    if not seams:
+    rows = [row for row, seam in enumerate(seams) if (seam.accepted if chosen is None else seam.name in chosen)]
+    if not rows:
         raise InputError(f"{path}: none of the {len(known)} seams is accepted; name candidates with --only")
     T_base_part = _place(record, seams, path, cell)
     inverse = None if T_base_part is None else T_base_part.inverse()
@@ -92,7 +155,9 @@ def read_sequence_input(result: Path, cell: OneRobotCell, names: Sequence[str] |
     glb = path.with_name(PART_FILE)
     raw = read_bytes(glb) if glb.exists() else None
     part = None if raw is None else TriangleMaterial.of(read_part_glb(raw, path=str(glb)))
-    return SequenceInput(in_part, T_base_part, part, raw)
+    errors = errors_from_record(record)
+    planned = tuple(PlannedSeam(in_part[row], errors[row]) for row in rows)
+    return SequenceInput(planned, in_part, T_base_part, part, raw)
 
 
 def _place(record: dict[str, object], seams: Sequence[Seam], path: Path, cell: OneRobotCell) -> RigidTransform | None:

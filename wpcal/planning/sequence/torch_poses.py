@@ -54,13 +54,14 @@ def torch_angles(task: SeamTask, rows: IntArray, targets: SequenceTargets) -> Fl
     return np.where(leans, lean, asked)
 
 
-def tool_on_seam(R_part_seam: FloatArray, p: FloatArray, angles: FloatArray) -> FloatArray:
+def tool_on_seam(task: SeamTask, rows: IntArray, angles: FloatArray) -> FloatArray:
     """Return ``T_part_tool``.
 
     Parameters
     ----------
-    R_part_seam, p : ndarray, shapes (n, 3, 3) and (n, 3)
-        Seam frames in `part`, mm.
+    task : SeamTask
+    rows : ndarray of int, shape (n,)
+        Its points.
     angles : ndarray, shape (n, 3)
         Work, travel and spin, rad.
 
@@ -69,10 +70,11 @@ def tool_on_seam(R_part_seam: FloatArray, p: FloatArray, angles: FloatArray) -> 
     ndarray, shape (n, 4, 4)
         mm.
     """
-    coordinates = np.zeros((len(p), COORDINATES))
+    coordinates = np.zeros((len(rows), COORDINATES))
     coordinates[:, [WORK, TRAVEL, SPIN]] = angles
-    T = np.zeros((len(p), 4, 4))
-    T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R_part_seam @ torch_on_seam(coordinates), p, 1.0
+    R = task.R[rows] @ torch_on_seam(coordinates)
+    T = np.zeros((len(rows), 4, 4))
+    T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R, task.p[rows] - task.more_wire_mm * R[:, :, 2], 1.0
     return T
 
 
@@ -98,7 +100,7 @@ def torch_poses(task: SeamTask, targets: SequenceTargets, clearance: OneRobotCle
     centre = np.column_stack([torch_angles(task, rungs, targets), np.zeros(len(rungs))])
     angles = centre[:, None] + grid
     rows = np.repeat(rungs, len(grid))
-    T = tool_on_seam(task.R[rows], task.p[rows], angles.reshape(-1, 3))
+    T = tool_on_seam(task, rows, angles.reshape(-1, 3))
     shape = (len(rungs), len(grid))
     free = torch_is_free(T, clearance).reshape(shape)
     off = np.broadcast_to(np.hypot(grid[:, 0], grid[:, 1]), shape)
