@@ -92,8 +92,8 @@ def chosen_runs(
 
     Parameters
     ----------
-    seams : sequence of (Seam, SeamWeld, ndarray or None)
-        Each with its weld, and the 95 % error at its frames, mm.
+    seams : sequence of (Seam, SeamWeld, ndarray of shape (n,) or None)
+        Each with n frames, its weld, and the 95 % error at its frames, mm.
     choice : RunChoice
     speed_mm_s : float
         Along a seam whose weld data states none.
