@@ -19,6 +19,7 @@ from wpcal.core.errors import InputError
 from wpcal.seam.seam import Seam, SeamFrames, WeldType
 from wpcal.weld.passes import Bead
 from wpcal.weld.seam_weld import SeamWeld
+from wpcal.weld.values import WeldKind
 from wpcal.weld.weave_points import woven_frames
 
 
@@ -183,7 +184,11 @@ def woven_run(run: WeldRun, speed_mm_s: float) -> WeldRun:
         return run
     try:
         frames = woven_frames(
-            seam.frames, values.weave, speed_mm_s, bead=run.bead, between_plates=seam.weld is WeldType.FILLET
+            seam.frames,
+            values.weave,
+            speed_mm_s,
+            bead=run.bead,
+            between_plates=seam.weld is WeldType.FILLET and values.weld is WeldKind.FILLET,
         )
     except InputError as error:
         raise InputError(f"weld {run.weld.name}: {error}") from None
