@@ -26,6 +26,7 @@ from wpcal.robot.kinematics.arm import Coupling
 from wpcal.weld.find import find_welds
 from wpcal.weld.record import StatedWeld
 from wpcal.weld.rules import shipped_rules
+from wpcal.weld.runs import RunChoice
 
 yaml = pytest.importorskip("yaml", reason="pyyaml is not installed")
 pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -48,7 +49,7 @@ def given():
         StatedWeld("W3", None, {**STATED, "stitch": {"length_mm": 40, "pitch_mm": 110, "offset_mm": 0}}),
     ]
     found = find_welds(seams, T, shipped_rules(), stated=stated, names={"W2", "W3"})
-    return read.with_welds(found.by_seam())
+    return read.with_welds(found.by_seam(), RunChoice(), 6.0)
 
 
 @pytest.fixture(scope="module")
