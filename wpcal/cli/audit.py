@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.export_options import TipFlags, TorchShapeFlags
 from wpcal.cli.option_groups import takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, TOOL_HELP, TOOL_METAVAR
+from wpcal.cli.torch_options import TipFlags, TorchShapeFlags
 
 if TYPE_CHECKING:
     from wpcal.audit import AuditReport

@@ -95,7 +95,7 @@ def fit_seam(
 def seam_course(path: WeldPath, torch: TorchSettings, tolerance: PathTolerance, step_mm: float) -> Course:
     """Return points along a seam at small steps, with the torch as it is asked for."""
     frames = path.seam.frames
-    R = tool_rotations(frames.R, torch, path.seam.lean_rad)
+    R = tool_rotations(frames.R, torch, path.seam.lean_rad, path.seam.spin_rad)
     return Course.along(
         frames.p - torch.standoff_mm * wire_directions(R, torch.tool_axis),
         R,
@@ -141,7 +141,7 @@ def spin_from_travel(path: WeldPath, torch: TorchSettings) -> FloatArray:
     """
     _, R, frame, _ = path.stations()
     R = R[np.searchsorted(frame, np.arange(len(path.seam.frames)))]
-    travel = tool_rotations(path.seam.frames.R, torch, path.seam.lean_rad)
+    travel = tool_rotations(path.seam.frames.R, torch, path.seam.lean_rad, path.seam.spin_rad)
     side, wire = travel[:, :, 1], wire_directions(R, torch.tool_axis)
     across = R[:, :, 1]
     sine, cosine = np.einsum("ij,ij->i", np.cross(side, across), wire), np.einsum("ij,ij->i", side, across)

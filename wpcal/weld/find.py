@@ -61,6 +61,7 @@ def find_welds(
     stated: Sequence[StatedWeld] = (),
     names: Collection[str] | None = None,
     stated_in: str = "",
+    positions: Mapping[str, tuple[str, str]] | None = None,
 ) -> FoundWelds:
     """Find the weld of every seam.
 
@@ -78,6 +79,9 @@ def find_welds(
         Only these seams. Welds of `stated` are paired with all seams.
     stated_in : str
         The file of `stated`, for messages.
+    positions : mapping, optional
+        By the name of the seam: its weld position and the file that says so, where a robot turns the part. Without
+        it the position is that of the seam in `base`.
 
     Raises
     ------
@@ -103,7 +107,8 @@ def find_welds(
         own = stated[paired.rows[seam.name]] if seam.name in paired.rows else StatedWeld(seam.name, None, {})
         try:
             groove = None if mesh is None else measure_groove(seam, mesh, T_base_part)
-            welds.append(_weld(seam, place, rules, material, own, groove))
+            planned = (positions or {}).get(seam.name)
+            welds.append(_weld(seam, place, rules, material, own, groove, planned))
         except InputError as error:
             raise InputError(f"{stated_in}: {error}" if stated_in else str(error), code=error.code) from None
     notes += [
@@ -126,11 +131,14 @@ def _weld(
     material: TriangleMaterial | None,
     stated: StatedWeld,
     groove: Groove | None,
+    position: tuple[str, str] | None,
 ) -> SeamWeld:
     if groove is not None:  # its seam runs along one edge at the root, or beside the groove
         R = seam.frames.R @ Rotation.from_euler("x", groove.tilt_rad).as_matrix()
         seam = replace(seam, joint=JointType.BUTT, weld=WeldType.GROOVE, frames=replace(seam.frames, R=R))
-    measured: Mapping[str, tuple[Any, str]] = _measured(seam, material)
+    measured: dict[str, tuple[Any, str]] = _measured(seam, material)
+    if position is not None:
+        measured["position"] = position
     lower_side = 1 if float(np.mean(seam.frames.R[:, :, 1] @ np.array(UP))) < 0.0 else -1
     of_model = {} if groove is None else groove.values()  # exact, where the gap of a seam is to the nearest face
     own = {name: value for name, value in measured.items() if name not in of_model}

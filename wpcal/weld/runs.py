@@ -257,5 +257,6 @@ def cut_seam(
         length_mm=float(end_mm - start_mm),
         frames=SeamFrames(s - start_mm, p, R, angle, frames.frame),
         lean_rad=None if seam.lean_rad is None else seam.lean_rad[nearest],
+        spin_rad=None if seam.spin_rad is None else seam.spin_rad[nearest],
     )
     return cut, None if u95_mm is None else np.interp(s, own, u95_mm)
