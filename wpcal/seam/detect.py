@@ -25,6 +25,7 @@ from wpcal.seam.find.root_gaps import find_root_gaps
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
+from wpcal.seam.judge.left_over import doubt_what_is_left
 from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
@@ -174,7 +175,8 @@ def _reached(
     for is_welded in (True, False):
         for row in np.flatnonzero(felt & (welded == is_welded)).tolist():
             reached += pieces[row] if row in pieces else found.moved(row, pieces[int(found.first[row])])
-    return doubt_what_fixes_bolts(judge, trimmed, [*inside, *judge_seams(graph, trimmed, reached, options, judge)])
+    told = [*inside, *judge_seams(graph, trimmed, reached, options, judge)]
+    return doubt_what_is_left(judge, doubt_what_fixes_bolts(judge, trimmed, told))
 
 
 def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions) -> list[Seam]:
