@@ -179,7 +179,7 @@ def _explained(
         raise InputError(f"{name}: expected the name of one seam")
     seam = next(seam for seam in seams if seam.name == chosen[0])
     if seam.blocked_by and seam.other_torch is None:
-        [[seam]] = with_other_torches(workpiece.graph, workpiece.trimmed, [[seam]], reach)
+        [[seam]] = with_other_torches(workpiece.graph, workpiece.trimmed, [[seam]], reach, least_mm=0.0)
     thick_mm = plate_thicknesses(seam.frames, ExactMaterial(workpiece.graph, workpiece.trimmed))
     record = explain_seam(workpiece.graph, seam, notes, thick_mm)
     title = f"{seam.name} of {file_name}: {seam.joint.value}, {' + '.join(seam.solids)}, {seam.confidence:.0%}"

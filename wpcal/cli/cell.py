@@ -102,14 +102,14 @@ def new(
     """
     from wpcal.core.errors import InputError
     from wpcal.core.records import to_json, write_file
-    from wpcal.planning.cell.new_station import NewStation, new_station_files
-    from wpcal.planning.cell.station_check import check_station
-    from wpcal.planning.cell.station_file import read_station
+    from wpcal.planning.cell.new_cell import NewCell, new_cell_files
+    from wpcal.planning.cell.one_robot_check import check_one_robot
+    from wpcal.planning.cell.one_robot_file import read_one_robot
     from wpcal.robot.kinematics.arm_file import find_arm
     from wpcal.seam.torch import TorchShape
 
     arm = find_arm(torch_robot)
-    station = NewStation(
+    cell = NewCell(
         robot=torch_robot,
         T_world_base=_place("--robot-at", robot_at, "world", "base", up=-arm.mount_mm),
         T_flange_tool=_tool(tool, tool_from, tool_axis),
@@ -125,17 +125,17 @@ def new(
     )
     if positioner is None and positioner_at is not None:
         raise InputError("--positioner-at needs --positioner")
-    files = new_station_files(station, output.name)
+    files = new_cell_files(cell, output.name)
     output.parent.mkdir(parents=True, exist_ok=True)
     for name, record in files.items():
         write_file(output.with_name(name), to_json(record), overwrite=force)
     click.echo(f"wrote {', '.join(sorted(files))} to {output.parent}")
-    if station.T_flange_tool is None:
+    if cell.T_flange_tool is None:
         click.echo(
             "wpcal: the cell has no tool data yet: give --tool or --tool-from, or fill in T_flange_tool", err=True
         )
         return 0
-    for issue in check_station(read_station(output)):
+    for issue in check_one_robot(read_one_robot(output)):
         click.echo(f"wpcal: odd cell: {issue.message}", err=True)
     return 0
 

@@ -17,6 +17,7 @@ PRIOR = {
     SeamSource.CONTACT: 0.95,
     SeamSource.SECTION: 0.9,
     SeamSource.CONCAVE: 0.7,
+    SeamSource.MITRE: 0.7,
     SeamSource.BEAD: 0.7,
     SeamSource.FLARE: 0.85,
     SeamSource.MARKED: 1.0,

@@ -20,6 +20,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.seam.find.concave import find_concave_edges
+from wpcal.seam.find.tubes import find_tubes
 
 LEAST_BUILT_UP = 0.9
 """A solid with a smaller share of its surface on plates, bars and tubes is one piece. Of 72 parts with known answers,
@@ -29,7 +30,8 @@ FLATTEST = 0.3
 OPPOSITE_COS = -0.999
 """Cosine between the normals of two faces of one plate: 2.6 degrees from opposite."""
 THICKNESSES = 3
-"""A weldment is cut from this many thicknesses of material at most; what has others does not count."""
+"""A weldment is cut from this many thicknesses of plate at most; what has others does not count. Round tubes count
+whatever their walls: a bicycle frame has five."""
 SAME_THICKNESS = 0.02
 """Relative difference of thicknesses that are one."""
 LINES, ROUNDS = 500, 40
@@ -184,6 +186,8 @@ class _Lines:
     across : ndarray, shape (n, RIM_WAYS)
         How thick the material is along the surface, mm; negative where it was not felt yet, infinite where the two
         sides are not parallel.
+    walls : ndarray, shape (F,), optional
+        Of faces of round tubes, the thickness of the wall, mm; otherwise not a number. Found when it is asked for.
     """
 
     solid: int
@@ -197,6 +201,7 @@ class _Lines:
     thick: FloatArray = field(default_factory=lambda: np.zeros(0))
     flat: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
     across: FloatArray = field(default_factory=lambda: np.zeros((0, RIM_WAYS)))
+    walls: FloatArray | None = None
 
     @classmethod
     def through(cls, trimmed: TrimmedFaces, solid: int) -> _Lines:
@@ -216,11 +221,24 @@ class _Lines:
         hit = np.bincount(self.face[rows], minlength=graph.face_count)
         face_area = hit * (2.0 * np.pi * self.radius**2) / (sent * LINES)
         is_plate = self.flat[rows] & (self.thick[rows] < FLATTEST * np.sqrt(face_area[self.face[rows]]))
-        used, plates = _commonest(np.sort(self.thick[rows[is_plate]]))
-        rim = rows[~is_plate]
+        wall = self._walls(graph, trimmed)
+        is_tube = self.flat[rows] & (
+            np.abs(self.thick[rows] - wall[self.face[rows]]) <= SAME_THICKNESS * self.thick[rows]
+        )
+        used, plates = _commonest(np.sort(self.thick[rows[is_plate & ~is_tube]]))
+        plates += int(is_tube.sum())
+        used = np.concatenate([used, np.unique(wall[np.isfinite(wall)])])
+        rim = rows[~is_plate & ~is_tube]
         self._feel_rim(graph, trimmed, rim)
         near = np.abs(self.across[rim][..., None] - used) <= SAME_THICKNESS * used
         return (plates + int(near.any(axis=(1, 2)).sum())) / len(rows), count
+
+    def _walls(self, graph: BrepGraph, trimmed: TrimmedFaces) -> FloatArray:
+        if self.walls is None:
+            tubes = find_tubes(graph, trimmed, self.solid)
+            self.walls = np.full(graph.face_count, np.nan)
+            self.walls[tubes.face] = tubes.wall_mm
+        return self.walls
 
     def _send(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> int:
         """Send lines until there are so many hits on the counted faces; return after how many rounds there are."""

@@ -5,9 +5,11 @@ Each finding multiplies the confidence by the factor of its rule (`wpcal.seam.ru
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +19,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.find.formed import are_bends, is_profile
 from wpcal.seam.find.play import is_play, with_play
+from wpcal.seam.find.tubes import THIN_WALL
 from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.shape_looks import ShapeLooks
 from wpcal.seam.judge.stretches import in_material_words
@@ -36,9 +39,6 @@ FELT_GAP = 0.1
 """Gaps below this fraction of the allowed gap do not lower the confidence."""
 AROUND = 0.1
 """A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees)."""
-THIN_WALL = 0.6
-"""A round member is a tube if it has a bore of this share of its diameter or more: bushes and rollers have thicker
-walls."""
 STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "the torch does not get there at"
 """How the reasons about reach end and begin."""
 WIRE_WORDS = "mm of wire are needed from its tip to the nozzle"
@@ -81,20 +81,26 @@ def judge_seams(
         reachable = not (seam.inside or seam.blocked_by)
         found = [*judge.evidence(seam), *concave.get(row, ()), *kept]
         found += judge.shape_evidence(seam, found)
-        judged.append(weighed(replace(seam, reachable=reachable, reasons=reasons), found, judge.level))
+        judged.append(replace(seam, reachable=reachable, reasons=reasons, **_weight(seam, found, judge.level)))
     return tuple(judged)
 
 
 def weighed(seam: Seam, findings: Iterable[Finding], level: Level) -> Seam:
     """Return a seam with its findings, the confidence that follows from them, and whether it is accepted."""
+    return replace(seam, **_weight(seam, findings, level))
+
+
+def _weight(seam: Seam, findings: Iterable[Finding], level: Level) -> dict[str, Any]:
+    """Return the fields of a seam that follow from its findings."""
     found = tuple(sorted(findings, key=lambda finding: finding.factor))
     confidence = _confidence(seam, found)
     sure = confidence >= level.value or seam.source is SeamSource.MARKED
-    return replace(seam, findings=found, confidence=confidence, accepted=sure and not (seam.inside or seam.blocked_by))
+    accepted = sure and not (seam.inside or seam.blocked_by)
+    return {"findings": found, "confidence": confidence, "accepted": accepted}
 
 
 def _confidence(seam: Seam, findings: Sequence[Finding]) -> float:
-    return PRIOR[seam.source] * float(np.prod([finding.factor for finding in findings]))
+    return PRIOR[seam.source] * math.prod(finding.factor for finding in findings)
 
 
 def assumed_words(reach: Reach) -> str:
@@ -261,7 +267,8 @@ class Judge:
 
     def _contact_evidence(self, seam: Seam, *, is_fastener: bool) -> Iterator[Finding]:
         gaps = seam.pieces.gap_mm[:, 1]
-        mean = float(gaps[~is_play(self.play, gaps)].sum() / len(gaps))  # play is no doubt
+        doubted = gaps[~is_play(self.play, gaps)] if self.play else gaps  # play is no doubt
+        mean = float(doubted.sum() / len(gaps))
         if mean > FELT_GAP * self.gap_mm:
             lost = GAP_SHARE_LOST * min(mean / self.gap_mm, 1.0)
             text = f"a gap of {mean:.2f} mm on average, up to {seam.gap_mm[2]:.2f} mm"
@@ -278,8 +285,10 @@ class Judge:
         """Return the diameter of the hole inside which a seam runs along the rim; None if it does not."""
         wall, base = seam.pieces.wall, seam.pieces.base
         hole = self.hole_of_face.get(int(wall[0]))
+        if hole is None:
+            return None
         is_round = (self.graph.face_kind[base] == SurfaceKind.CYLINDER) & (self.graph.face_outward[base] > 0)
-        if hole is None or not np.isin(wall, self.holes.face[hole]).all() or is_round.any():
+        if not np.isin(wall, self.holes.face[hole]).all() or is_round.any():
             return None
         return 2.0 * float(self.holes.radius[hole])
 

@@ -14,6 +14,7 @@ import numpy as np
 from wpcal.brep.boxes import boxes_of_solids
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.seam.find.built_up import is_turned
 from wpcal.seam.judge.closed_in import hold_each_other
 from wpcal.seam.judge.held_fast import is_held_fast, is_ring_in_ring
 from wpcal.seam.judge.rolling import has_round_tread
@@ -53,6 +54,7 @@ class ShapeLooks:
     nozzle_mm: float
     _one_pieces: OnePieces = field(init=False)
     _pairs: dict[tuple[int, int], tuple[Finding, ...]] = field(default_factory=dict)
+    _turned: dict[int, bool] = field(default_factory=dict)
     _part: tuple[Finding, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -92,11 +94,12 @@ class ShapeLooks:
         for solid in (a, b):
             if has_round_tread(self.graph, self.trimmed, solid):
                 yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} is a wheel: it has a bore and a round tread")
-        if is_held_fast(*pair, self.gap_mm):
+        is_round = self._is_turned(a) or self._is_turned(b)
+        if is_round and is_held_fast(*pair, self.gap_mm):
             yield Rule.HELD_FAST.found("one of the two is a ring between two shoulders of the other")
         elif hold_each_other(*pair, self.gap_mm):
             yield Rule.CLOSED_IN.found("no straight move takes the two apart: one was closed round the other")
-        elif is_ring_in_ring(*pair, self.gap_mm):
+        elif is_round and is_ring_in_ring(*pair, self.gap_mm):
             yield Rule.RING_IN_RING.found("a ring fills the bore of the other and ends with it on both sides")
 
     def _of_part(self) -> Iterator[Finding]:
@@ -106,6 +109,12 @@ class ShapeLooks:
         why = why_timber(self.graph, self.trimmed, [k for k, one in enumerate(members) if not one.findings])
         if why is not None:
             yield Rule.TIMBER.found(why)
+
+    def _is_turned(self, solid: int) -> bool:
+        """Tell whether a solid may be a ring; asked once, not once per neighbour."""
+        if solid not in self._turned:
+            self._turned[solid] = is_turned(self.graph, solid)
+        return self._turned[solid]
 
     def _size_mm(self, solid: int) -> float:
         """Return the longest side of the box of a solid, mm."""
