@@ -50,10 +50,11 @@ class SequenceFlags:
     )
     order: str = option(
         "--order",
-        type=click.Choice(["time", "listed", "skip"]),
+        type=click.Choice(["time", "listed", "skip", "pairs"]),
         default="time",
         show_default=True,
-        help="Order of the seams: least time, as listed, or each far from the two before it (less distortion).",
+        help="Order of the seams: least time, as listed, each far from the two before it (skip), or each followed by "
+        "the one opposite (pairs); the last two for less distortion. Tack welds come first, then bead by bead.",
     )
 
     formats: tuple[str, ...] = option(
@@ -113,7 +114,7 @@ def run_sequence(
         raise InputError(
             "the torch has no bodies: no collision of the torch can be found; list them in torch_robot.torch"
         )
-    given, made = _with_welds(given, cell, flags, result)
+    given, made = _with_welds(given, cell, flags, result, targets.speed_mm_s)
     with shown_progress("starting") as progress:
         choice = plan_sequence(
             cell, given.part, given.seams, targets, prefer=SequencePreference(prefer), progress=progress
@@ -171,7 +172,7 @@ def _writers(formats: tuple[str, ...]) -> tuple[Controller, ...]:
 
 
 def _with_welds(
-    given: SequenceInput, cell: OneRobotCell, flags: SequenceFlags, result: Path
+    given: SequenceInput, cell: OneRobotCell, flags: SequenceFlags, result: Path, speed_mm_s: float
 ) -> tuple[SequenceInput, PlanOutput]:
     """Return the seams with their weld data, and how the plan becomes programs."""
     from wpcal.controllers.planned_program import PlanOutput
@@ -184,7 +185,7 @@ def _with_welds(
     is_calibrated = given.T_base_part is not None and (folder / CALIBRATION_FILE).exists()
     record = read_record(folder, CALIBRATION_FILE) if is_calibrated else {}
     output = PlanOutput(flags.path.to_tolerance(), flags.controller.to_settings(), arc, record)
-    return given if welds is None else given.with_welds(welds), output
+    return given if welds is None else given.with_welds(welds, flags.arc.choice(), speed_mm_s), output
 
 
 def _programs(

@@ -94,7 +94,7 @@ def build_planned_program(
         calibration=dict(output.calibration),
         checked=checked,
         arm=cell.arm,
-        tolerance=output.tolerance,
+        tolerance=output.tolerance if any(path.moves is not None for path in paths) else None,
         arc=output.arc,
         planned=planned,
     )
@@ -156,7 +156,9 @@ def _path(sequence: WeldSequence, piece: WeldPiece, of: PlannedSeam, output: Pla
     own_point = task.is_source.copy()
     own_point[[0, -1]] = True  # of a cut
     rows = np.flatnonzero(own_point)  # between them the planned points are on chords, the seam is not
-    moves = _moves(T_tool[rows], R_seam[rows], task.s_mm[rows], task.more_wire_mm, output.tolerance)
+    is_woven = of.run is not None and of.run.is_woven
+    tolerance = None if is_woven else output.tolerance  # a line to every point of a weave
+    moves = _moves(T_tool[rows], R_seam[rows], task.s_mm[rows], task.more_wire_mm, tolerance)
     if moves is None:
         T, joints = T_tool[rows], q[rows]
     else:
@@ -184,7 +186,7 @@ def _path(sequence: WeldSequence, piece: WeldPiece, of: PlannedSeam, output: Pla
         moves=moves,
         run=of.run,
         external=external,
-        speed_mm_s=piece.speed_mm_s,
+        speed_mm_s=piece.speed_mm_s / (1.0 if of.run is None else of.run.speed_ratio),
     )
 
 

@@ -26,6 +26,7 @@ from wpcal.robot.kinematics.arm import Coupling
 from wpcal.weld.find import find_welds
 from wpcal.weld.record import StatedWeld
 from wpcal.weld.rules import shipped_rules
+from wpcal.weld.runs import RunChoice
 
 yaml = pytest.importorskip("yaml", reason="pyyaml is not installed")
 pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -48,7 +49,7 @@ def given():
         StatedWeld("W3", None, {**STATED, "stitch": {"length_mm": 40, "pitch_mm": 110, "offset_mm": 0}}),
     ]
     found = find_welds(seams, T, shipped_rules(), stated=stated, names={"W2", "W3"})
-    return read.with_welds(found.by_seam())
+    return read.with_welds(found.by_seam(), RunChoice(), 6.0)
 
 
 @pytest.fixture(scope="module")
@@ -146,6 +147,7 @@ def test_fanuc_has_joints_in_the_air_and_config_on_the_seams(dry):
     assert len(re.findall(r"GP2:", text)) == air + 9
     assert len(re.findall(r":J P\[\d+\] 50% FINE", text)) == air
     assert "UF : 0" in text
+    assert text.count("DEFAULT_GROUP = 1,1,*,*,*;") == 4
 
 
 def test_fanuc_refuses_an_arm_without_the_coupling_of_its_third_joint(dry):
