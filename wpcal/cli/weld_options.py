@@ -67,7 +67,7 @@ class ArcFlags:
         "--arc-output",
         metavar="N",
         type=click.IntRange(min=0),
-        help="Digital output that switches the arc, for KUKA without ArcTech, Universal Robots, Staubli.  "
+        help="Digital output that switches the arc: for KUKA without ArcTech, Universal Robots, Staubli.  "
         "[default: functions of yours, arc_start and arc_end]",
     )
 

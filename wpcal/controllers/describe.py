@@ -65,6 +65,8 @@ def part_frame(program: WeldProgram) -> str:
     planned = program.planned
     if planned is None:
         return "the part as calibrated"
+    if planned.follows:
+        return "the part, which the positioner carries"
     return "the base of the robot, as the part turns" if planned.turning else "the part as in the cell"
 
 
