@@ -6,9 +6,10 @@
 
 For the others nothing was found in November 2026 that runs from Python and knows the instructions of a weld program:
 
-* TP (`.ls`): a language server in C# (L3gume/fanuc-lsp) and an analyser in C++ with Qt (kamilkozdro/FanucProgramAnalyze)
+* TP (`.ls`): a language server in C# (L3gume/fanuc-lsp) and an analyser in C++ (kamilkozdro/FanucProgramAnalyze)
   would have to be built; tp_plus only writes TP; the BNFC grammar of afeldman/acc has no moves and no positions.
-* URScript: the BNFC grammar of afeldman/acc has neither calls nor lists; Hirebotics/urscript-tools runs scripts in URSim.
+* URScript: the BNFC grammar of afeldman/acc has neither calls nor lists; Hirebotics/urscript-tools runs scripts in
+  URSim and does not parse them.
 * INFORM, VAL3 and AS: none.
 
 `tests.moves_of_programs` and the readers of wpcal read these.
