@@ -29,6 +29,7 @@ from wpcal.seam.find.tube_frames import are_tube_frames
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
+from wpcal.seam.judge.left_over import doubt_what_is_left
 from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
@@ -193,7 +194,8 @@ def _reached(
     pieces |= found.moved(np.setdiff1d(np.flatnonzero(felt), asked), pieces)
     order = [*np.flatnonzero(felt & welded).tolist(), *np.flatnonzero(felt & ~welded).tolist()]
     reached = [seam for row in order for seam in pieces[row]]
-    return doubt_what_fixes_bolts(judge, trimmed, [*inside, *judge_seams(graph, trimmed, reached, options, judge)])
+    told = [*inside, *judge_seams(graph, trimmed, reached, options, judge)]
+    return doubt_what_is_left(judge, doubt_what_fixes_bolts(judge, trimmed, told))
 
 
 def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions) -> list[Seam]:
