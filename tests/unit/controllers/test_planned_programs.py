@@ -147,6 +147,7 @@ def test_fanuc_has_joints_in_the_air_and_config_on_the_seams(dry):
     assert len(re.findall(r"GP2:", text)) == air + 9
     assert len(re.findall(r":J P\[\d+\] 50% FINE", text)) == air
     assert "UF : 0" in text
+    assert text.count("DEFAULT_GROUP = 1,1,*,*,*;") == 4
 
 
 def test_fanuc_refuses_an_arm_without_the_coupling_of_its_third_joint(dry):

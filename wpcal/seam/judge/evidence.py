@@ -24,7 +24,7 @@ from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.shape_looks import ShapeLooks
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
-from wpcal.seam.limits import GAP_ROUND_OFF_MM, THICKEST_MM, Level
+from wpcal.seam.limits import GAP_ROUND_OFF_MM, LENGTH_ROUND_OFF_MM, THICKEST_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_clamps, find_holes
 from wpcal.seam.member.note import Members, are_welded, take_members
 from wpcal.seam.options import ConcaveEdges, Play, Reach, SeamOptions
@@ -218,7 +218,7 @@ class Judge:
             yield from self.members[solid].findings
             if seam.source is SeamSource.FLARE and solid in self.rolling and not self.members[solid].said:
                 yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} {self.rolling[solid]}")
-        if seam.length_mm < self.min_length_mm:
+        if seam.length_mm < self.min_length_mm - LENGTH_ROUND_OFF_MM:
             least = f"the least length of a seam, {self.min_length_mm:g} mm"
             yield Rule.TOO_SHORT.found(f"{seam.length_mm:.1f} mm is shorter than {least}")
         if self.has_marks and seam.source is not SeamSource.MARKED:
