@@ -8,13 +8,14 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import IntArray
+from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.seam.chain import rounded
 from wpcal.seam.copies import CopiedSeams
-from wpcal.seam.edit import with_candidates
+from wpcal.seam.edit import candidates_of
 from wpcal.seam.find.built_up import why_one_piece
 from wpcal.seam.find.concave import find_concave_edges
-from wpcal.seam.find.contact import find_contacts
+from wpcal.seam.find.contact import candidate_pairs, find_contacts
+from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
@@ -24,6 +25,7 @@ from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.find.mitres import find_mitres
 from wpcal.seam.find.play import with_play
 from wpcal.seam.find.root_gaps import find_root_gaps
+from wpcal.seam.find.tube_frames import are_tube_frames
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
@@ -34,6 +36,7 @@ from wpcal.seam.judge.wrapping import weld_round_corners
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.turning import face_free_space
+from wpcal.seam.pieces import solids_of
 from wpcal.seam.seam import JointType, Seam, SeamPieces, SeamSource, WeldType
 
 
@@ -95,7 +98,13 @@ def find_candidates(
     Parameters and order of the searches as in `detect_seams`.
     """
     gap_mm = options.gap_for(graph)
-    joined = join_contacts(graph, trimmed, find_contacts(graph, trimmed, gap_mm=gap_mm), gap_mm=gap_mm)
+    edge, face = candidate_pairs(graph, trimmed, gap_mm)
+    if marked is None:
+        solids = np.stack([graph.edge_solid[edge], graph.face_solid[face]], axis=1)
+        counts = count_solids(graph, trimmed, solids).all(axis=1)
+        edge, face = edge[counts], face[counts]
+    touching = find_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge, face))
+    joined = join_contacts(graph, trimmed, touching, gap_mm=gap_mm)
     joined = without_duplicates(graph, joined, gap_mm=gap_mm)
     contacts, found = joined, []
     if marked is not None:
@@ -118,7 +127,13 @@ def find_candidates(
         found += flares.measured(build_seams(graph, flares.joined, options, SeamSource.FLARE))
     if marked is None and options.gap_mm is None:
         found = _with_wide_gaps(graph, trimmed, joined, found, options)
+    found = [s for s in found if s.source is SeamSource.MARKED or _count(graph, trimmed, s.pieces).all()]
     return cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
+
+
+def _count(graph: BrepGraph, trimmed: TrimmedFaces, pieces: SeamPieces) -> BoolArray:
+    """Tell which pieces are between solids that count: no other solid fills their room."""
+    return np.asarray(count_solids(graph, trimmed, solids_of(graph, pieces)).all(axis=1), dtype=bool)
 
 
 def judge_candidates(
@@ -140,11 +155,12 @@ def judge_candidates(
     judged = _reached(graph, trimmed, found, options, judge)
     judged = weld_round_corners(graph, trimmed, judged, options, judge)
     judged.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
+    candidates = candidates_of(graph, judged, [f"W{number}" for number in range(1, len(judged) + 1)])
     told = [
-        replace(seam, name=f"W{number}", reasons=tuple(str(text) for text in seam.reasons))
-        for number, seam in enumerate(judged, 1)
+        replace(seam, name=found_as.name, candidate=found_as, reasons=tuple(str(text) for text in seam.reasons))
+        for seam, found_as in zip(judged, candidates, strict=True)
     ]
-    return with_candidates(graph, with_short_ends(graph, trimmed, told, options.judging.level))
+    return tuple(with_short_ends(graph, trimmed, told, options.judging.level))
 
 
 def _with_wide_gaps(
@@ -174,10 +190,9 @@ def _reached(
     pieces = dict(zip(cut.tolist(), cut_where_unreached(graph, trimmed, [seams[i] for i in cut], options), strict=True))
     others = with_reach(graph, trimmed, [seams[i] for i in whole], options.reach)
     pieces |= {row: [seam] for row, seam in zip(whole.tolist(), others, strict=True)}
-    reached: list[Seam] = []
-    for is_welded in (True, False):
-        for row in np.flatnonzero(felt & (welded == is_welded)).tolist():
-            reached += pieces[row] if row in pieces else found.moved(row, pieces[int(found.first[row])])
+    pieces |= found.moved(np.setdiff1d(np.flatnonzero(felt), asked), pieces)
+    order = [*np.flatnonzero(felt & welded).tolist(), *np.flatnonzero(felt & ~welded).tolist()]
+    reached = [seam for row in order for seam in pieces[row]]
     return doubt_what_fixes_bolts(judge, trimmed, [*inside, *judge_seams(graph, trimmed, reached, options, judge)])
 
 
@@ -217,9 +232,12 @@ def _inside_solids(
 
 
 def _weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, contacts: JoinedPieces) -> IntArray:
-    """Return which of some solids touch no other member and may be built up of plates, bars and tubes."""
+    """Return which of some solids may be built up: no other member touches them, or they are frames of tubes."""
     pairs = graph.face_solid[np.stack([contacts.pieces.wall, contacts.pieces.base], axis=1)]
     touching = pairs[~are_crumbs(graph, trimmed)[pairs].any(axis=1)]
-    asked = np.setdiff1d(solids, touching)
-    built_up = [solid for solid in asked.tolist() if why_one_piece(graph, trimmed, solid) is None]
-    return np.array(built_up, dtype=np.int64)
+    solids = solids[count_solids(graph, trimmed, solids)]
+    alone = np.setdiff1d(solids, touching)
+    built_up = [solid for solid in alone.tolist() if why_one_piece(graph, trimmed, solid) is None]
+    touched = np.intersect1d(solids, touching)
+    frames = touched[are_tube_frames(graph, trimmed, touched)]
+    return np.concatenate([np.array(built_up, dtype=np.int64), frames])

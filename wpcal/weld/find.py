@@ -58,6 +58,7 @@ def find_welds(
     stated: Sequence[StatedWeld] = (),
     names: Collection[str] | None = None,
     stated_in: str = "",
+    positions: Mapping[str, tuple[str, str]] | None = None,
 ) -> FoundWelds:
     """Find the weld of every seam.
 
@@ -75,6 +76,9 @@ def find_welds(
         Only these seams. Welds of `stated` are paired with all seams.
     stated_in : str
         The file of `stated`, for messages.
+    positions : mapping, optional
+        By the name of the seam: its weld position and the file that says so, where a robot turns the part. Without
+        it the position is that of the seam in `base`.
 
     Raises
     ------
@@ -98,7 +102,8 @@ def find_welds(
             continue
         own = stated[paired.rows[seam.name]] if seam.name in paired.rows else StatedWeld(seam.name, None, {})
         try:
-            welds.append(_weld(seam, place, rules, material, own))
+            planned = (positions or {}).get(seam.name)
+            welds.append(_weld(seam, place, rules, material, own, planned))
         except InputError as error:
             raise InputError(f"{stated_in}: {error}" if stated_in else str(error), code=error.code) from None
     notes += [
@@ -110,9 +115,16 @@ def find_welds(
 
 
 def _weld(
-    seam: Seam, place: Place, rules: RuleTable, material: TriangleMaterial | None, stated: StatedWeld
+    seam: Seam,
+    place: Place,
+    rules: RuleTable,
+    material: TriangleMaterial | None,
+    stated: StatedWeld,
+    position: tuple[str, str] | None,
 ) -> SeamWeld:
-    measured: Mapping[str, tuple[Any, str]] = _measured(seam, material)
+    measured: dict[str, tuple[Any, str]] = _measured(seam, material)
+    if position is not None:
+        measured["position"] = position
     lower_side = 1 if float(np.mean(seam.frames.R[:, :, 1] @ np.array(UP))) < 0.0 else -1
     files = {**measured, **stated.files}
     return weld_for(seam, place, rules, user=stated.user, from_files=files, first_side=lower_side)

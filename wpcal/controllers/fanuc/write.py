@@ -110,8 +110,17 @@ def _seam_program(program: WeldProgram, name: str, path: WeldPath, T_base_frame:
     return tp_file(name, _moves(path, program), _positions(path, program, T_base_frame))
 
 
-def tp_file(name: str, instructions: list[str], positions: list[str]) -> str:
+def tp_file(name: str, instructions: list[str], positions: list[str], *, groups: str = "1,*,*,*,*") -> str:
     """Return the text of a TP program.
+
+    Parameters
+    ----------
+    name : str
+        Upper case.
+    instructions, positions : list of str
+        Lines.
+    groups : str
+        Which groups the program moves.
 
     Raises
     ------
@@ -129,7 +138,7 @@ def tp_file(name: str, instructions: list[str], positions: list[str]) -> str:
         "PROTECT = READ_WRITE;",
         "TCD:  STACK_SIZE = 0, TASK_PRIORITY = 50, TIME_SLICE = 0,",
         "      BUSY_LAMP_OFF = 0, ABORT_REQUEST = 0, PAUSE_REQUEST = 0;",
-        "DEFAULT_GROUP = 1,*,*,*,*;",
+        f"DEFAULT_GROUP = {groups};",
         "CONTROL_CODE = 00000000 00000000;",
         "/MN",
         *(f"{number:4d}:{text} ;" for number, text in enumerate(instructions, start=1)),
@@ -197,7 +206,7 @@ def tp_speed(mm_s: float) -> str:
 
 def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: RigidTransform) -> list[str]:
     p, R = poses.poses_in(T_base_frame)
-    texts = zip(CONFIGURATION.texts(program, poses), _coordinates(p, zyx_degrees(R, decimals=DECIMALS)), strict=True)
+    texts = zip(CONFIGURATION.texts(program, poses), coordinates(p, zyx_degrees(R, decimals=DECIMALS)), strict=True)
     bodies: list[tuple[str, ...]] = [(f"{_head(program)}\t\tCONFIG : '{conf}',", *text) for conf, text in texts]
     if program.planned is None or not isinstance(poses, WeldPath) or poses.joints is None or poses.external is None:
         return _numbered(bodies)
@@ -252,7 +261,16 @@ def _between(
     return lines, _numbered(bodies)
 
 
-def _coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:
+def coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:
+    """Return the two lines of every pose.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n, 3)
+        In any one frame, mm.
+    angles : ndarray, shape (n, 3)
+        About x, y and z, deg.
+    """
     k = DECIMALS
     return [
         (

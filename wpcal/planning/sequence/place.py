@@ -21,7 +21,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.singularity import is_regular, is_within_turns
-from wpcal.planning.sequence.external import axes_of, external_axes
+from wpcal.planning.sequence.external import axes_of, external_axes, values_along
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
 from wpcal.planning.sequence.sequence_input import PlannedSeam
 from wpcal.planning.sequence.targets import SequenceTargets
@@ -185,11 +185,13 @@ def _reached(
 ) -> FloatArray:
     """Return 1 where one branch reaches a seam from a place, shape (a, b)."""
     values = external_axes(cell, task, targets).values[:MOST_AXES]
-    q = axes_of(cell, values)
-    T_base_world = np.linalg.inv(cell.base_places(q))
-    T_flange = T_base_world[:, None] @ (
-        cell.part_places(q)[:, None] @ (poses.T_part_tool.reshape(-1, 4, 4) @ cell.T_flange_tool.inverse().matrix)
+    T_base_world = np.linalg.inv(cell.base_places(axes_of(cell, values[:, 0])))
+    along = np.repeat(values_along(values, task, poses.rungs), poses.is_free.shape[1], axis=1)
+    places = cell.part_places(axes_of(cell, along.reshape(along.shape[0] * along.shape[1], along.shape[2]))).reshape(
+        *along.shape[:2], 4, 4
     )
+    T_part_flange = poses.T_part_tool.reshape(-1, 4, 4) @ cell.T_flange_tool.inverse().matrix
+    T_flange = T_base_world[:, None] @ (places @ T_part_flange)
     sign = 1.0 if moved is Moved.PART else -1.0
     found = np.zeros((len(grid), len(grid)))
     for i, x in enumerate(grid):

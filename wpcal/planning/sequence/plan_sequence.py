@@ -11,7 +11,7 @@ import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.errors import GeometryError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
@@ -21,9 +21,11 @@ from wpcal.planning.sequence.candidate import Candidate
 from wpcal.planning.sequence.cuts import Unwelded, cut_seam
 from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.order import Order, Stop, find_order
+from wpcal.planning.sequence.remedies import RemedySearch
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
 from wpcal.planning.sequence.sequence_input import PlannedSeam
+from wpcal.planning.sequence.start_check import require_sound_start
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.weld_sequence import (
     AIR_SHARE,
@@ -107,16 +109,17 @@ def plan_sequence(
     GeometryError
         When no seam can be welded, or no free way leads from one to another.
     InputError
-        When the home is in collision, or an optional package is missing.
+        When the part is through the floor, home is in collision, or an optional package is missing.
     """
     clearance = OneRobotClearance(cell, part)
-    _require_free_home(cell, clearance)
+    require_sound_start(cell, clearance)
     search = SeamSearch(cell, clearance, targets)
+    remedies = RemedySearch(search)
     stretches: list[_Ways] = []
     unwelded: list[Unwelded] = []
     for number, seam in enumerate(seams, start=1):
         progress(f"seam {seam.name}, {number} of {len(seams)}")
-        ways, gaps = _ways(search, seam)
+        ways, gaps = _ways(search, seam, remedies)
         stretches += ways
         unwelded += gaps
     if not stretches:
@@ -129,22 +132,12 @@ def plan_sequence(
     return SequenceChoice(sequence, {**values, prefer: sequence.values}, prefer)
 
 
-def _require_free_home(cell: OneRobotCell, clearance: OneRobotClearance) -> None:
-    found = clearance.margins(cell.home[None])
-    if not found.is_clear[0]:
-        one, two = clearance.names(int(found.pair[0]))
-        raise InputError(
-            f"home is in collision: {one} and {two} miss their safety distance by {-found.margin_mm[0]:.0f} mm; "
-            "write another home_deg in torch_robot of the cell"
-        )
-
-
-def _ways(search: SeamSearch, seam: PlannedSeam) -> tuple[list[_Ways], list[Unwelded]]:
-    task = seam_task(seam.seam, seam.speed_mm_s)
+def _ways(search: SeamSearch, seam: PlannedSeam, remedies: RemedySearch) -> tuple[list[_Ways], list[Unwelded]]:
+    task = seam_task(seam.seam, seam.speed_mm_s, seam.rank)
     found = _both_directions(search, task, search.whole(task))
     if found:
         return [_Ways(task.name, tuple(found))], []
-    pieces, gaps = cut_seam(search, task)
+    pieces, gaps = cut_seam(search, task, remedies)
     one = len(pieces) == 1
     names = [task.name if one else f"{task.name}{_letters(row)}" for row in range(len(pieces))]
     return [
@@ -187,7 +180,7 @@ def _order(
         cost = cost + torch * np.degrees([candidate.off_torch_rad for candidate in found])
         cost = cost + motion * np.degrees([candidate.motion_rad_mm for candidate in found])
         start, end = (np.array([candidate.q[row] for candidate in found]) for row in (0, -1))
-        stops.append(Stop(start, end, cost, found[0].task.middle))
+        stops.append(Stop(start, end, cost, found[0].task.middle, found[0].task.rank))
     return find_order(stops, cell.home, AIR_SHARE * cell.speeds, targets.order, blocked)
 
 

@@ -12,6 +12,7 @@ from wpcal.core.csv_text import csv_text
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.sequence.cuts import Unwelded
 from wpcal.planning.sequence.plan_sequence import SequenceChoice
+from wpcal.planning.sequence.remedies import Help
 from wpcal.planning.sequence.timeline import Timeline
 from wpcal.planning.sequence.weld_sequence import SequenceValues, WeldPiece, WeldSequence
 from wpcal.seam.path.position import weld_rotation, weld_slope
@@ -100,6 +101,7 @@ def _piece(cell: OneRobotCell, piece: WeldPiece, sequence: WeldSequence) -> dict
         "to_mm": float(s[-1]),
         "is_reversed": candidate.is_reversed,
         "external": _degrees(cell, candidate.q[:1])[0][6:],
+        "external_end": _degrees(cell, candidate.q[-1:])[0][6:],
         "branch": candidate.branch,
         "slope_deg": slope,
         "rotation_deg": None if math.isnan(rotation) else rotation,
@@ -118,7 +120,19 @@ def _unwelded(gap: Unwelded) -> dict[str, Any]:
         "from_mm": gap.from_mm,
         "to_mm": gap.to_mm,
         "why": gap.why,
-        "help": [{"text": h.text, "turn_deg": h.turn_deg, "move_mm": list(h.move_mm)} for h in gap.help],
+        "help": [_help(each) for each in gap.help],
+        "is_searched": gap.is_searched,
+    }
+
+
+def _help(each: Help) -> dict[str, Any]:
+    return {
+        "text": each.text,
+        "turn_deg": each.turn_deg,
+        "move_mm": list(each.move_mm),
+        "raise_mm": each.raise_mm,
+        "torch_range_deg": each.torch_range_deg,
+        "torch_scale": each.torch_scale,
     }
 
 

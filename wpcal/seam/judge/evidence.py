@@ -5,9 +5,11 @@ Each finding multiplies the confidence by the factor of its rule (`wpcal.seam.ru
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -80,20 +82,26 @@ def judge_seams(
         reachable = not (seam.inside or seam.blocked_by)
         found = [*judge.evidence(seam), *concave.get(row, ()), *kept]
         found += judge.shape_evidence(seam, found)
-        judged.append(weighed(replace(seam, reachable=reachable, reasons=reasons), found, judge.level))
+        judged.append(replace(seam, reachable=reachable, reasons=reasons, **_weight(seam, found, judge.level)))
     return tuple(judged)
 
 
 def weighed(seam: Seam, findings: Iterable[Finding], level: Level) -> Seam:
     """Return a seam with its findings, the confidence that follows from them, and whether it is accepted."""
+    return replace(seam, **_weight(seam, findings, level))
+
+
+def _weight(seam: Seam, findings: Iterable[Finding], level: Level) -> dict[str, Any]:
+    """Return the fields of a seam that follow from its findings."""
     found = tuple(sorted(findings, key=lambda finding: finding.factor))
     confidence = _confidence(seam, found)
     sure = confidence >= level.value or seam.source is SeamSource.MARKED
-    return replace(seam, findings=found, confidence=confidence, accepted=sure and not (seam.inside or seam.blocked_by))
+    accepted = sure and not (seam.inside or seam.blocked_by)
+    return {"findings": found, "confidence": confidence, "accepted": accepted}
 
 
 def _confidence(seam: Seam, findings: Sequence[Finding]) -> float:
-    return PRIOR[seam.source] * float(np.prod([finding.factor for finding in findings]))
+    return PRIOR[seam.source] * math.prod(finding.factor for finding in findings)
 
 
 def assumed_words(reach: Reach) -> str:
@@ -269,7 +277,8 @@ class Judge:
 
     def _contact_evidence(self, seam: Seam, *, is_fastener: bool) -> Iterator[Finding]:
         gaps = seam.pieces.gap_mm[:, 1]
-        mean = float(gaps[~is_play(self.play, gaps)].sum() / len(gaps))  # play is no doubt
+        doubted = gaps[~is_play(self.play, gaps)] if self.play else gaps  # play is no doubt
+        mean = float(doubted.sum() / len(gaps))
         if mean > FELT_GAP * self.gap_mm:
             lost = GAP_SHARE_LOST * min(mean / self.gap_mm, 1.0)
             text = f"a gap of {mean:.2f} mm on average, up to {seam.gap_mm[2]:.2f} mm"
@@ -286,8 +295,10 @@ class Judge:
         """Return the diameter of the hole inside which a seam runs along the rim; None if it does not."""
         wall, base = seam.pieces.wall, seam.pieces.base
         hole = self.hole_of_face.get(int(wall[0]))
+        if hole is None:
+            return None
         is_round = (self.graph.face_kind[base] == SurfaceKind.CYLINDER) & (self.graph.face_outward[base] > 0)
-        if hole is None or not np.isin(wall, self.holes.face[hole]).all() or is_round.any():
+        if not np.isin(wall, self.holes.face[hole]).all() or is_round.any():
             return None
         return 2.0 * float(self.holes.radius[hole])
 

@@ -49,13 +49,21 @@ class HeldRings:
     trimmed: TrimmedFaces
     gap_mm: float
     _known: dict[tuple[int, int], bool] = field(default_factory=dict)
+    _turned: dict[int, bool] = field(default_factory=dict)
 
     def holds(self, a: int, b: int) -> bool:
         """Tell whether one of two solids, given by number, holds the other one (`is_held_fast`)."""
         pair = (min(a, b), max(a, b))
         if pair not in self._known:
-            self._known[pair] = is_held_fast(self.graph, self.trimmed, *pair, self.gap_mm)
+            may_be = self._is_turned(a) or self._is_turned(b)
+            self._known[pair] = may_be and is_held_fast(self.graph, self.trimmed, *pair, self.gap_mm)
         return self._known[pair]
+
+    def _is_turned(self, solid: int) -> bool:
+        """Tell whether a solid may be a ring; asked once, not once per neighbour."""
+        if solid not in self._turned:
+            self._turned[solid] = is_turned(self.graph, solid)
+        return self._turned[solid]
 
 
 def is_held_fast(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap_mm: float) -> bool:
