@@ -30,6 +30,7 @@ from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
 from wpcal.seam.judge.hiding import with_hiding
+from wpcal.seam.judge.left_over import doubt_what_is_left
 from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
@@ -195,8 +196,9 @@ def _reached(
     first, others = (
         [piece for row in np.flatnonzero(felt & rows).tolist() for piece in pieces[row]] for rows in (welded, ~welded)
     )
-    reached = judge_seams(graph, trimmed, [*with_hiding(graph, trimmed, first, options.reach), *others], options, judge)
-    return doubt_what_fixes_bolts(judge, trimmed, [*inside, *reached])
+    reached = [*with_hiding(graph, trimmed, first, options.reach), *others]
+    told = [*inside, *judge_seams(graph, trimmed, reached, options, judge)]
+    return doubt_what_is_left(judge, doubt_what_fixes_bolts(judge, trimmed, told))
 
 
 def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions) -> list[Seam]:

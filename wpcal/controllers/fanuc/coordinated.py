@@ -24,6 +24,7 @@ from wpcal.controllers.fanuc.write import (
     JOINT_PERCENT,
     LONGEST_REMARK,
     NAMES,
+    TWO_GROUPS,
     ZONE_MM,
     coordinates,
     tp_file,
@@ -36,7 +37,6 @@ from wpcal.core.errors import InputError
 
 HOLDER_TOOL = 1
 """Of group 2: the part on the flange."""
-GROUPS = "1,1,*,*,*"
 
 
 def write_coordinated_fanuc(program: CoordinatedProgram) -> dict[str, str]:
@@ -59,7 +59,7 @@ def write_coordinated_fanuc(program: CoordinatedProgram) -> dict[str, str]:
     """
     name = safe_name(program.controller.program_name, NAMES).upper()
     lines = [*_remarks(program), *_frames(program), *_moves(program)]
-    return {f"{name.lower()}.ls": tp_file(name, lines, _positions(program), groups=GROUPS)}
+    return {f"{name.lower()}.ls": tp_file(name, lines, _positions(program), groups=TWO_GROUPS)}
 
 
 def _remarks(program: CoordinatedProgram) -> list[str]:

@@ -47,6 +47,8 @@ CONFIGURATION = ConfigurationRule(
 """For example N U T, 0, 0, 0: flip, (left, right,) up, front, and the turns of three joints."""
 ZONE_MM = 1.0
 """About how far from a corner CNT100 leaves the path at a weld speed: the way that it brakes in."""
+ONE_GROUP, TWO_GROUPS = "1,*,*,*,*", "1,1,*,*,*"
+"""Which groups a program moves."""
 JOINT_PERCENT = 10
 """Of the first move to a seam. Slow, because the arm can come from anywhere."""
 LANGUAGE = JobLanguage(
@@ -103,14 +105,19 @@ def _main_program(
         last = post.air_move("P[1]", speed=tp_speed(program.motion.air_speed_mm_s))
         lines = [*frame, *first, *lines, *frame, *last]
         positions = _positions(program.safe_point, program, T_base_frame)
-    return tp_file(name, [*post.header(_wrapped(comments)), *lines, *post.footer()], positions)
+    return tp_file(name, [*post.header(_wrapped(comments)), *lines, *post.footer()], positions, groups=_groups(program))
 
 
 def _seam_program(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
-    return tp_file(name, _moves(path, program), _positions(path, program, T_base_frame))
+    return tp_file(name, _moves(path, program), _positions(path, program, T_base_frame), groups=_groups(program))
 
 
-def tp_file(name: str, instructions: list[str], positions: list[str], *, groups: str = "1,*,*,*,*") -> str:
+def _groups(program: WeldProgram) -> str:
+    turns = program.planned is not None and program.planned.turning
+    return TWO_GROUPS if turns else ONE_GROUP
+
+
+def tp_file(name: str, instructions: list[str], positions: list[str], *, groups: str = ONE_GROUP) -> str:
     """Return the text of a TP program.
 
     Parameters
