@@ -65,8 +65,8 @@ class Rule(Enum):
     SAME_ROOM = RuleRow(
         0.05,
         "A solid fills room that another solid fills.",
-        "It is a copy, such as the body before its last chamfer, or lies inside the other one; only one of the two can be "
-        "a member.",
+        "It is a copy, such as the body before its last chamfer, or lies inside the other one; only one of the two can "
+        "be a member.",
         "shape: the same points inside",
     )
     NOT_METAL_WRITTEN = RuleRow(
