@@ -98,7 +98,7 @@ def run_sequence(
     from wpcal.cli.progress import shown_progress
     from wpcal.core.errors import InputError
     from wpcal.core.records import new_directory, to_json, write_file
-    from wpcal.formats.trajectory import joint_trajectory
+    from wpcal.formats.trajectory import joint_trajectory, tesseract_states
     from wpcal.pages.sequence import build_sequence_page
     from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
     from wpcal.planning.sequence.sequence_input import read_sequence_input
@@ -125,6 +125,7 @@ def run_sequence(
         "plan.json": to_json(sequence_record(choice, line, no_program=refused)),
         "plan.csv": sequence_csv(choice.sequence, line),
         "trajectory.yaml": joint_trajectory(choice.sequence, line),
+        "trajectory_tesseract.py": tesseract_states(choice.sequence, line),
         "plan.html": build_sequence_page(choice, line, part_glb=given.part_glb),
     }
     with new_directory(output, overwrite=force) as folder:

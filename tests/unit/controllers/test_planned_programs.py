@@ -15,13 +15,13 @@ from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.tool_data import read_tool_data
 from wpcal.core.errors import FormatError, InputError
-from wpcal.formats.trajectory import joint_trajectory
+from wpcal.formats.trajectory import joint_trajectory, tesseract_states
 from wpcal.planning.cell.one_robot import Rail
 from wpcal.planning.cell.one_robot_file import read_one_robot
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets, WeldPosition
-from wpcal.planning.sequence.timeline import build_timeline
+from wpcal.planning.sequence.timeline import SequencePhase, build_timeline
 from wpcal.robot.kinematics.arm import Coupling
 from wpcal.weld.find import find_welds
 from wpcal.weld.record import StatedWeld
@@ -256,6 +256,15 @@ def test_the_trajectory_has_every_state_with_its_time(sequence):
     assert np.allclose(q, line.q, rtol=0, atol=1e-9)
     times = [p["time_from_start"]["sec"] + 1e-9 * p["time_from_start"]["nanosec"] for p in record["points"]]
     assert np.allclose(times, line.t_s, rtol=0, atol=1e-8)
+
+    names: dict[str, object] = {}
+    exec(tesseract_states(sequence, line), names)  # a module that was written here
+    assert names["JOINTS"] == list(sequence.cell.axis_names)
+    states = names["STATES"]
+    assert np.allclose([axes for _, axes, _ in states], line.q, rtol=0, atol=1e-9)
+    assert np.allclose([t for t, _, _ in states], line.t_s, rtol=0, atol=1e-8)
+    assert [burns for _, _, burns in states] == [phase is SequencePhase.WELD for phase in line.phase]
+    assert callable(names["build"])
 
 
 RAPID = "PERS tooldata tGun:=[TRUE,[[10,-20,330.5],[0.92388,0,0.382683,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];"
