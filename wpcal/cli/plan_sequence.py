@@ -139,12 +139,14 @@ def run_sequence(
         click.echo(files["plan.json"], nl=False)
     else:
         _show(choice, line, has_part=given.part is not None)
+        if programs and refused and not flags.formats:
+            click.echo(f"no program in {', '.join(refused)}: plan.json says why (no_program)")
         listed = [*files, *(f"{language}/ ({len(texts)})" for language, texts in programs.items())]
         click.echo(f"wrote {', '.join(listed)} to {output}")
         click.echo(
             "the programs are a dry run: the arc stays off" if made.arc is None else "the programs switch the arc"
         )
-    for name, why in refused.items():
+    for name, why in refused.items() if flags.formats or not programs else ():
         click.echo(f"wpcal: no {name} program: {why}", err=True)
     for gap in choice.sequence.unwelded:
         click.echo(f"wpcal: {gap.describe()}", err=True)
