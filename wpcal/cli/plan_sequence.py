@@ -187,7 +187,7 @@ def _with_welds(
     folder = result if result.is_dir() else result.parent
     is_calibrated = given.T_base_part is not None and (folder / CALIBRATION_FILE).exists()
     record = read_record(folder, CALIBRATION_FILE) if is_calibrated else {}
-    output = PlanOutput(flags.path.to_tolerance(), flags.controller.to_settings(), arc, record)
+    output = PlanOutput(flags.path.to_tolerance(), flags.controller.to_settings(), arc, record, given.part is not None)
     return given if welds is None else given.with_welds(welds, flags.arc.choice(), speed_mm_s), output
 
 
