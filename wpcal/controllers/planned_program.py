@@ -89,15 +89,15 @@ def build_planned_program(
     planned = PlannedMoves(air, rail, turning, cell.T_flange_tool, 100.0 * AIR_SHARE, about, follows)
     targets = sequence.targets
     motion = MotionSettings(targets.approach_mm, targets.approach_mm, targets.speed_mm_s, targets.air_speed_mm_s)
-    checked = (f"checked against collision: all moves between home and home: {checked_text(sequence)}",)
-    checked += () if output.has_part else (f"{UNCHECKED}: its shape was not beside the seams (part.glb)",)
+    checked = [f"checked against collision: all moves between home and home: {checked_text(sequence)}"]
+    checked += [] if output.has_part else [f"{UNCHECKED}: its shape was not beside the seams (part.glb)"]
     return WeldProgram(
         paths,
         frame.T_base_part,
         motion=motion,
         controller=controller,
         calibration=dict(output.calibration),
-        checked=checked,
+        checked=tuple(checked),
         arm=cell.arm,
         tolerance=output.tolerance if any(path.moves is not None for path in paths) else None,
         arc=output.arc,
