@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,8 @@ import numpy as np
 from tests.saddle import CELLS
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.one_robot_file import one_robot_from_record
+from wpcal.planning.sequence.sequence_input import PlannedSeam
+from wpcal.seam.seam import SeamFrames
 
 TWO = json.loads((CELLS / "two-mh6.json").read_text(encoding="utf-8"))
 TEE = CELLS.parent / "tee" / "golden"
@@ -78,3 +81,16 @@ def random_axes(cell: OneRobotCell, count: int, seed: int = 0) -> np.ndarray[Any
     """Return axes within their limits."""
     low, high = cell.limits
     return np.random.default_rng(seed).uniform(low, high, (count, len(low)))
+
+
+def pipe_ring(like: PlannedSeam, radius_mm: float = 60.0, count: int = 73) -> PlannedSeam:
+    """Return the fillet round a pipe that stands on a plate, about z of `part`; what is no geometry is as in a seam."""
+    turn = np.linspace(0.0, 2.0 * np.pi, count)
+    out = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(count)])
+    x = np.column_stack([-np.sin(turn), np.cos(turn), np.zeros(count)])
+    z = (out + np.array([0.0, 0.0, 1.0])) / np.sqrt(2.0)
+    R = np.stack([x, np.cross(z, x), z], axis=2)
+    frames = SeamFrames(radius_mm * turn, radius_mm * out, R, np.full(count, np.pi / 2))
+    length = 2.0 * np.pi * radius_mm
+    seam = dataclasses.replace(like.seam, name="R1", closed=True, length_mm=length, frames=frames, lean_rad=None)
+    return PlannedSeam(seam)

@@ -5,7 +5,7 @@ from functools import cache
 from typing import Any
 
 import pytest
-from build123d import Align, Cylinder, Plane, Vector
+from build123d import Align, Box, Cylinder, Plane, Pos, Vector
 from scipy.special import ellipe
 
 from cad.kernel.to_brep import to_brep
@@ -75,3 +75,22 @@ def test_a_bush_is_no_tube() -> None:
     for shape in (bush, ring):
         graph = to_brep([("S", shape.solid().wrapped)])
         assert len(find_tubes(graph, TrimmedFaces.of(graph), 0).face) == 0
+
+
+def inside(*shapes: tuple[str, Any]) -> list[float]:
+    """Return the lengths of the accepted seams inside the first of several solids, mm."""
+    graph = to_brep([(name, shape.solid().wrapped) for name, shape in shapes])
+    return sorted(s.length_mm for s in detect_seams(graph) if s.accepted and s.solids == (shapes[0][0],))
+
+
+def test_a_frame_of_tubes_is_searched_inside_though_another_solid_touches_it() -> None:
+    pad = Pos(30, 0, RADIUS) * Box(30, 40, 20, align=ALONG)
+    alone = inside(("frame", knee(90.0)))
+    assert inside(("frame", knee(90.0)), ("pad", pad)) == pytest.approx(alone, rel=0, abs=1e-9)
+
+
+def test_one_tube_with_plates_is_not_searched_if_another_solid_touches_it() -> None:
+    foot = Box(100, 100, 8, align=ALONG)
+    post = foot + Pos(0, 0, 8) * (Box(40, 40, 300, align=ALONG) - Box(36, 36, 300, align=ALONG))
+    assert len(inside(("post", post))) == 4
+    assert inside(("post", post), ("pad", Pos(0, 0, -20) * Box(30, 40, 20, align=ALONG))) == []

@@ -225,9 +225,10 @@ def _check_written(files: Mapping[str, str | bytes], program: WeldProgram, name:
     if not own:
         return 0
     read: list[ReadPose] = []
+    is_carried = program.planned is not None and program.planned.follows
     for file, data in own.items():
         try:
-            read += read_poses_back(data, Path(file), program.T_base_part)
+            read += read_poses_back(data, Path(file), program.T_base_part, is_carried=is_carried)
         except WpcalError as error:
             what = f"{name}: the written program cannot be read back: {error}; nothing is written"
             raise WrittenWrongError(what) from None

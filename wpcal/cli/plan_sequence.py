@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from wpcal.cli.plan import WeldFlags
     from wpcal.controllers.planned_program import PlanOutput
     from wpcal.controllers.registry import Controller
+    from wpcal.core.arrays import FloatArray
     from wpcal.planning.cell.one_robot import OneRobotCell
     from wpcal.planning.sequence.plan_sequence import SequenceChoice
     from wpcal.planning.sequence.sequence_input import SequenceInput
@@ -49,10 +50,11 @@ class SequenceFlags:
     )
     order: str = option(
         "--order",
-        type=click.Choice(["time", "listed", "skip"]),
+        type=click.Choice(["time", "listed", "skip", "pairs"]),
         default="time",
         show_default=True,
-        help="Order of the seams: least time, as listed, or each far from the two before it (less distortion).",
+        help="Order of the seams: least time, as listed, each far from the two before it (skip), or each followed by "
+        "the one opposite (pairs); the last two for less distortion. Tack welds come first, then bead by bead.",
     )
 
     formats: tuple[str, ...] = option(
@@ -96,7 +98,7 @@ def run_sequence(
     from wpcal.cli.progress import shown_progress
     from wpcal.core.errors import InputError
     from wpcal.core.records import new_directory, to_json, write_file
-    from wpcal.formats.trajectory import joint_trajectory
+    from wpcal.formats.trajectory import joint_trajectory, tesseract_states
     from wpcal.pages.sequence import build_sequence_page
     from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
     from wpcal.planning.sequence.sequence_input import read_sequence_input
@@ -112,7 +114,7 @@ def run_sequence(
         raise InputError(
             "the torch has no bodies: no collision of the torch can be found; list them in torch_robot.torch"
         )
-    given, made = _with_welds(given, cell, flags, result)
+    given, made = _with_welds(given, cell, flags, result, targets.speed_mm_s)
     with shown_progress("starting") as progress:
         choice = plan_sequence(
             cell, given.part, given.seams, targets, prefer=SequencePreference(prefer), progress=progress
@@ -123,6 +125,7 @@ def run_sequence(
         "plan.json": to_json(sequence_record(choice, line, no_program=refused)),
         "plan.csv": sequence_csv(choice.sequence, line),
         "trajectory.yaml": joint_trajectory(choice.sequence, line),
+        "trajectory_tesseract.py": tesseract_states(choice.sequence, line),
         "plan.html": build_sequence_page(choice, line, part_glb=given.part_glb),
     }
     with new_directory(output, overwrite=force) as folder:
@@ -136,12 +139,14 @@ def run_sequence(
         click.echo(files["plan.json"], nl=False)
     else:
         _show(choice, line, has_part=given.part is not None)
+        if programs and refused and not flags.formats:
+            click.echo(f"no program in {', '.join(refused)}: plan.json says why (no_program)")
         listed = [*files, *(f"{language}/ ({len(texts)})" for language, texts in programs.items())]
         click.echo(f"wrote {', '.join(listed)} to {output}")
         click.echo(
             "the programs are a dry run: the arc stays off" if made.arc is None else "the programs switch the arc"
         )
-    for name, why in refused.items():
+    for name, why in refused.items() if flags.formats or not programs else ():
         click.echo(f"wpcal: no {name} program: {why}", err=True)
     for gap in choice.sequence.unwelded:
         click.echo(f"wpcal: {gap.describe()}", err=True)
@@ -170,7 +175,7 @@ def _writers(formats: tuple[str, ...]) -> tuple[Controller, ...]:
 
 
 def _with_welds(
-    given: SequenceInput, cell: OneRobotCell, flags: SequenceFlags, result: Path
+    given: SequenceInput, cell: OneRobotCell, flags: SequenceFlags, result: Path, speed_mm_s: float
 ) -> tuple[SequenceInput, PlanOutput]:
     """Return the seams with their weld data, and how the plan becomes programs."""
     from wpcal.controllers.planned_program import PlanOutput
@@ -182,8 +187,8 @@ def _with_welds(
     folder = result if result.is_dir() else result.parent
     is_calibrated = given.T_base_part is not None and (folder / CALIBRATION_FILE).exists()
     record = read_record(folder, CALIBRATION_FILE) if is_calibrated else {}
-    output = PlanOutput(flags.path.to_tolerance(), flags.controller.to_settings(), arc, record)
-    return given if welds is None else given.with_welds(welds), output
+    output = PlanOutput(flags.path.to_tolerance(), flags.controller.to_settings(), arc, record, given.part is not None)
+    return given if welds is None else given.with_welds(welds, flags.arc.choice(), speed_mm_s), output
 
 
 def _programs(
@@ -229,12 +234,7 @@ def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:
         slope, rotation = position_name(sequence.cell, piece)
         late = candidate.off_position_rad > sequence.targets.position_tol_rad
         off = math.degrees(candidate.off_position_rad)
-        rail = sequence.cell.rail_axis
-        external = [
-            f"{value:.0f} mm" if axis == rail else f"{math.degrees(value):.0f}"
-            for axis, value in enumerate(candidate.q[0].tolist())
-            if axis >= 6  # the joints of the arm
-        ]
+        external = [_along(sequence.cell, axis, column) for axis, column in enumerate(candidate.q.T) if axis >= 6]
         table.add_row(
             f"{row}",
             f"{piece.name}{' (reversed)' if candidate.is_reversed else ''}",
@@ -264,3 +264,10 @@ def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:
     console.print(f"{'free' if sequence.is_free else 'NOT FREE'}: {checked_text(sequence)}")
     if not has_part:
         console.print("NOT CHECKED for collisions with the part: there is no part.glb beside the seams")
+
+
+def _along(cell: OneRobotCell, axis: int, column: FloatArray) -> str:
+    """Return an external axis as the table shows it: at rest, or from where to where it moves."""
+    unit, factor = (" mm", 1.0) if axis == cell.rail_axis else ("", 180.0 / math.pi)
+    start, end = factor * float(column[0]), factor * float(column[-1])
+    return f"{start:.0f}{unit}" if start == end else f"{start:.0f} to {end:.0f}{unit}"

@@ -67,7 +67,7 @@ class ArcFlags:
         "--arc-output",
         metavar="N",
         type=click.IntRange(min=0),
-        help="Digital output that switches the arc, for KUKA without ArcTech, Universal Robots, Staubli.  "
+        help="Digital output that switches the arc: for KUKA without ArcTech, Universal Robots, Staubli.  "
         "[default: functions of yours, arc_start and arc_end]",
     )
 
@@ -94,7 +94,13 @@ class ArcFlags:
         return RunChoice(Tacks(self.tacks), WeaveBy(self.weave))
 
     def read(
-        self, seams: Sequence[Seam], T_base_part: RigidTransform, *, part_glb: bytes | None, names: Collection[str]
+        self,
+        seams: Sequence[Seam],
+        T_base_part: RigidTransform,
+        *,
+        part_glb: bytes | None,
+        names: Collection[str],
+        positions: Mapping[str, tuple[str, str]] | None = None,
     ) -> tuple[Mapping[str, SeamWeld] | None, ArcSettings | None]:
         """Return the weld data of the chosen seams, and how the arc is switched; None for what is not asked for.
 
@@ -107,22 +113,19 @@ class ArcFlags:
             The triangles of the part.
         names : collection of str
             Of the chosen seams.
+        positions : mapping, optional
+            As in `wpcal.weld.find.find_welds`.
 
         Raises
         ------
         InputError
             When the file cannot be used, names an unknown seam, or is missing with ``--arc on``.
         """
-        from wpcal.controllers.arc_settings import ArcSettings
-        from wpcal.core.errors import ErrorCode, InputError
         from wpcal.weld.find import find_welds
         from wpcal.weld.record import read_stated_welds
 
-        arc = ArcSettings(self.arc_output) if self.arc == "on" else None
+        arc = self._settings()
         if self.welds is None:
-            if arc is not None:
-                what = "arc instructions need weld data; write them with wpcal welds, check them, and give the file"
-                raise InputError(what, code=ErrorCode.WELDS_MISSING)
             return None, None
         table = self.rules.read()
         found = find_welds(
@@ -133,7 +136,26 @@ class ArcFlags:
             stated=read_stated_welds(self.welds, table),
             names=names,
             stated_in=str(self.welds),
+            positions=positions,
         )
         for note in found.notes:
             click.echo(f"wpcal: {self.welds}: {note}", err=True)
         return found.by_seam(), arc
+
+    def _settings(self) -> ArcSettings | None:
+        """Return how the arc is switched; None for a dry run.
+
+        Raises
+        ------
+        InputError
+            When it is asked for without weld data.
+        """
+        from wpcal.controllers.arc_settings import ArcSettings
+        from wpcal.core.errors import ErrorCode, InputError
+
+        if self.arc != "on":
+            return None
+        if self.welds is None:
+            what = "arc instructions need weld data; write them with wpcal welds, check them, and give the file"
+            raise InputError(what, code=ErrorCode.WELDS_MISSING)
+        return ArcSettings(self.arc_output)

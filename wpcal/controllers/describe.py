@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from wpcal import __version__
+from wpcal.controllers.arc_settings import arc_in_words
 from wpcal.controllers.corners import find_turned_corners
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.moves import Arc
@@ -35,7 +36,7 @@ def describe(program: WeldProgram) -> list[str]:
     if program.planned is not None:
         lines += program.planned.about
         lines += [] if program.tolerance is None else [describe_moves(program)]
-        return [*lines, _arc_in_words(program), *program.checked, *PLAN_NOT_CHECKED]
+        return [*lines, arc_in_words(program.arc), *program.checked, *PLAN_NOT_CHECKED]
     lines += [
         f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
         f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
@@ -56,7 +57,7 @@ def describe(program: WeldProgram) -> list[str]:
             f"the arm {program.arm.name} follows all moves within its joint limits, in one branch: wrist {axis_1} "
             f"axis 1, {lower_arm} the lower arm"
         )
-    return [*lines, _arc_in_words(program), *(program.checked or [UNCHECKED]), NOT_CHECKED]
+    return [*lines, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), NOT_CHECKED]
 
 
 def part_frame(program: WeldProgram) -> str:
@@ -64,14 +65,9 @@ def part_frame(program: WeldProgram) -> str:
     planned = program.planned
     if planned is None:
         return "the part as calibrated"
+    if planned.follows:
+        return "the part, which the positioner carries"
     return "the base of the robot, as the part turns" if planned.turning else "the part as in the cell"
-
-
-def _arc_in_words(program: WeldProgram) -> str:
-    """Say whether the program switches the arc."""
-    if program.arc is None:
-        return "DRY RUN: the arc stays off; ARC ON and ARC OFF are comments (--arc on makes them instructions)"
-    return "the arc burns from SEAM START to SEAM END: RUN IT with the arc blocked at the controller FIRST"
 
 
 def describe_moves(program: WeldProgram) -> str:

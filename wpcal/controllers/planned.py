@@ -57,6 +57,9 @@ class PlannedMoves:
         Of the largest joint speeds, in joint moves.
     about : tuple of str
         For a person to read in the header.
+    follows : bool
+        Whether the positioner turns along a seam. Positions are then in the part that it carries: what a program calls
+        the base is the flange of the positioner.
     """
 
     air: tuple[JointMoves, ...]
@@ -65,6 +68,7 @@ class PlannedMoves:
     T_flange_tool: RigidTransform
     joint_percent: float
     about: tuple[str, ...]
+    follows: bool = False
 
     @property
     def axis_count(self) -> int:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.controllers.arc_settings import ArcSettings
+from wpcal.controllers.describe import UNCHECKED
 from wpcal.controllers.planned import JointMoves, PlannedMoves
 from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldPath, WeldProgram
 from wpcal.core.arrays import FloatArray, frozen
@@ -45,12 +46,15 @@ class PlanOutput:
         How the arc is switched; None for a dry run.
     calibration : mapping
         The record of ``calibration.json``; empty without a calibration.
+    has_part : bool
+        Whether the moves were compared with the part.
     """
 
     tolerance: PathTolerance | None = USUAL_TOLERANCE
     controller: ControllerSettings = field(default_factory=ControllerSettings)
     arc: ArcSettings | None = None
     calibration: Mapping[str, Any] = field(default_factory=dict)
+    has_part: bool = True
 
 
 def build_planned_program(
@@ -76,23 +80,26 @@ def build_planned_program(
     cell = sequence.cell
     turning = cell.axis_names[cell.first_turning :]
     controller = replace(output.controller, frame_number=WITHOUT_FRAME) if turning else output.controller
-    paths = tuple(_path(sequence, piece, seams[piece.candidate.task.name], output) for piece in sequence.pieces)
+    follows = any(np.ptp(piece.candidate.q[:, cell.first_turning :], axis=0).any() for piece in sequence.pieces)
+    frame = _Frame(cell, follows=follows)
+    paths = tuple(_path(sequence, piece, seams[piece.candidate.task.name], output, frame) for piece in sequence.pieces)
     air = tuple(JointMoves(*_split(path.q if row == 0 else path.q[1:])) for row, path in enumerate(sequence.air))
     rail = None if cell.rail_axis is None else cell.axis_names[cell.rail_axis]
     about = _about(sequence, rail)
-    planned = PlannedMoves(air, rail, turning, cell.T_flange_tool, 100.0 * AIR_SHARE, about)
+    planned = PlannedMoves(air, rail, turning, cell.T_flange_tool, 100.0 * AIR_SHARE, about, follows)
     targets = sequence.targets
     motion = MotionSettings(targets.approach_mm, targets.approach_mm, targets.speed_mm_s, targets.air_speed_mm_s)
-    checked = (f"checked against collision: all moves between home and home: {checked_text(sequence)}",)
+    checked = [f"checked against collision: all moves between home and home: {checked_text(sequence)}"]
+    checked += [] if output.has_part else [f"{UNCHECKED}: its shape was not beside the seams (part.glb)"]
     return WeldProgram(
         paths,
-        RigidTransform.identity(target="base", source="part") if turning else _part_in_base(cell),
+        frame.T_base_part,
         motion=motion,
         controller=controller,
         calibration=dict(output.calibration),
-        checked=checked,
+        checked=tuple(checked),
         arm=cell.arm,
-        tolerance=output.tolerance,
+        tolerance=output.tolerance if any(path.moves is not None for path in paths) else None,
         arc=output.arc,
         planned=planned,
     )
@@ -118,37 +125,55 @@ def _split(q: FloatArray) -> tuple[FloatArray, FloatArray]:
     return frozen(q[:, :JOINTS]), frozen(q[:, JOINTS:])
 
 
-def _base(cell: OneRobotCell) -> FloatArray:
-    """Return ``T_world_base``, with a rail at 0 mm."""
-    q = cell.home[None].copy()
-    if cell.rail_axis is not None:
-        q[:, cell.rail_axis] = 0.0
-    return np.asarray(cell.base_places(q)[0], dtype=np.float64)
+class _Frame:
+    """What a program calls the base: that with a rail at 0 mm, or the flange of a positioner that turns in welds."""
+
+    def __init__(self, cell: OneRobotCell, *, follows: bool) -> None:
+        self.cell, self.follows = cell, follows
+
+    def places(self, q: FloatArray) -> FloatArray:
+        """Return its place in `world` for axes (n, k); shape (n, 4, 4), mm."""
+        if self.follows:
+            return self.cell.carrier_places(q)
+        still = q.copy()
+        if self.cell.rail_axis is not None:
+            still[:, self.cell.rail_axis] = 0.0
+        return self.cell.base_places(still)
+
+    @property
+    def T_base_part(self) -> RigidTransform:
+        """The frame in which positions are written, in this base."""
+        turns = self.cell.positioner is not None
+        if turns and not self.follows:
+            return RigidTransform.identity(target="base", source="part")
+        home = self.cell.home[None]
+        T = np.linalg.inv(self.places(home)[0]) @ self.cell.part_places(home)[0]
+        return RigidTransform.from_matrix(T, target="base", source="part")
 
 
-def _part_in_base(cell: OneRobotCell) -> RigidTransform:
-    T = np.linalg.inv(_base(cell)) @ cell.part_places(cell.home[None])[0]
-    return RigidTransform.from_matrix(T, target="base", source="part")
-
-
-def _path(sequence: WeldSequence, piece: WeldPiece, of: PlannedSeam, output: PlanOutput) -> WeldPath:
+def _path(sequence: WeldSequence, piece: WeldPiece, of: PlannedSeam, output: PlanOutput, frame: _Frame) -> WeldPath:
     cell, candidate = sequence.cell, piece.candidate
     task, q = candidate.task, candidate.q
-    into = np.linalg.inv(_base(cell))
+    into = np.linalg.inv(frame.places(q))
     T_part, T_tool = into @ cell.part_places(q), into @ cell.tool_places(q)
     R_seam = T_part[:, :3, :3] @ task.R
     p_seam = np.einsum("nij,nj->ni", T_part[:, :3, :3], task.p) + T_part[:, :3, 3]
-    moves = _moves(T_tool, R_seam, task.s_mm, task.more_wire_mm, output.tolerance)
+    own_point = task.is_source.copy()
+    own_point[[0, -1]] = True  # of a cut
+    rows = np.flatnonzero(own_point)  # between them the planned points are on chords, the seam is not
+    is_woven = of.run is not None and of.run.is_woven
+    tolerance = None if is_woven else output.tolerance  # a line to every point of a weave
+    moves = _moves(T_tool[rows], R_seam[rows], task.s_mm[rows], task.more_wire_mm, tolerance)
     if moves is None:
-        rows = np.flatnonzero(task.is_source)
         T, joints = T_tool[rows], q[rows]
     else:
         near = np.stack([np.interp(moves.s_mm, task.s_mm, column) for column in q.T], axis=1)
         T = np.zeros((len(moves.p), 4, 4))
         T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = moves.R, moves.p, 1.0
-        joints = _joints_at(cell, candidate.branch, _into_base(cell, near) @ T, near)
+        T_base = np.linalg.inv(cell.base_places(near)) @ frame.places(near)
+        joints = _joints_at(cell, candidate.branch, T_base @ T, near)
     ends = piece.states[[0, -1]]
-    T_ends = into @ cell.tool_places(ends)
+    T_ends = np.linalg.inv(frame.places(ends)) @ cell.tool_places(ends)
     T = np.concatenate([T_ends[:1], T, T_ends[1:]])
     angles, external = _split(np.concatenate([ends[:1], joints, ends[1:]]))
     own = of.seam.frames
@@ -166,7 +191,7 @@ def _path(sequence: WeldSequence, piece: WeldPiece, of: PlannedSeam, output: Pla
         moves=moves,
         run=of.run,
         external=external,
-        speed_mm_s=piece.speed_mm_s,
+        speed_mm_s=piece.speed_mm_s / (1.0 if of.run is None else of.run.speed_ratio),
     )
 
 
@@ -184,11 +209,6 @@ def _moves(
         tolerance=tolerance,
         spin_is_free=False,
     )
-
-
-def _into_base(cell: OneRobotCell, q: FloatArray) -> FloatArray:
-    """Return what carries the frame of the program into the base, for axes (n, k); shape (n, 4, 4), mm."""
-    return np.asarray(np.linalg.inv(cell.base_places(q)) @ _base(cell), dtype=np.float64)
 
 
 def _joints_at(cell: OneRobotCell, branch: int, T_base_tool: FloatArray, near: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.arc_settings import SEAM_MARKS, ArcSettings
+from wpcal.controllers.arc_settings import ArcSettings, seam_marks
 from wpcal.controllers.planned import PlannedMoves
 from wpcal.controllers.spin import spun, unwinding_spin
 from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
@@ -307,7 +307,7 @@ class WeldProgram:
     @property
     def marks(self) -> tuple[str, str]:
         """The comments at the start and at the end of every seam; those of a dry run stand for the instructions."""
-        return ("ARC ON", "ARC OFF") if self.arc is None else SEAM_MARKS
+        return seam_marks(self.arc)
 
     def weld_speed_mm_s(self, path: WeldPath) -> float:
         """Return the speed of the wire: that of the plan, of the weld data or of the program; faster if it weaves."""

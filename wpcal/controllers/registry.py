@@ -19,12 +19,15 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.sync_program import SyncProgram
 from wpcal.core.errors import InputError
 from wpcal.taught.programs import ProgramReader
+
+if TYPE_CHECKING:
+    from wpcal.controllers.coordinated_program import CoordinatedProgram
 
 CONTROLLERS = "wpcal.controllers"
 """The entry-point group."""
@@ -52,6 +55,12 @@ class Controller:
         A `wpcal.taught.programs.ProgramReader`.
     sync_writer : str, optional
         A function from `SyncProgram` to file names and contents.
+    coordinated_writer : str, optional
+        A function from `CoordinatedProgram` to file names and contents.
+    holder_on_line : bool
+        How `coordinated_writer` moves the robot that holds the part: on lines, otherwise by joints.
+    coordinates_arcs : bool
+        Whether the torch may move on arcs in `coordinated_writer`.
     brands : tuple of str
         What people also call it, lower case: the maker. Taken wherever `name` is.
     reads_back : bool
@@ -73,6 +82,9 @@ class Controller:
     suffixes: tuple[str, ...] = ()
     reader: str | None = None
     sync_writer: str | None = None
+    coordinated_writer: str | None = None
+    holder_on_line: bool = False
+    coordinates_arcs: bool = True
     brands: tuple[str, ...] = ()
     reads_back: bool = False
     takes_arcs: bool = False
@@ -107,6 +119,19 @@ class Controller:
         if self.sync_writer is None:
             raise InputError(f"{self.name} has no programs of two robots")
         write: Callable[[SyncProgram], Mapping[str, str]] = self._load(self.sync_writer)
+        return write(program)
+
+    def write_coordinated(self, program: CoordinatedProgram) -> Mapping[str, str]:
+        """Return the files of a program of two robots in coordinated motion: names and contents.
+
+        Raises
+        ------
+        InputError
+            When the controller has no such programs, or cannot hold this one.
+        """
+        if self.coordinated_writer is None:
+            raise InputError(f"{self.name} has no programs of two robots in coordinated motion")
+        write: Callable[[CoordinatedProgram], Mapping[str, str]] = self._load(self.coordinated_writer)
         return write(program)
 
     def load_reader(self) -> ProgramReader:

@@ -168,6 +168,11 @@ def write_jobs(
     InputError
         When the configuration is not one of this language, or a job cannot be written.
     """
+    if program.planned is not None and program.planned.follows:
+        raise InputError(
+            f"{language.names.language}: the positioner turns along a seam; programs of coordinated groups are written "
+            "in RAPID and KRL only; plan with --position any to weld with the positioner at rest"
+        )
     for poses in () if language.is_in_joints(program) else program.groups:
         language.configuration.texts(program, poses)  # refused before anything else
     main = safe_name(program.controller.program_name, language.names).upper()

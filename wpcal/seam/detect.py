@@ -8,13 +8,14 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import IntArray
+from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.seam.chain import rounded
 from wpcal.seam.copies import CopiedSeams
 from wpcal.seam.edit import candidates_of
 from wpcal.seam.find.built_up import why_one_piece
 from wpcal.seam.find.concave import find_concave_edges
-from wpcal.seam.find.contact import find_contacts
+from wpcal.seam.find.contact import candidate_pairs, find_contacts
+from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
@@ -24,9 +25,12 @@ from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.find.mitres import find_mitres
 from wpcal.seam.find.play import with_play
 from wpcal.seam.find.root_gaps import find_root_gaps
+from wpcal.seam.find.tube_frames import are_tube_frames
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
+from wpcal.seam.judge.hiding import with_hiding
+from wpcal.seam.judge.left_over import doubt_what_is_left
 from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
@@ -34,6 +38,7 @@ from wpcal.seam.judge.wrapping import weld_round_corners
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.turning import face_free_space
+from wpcal.seam.pieces import solids_of
 from wpcal.seam.seam import JointType, Seam, SeamPieces, SeamSource, WeldType
 
 
@@ -95,7 +100,13 @@ def find_candidates(
     Parameters and order of the searches as in `detect_seams`.
     """
     gap_mm = options.gap_for(graph)
-    joined = join_contacts(graph, trimmed, find_contacts(graph, trimmed, gap_mm=gap_mm), gap_mm=gap_mm)
+    edge, face = candidate_pairs(graph, trimmed, gap_mm)
+    if marked is None:
+        solids = np.stack([graph.edge_solid[edge], graph.face_solid[face]], axis=1)
+        counts = count_solids(graph, trimmed, solids).all(axis=1)
+        edge, face = edge[counts], face[counts]
+    touching = find_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge, face))
+    joined = join_contacts(graph, trimmed, touching, gap_mm=gap_mm)
     joined = without_duplicates(graph, joined, gap_mm=gap_mm)
     contacts, found = joined, []
     if marked is not None:
@@ -118,7 +129,13 @@ def find_candidates(
         found += flares.measured(build_seams(graph, flares.joined, options, SeamSource.FLARE))
     if marked is None and options.gap_mm is None:
         found = _with_wide_gaps(graph, trimmed, joined, found, options)
+    found = [s for s in found if s.source is SeamSource.MARKED or _count(graph, trimmed, s.pieces).all()]
     return cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
+
+
+def _count(graph: BrepGraph, trimmed: TrimmedFaces, pieces: SeamPieces) -> BoolArray:
+    """Tell which pieces are between solids that count: no other solid fills their room."""
+    return np.asarray(count_solids(graph, trimmed, solids_of(graph, pieces)).all(axis=1), dtype=bool)
 
 
 def judge_candidates(
@@ -164,7 +181,7 @@ def _reached(
     graph: BrepGraph, trimmed: TrimmedFaces, found: CopiedSeams, options: SeamOptions, judge: Judge
 ) -> list[Seam]:
     """Judge seams by where a torch gets to them, too; those that are welded otherwise are cut where none does."""
-    seams = found.seams
+    seams = with_hiding(graph, trimmed, found.seams, options.reach)
     judged = judge_seams(graph, trimmed, seams, options, judge)
     inside = [replace(seam, lean_rad=np.full((len(seam.frames), 2), np.nan)) for seam in judged if seam.inside]
     felt = np.array([not seam.inside for seam in judged], dtype=bool)
@@ -176,9 +193,12 @@ def _reached(
     others = with_reach(graph, trimmed, [seams[i] for i in whole], options.reach)
     pieces |= {row: [seam] for row, seam in zip(whole.tolist(), others, strict=True)}
     pieces |= found.moved(np.setdiff1d(np.flatnonzero(felt), asked), pieces)
-    order = [*np.flatnonzero(felt & welded).tolist(), *np.flatnonzero(felt & ~welded).tolist()]
-    reached = [seam for row in order for seam in pieces[row]]
-    return doubt_what_fixes_bolts(judge, trimmed, [*inside, *judge_seams(graph, trimmed, reached, options, judge)])
+    first, others = (
+        [piece for row in np.flatnonzero(felt & rows).tolist() for piece in pieces[row]] for rows in (welded, ~welded)
+    )
+    reached = [*with_hiding(graph, trimmed, first, options.reach), *others]
+    told = [*inside, *judge_seams(graph, trimmed, reached, options, judge)]
+    return doubt_what_is_left(judge, doubt_what_fixes_bolts(judge, trimmed, told))
 
 
 def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions) -> list[Seam]:
@@ -217,9 +237,12 @@ def _inside_solids(
 
 
 def _weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, contacts: JoinedPieces) -> IntArray:
-    """Return which of some solids touch no other member and may be built up of plates, bars and tubes."""
+    """Return which of some solids may be built up: no other member touches them, or they are frames of tubes."""
     pairs = graph.face_solid[np.stack([contacts.pieces.wall, contacts.pieces.base], axis=1)]
     touching = pairs[~are_crumbs(graph, trimmed)[pairs].any(axis=1)]
-    asked = np.setdiff1d(solids, touching)
-    built_up = [solid for solid in asked.tolist() if why_one_piece(graph, trimmed, solid) is None]
-    return np.array(built_up, dtype=np.int64)
+    solids = solids[count_solids(graph, trimmed, solids)]
+    alone = np.setdiff1d(solids, touching)
+    built_up = [solid for solid in alone.tolist() if why_one_piece(graph, trimmed, solid) is None]
+    touched = np.intersect1d(solids, touching)
+    frames = touched[are_tube_frames(graph, trimmed, touched)]
+    return np.concatenate([np.array(built_up, dtype=np.int64), frames])

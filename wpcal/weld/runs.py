@@ -19,6 +19,7 @@ from wpcal.core.errors import InputError
 from wpcal.seam.seam import Seam, SeamFrames, WeldType
 from wpcal.weld.passes import Bead
 from wpcal.weld.seam_weld import SeamWeld
+from wpcal.weld.values import WeldKind
 from wpcal.weld.weave_points import woven_frames
 
 
@@ -92,8 +93,8 @@ def chosen_runs(
 
     Parameters
     ----------
-    seams : sequence of (Seam, SeamWeld, ndarray or None)
-        Each with its weld, and the 95 % error at its frames, mm.
+    seams : sequence of (Seam, SeamWeld, ndarray of shape (n,) or None)
+        Each with n frames, its weld, and the 95 % error at its frames, mm.
     choice : RunChoice
     speed_mm_s : float
         Along a seam whose weld data states none.
@@ -183,7 +184,11 @@ def woven_run(run: WeldRun, speed_mm_s: float) -> WeldRun:
         return run
     try:
         frames = woven_frames(
-            seam.frames, values.weave, speed_mm_s, bead=run.bead, between_plates=seam.weld is WeldType.FILLET
+            seam.frames,
+            values.weave,
+            speed_mm_s,
+            bead=run.bead,
+            between_plates=seam.weld is WeldType.FILLET and values.weld is WeldKind.FILLET,
         )
     except InputError as error:
         raise InputError(f"weld {run.weld.name}: {error}") from None

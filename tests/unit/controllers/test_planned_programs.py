@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.one_robot_cells import TEE, fixed_cell, with_positioner, write_cell
+from tests.one_robot_cells import TEE, fixed_cell, pipe_ring, with_positioner, write_cell
 from wpcal.audit.programs import check_written
 from wpcal.controllers.arc_settings import ArcSettings
 from wpcal.controllers.planned_program import PlanOutput, build_planned_program
@@ -15,17 +15,18 @@ from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.tool_data import read_tool_data
 from wpcal.core.errors import FormatError, InputError
-from wpcal.formats.trajectory import joint_trajectory
+from wpcal.formats.trajectory import joint_trajectory, tesseract_states
 from wpcal.planning.cell.one_robot import Rail
 from wpcal.planning.cell.one_robot_file import read_one_robot
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.sequence_input import read_sequence_input
-from wpcal.planning.sequence.targets import SequenceTargets
-from wpcal.planning.sequence.timeline import build_timeline
+from wpcal.planning.sequence.targets import SequenceTargets, WeldPosition
+from wpcal.planning.sequence.timeline import SequencePhase, build_timeline
 from wpcal.robot.kinematics.arm import Coupling
 from wpcal.weld.find import find_welds
 from wpcal.weld.record import StatedWeld
 from wpcal.weld.rules import shipped_rules
+from wpcal.weld.runs import RunChoice
 
 yaml = pytest.importorskip("yaml", reason="pyyaml is not installed")
 pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -48,7 +49,7 @@ def given():
         StatedWeld("W3", None, {**STATED, "stitch": {"length_mm": 40, "pitch_mm": 110, "offset_mm": 0}}),
     ]
     found = find_welds(seams, T, shipped_rules(), stated=stated, names={"W2", "W3"})
-    return read.with_welds(found.by_seam())
+    return read.with_welds(found.by_seam(), RunChoice(), 6.0)
 
 
 @pytest.fixture(scope="module")
@@ -146,6 +147,7 @@ def test_fanuc_has_joints_in_the_air_and_config_on_the_seams(dry):
     assert len(re.findall(r"GP2:", text)) == air + 9
     assert len(re.findall(r":J P\[\d+\] 50% FINE", text)) == air
     assert "UF : 0" in text
+    assert text.count("DEFAULT_GROUP = 1,1,*,*,*;") == 4
 
 
 def test_fanuc_refuses_an_arm_without_the_coupling_of_its_third_joint(dry):
@@ -219,6 +221,34 @@ def test_on_a_rail_all_languages_state_it(given):
     assert not np.isclose(along, 0.0)
 
 
+def test_a_ring_is_welded_flat_by_turning_the_positioner(tmp_path, given):
+    """The fillet of a pipe on a plate in PA all round: only the positioner moves, and programs follow it."""
+    ring = pipe_ring(given.seams[0])
+    record = with_positioner()
+    record["positioner"]["T_flange_part"] = {"xyz_mm": [0, 0, 10], "rpy_deg": [0, 0, 0]}
+    cell = read_one_robot(write_cell(tmp_path, record))
+    found = plan_sequence(cell, None, [ring], SequenceTargets(position=WeldPosition.PA)).sequence
+    (piece,) = found.pieces
+    q = piece.candidate.q
+    assert abs(np.ptp(q[:, 7])) == pytest.approx(2.0 * np.pi)
+    assert np.ptp(q[:, :7], axis=0).max() < np.radians(0.1)
+    up = np.einsum("nij,njk->nik", cell.part_places(q)[:, :3, :3], piece.candidate.task.R)[:, 2]
+    assert np.degrees(np.arccos(up[:, 2].min())) < 1.0  # out of the joint is up everywhere
+    assert np.abs(up[:, 0]).max() < np.sin(np.radians(1.0))  # and the travel is level
+    program = build_planned_program(found, {"R1": ring}, PlanOutput(has_part=False))
+    rapid, krl = written(program, "rapid"), written(program, "krl")
+    assert 2 <= rapid.count("MoveC ") <= 3
+    assert "NOT CHECKED for collisions with the part" in rapid
+    assert '[FALSE,FALSE,"STN1",' in rapid
+    assert "ActUnit STN1;" in rapid
+    assert "$BASE=EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,WP_PART)" in krl
+    points = re.findall(r"robtarget R1_0\d+:=\[\[([^\]]*)\]", rapid)
+    radius = [np.hypot(*(float(v) for v in point.split(",")[:2])) for point in points]
+    assert np.allclose(radius, 60.0, rtol=0, atol=WRITTEN_MM)  # in the part, which the positioner carries
+    with pytest.raises(InputError, match="INFORM: the positioner turns along a seam"):
+        written(program, "inform")
+
+
 def test_the_trajectory_has_every_state_with_its_time(sequence):
     line = build_timeline(sequence)
     record = yaml.safe_load(joint_trajectory(sequence, line))
@@ -227,6 +257,15 @@ def test_the_trajectory_has_every_state_with_its_time(sequence):
     assert np.allclose(q, line.q, rtol=0, atol=1e-9)
     times = [p["time_from_start"]["sec"] + 1e-9 * p["time_from_start"]["nanosec"] for p in record["points"]]
     assert np.allclose(times, line.t_s, rtol=0, atol=1e-8)
+
+    names: dict[str, object] = {}
+    exec(tesseract_states(sequence, line), names)  # a module that was written here
+    assert names["JOINTS"] == list(sequence.cell.axis_names)
+    states = names["STATES"]
+    assert np.allclose([axes for _, axes, _ in states], line.q, rtol=0, atol=1e-9)
+    assert np.allclose([t for t, _, _ in states], line.t_s, rtol=0, atol=1e-8)
+    assert [burns for _, _, burns in states] == [phase is SequencePhase.WELD for phase in line.phase]
+    assert callable(names["build"])
 
 
 RAPID = "PERS tooldata tGun:=[TRUE,[[10,-20,330.5],[0.92388,0,0.382683,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];"

@@ -203,6 +203,28 @@ def test_skip_welding_goes_far_away_each_time():
     assert min(abs(a - b) for a, b in itertools.pairwise(order[:3])) >= 2
 
 
+def _stop(x, y, rank=1):
+    return Stop(np.array([[x, y]]) / 100, np.array([[x, y]]) / 100, np.zeros(1), np.array([x, y, 0.0]), rank)
+
+
+def test_pairs_are_opposite_and_far_from_one_another():
+    places = [(100.0 * i, side) for i in range(4) for side in (-50.0, 50.0)]
+    stops = [_stop(*place) for place in places]
+    order = find_order(stops, np.zeros(2), np.ones(2), WeldOrder.PAIRS).stops
+    assert sorted(order) == list(range(8))
+    for a, b in zip(order[::2], order[1::2], strict=True):
+        assert np.allclose(stops[a].middle + stops[b].middle, [300.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("rule", [WeldOrder.TIME, WeldOrder.SKIP, WeldOrder.PAIRS])
+def test_tack_welds_are_first_and_a_bead_is_before_the_one_on_it(rule):
+    rng = np.random.default_rng(8)
+    ranks = [2, 1, 0, 1, 2, 0, 1]
+    stops = [_stop(*rng.uniform(0.0, 500.0, 2), rank) for rank in ranks]
+    order = find_order(stops, np.zeros(2), np.ones(2), rule).stops
+    assert [ranks[row] for row in order] == sorted(ranks)
+
+
 def test_a_cell_without_tool_data_is_one_line(tmp_path):
     record = one_robot_record()
     record["torch_robot"]["T_flange_tool"] = None

@@ -10,6 +10,7 @@ RAPID = Controller(
     reader="wpcal.controllers.abb.read:READER",
     reads_back=True,
     sync_writer="wpcal.controllers.abb.sync:write_sync_rapid",
+    coordinated_writer="wpcal.controllers.abb.coordinated:write_coordinated_rapid",
     brands=("abb",),
     takes_arcs=True,
     takes_plans=True,

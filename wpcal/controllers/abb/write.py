@@ -47,6 +47,8 @@ EXTERNAL_AXES = 6
 NO_AXIS = "9E+09"
 """The robot does not have this external axis."""
 NO_EXTERNAL_AXES = f"[{','.join([NO_AXIS] * EXTERNAL_AXES)}]"
+UNIT = "STN1"
+"""The usual name of a positioner as a mechanical unit."""
 JOINT_TARGET = "wpJ"
 """The name of a joint target of a plan is this and its number."""
 PLANNED_SPEED = "vJoint"
@@ -114,6 +116,8 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
         lines += ["", f"  PROC {name}()", *off, *mode, *moves, *usual, *on, "  ENDPROC"]
     calls = [f"    {PROCEDURE}{stem};" for stem in names.values()]
     if between:
+        calls[:0] = [f"    ActUnit {UNIT};"] if _follows(program) else []
+        between[:0] = [([], [])] if _follows(program) else []
         calls = [line for (way, _), call in zip(between, [*calls, ""], strict=True) for line in (*way, call) if line]
     if program.safe_point is not None:
         first = post.air_move(SAFE_POINT, speed=JOINT_SPEED, joint=True)
@@ -150,6 +154,8 @@ def _frame_as_written(T: RigidTransform) -> tuple[str, RigidTransform]:
 
 def _data(program: WeldProgram, frame: str) -> list[str]:
     lines = [f'  PERS wobjdata wpPart:=[FALSE,TRUE,"",[{frame}],[[0,0,0],[1,0,0,0]]];']
+    if _follows(program):
+        lines = [f'  PERS wobjdata wpPart:=[FALSE,FALSE,"{UNIT}",[[0,0,0],[1,0,0,0]],[{frame}]];']
     for name, speed in (("vWeld", program.motion.speed_mm_s), ("vAir", program.motion.air_speed_mm_s)):
         lines.append(f"  LOCAL CONST speeddata {name}:=[{speed:g},{TURN_DEG_S},{speed:g},{TURN_DEG_S}];")
     return lines
@@ -246,13 +252,18 @@ def _between(planned: PlannedMoves | None, post: Post) -> list[tuple[list[str], 
     return found
 
 
+def _follows(program: WeldProgram) -> bool:
+    return program.planned is not None and program.planned.follows
+
+
 def _planned_frame(program: WeldProgram) -> list[str]:
     planned = program.planned
     if planned is None or not planned.axis_count:
         return []
     names = [name for name in (planned.rail, *planned.turning) if name]
     eax = [f"eax_{chr(97 + row)} = {name}" for row, name in enumerate(names)]  # letters from a
-    return [f"external axes: {', '.join(eax)}"]
+    unit = f"the positioner turns along seams: it must be the mechanical unit {UNIT}, and coordinated"
+    return [f"external axes: {', '.join(eax)}", *([unit] if planned.follows else [])]
 
 
 def _moves(path: WeldPath, stem: str, tool: str, post: Post, arc: ArcData | None) -> list[str]:

@@ -47,6 +47,8 @@ CONFIGURATION = ConfigurationRule(
 """For example N U T, 0, 0, 0: flip, (left, right,) up, front, and the turns of three joints."""
 ZONE_MM = 1.0
 """About how far from a corner CNT100 leaves the path at a weld speed: the way that it brakes in."""
+ONE_GROUP, TWO_GROUPS = "1,*,*,*,*", "1,1,*,*,*"
+"""Which groups a program moves."""
 JOINT_PERCENT = 10
 """Of the first move to a seam. Slow, because the arm can come from anywhere."""
 LANGUAGE = JobLanguage(
@@ -103,15 +105,29 @@ def _main_program(
         last = post.air_move("P[1]", speed=tp_speed(program.motion.air_speed_mm_s))
         lines = [*frame, *first, *lines, *frame, *last]
         positions = _positions(program.safe_point, program, T_base_frame)
-    return tp_file(name, [*post.header(_wrapped(comments)), *lines, *post.footer()], positions)
+    return tp_file(name, [*post.header(_wrapped(comments)), *lines, *post.footer()], positions, groups=_groups(program))
 
 
 def _seam_program(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
-    return tp_file(name, _moves(path, program), _positions(path, program, T_base_frame))
+    return tp_file(name, _moves(path, program), _positions(path, program, T_base_frame), groups=_groups(program))
 
 
-def tp_file(name: str, instructions: list[str], positions: list[str]) -> str:
+def _groups(program: WeldProgram) -> str:
+    turns = program.planned is not None and program.planned.turning
+    return TWO_GROUPS if turns else ONE_GROUP
+
+
+def tp_file(name: str, instructions: list[str], positions: list[str], *, groups: str = ONE_GROUP) -> str:
     """Return the text of a TP program.
+
+    Parameters
+    ----------
+    name : str
+        Upper case.
+    instructions, positions : list of str
+        Lines.
+    groups : str
+        Which groups the program moves.
 
     Raises
     ------
@@ -129,7 +145,7 @@ def tp_file(name: str, instructions: list[str], positions: list[str]) -> str:
         "PROTECT = READ_WRITE;",
         "TCD:  STACK_SIZE = 0, TASK_PRIORITY = 50, TIME_SLICE = 0,",
         "      BUSY_LAMP_OFF = 0, ABORT_REQUEST = 0, PAUSE_REQUEST = 0;",
-        "DEFAULT_GROUP = 1,*,*,*,*;",
+        f"DEFAULT_GROUP = {groups};",
         "CONTROL_CODE = 00000000 00000000;",
         "/MN",
         *(f"{number:4d}:{text} ;" for number, text in enumerate(instructions, start=1)),
@@ -197,7 +213,7 @@ def tp_speed(mm_s: float) -> str:
 
 def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: RigidTransform) -> list[str]:
     p, R = poses.poses_in(T_base_frame)
-    texts = zip(CONFIGURATION.texts(program, poses), _coordinates(p, zyx_degrees(R, decimals=DECIMALS)), strict=True)
+    texts = zip(CONFIGURATION.texts(program, poses), coordinates(p, zyx_degrees(R, decimals=DECIMALS)), strict=True)
     bodies: list[tuple[str, ...]] = [(f"{_head(program)}\t\tCONFIG : '{conf}',", *text) for conf, text in texts]
     if program.planned is None or not isinstance(poses, WeldPath) or poses.joints is None or poses.external is None:
         return _numbered(bodies)
@@ -252,7 +268,16 @@ def _between(
     return lines, _numbered(bodies)
 
 
-def _coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:
+def coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:
+    """Return the two lines of every pose.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n, 3)
+        In any one frame, mm.
+    angles : ndarray, shape (n, 3)
+        About x, y and z, deg.
+    """
     k = DECIMALS
     return [
         (

@@ -76,6 +76,8 @@ def write_krl(program: WeldProgram) -> dict[str, str]:
     width = program.label_width
     name = safe_name(program.controller.program_name, NAMES)
     folds = any(has_folds(path, program) for path in program.paths)
+    if folds and program.planned is not None and program.planned.follows:
+        raise InputError("KRL: the positioner turns along a seam, which ArcTech folds of a plan cannot state yet")
     room = width + 1 + (LONGEST_PREFIX if folds else 0)
     names = safe_names([path.seam.name for path in program.paths], NAMES, room=room)
     T_base_frame = rounded_frame(program.T_base_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)
@@ -216,19 +218,21 @@ def _frame_in_words(program: WeldProgram) -> list[str]:
     jog = [] if planned.turning else jog
     names = [name for name in (planned.rail, *planned.turning) if name]
     axes = ", ".join(f"E{row} = {name}" for row, name in enumerate(names, start=1))
-    return [*jog, f"external axes: {axes}"]
+    unit = "the positioner turns along seams: it must be the external kinematic MACHINE_DEF[2]"
+    return [*jog, f"external axes: {axes}", *([unit] if planned.follows else [])]
 
 
 def _start(program: WeldProgram) -> list[str]:
     air = program.motion.air_speed_mm_s / 1000.0
     turns = program.planned is not None and program.planned.turning
+    follows = program.planned is not None and program.planned.follows
     to_safe_point = ["PTP $H_POS", f"$VEL.CP={air:g}", "PTP WP_SAFE"]
     return [
         "BAS(#INITMOV,0)",
         f"BAS(#VEL_PTP,{_joint_percent(program):.0f})",
         f"$TOOL=TOOL_DATA[{program.controller.tool_number}]",
         *(() if turns else (f"BASE_DATA[{program.controller.frame_number}]=WP_PART",)),
-        "$BASE=WP_PART",
+        "$BASE=EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,WP_PART)" if follows else "$BASE=WP_PART",
         "$IPO_MODE=#BASE",
         f"$APO.CDIS={BLEND_MM:g}",
         *(CIRCLE if any(path.has_arcs for path in program.paths) else ()),

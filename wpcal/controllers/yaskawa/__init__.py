@@ -10,6 +10,7 @@ INFORM = Controller(
     reader="wpcal.controllers.yaskawa.read:READER",
     reads_back=True,
     sync_writer="wpcal.controllers.yaskawa.sync:write_sync_inform",
+    coordinated_writer="wpcal.controllers.yaskawa.coordinated:write_coordinated_inform",
     brands=("yaskawa", "motoman"),
     takes_arcs=True,
     takes_plans=True,

@@ -197,7 +197,7 @@ def inform_job(
     user : int or None
         The user frame that Cartesian positions are relative to: the job becomes a relative job. None for pulses.
     station : str or None
-        The positioner that the job moves too.
+        The positioner, or the second robot, that the job moves too.
 
     Raises
     ------

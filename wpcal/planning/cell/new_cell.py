@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from wpcal.planning.cell.hulls import capsule_around
 from wpcal.planning.cell.one_robot_file import default_home
 from wpcal.planning.cell.singularity import is_regular, is_within_turns
 from wpcal.planning.cell.workplace import reach_mm
-from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.kinematics.arm import Arm, Coupling
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm
 from wpcal.robot.kinematics.inverse import solve_inverse
 from wpcal.robot.kinematics.urdf_bodies import hull_corners, read_link_hulls, read_stl
@@ -68,6 +68,8 @@ class NewCell:
         As in the cell file.
     home_deg : sequence of float or None
     safety_mm : float
+    couplings : sequence of Coupling
+        Of the robot's joints, which a URDF file cannot name.
     """
 
     robot: str
@@ -82,6 +84,7 @@ class NewCell:
     rail: Mapping[str, Any] | None = None
     home_deg: Sequence[float] | None = None
     safety_mm: float = SAFETY_MM
+    couplings: Sequence[Coupling] = ()
 
 
 def new_cell_files(new: NewCell, name: str) -> dict[str, dict[str, Any]]:
@@ -120,6 +123,10 @@ def new_cell_files(new: NewCell, name: str) -> dict[str, dict[str, Any]]:
 
 def _robot(new: NewCell, files: dict[str, dict[str, Any]]) -> tuple[dict[str, Any], str]:
     arm = find_arm(new.robot)
+    if new.couplings:
+        if not Path(new.robot).suffix:
+            raise InputError(f"{new.robot} is a shipped arm: its couplings are in it; they are stated for a file only")
+        arm = replace(arm, couplings=tuple(new.couplings))
     links = _links(arm, new.robot)
     tool = new.T_flange_tool
     robot: dict[str, Any] = {

@@ -15,7 +15,7 @@ from wpcal.planning.sequence.seam_task import SeamTask
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """One way to weld a stretch of a seam: the external axes stand still, the arm stays in one branch.
+    """One way to weld a stretch of a seam: the arm stays in one branch, the external axes move evenly or not at all.
 
     Parameters
     ----------

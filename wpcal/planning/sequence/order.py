@@ -7,6 +7,7 @@ with the nearest next seam, and single seams are then moved to other places as l
 from __future__ import annotations
 
 import itertools
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -35,12 +36,15 @@ class Stop:
         What a way costs by itself, in seconds.
     middle : ndarray, shape (3,)
         Of the stretch, mm in `part`.
+    rank : int
+        All stops of a lower rank come first: tack welds before welds, and a bead before the one on it.
     """
 
     start: FloatArray
     end: FloatArray
     cost_s: FloatArray
     middle: FloatArray
+    rank: int = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,14 +89,19 @@ def find_order(
     seconds = _Seconds(stops, home, speeds, blocked)
     if rule is WeldOrder.LISTED:
         return seconds.best_ways(list(range(len(stops))))
-    if rule is WeldOrder.SKIP:
-        return seconds.best_ways(_apart(stops))
+    if rule is not WeldOrder.TIME:
+        arrange = _apart if rule is WeldOrder.SKIP else _in_pairs
+        ranks = sorted({stop.rank for stop in stops})
+        groups = [[row for row, stop in enumerate(stops) if stop.rank == rank] for rank in ranks]
+        return seconds.best_ways([group[row] for group in groups for row in arrange([stops[i] for i in group])])
     best = seconds.best_ways(seconds.nearest_next())
     for _ in range(SWEEPS if len(stops) <= MOST_MOVED else 0):
         before = best
         for stop in range(len(stops)):
             rest = [other for other in best.stops if other != stop]
-            tries = (seconds.best_ways([*rest[:place], stop, *rest[place:]]) for place in range(len(rest) + 1))
+            ranks = [stops[other].rank for other in rest]
+            first, last = bisect_left(ranks, stops[stop].rank), bisect_right(ranks, stops[stop].rank)
+            tries = (seconds.best_ways([*rest[:place], stop, *rest[place:]]) for place in range(first, last + 1))
             found = min(tries, key=lambda order: order.seconds)
             if found.seconds < best.seconds - LEAST_GAIN_S:
                 best = found
@@ -112,6 +121,26 @@ def _apart(stops: Sequence[Stop]) -> list[int]:
     return order
 
 
+def _in_pairs(stops: Sequence[Stop]) -> list[int]:
+    """Return an order in which each stop is followed by the one opposite, and pairs are far from one another.
+
+    Opposite is through the middle of all stops.
+    """
+    middles = np.array([stop.middle for stop in stops])
+    opposite = 2.0 * middles.mean(axis=0) - middles
+    rest, pairs = list(range(len(stops))), list[list[int]]()
+    while rest:
+        first = rest.pop(0)
+        away = [float(np.linalg.norm(middles[row] - opposite[first])) for row in rest]
+        pairs.append([first, rest.pop(int(np.argmin(away)))] if rest else [first])
+    order = pairs.pop(0)
+    while pairs:
+        last = middles[order[-2:]]
+        far = [float(np.linalg.norm(middles[pair][:, None] - last, axis=2).min()) for pair in pairs]
+        order += pairs.pop(int(np.argmax(far)))
+    return order
+
+
 class _Seconds:
     """Times between all ways of all stops."""
 
@@ -123,6 +152,7 @@ class _Seconds:
         blocked: Sequence[tuple[int, int, int, int]],
     ) -> None:
         count = [len(stop.cost_s) for stop in stops]
+        self.rank = [stop.rank for stop in stops]
         self.first = np.concatenate([[0], np.cumsum(count)])
         start, end = (np.concatenate([getattr(stop, name) for stop in stops]) for name in ("start", "end"))
         self.cost = np.concatenate([stop.cost_s for stop in stops])
@@ -146,8 +176,11 @@ class _Seconds:
         rest = list(range(len(self.first) - 1))
         reach, order = self.out, []
         while rest:
-            found = [float((reach[self._rows(stop)] + self.cost[self._rows(stop)]).min()) for stop in rest]
-            stop = rest.pop(int(np.argmin(found)))
+            least = min(self.rank[stop] for stop in rest)
+            now = [stop for stop in rest if self.rank[stop] == least]
+            found = [float((reach[self._rows(stop)] + self.cost[self._rows(stop)]).min()) for stop in now]
+            stop = now[int(np.argmin(found))]
+            rest.remove(stop)
             order.append(stop)
             rows = self._rows(stop)
             way = int(np.argmin(reach[rows] + self.cost[rows]))

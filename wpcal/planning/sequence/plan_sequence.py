@@ -133,7 +133,7 @@ def plan_sequence(
 
 
 def _ways(search: SeamSearch, seam: PlannedSeam, remedies: RemedySearch) -> tuple[list[_Ways], list[Unwelded]]:
-    task = seam_task(seam.seam, seam.speed_mm_s)
+    task = seam_task(seam.seam, seam.speed_mm_s, seam.rank)
     found = _both_directions(search, task, search.whole(task))
     if found:
         return [_Ways(task.name, tuple(found))], []
@@ -180,7 +180,7 @@ def _order(
         cost = cost + torch * np.degrees([candidate.off_torch_rad for candidate in found])
         cost = cost + motion * np.degrees([candidate.motion_rad_mm for candidate in found])
         start, end = (np.array([candidate.q[row] for candidate in found]) for row in (0, -1))
-        stops.append(Stop(start, end, cost, found[0].task.middle))
+        stops.append(Stop(start, end, cost, found[0].task.middle, found[0].task.rank))
     return find_order(stops, cell.home, AIR_SHARE * cell.speeds, targets.order, blocked)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.workplace import reach_shortage
-from wpcal.planning.sequence.external import external_axes
+from wpcal.planning.sequence.external import external_axes, values_along
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.torch_poses import TorchPoses, torch_poses
@@ -26,25 +26,27 @@ def find_reason(search: SeamSearch, stretch: SeamTask) -> str:
         where = _at(stretch, poses, int(np.argmin(free)))
         return f"the torch meets the part at every angle within its range{where}"
     values = external_axes(search.cell, stretch, search.targets).values[:TRIED_AXES]
-    joints, usable = search.states(poses, values)
+    joints, usable = search.states(stretch, poses, values)
+    along = values_along(values, stretch, poses.rungs)
     reached = usable.any(axis=(2, 3)).any(axis=0)
     if not reached.all():
         rung = int(np.argmin(reached))
-        return f"{_unreached(search, poses, values, joints, rung)}{_at(stretch, poses, rung)}"
-    return _body_in_the_way(search, stretch, poses, values, joints, usable)
+        return f"{_unreached(search, poses, along, joints, rung)}{_at(stretch, poses, rung)}"
+    return _body_in_the_way(search, stretch, poses, along, joints, usable)
 
 
 def _at(stretch: SeamTask, poses: TorchPoses, rung: int) -> str:
     return f", at {stretch.s_mm[poses.rungs[rung]]:.0f} mm"
 
 
-def _unreached(search: SeamSearch, poses: TorchPoses, values: FloatArray, joints: FloatArray, rung: int) -> str:
+def _unreached(search: SeamSearch, poses: TorchPoses, along: FloatArray, joints: FloatArray, rung: int) -> str:
     """Return why no branch reaches a rung."""
     free = poses.is_free[rung]
     q = joints[:, rung][:, free]  # (C, K', 8, 6)
     reached = np.isfinite(q).all(axis=-1)
     if not reached.any():
-        T = search.flange_places(poses.T_part_tool[rung][free], values).reshape(-1, 4, 4)
+        at = np.repeat(along[:, rung : rung + 1], int(free.sum()), axis=1)
+        T = search.flange_places(poses.T_part_tool[rung][free], at).reshape(-1, 4, 4)
         short = float(reach_shortage(search.cell.arm, T).min())
         return f"out of reach of {search.cell.arm.name}, by {short:.0f} mm at least"
     return _limit(search.cell, q[reached])
@@ -68,7 +70,7 @@ def _body_in_the_way(
     search: SeamSearch,
     stretch: SeamTask,
     poses: TorchPoses,
-    values: FloatArray,
+    along: FloatArray,
     joints: FloatArray,
     usable: BoolArray,
 ) -> str:
@@ -77,7 +79,7 @@ def _body_in_the_way(
     for rung in range(joints.shape[1]):
         c, k, b = np.nonzero(usable[:, rung])
         rows = np.linspace(0, len(c) - 1, min(TESTED, len(c))).astype(int)
-        q = np.concatenate([joints[c[rows], rung, k[rows], b[rows]], values[c[rows]]], axis=1)
+        q = np.concatenate([joints[c[rows], rung, k[rows], b[rows]], along[c[rows], rung]], axis=1)
         found = search.clearance.margins(q)
         best = int(np.argmax(found.margin_mm))
         margin = float(found.margin_mm[best])

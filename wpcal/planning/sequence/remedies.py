@@ -110,7 +110,7 @@ class RemedySearch:
         cell = changed_cell(self.search.cell, help_, self._centre())
         other = SeamSearch(cell, self.search.clearance, self.search.targets)
         values = external_axes(cell, stretch, self.search.targets).values[:1]
-        _, usable = other.states(_fewer(poses), values)
+        _, usable = other.states(stretch, _fewer(poses), values)
         return bool(np.asarray(usable.any(axis=2)).all(axis=1).any())
 
     def _welds(self, help_: Help, stretch: SeamTask) -> bool:

@@ -20,7 +20,7 @@ from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.robot_cell import JOINTS
 from wpcal.planning.cell.singularity import is_regular, is_within_turns
 from wpcal.planning.sequence.candidate import Candidate
-from wpcal.planning.sequence.external import ExternalAxes, axes_of, external_axes
+from wpcal.planning.sequence.external import ExternalAxes, axes_of, external_axes, values_along
 from wpcal.planning.sequence.ladder import cheapest_way
 from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.seam_task import SeamTask
@@ -113,7 +113,7 @@ class SeamSearch:
             rows = np.arange(start, min(start + size, most))
             if reached and axes.off_rad[rows].min() > self.targets.position_tol_rad:
                 return  # the rest is out of position
-            joints, usable = self.states(poses, axes.values[rows])
+            joints, usable = self.states(task, poses, axes.values[rows])
             ways = np.asarray(usable.any(axis=2))  # (C, m, 8)
             prefix = np.where(ways.all(axis=1), m, np.argmin(ways, axis=1))  # (C, 8)
             fewest = usable.sum(axis=2).min(axis=1)
@@ -128,15 +128,16 @@ class SeamSearch:
                 reached |= climb.last == len(task) - 1
                 yield climb
 
-    def states(self, poses: TorchPoses, values: FloatArray) -> tuple[FloatArray, BoolArray]:
+    def states(self, task: SeamTask, poses: TorchPoses, values: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Return the joints of all branches at poses of the torch, for C positions of the external axes.
 
         Parameters
         ----------
+        task : SeamTask
         poses : TorchPoses
             m rungs, K poses each.
-        values : ndarray, shape (C, k - 6)
-            External axes.
+        values : ndarray, shape (C, 2, k - 6)
+            External axes at the start and at the end of the seam.
 
         Returns
         -------
@@ -146,17 +147,19 @@ class SeamSearch:
             Within limits, regular, and the torch free of the part.
         """
         m, K = poses.is_free.shape
-        flange = self.flange_places(poses.T_part_tool.reshape(-1, 4, 4), values)
+        along = np.repeat(values_along(values, task, poses.rungs), K, axis=1)
+        flange = self.flange_places(poses.T_part_tool.reshape(-1, 4, 4), along)
         joints = solve_inverse(self.cell.arm, flange.reshape(-1, 4, 4)).joints.reshape(-1, m, K, BRANCHES, JOINTS)
         usable = is_within_turns(self.cell.arm, joints) & is_regular(self.cell.arm, joints)
         return joints, usable & poses.is_free[None, :, :, None]
 
     def flange_places(self, T_part_tool: FloatArray, values: FloatArray) -> FloatArray:
-        """Return ``T_base_flange`` for n poses (n, 4, 4) and C external axes (C, k - 6); shape (C, n, 4, 4), mm."""
-        q = axes_of(self.cell, values)
-        T_base_part = np.linalg.inv(self.cell.base_places(q)) @ self.cell.part_places(q)
+        """Return ``T_base_flange`` for n poses (n, 4, 4) and external axes (C, n, k - 6); shape (C, n, 4, 4), mm."""
         T_part_flange = T_part_tool @ self.cell.T_flange_tool.inverse().matrix
-        return np.asarray(T_base_part[:, None] @ T_part_flange, dtype=np.float64)
+        some = values[:, :1] if (values == values[:, :1]).all() else values  # mostly they stand still
+        q = axes_of(self.cell, some.reshape(some.shape[0] * some.shape[1], some.shape[2]))
+        T_base_part = np.linalg.inv(self.cell.base_places(q)) @ self.cell.part_places(q)
+        return np.asarray(T_base_part.reshape(*some.shape[:2], 4, 4) @ T_part_flange, dtype=np.float64)
 
     def _climb(
         self,
@@ -213,8 +216,8 @@ class SeamSearch:
         task : SeamTask
         angles : ndarray, shape (n, 3)
             Work, travel and spin at its first n points, rad.
-        values : ndarray, shape (k - 6,)
-            External axes.
+        values : ndarray, shape (2, k - 6)
+            External axes at the start and at the end of the seam.
         branch : int
 
         Returns
@@ -225,15 +228,16 @@ class SeamSearch:
         """
         n = len(angles)
         T = tool_on_seam(task, np.arange(n), angles)
-        joints = solve_inverse(self.cell.arm, self.flange_places(T, values[None])[0]).joints[:, branch]
+        external = values_along(values[None], task, np.arange(n))
+        joints = solve_inverse(self.cell.arm, self.flange_places(T, external)[0]).joints[:, branch]
         path = continue_branch(self.cell.arm, joints, self.cell.home[:JOINTS])
         end = n
         while isinstance(path, Broken):
             end = path.row
             if end == 0:
-                return np.zeros((0, JOINTS + len(values))), 0
+                return np.zeros((0, JOINTS + values.shape[1])), 0
             path = continue_branch(self.cell.arm, joints[:end], self.cell.home[:JOINTS])
-        q = np.concatenate([path, np.broadcast_to(values, (end, len(values)))], axis=1)
+        q = np.concatenate([path, external[0, :end]], axis=1)
         good = is_regular(self.cell.arm, path)
         if good.all():
             good &= self.clearance.margins(q).is_clear
@@ -256,7 +260,7 @@ class SeamSearch:
             All axes, rad and mm.
         branch : int
         """
-        R_world_part = self.cell.part_places(q[:1])[0, :3, :3]
+        R_world_part = self.cell.part_places(q)[:, :3, :3]
         off = float(self.targets.off_position(R_world_part @ task.R).max())
         asked = torch_angles(task, np.arange(len(task)), self.targets)
         torch = float(np.sqrt(((angles[:, :2] - asked) ** 2).sum(axis=1).mean()))

@@ -38,6 +38,8 @@ class SeamTask:
         What is welded, for people: ``tee fillet``.
     speed_mm_s : float or None
         The speed that the weld data ask for; None: that of all seams.
+    rank : int
+        All seams of a lower rank are welded first.
     more_wire_mm : float
         The tool centre point stays back by this from the seam.
     """
@@ -50,6 +52,7 @@ class SeamTask:
     is_source: BoolArray
     weld: str = ""
     speed_mm_s: float | None = None
+    rank: int = 1
     more_wire_mm: float = 0.0
 
     def __len__(self) -> int:
@@ -98,7 +101,7 @@ class SeamTask:
         )
 
 
-def seam_task(seam: Seam, speed_mm_s: float | None = None) -> SeamTask:
+def seam_task(seam: Seam, speed_mm_s: float | None = None, rank: int = 1) -> SeamTask:
     """Return a seam with points between those of the file where they are far apart.
 
     Parameters
@@ -107,6 +110,8 @@ def seam_task(seam: Seam, speed_mm_s: float | None = None) -> SeamTask:
         With frames in `part`.
     speed_mm_s : float, optional
         That the weld data ask for.
+    rank : int
+        All seams of a lower rank are welded first.
 
     Raises
     ------
@@ -126,4 +131,4 @@ def seam_task(seam: Seam, speed_mm_s: float | None = None) -> SeamTask:
     lean = np.stack([np.interp(at, number, column) for column in lean.T], axis=1)
     R = Slerp(number, rotations)(at).as_matrix()
     what = f"{seam.joint.value} {seam.weld.value}"
-    return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), what, speed_mm_s, seam.more_wire_mm)
+    return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), what, speed_mm_s, rank, seam.more_wire_mm)

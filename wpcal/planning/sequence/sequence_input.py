@@ -20,7 +20,7 @@ from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.seam.names import seams_named
 from wpcal.seam.record import SEAMS_SCHEMA, errors_from_record, seams_from_record
 from wpcal.seam.seam import Seam
-from wpcal.weld.runs import WeldRun, weld_runs
+from wpcal.weld.runs import RunChoice, WeldRun, chosen_runs
 from wpcal.weld.seam_weld import SeamWeld
 
 SEAMS_FILE, PART_FILE = "seams.json", "part.glb"
@@ -51,8 +51,16 @@ class PlannedSeam:
 
     @property
     def speed_mm_s(self) -> float | None:
-        """The speed that the weld data ask for."""
-        return None if self.run is None else self.run.weld.values.speed_mm_s
+        """The speed of the wire that the weld data ask for."""
+        speed = None if self.run is None else self.run.weld.values.speed_mm_s
+        return speed if speed is None or self.run is None else speed * self.run.speed_ratio
+
+    @property
+    def rank(self) -> int:
+        """Lower ranks are welded first: tack welds, then bead by bead."""
+        if self.run is None or self.run.bead is None:
+            return 0 if self.run is not None and self.run.is_tack else 1
+        return self.run.bead.number
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,15 +113,24 @@ class SequenceInput:
             T = RigidTransform.from_matrix(place, target="base", source="part")
         return T, tuple(replace(seam, frames=seam.frames.moved(T)) for seam in self.found)
 
-    def with_welds(self, welds: Mapping[str, SeamWeld]) -> SequenceInput:
-        """Return the same with weld data: every bead and every stretch is planned as a seam of its own.
+    def with_welds(self, welds: Mapping[str, SeamWeld], choice: RunChoice, speed_mm_s: float) -> SequenceInput:
+        """Return the same with weld data: every bead, stretch and tack weld is planned as a seam of its own.
 
         Parameters
         ----------
         welds : mapping
             By the names of the seams.
+        choice : RunChoice
+        speed_mm_s : float
+            Along a seam whose weld data states none.
+
+        Raises
+        ------
+        InputError
+            As `wpcal.weld.runs.chosen_runs` does.
         """
-        runs = [run for each in self.seams for run in weld_runs(each.seam, welds[each.name], each.u95_mm)]
+        seams = [(each.seam, welds[each.name], each.u95_mm) for each in self.seams]
+        runs = chosen_runs(seams, choice, speed_mm_s)
         return replace(self, seams=tuple(PlannedSeam(run.seam, run.u95_mm, run) for run in runs))
 
 

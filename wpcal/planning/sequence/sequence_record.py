@@ -101,6 +101,7 @@ def _piece(cell: OneRobotCell, piece: WeldPiece, sequence: WeldSequence) -> dict
         "to_mm": float(s[-1]),
         "is_reversed": candidate.is_reversed,
         "external": _degrees(cell, candidate.q[:1])[0][6:],
+        "external_end": _degrees(cell, candidate.q[-1:])[0][6:],
         "branch": candidate.branch,
         "slope_deg": slope,
         "rotation_deg": None if math.isnan(rotation) else rotation,

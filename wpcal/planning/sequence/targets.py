@@ -35,6 +35,8 @@ class WeldOrder(Enum):
     """As the file lists them."""
     SKIP = "skip"
     """Each seam far from the two before it: heat and shrinkage are spread, and opposite seams follow one another."""
+    PAIRS = "pairs"
+    """Each seam, then the one opposite: both pull the part the other way."""
 
 
 @dataclass(frozen=True, slots=True)

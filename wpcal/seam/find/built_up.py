@@ -43,6 +43,8 @@ MOST_TOLD = 3
 """Most solids that are told of."""
 RIM_WAYS = 6
 """Directions along the surface in which the other faces of a plate are looked for from its rim, over half a turn."""
+ON_SURFACE = 0.5
+"""A normal has the length 1; at the tip of a cone it has none."""
 SKIN_MM = 1e-3
 """Rays into the material start this far below the surface."""
 ROUND_KINDS = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.TORUS)
@@ -157,9 +159,35 @@ def built_up_shares(
         Faces that do not count.
     """
     counted = graph.face_solid == solid if but is None else (graph.face_solid == solid) & ~but
-    lines = trimmed.known.setdefault(("lines", solid), _Lines.through(trimmed, solid))
+    lines = _Lines.known(trimmed, solid)
     for count in counts:
         yield lines.share(graph, trimmed, counted, count)
+
+
+def surface_points(
+    graph: BrepGraph, trimmed: TrimmedFaces, solid: int, count: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return random points that are spread evenly over the surface of a solid.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    solid : int
+    count : int
+        Most points.
+
+    Returns
+    -------
+    p, normal : ndarray, shape (n, 3)
+        Points `SKIN_MM` below the surface, mm, and outward normals.
+    thick : ndarray, shape (n,)
+        How far it is straight through the material, mm.
+    """
+    lines = _Lines.known(trimmed, solid)
+    lines.send(graph, trimmed, graph.face_solid == solid, count)
+    rows = np.flatnonzero(np.linalg.norm(lines.normal, axis=1) > ON_SURFACE)[:count]
+    return lines.p[rows], lines.normal[rows], lines.thick[rows]
 
 
 @dataclass(slots=True, eq=False)
@@ -204,6 +232,12 @@ class _Lines:
     walls: FloatArray | None = None
 
     @classmethod
+    def known(cls, trimmed: TrimmedFaces, solid: int) -> _Lines:
+        """Return the lines through a solid that were sent before, or new ones."""
+        lines: _Lines = trimmed.known.setdefault(("lines", solid), cls.through(trimmed, solid))
+        return lines
+
+    @classmethod
     def through(cls, trimmed: TrimmedFaces, solid: int) -> _Lines:
         own = trimmed.graph.face_solid == solid
         low, high = trimmed.face_box[0][own].min(axis=0), trimmed.face_box[1][own].max(axis=0)
@@ -211,12 +245,12 @@ class _Lines:
 
     def share(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> tuple[float, int]:
         """Return the share of `built_up_share` after so many hits on the counted faces, and their true number."""
-        sent = self._send(graph, trimmed, counted, hits)
+        sent = self.send(graph, trimmed, counted, hits)
         rows = np.flatnonzero(counted[self.face[: self.rounds[sent - 1]]])
         if len(rows) == 0:
             return 0.0, 0
         count = len(rows)
-        rows = rows[np.linalg.norm(self.normal[rows], axis=1) > 0.5]  # not the tip of a cone
+        rows = rows[np.linalg.norm(self.normal[rows], axis=1) > ON_SURFACE]
         # a line through the ball meets a surface as often as the two areas say
         hit = np.bincount(self.face[rows], minlength=graph.face_count)
         face_area = hit * (2.0 * np.pi * self.radius**2) / (sent * LINES)
@@ -240,7 +274,7 @@ class _Lines:
             self.walls[tubes.face] = tubes.wall_mm
         return self.walls
 
-    def _send(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> int:
+    def send(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> int:
         """Send lines until there are so many hits on the counted faces; return after how many rounds there are."""
         for sent in range(1, ROUNDS + 1):
             if sent > len(self.rounds):

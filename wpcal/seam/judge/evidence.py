@@ -20,19 +20,19 @@ from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.find.formed import are_bends, is_profile
 from wpcal.seam.find.play import is_play, with_play
 from wpcal.seam.find.tubes import THIN_WALL
-from wpcal.seam.judge.held_fast import HeldRings
+from wpcal.seam.judge.hiding import hiding_words
 from wpcal.seam.judge.rolling import find_rolling
+from wpcal.seam.judge.shape_looks import ShapeLooks
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
-from wpcal.seam.limits import GAP_ROUND_OFF_MM, THICKEST_MM, Level
+from wpcal.seam.limits import GAP_ROUND_OFF_MM, LENGTH_ROUND_OFF_MM, THICKEST_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_clamps, find_holes
 from wpcal.seam.member.note import Members, are_welded, take_members
-from wpcal.seam.member.one_piece import OnePieces
 from wpcal.seam.options import ConcaveEdges, Play, Reach, SeamOptions
 from wpcal.seam.rules import GAP_SHARE_LOST, PRIOR, Rule
 from wpcal.seam.seam import Finding, Seam, SeamSource
 
-OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key, Rule.SHORT_END.key})
+OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key, Rule.LEFT_OVER.key, Rule.SHORT_END.key})
 """Findings that need all seams of the part: they stay when a part of them is judged again."""
 BETWEEN_TWO = frozenset({SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE})
 """Candidates that join two solids."""
@@ -156,10 +156,8 @@ class Judge:
         Whether edges of the part are marked as seams.
     reach : Reach
         The torch with which the seams were felt.
-    one_pieces : OnePieces
-        Which solids were made as one piece.
-    held : HeldRings
-        Which solids are rings between shoulders.
+    looks : ShapeLooks
+        What the shapes of solids say.
     play : tuple of Play
         Gaps that several joints have: they are meant.
     """
@@ -176,8 +174,7 @@ class Judge:
     level: Level
     has_marks: bool
     reach: Reach
-    one_pieces: OnePieces
-    held: HeldRings
+    looks: ShapeLooks
     play: tuple[Play, ...]
 
     @classmethod
@@ -194,8 +191,8 @@ class Judge:
         known = (graph, number, members, rolling, holes, hole_of_face, dict(clamps))
         play = with_play(graph, trimmed, options).play or ()
         options_of = (gap_mm, min_mm, level, has_marks, options.reach)
-        looks = (OnePieces(graph, trimmed), HeldRings(graph, trimmed, gap_mm))
-        return cls(*known, *options_of, *looks, play)
+        looks = ShapeLooks(graph, trimmed, members, gap_mm, 2.0 * options.reach.torch.nozzle_radius_mm)
+        return cls(*known, *options_of, looks, play)
 
     def clamps_of(self, a: int, b: int) -> list[Clamp]:
         """Return the places at which two solids are clamped together."""
@@ -215,14 +212,14 @@ class Judge:
         """Yield the findings against a candidate."""
         solids = [self.number[name] for name in seam.solids]
         if seam.inside:
-            yield Rule.IN_MATERIAL.found(in_material_words(seam))
+            yield Rule.IN_MATERIAL.found(f"{in_material_words(seam)}{hiding_words(seam)}")
         elif seam.blocked_by:
             yield Rule.NOT_REACHED.found(f"{blocked_words(seam)}{assumed_words(self.reach)}")
         for solid in solids:
             yield from self.members[solid].findings
             if seam.source is SeamSource.FLARE and solid in self.rolling and not self.members[solid].said:
                 yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} {self.rolling[solid]}")
-        if seam.length_mm < self.min_length_mm:
+        if seam.length_mm < self.min_length_mm - LENGTH_ROUND_OFF_MM:
             least = f"the least length of a seam, {self.min_length_mm:g} mm"
             yield Rule.TOO_SHORT.found(f"{seam.length_mm:.1f} mm is shorter than {least}")
         if self.has_marks and seam.source is not SeamSource.MARKED:
@@ -242,13 +239,7 @@ class Judge:
         between_two = seam.source in BETWEEN_TWO and len(seam.solids) == 2
         if not between_two or _confidence(seam, found) < Level.GENEROUS.value:
             return
-        for name in seam.solids:
-            why = None if self.members[self.number[name]].said else self.one_pieces.why(self.number[name])
-            if why is not None:
-                yield Rule.ONE_PIECE.found(f"{name}: {why}", solid=name)
-        a, b = (self.number[name] for name in seam.solids)
-        if not self.both_said(seam) and self.held.holds(a, b):
-            yield Rule.HELD_FAST.found("one of the two is a ring between two shoulders of the other")
+        yield from self.looks.findings([self.number[name] for name in seam.solids])
 
     def _pair_evidence(self, seam: Seam, a: int, b: int) -> Iterator[Finding]:
         """Yield what speaks against welding these two members to each other at this place."""

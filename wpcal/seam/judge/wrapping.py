@@ -5,7 +5,8 @@ Two seams are joined where their ends meet, if they join the same solids with th
 shorter than a seam of its own must be. A run round a whole member starts in the middle of its longest side: nobody
 starts a weld at a corner.
 
-Without ``--wrap`` only the four grooves round a tab that ends flush in its slot become one: that is one plug weld.
+Without ``--wrap`` only the four grooves round a tab that ends flush in its slot become one: that is one plug weld. And
+so do fillets round the foot of a small bar, all of whose sides are short: nobody strikes an arc for each of them.
 """
 
 from __future__ import annotations
@@ -64,7 +65,10 @@ def weld_round_corners(
     list of Seam
         Joined seams replace those that they are made of.
     """
-    links = _links(seams, _eligible(graph, trimmed, seams, judge)) if options.wrap else _round_tabs(seams)
+    if options.wrap:
+        links = _links(seams, _eligible(graph, trimmed, seams, judge))
+    else:
+        links = _round_tabs(seams) | _round_feet(graph, trimmed, seams, judge)
     for _ in range(ROUNDS):
         runs = [run for run in _walks(links) if len(run.ends) > 1]
         joined = with_frames(graph, [_joined(graph, seams, run) for run in runs], options)
@@ -105,6 +109,21 @@ def _round_tabs(seams: Sequence[Seam]) -> frozenset[Link]:
         run for run in runs if run.closed and min(seams[end // 2].length_mm for end in run.ends) <= MOST_END_MM
     ]
     return frozenset(link for run in round_tabs for link in run.links)
+
+
+def _round_feet(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], judge: Judge) -> frozenset[Link]:
+    """Return the links of fillets round feet all of whose sides are short."""
+    short = [row for row, seam in enumerate(seams) if _is_side(seam)]
+    if not any(seams[row].accepted for row in short):
+        return frozenset()
+    sides = [seams[row] for row in short]
+    rows = [short[row] for row in _eligible(graph, trimmed, sides, judge)]
+    return _links(seams, rows)
+
+
+def _is_side(seam: Seam) -> bool:
+    """Tell whether a seam may be one side of a small foot."""
+    return seam.weld is WeldType.FILLET and not seam.closed and seam.length_mm <= MOST_END_MM
 
 
 def _links(seams: Sequence[Seam], rows: list[int]) -> frozenset[Link]:
