@@ -14,15 +14,19 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import IntArray
 from wpcal.seam.find.contact import candidate_pairs, find_contacts
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.find.sides import SAME_PLANE, inward, is_on, step_mm
+from wpcal.seam.limits import LEAST_CANDIDATE_MM
 from wpcal.seam.pieces import solids_of
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
 MOST_INSIDE = 0.5
 """The face that ends at the seam is the side of a member, which the other one pierces, if less of its border is inside
 the other one; of the end of a bar in a post, all of it is but for the flush side."""
+BESIDE_MM = 10.0
+"""Members run into each other by less; two lines that are nearer are the two ends of one overlap, and one is welded."""
 SQUARE_COS = 0.5
 """The face that ends at the seam is across the flush one within 30 degrees."""
 
@@ -65,8 +69,31 @@ def find_flush_sides(graph: BrepGraph, trimmed: TrimmedFaces, sections: SeamPiec
     end = sides[rows, 1 - flush]
     own = np.flatnonzero(kept)
     own = own[np.array([_is_outside(graph, trimmed, end[row], touching.face[row], gap_mm) for row in own], dtype=bool)]
-    pieces = SeamPieces(touching.edge, touching.t0, touching.t1, wall, touching.face, touching.gap_mm)
-    return JoinedPieces(pieces.select(own), (JointType.BUTT,) * len(own), (WeldType.GROOVE,) * len(own))
+    pieces = SeamPieces(touching.edge, touching.t0, touching.t1, wall, touching.face, touching.gap_mm).select(own)
+    pieces = pieces.select(_longest_beside(graph, pieces))
+    n_found = len(pieces)
+    return JoinedPieces(pieces, (JointType.BUTT,) * n_found, (WeldType.GROOVE,) * n_found)
+
+
+def _longest_beside(graph: BrepGraph, pieces: SeamPieces) -> IntArray:
+    """Return the rows of pieces beside which no longer line runs between the same solids: each member may end there."""
+    if len(pieces) == 0:
+        return np.zeros(0, dtype=np.int64)
+    p = np.stack([evaluate_edges(graph, pieces.edge, t)[0] for t in (pieces.t0, pieces.t1)], axis=1)
+    way, middle, pairs = p[:, 1] - p[:, 0], p.mean(axis=1), solids_of(graph, pieces)
+    length = np.linalg.norm(way, axis=1)
+    way = way / np.where(length > 0, length, 1.0)[:, None]
+    arm = middle[:, None] - middle
+    along = np.einsum("kji,ji->kj", arm, way)
+    off = np.linalg.norm(arm - along[:, :, None] * way, axis=2)
+    parallel = (np.abs(way @ way.T) > SAME_PLANE) & (pairs[:, None] == pairs).all(axis=2)
+    of_line = np.round(np.where(parallel & (off < LEAST_CANDIDATE_MM), length, 0.0).sum(axis=1), 3)
+    beside = parallel & (off < BESIDE_MM) & (np.abs(along) < (length[:, None] + length) / 2 - LEAST_CANDIDATE_MM)
+    taken: list[int] = []
+    for row in np.argsort(-of_line, kind="stable").tolist():
+        if not beside[row, taken].any():
+            taken.append(row)
+    return np.sort(np.array(taken, dtype=np.int64))
 
 
 def _is_outside(graph: BrepGraph, trimmed: TrimmedFaces, face: int, other: int, gap_mm: float) -> bool:
