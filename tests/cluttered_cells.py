@@ -11,11 +11,11 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.records import to_json
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.new_station import NewStation, new_station_files
-from wpcal.planning.cell.station import Station
-from wpcal.planning.cell.station_clearance import StationClearance
-from wpcal.planning.cell.station_file import read_station
-from wpcal.planning.tour.tour_input import read_tour_input
+from wpcal.planning.cell.new_cell import NewCell, new_cell_files
+from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.one_robot_file import read_one_robot
+from wpcal.planning.sequence.sequence_input import read_sequence_input
 
 ROBOTS = Path(__file__).parents[2] / "shared" / "robots"
 """URDF files with meshes, beside the checkout."""
@@ -48,8 +48,8 @@ def new_cell(robot: str, **more: Any) -> tuple[dict[str, dict[str, Any]], dict[s
         more["positioner"] = str(urdfs["positioner"])
     base = more.pop("T_world_base", RigidTransform.identity(target="world", source="base"))
     tool = place(TOOL, "flange", "tool")
-    new = NewStation(robot=str(urdfs["robot"]), T_world_base=base, T_flange_tool=tool, **more)
-    return new_station_files(new, "cell.json"), urdfs
+    new = NewCell(robot=str(urdfs["robot"]), T_world_base=base, T_flange_tool=tool, **more)
+    return new_cell_files(new, "cell.json"), urdfs
 
 
 def urdf(name: str) -> Path:
@@ -66,7 +66,7 @@ def boxes(seed: int = 0) -> Clutter:
         half = rng.uniform(60.0, 200.0, 3)
         found.append((middle - half, middle + half))
     files, urdfs = new_cell(
-        "irb2600_12_165", boxes=found, T_carrier_part=place((900.0, -100.0, 310.0), "carrier", "part"), home_deg=HOME
+        "irb2600_12_165", boxes=found, T_carrier_part=place((900.0, -100.0, 310.0), "carrier", "part")
     )
     return Clutter(files, urdfs, "tee", None)
 
@@ -100,30 +100,29 @@ def shelf(seed: int = 0) -> Clutter:
     return Clutter(files, urdfs, "tee", (np.array([x0 + 60.0, y[0], z[0]]), np.array([x1, y[-1], z[-1]])))
 
 
-HOME: Any = None
 CELLS: dict[str, Callable[..., Clutter]] = {"boxes": boxes, "positioner": positioner, "shelf": shelf}
 
 
-def built(clutter: Clutter, folder: Path) -> tuple[Station, StationClearance]:
+def built(clutter: Clutter, folder: Path) -> tuple[OneRobotCell, OneRobotClearance]:
     """Write the cell to a folder and read it as a user's."""
     for name, record in clutter.files.items():
         (folder / name).write_text(to_json(record), encoding="utf-8")
-    station = read_station(folder / "cell.json")
-    given = read_tour_input(FIXTURES / clutter.part / "golden", station)
-    return station, StationClearance(station, given.part)
+    cell = read_one_robot(folder / "cell.json")
+    given = read_sequence_input(FIXTURES / clutter.part / "golden", cell)
+    return cell, OneRobotClearance(cell, given.part)
 
 
-def free_pairs(clutter: Clutter, station: Station, clearance: StationClearance, count: int, seed: int) -> FloatArray:
+def free_pairs(clutter: Clutter, cell: OneRobotCell, clearance: OneRobotClearance, count: int, seed: int) -> FloatArray:
     """Return pairs of random states that are free, shape (count, 2, k), within all limits."""
     rng = np.random.default_rng(seed)
-    low, high = station.limits
+    low, high = cell.limits
     found: list[list[FloatArray]] = [[], []]
     outer = 2 * count if clutter.inside is None else count // 2
     inner = 0 if clutter.inside is None else 2 * count - outer
     while len(found[0]) < outer or len(found[1]) < inner:
         q = rng.uniform(low, high, (TRIED, len(low)))
         if clutter.inside is not None:
-            tip = station.tool_places(q)[:, :3, 3]
+            tip = cell.tool_places(q)[:, :3, 3]
             within = ((tip > clutter.inside[0]) & (tip < clutter.inside[1])).all(axis=1)
             found[1] += list(q[within][clearance.margins(q[within]).is_clear])
             q = q[:count]

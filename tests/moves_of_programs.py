@@ -145,7 +145,35 @@ def val3(files: dict[str, str]) -> Weld:
     return weld_of([(kind, [poses[n] for n in (a, b) if n]) for kind, a, b in moves], start, uses_via=True)
 
 
-READERS = {"rapid": rapid, "krl": krl, "fanuc": fanuc, "inform": inform, "urscript": urscript, "val3": val3}
+def kawasaki(files: dict[str, str]) -> Weld:
+    (text,) = files.values()
+    poses = {}
+    for name, values in re.findall(r"^(\w+) ([-\d. ]+?)\r?$", text.split(".TRANS")[1], re.MULTILINE):
+        v = numbers(values)
+        poses[name] = v[:3], Rotation.from_euler("ZYZ", v[3:], degrees=True)
+    before, along = at_marks(re.search(r"\.PROGRAM weld_\w+\(\)(.*?)\.END", text, re.DOTALL)[1])
+    assert "  BASE wp_part" in before
+    start, order, via = poses[re.findall(r"LMOVE (\w+)", before)[-1]], [], None
+    for kind, name in re.findall(r"^  (LMOVE|C[12]MOVE) (\w+)", along, re.MULTILINE):
+        if kind == "C1MOVE":
+            assert via is None, "an arc has one point in its middle"
+            via = poses[name]
+            continue
+        assert (via is None) == (kind == "LMOVE")
+        order.append((kind, [poses[name]] if via is None else [via, poses[name]]))
+        via = None
+    return weld_of(order, start, uses_via=True)
+
+
+READERS = {
+    "rapid": rapid,
+    "krl": krl,
+    "fanuc": fanuc,
+    "inform": inform,
+    "urscript": urscript,
+    "val3": val3,
+    "as": kawasaki,
+}
 
 
 def followed(weld: Weld, count: int) -> Pose:

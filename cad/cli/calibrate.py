@@ -58,7 +58,7 @@ def calibrate(
 ) -> int:
     """Fit PART.step to the points in TAUGHT and write its weld seams in robot coordinates.
 
-    TAUGHT is a table (.csv) or the controller's own program (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi).
+    TAUGHT is a table (.csv) or the controller's own program (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi, AS .as).
 
     A table has the columns name, x_mm, y_mm, z_mm. Optional columns: feature (or model_x_mm, model_y_mm, model_z_mm)
     and use (yes, check, no). Without them, name is the name of the feature (`wpcal features` lists the names). If the

@@ -14,7 +14,7 @@
     Boxes, cylinders and prisms, for sample parts.
 ``child``, ``child_main``
     Run a function in a child process, because the kernel can crash: the two sides.
-``plain_data``, ``frames``
+``plain_data``, ``plain_columns``, ``plain_types``, ``frames``
     What passes between them.
 
 Importing a module of this package loads the kernel (0.5 s), except for these four and `system_libraries`. Modules that

@@ -25,7 +25,8 @@ from dataclasses import dataclass
 from typing import IO, Any
 
 from cad.kernel.frames import LAST_FRAMES, read_frames, write_packet
-from cad.kernel.plain_data import PlainDataError, pack
+from cad.kernel.plain_data import pack
+from cad.kernel.plain_types import PlainDataError
 from wpcal.core.errors import InputError, KernelError
 from wpcal.core.progress import Progress, no_progress
 

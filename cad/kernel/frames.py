@@ -6,7 +6,8 @@ import struct
 from collections.abc import Iterator
 from typing import IO, Any
 
-from cad.kernel.plain_data import PlainDataError, pack, unpack
+from cad.kernel.plain_data import pack, unpack
+from cad.kernel.plain_types import PlainDataError
 
 LAST_FRAMES = ("result", "error", "fault", "no memory")
 """Kinds of frames after which none follows: what the function returned or raised, a defect, or no memory left."""

@@ -2,10 +2,12 @@
 
 A damaged file can corrupt the memory of the kernel's process. What comes back is therefore read as data: no code of its
 own runs while it is read, as it could with pickle. It may hold numbers, texts, bytes, arrays, paths, lists, tuples,
-sets, dicts, and the enums, frozen dataclasses and errors of wpcal. An object that occurs twice is one object again.
+sets, dicts, and the enums, frozen dataclasses and errors of wpcal. An object that occurs twice is one object again,
+except in columns.
 
 A packet is the length of the JSON text (8 bytes), the text, and then the arrays and bytes one after another. In the
-text a container or an object is an object with one key: its kind (`_READERS`).
+text a container or an object is an object with one key: its kind (`_READERS`). A tuple of many objects of one dataclass
+is sent as columns (`cad.kernel.plain_columns`).
 """
 
 from __future__ import annotations
@@ -15,7 +17,6 @@ import struct
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
-from importlib import import_module
 from itertools import accumulate
 from pathlib import Path
 from types import MappingProxyType
@@ -23,17 +24,20 @@ from typing import Any
 
 import numpy as np
 
+from cad.kernel.plain_columns import are_rows, column_of, values_of
+from cad.kernel.plain_types import (
+    BARE,
+    PLAIN_ARRAYS,
+    PlainDataError,
+    dataclass_named,
+    enum_named,
+    name_of,
+    require_plain,
+    type_named,
+)
 from wpcal.core.errors import WpcalError
 
-OUR_PACKAGES = frozenset({"wpcal", "cad"})
-"""Only enums, dataclasses and errors from these packages are made."""
-PLAIN_ARRAYS = "biufcUS"
-"""Kinds of NumPy arrays that hold plain data: no Python objects."""
 _LENGTH = struct.Struct("<Q")
-
-
-class PlainDataError(ValueError):
-    """A value cannot be sent, or a packet is damaged."""
 
 
 def pack(value: object) -> bytes:
@@ -85,16 +89,17 @@ class _Packer:
         self._kept: list[object] = []  # while they live, no other object has their id
 
     def tree(self, value: object) -> Any:
-        if value is None or type(value) in (bool, int, float, str):
+        """Return a value as JSON can hold it."""
+        if type(value) in BARE:
             return value
         if isinstance(value, list):
             return {"list": [self.tree(item) for item in value]}
         if isinstance(value, tuple) and type(value) is tuple:
-            return {"tuple": [self.tree(item) for item in value]}
+            return {"rows": column_of(value, self)} if are_rows(value) else {"tuple": [self.tree(v) for v in value]}
         if isinstance(value, dict | MappingProxyType):
             return {"dict": [[self.tree(key), self.tree(item)] for key, item in value.items()]}
         if isinstance(value, Enum):
-            return {"enum": [_name_of(type(value)), value.name]}
+            return {"enum": [name_of(type(value)), value.name]}
         return self._once(value)
 
     def _once(self, value: object) -> Any:
@@ -111,27 +116,28 @@ class _Packer:
         if isinstance(value, np.ndarray | np.generic):
             return self._array(value)
         if isinstance(value, bytes):
-            return {"bytes": self._part(value)}
+            return {"bytes": self.part(value)}
         if isinstance(value, Path):
             return {"path": str(value)}
         if isinstance(value, frozenset | set):
             return {"set": [isinstance(value, frozenset), [self.tree(item) for item in value]]}
         if isinstance(value, WpcalError):
-            return {"error": [_name_of(type(value)), self.tree(value.args), self.tree(vars(value))]}
+            return {"error": [name_of(type(value)), self.tree(value.args), self.tree(vars(value))]}
         if is_dataclass(value) and not isinstance(value, type):
-            return {"data": [_name_of(type(value)), [self.tree(getattr(value, each.name)) for each in fields(value)]]}
+            return {"data": [name_of(type(value)), [self.tree(getattr(value, each.name)) for each in fields(value)]]}
         raise PlainDataError(f"a {type(value).__module__}.{type(value).__qualname__} is not plain data")
 
     def _array(self, value: np.ndarray[Any, Any] | np.generic) -> Any:
         if value.dtype.kind not in PLAIN_ARRAYS:
             raise PlainDataError(f"an array of {value.dtype} is not plain data")
         if isinstance(value, np.generic):
-            return {"scalar": [value.dtype.str, self._part(value.tobytes())]}
+            return {"scalar": [value.dtype.str, self.part(value.tobytes())]}
         by_column = value.flags.f_contiguous and not value.flags.c_contiguous
         data = value.tobytes("F" if by_column else "C")
-        return {"array": [value.dtype.str, list(value.shape), "F" if by_column else "C", self._part(data)]}
+        return {"array": [value.dtype.str, list(value.shape), "F" if by_column else "C", self.part(data)]}
 
-    def _part(self, data: bytes) -> int:
+    def part(self, data: bytes) -> int:
+        """Keep bytes, and return their number."""
         self.parts.append(data)
         return len(self.parts) - 1
 
@@ -144,10 +150,15 @@ class _Unpacker:
         self._made: list[object] = []
 
     def value(self, tree: Any) -> Any:
+        """Return the value of a tree."""
         if not isinstance(tree, dict):
             return tree
         ((kind, content),) = tree.items()
         return _READERS[kind](self, content)
+
+    def bytes_of(self, part: int) -> memoryview:
+        """Return the bytes of a number."""
+        return self._parts[part]
 
     def again(self, number: int) -> object:
         return self._made[number]
@@ -157,8 +168,7 @@ class _Unpacker:
         return value
 
     def array(self, dtype: str, shape: list[int], order: str, part: int) -> object:
-        if np.dtype(dtype).kind not in PLAIN_ARRAYS:
-            raise PlainDataError(f"an array of {dtype!r} is not plain data")
+        require_plain(dtype)
         flat = np.frombuffer(self._parts[part], dtype).copy()  # a part may begin at an odd address
         flat.setflags(write=False)
         return self.made(flat.reshape(shape, order="F" if order == "F" else "C"))
@@ -168,16 +178,14 @@ class _Unpacker:
 
     def data(self, name: str, values: list[Any]) -> object:
         """Make a dataclass without its own checks: they ran where the object was made first."""
-        kind = _named(name)
-        if not is_dataclass(kind):
-            raise PlainDataError(f"{name} is not a dataclass")
+        kind = dataclass_named(name)
         made = object.__new__(kind)
         for each, tree in zip(fields(kind), values, strict=True):
             object.__setattr__(made, each.name, self.value(tree))
         return self.made(made)
 
     def error(self, name: str, args: Any, state: Any) -> object:
-        kind = _named(name)
+        kind = type_named(name)
         if not issubclass(kind, WpcalError):
             raise PlainDataError(f"{name} is not an error of wpcal")
         made = kind.__new__(kind)
@@ -190,7 +198,8 @@ _READERS: Mapping[str, Callable[[_Unpacker, Any], Any]] = {
     "list": lambda reader, items: [reader.value(item) for item in items],
     "tuple": lambda reader, items: tuple(reader.value(item) for item in items),
     "dict": lambda reader, items: {reader.value(key): reader.value(item) for key, item in items},
-    "enum": lambda _, content: _enum(*content),
+    "rows": lambda reader, column: tuple(values_of(column, reader)),
+    "enum": lambda _, content: enum_named(content[0])[content[1]],
     "again": lambda reader, number: reader.again(number),
     "array": lambda reader, content: reader.array(*content),
     "scalar": lambda reader, content: reader.scalar(*content),
@@ -203,29 +212,3 @@ _READERS: Mapping[str, Callable[[_Unpacker, Any], Any]] = {
     "data": lambda reader, content: reader.data(*content),
 }
 """By the key in the text: how the value is made again."""
-
-
-def _name_of(kind: type) -> str:
-    if kind.__module__.partition(".")[0] not in OUR_PACKAGES:
-        raise PlainDataError(f"a {kind.__module__}.{kind.__qualname__} is not plain data")
-    return f"{kind.__module__}:{kind.__qualname__}"
-
-
-def _named(name: str) -> type[Any]:
-    """Return a class of ours by its name."""
-    module, _, path = name.partition(":")
-    if module.partition(".")[0] not in OUR_PACKAGES:
-        raise PlainDataError(f"{name} is not a type of wpcal")
-    found: Any = import_module(module)
-    for part in path.split("."):
-        found = getattr(found, part)
-    if not isinstance(found, type) or found.__module__ != module:
-        raise PlainDataError(f"{name} is not a type of wpcal")
-    return found
-
-
-def _enum(name: str, member: str) -> object:
-    kind = _named(name)
-    if not issubclass(kind, Enum):
-        raise PlainDataError(f"{name} is not an enum")
-    return kind[member]

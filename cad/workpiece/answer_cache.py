@@ -22,7 +22,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from cad.kernel.plain_data import PlainDataError, pack, unpack
+from cad.kernel.plain_data import pack, unpack
+from cad.kernel.plain_types import PlainDataError
 from cad.workpiece.versions import versions
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import sha256_of

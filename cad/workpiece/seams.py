@@ -21,6 +21,7 @@ from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.explain import explain_seam
 from wpcal.seam.explained_svg import explained_svg
 from wpcal.seam.find.built_up import left_out
+from wpcal.seam.find.covered import covered_issues
 from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.find.play import with_play
 from wpcal.seam.judge.doubted import why_none_is_taken
@@ -115,7 +116,7 @@ def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Fo
     notes = replace(take_members(graph, trimmed, options.judging).notes, play=options.play or ())
     mark = partial(_mark, workpiece, choice) if choice.marked or choice.edges else None
     found = find_part_seams(graph, trimmed, options, cross=partial(_cross, workpiece), mark=mark)
-    issues = found.issues
+    issues = (*found.issues, *covered_issues(graph, trimmed))
     if not found.seams and options.concave is ConcaveEdges.AUTO:
         issues = (*issues, *left_out(found.graph, replace(trimmed, graph=found.graph)))
     issues = (*issues, *why_none_is_taken(found.seams))
@@ -179,7 +180,7 @@ def _explained(
         raise InputError(f"{name}: expected the name of one seam")
     seam = next(seam for seam in seams if seam.name == chosen[0])
     if seam.blocked_by and seam.other_torch is None:
-        [[seam]] = with_other_torches(workpiece.graph, workpiece.trimmed, [[seam]], reach)
+        [[seam]] = with_other_torches(workpiece.graph, workpiece.trimmed, [[seam]], reach, least_mm=0.0)
     thick_mm = plate_thicknesses(seam.frames, ExactMaterial(workpiece.graph, workpiece.trimmed))
     record = explain_seam(workpiece.graph, seam, notes, thick_mm)
     title = f"{seam.name} of {file_name}: {seam.joint.value}, {' + '.join(seam.solids)}, {seam.confidence:.0%}"

@@ -7,16 +7,19 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cad.kernel.child import MEMORY_VARIABLE, TIME_VARIABLE, ChildFaultError, Limits, run_in_child
-from cad.kernel.plain_data import PlainDataError, pack, unpack
+from cad.kernel.plain_data import pack, unpack
+from cad.kernel.plain_types import PlainDataError
 from wpcal.core.errors import ErrorCode, FormatError, KernelError, WpcalError
 from wpcal.core.issue import Issue
 from wpcal.seam import SeamOptions
+from wpcal.seam.seam import Finding, Groove, JointType, Seam, SeamPieces, WeldType
 
 LIMIT_S = 60.0
 """More than any of these files needs on a busy machine, so that reaching it means a hang."""
@@ -163,6 +166,25 @@ def test_an_object_that_occurs_twice_is_one_object() -> None:
     assert second[0] is first
 
 
+def test_many_objects_of_one_class_are_few_arrays() -> None:
+    n = np.arange(3)
+    pieces = [SeamPieces(n[:k], n[:k] / 2, n[:k] / 3, n[:k], n[:k], np.ones((k, 3))) for k in (1, 3, 2, 0, 1)]
+    seams = tuple(
+        Seam(f"W{k}", joint, WeldType.FILLET, ("ä",) * k, own, k > 1, k / 3, True, False, ("r", "")[:k])
+        for k, (joint, own) in enumerate(zip(JointType, pieces, strict=False))
+    )
+    findings = (Finding("bolt", 0.5, "a bolt", "S1"), Finding("short", 0.25, "short"))
+    seams = (*seams[:3], replace(seams[3], lean_rad=np.eye(2), findings=findings, groove=Groove(1.0, 2.0, 3.0)))
+    packet = pack((seams, seams[0].pieces))
+    found, _ = unpack(packet)
+    assert repr(found) == repr(seams)
+    assert packet.count(b"wpcal.seam.seam:SeamPieces") == 2  # of all seams once, and of the one beside them
+    assert not found[1].pieces.t0.flags.writeable
+    assert found[3].lean_rad.shape == (2, 2)
+    with pytest.raises(PlainDataError):  # a column that ends too early
+        unpack(packet.replace(b"[1, 3, 2, 0]", b"[1, 3, 9, 0]"))
+
+
 class Touched:
     """Makes a file when it is unpickled."""
 
@@ -198,6 +220,9 @@ def test_a_damaged_packet_is_an_error_of_ours_or_plain_data(seed: int) -> None:
         '{"data": ["wpcal.core.errors:InputError", []]}',
         '{"error": ["wpcal.core.issue:Issue", {"tuple": []}, {"dict": []}]}',
         '{"array": ["O", [1], "C", 0]}',
+        '{"rows": {"rows": ["subprocess:Popen", []]}}',
+        '{"rows": {"enums": ["os:system", ["x"]]}}',
+        '{"rows": {"arrays": ["O", [], [0], 0]}}',
     ],
 )
 def test_a_packet_makes_nothing_but_data_of_ours(tree: str) -> None:

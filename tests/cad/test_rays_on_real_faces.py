@@ -11,8 +11,8 @@ from wpcal.brep.hits import find_hits
 from wpcal.core.arrays import BoolArray, FloatArray
 
 RAYS, LENGTH_MM = 200, 600.0
-NEAR_MM = 1e-3
-LEAST_SHARE = 0.98
+NEAR_MM = 1e-5
+LEAST_SHARE = 0.998
 """Share of the kernel's hits that are found, and of the found ones that are the kernel's; the rest graze a pipe."""
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.station_cells import station_record, write_cell
+from tests.one_robot_cells import one_robot_record, write_cell
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.kinematics.arm_file import find_arm
@@ -78,7 +78,7 @@ def write_inputs(folder: Path) -> None:
     shutil.copy(FIXTURES / "yin2003" / "table1.csv", folder)
     shutil.copytree(FIXTURES / "cells", folder / "cell")
     (folder / "one").mkdir()
-    write_cell(folder / "one", station_record())
+    write_cell(folder / "one", one_robot_record())
     record = json.loads((FIXTURES / "cells" / "saddle-seams.json").read_text(encoding="utf-8"))
     record["seams"][0]["frames"] = record["seams"][0]["frames"][:SEAM_FRAMES]
     (folder / "seams.json").write_text(json.dumps(record), encoding="utf-8")

@@ -39,7 +39,9 @@ def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     corners = np.array([[0.0, 0, 0], [50, 0, 0], [0, 50, 0]])
     solid = SolidMesh("pipe", corners, np.array([[0, 1, 2]]), np.array([[0, 1], [1, 2], [2, 0]]))
     (folder / "part.glb").write_bytes(write_part_glb(PartMesh((solid,), 0.1, 0.3)))
-    done = run_wpcal("plan", CELLS / "two-mh6.json", folder / "seams.json", "--seam", "W1", "-o", folder / "out")
+    done = run_wpcal(
+        "plan", CELLS / "two-mh6.json", folder / "seams.json", "--seam", "W1", "-o", folder / "out", "--joints"
+    )
     assert (done.returncode, done.stderr) == (0, "")
     return folder / "out"
 

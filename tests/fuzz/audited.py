@@ -83,7 +83,7 @@ def written_programs() -> dict[str, tuple[bytes, ...]]:
     for page in sorted(DOCS.glob("*.md")):
         for name, text in WRITTEN.findall(page.read_text(encoding="utf-8")):
             suffix = Path(name).suffix.lower()
-            if suffix in (".mod", ".ls", ".dat", ".jbi", ".script", ".dtx"):
+            if suffix in (".mod", ".ls", ".dat", ".jbi", ".as", ".script", ".dtx"):
                 found[suffix] = (*found.get(suffix, ()), text.encode("latin-1", "replace"))
     return found
 

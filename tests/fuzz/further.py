@@ -21,7 +21,8 @@ from starlette.requests import Request
 from starlette.routing import Route
 
 from cad.cli.options import read_pose
-from cad.kernel.plain_data import PlainDataError, pack, unpack
+from cad.kernel.plain_data import pack, unpack
+from cad.kernel.plain_types import PlainDataError
 from cad.pick.draft import Keyed
 from cad.pick.part import PickPart
 from cad.pick.rows import NEW_COLUMNS

@@ -164,7 +164,7 @@ def targets() -> dict[str, Target]:
         "graph": Target(of_path(read_graph), ((FIXTURES / "graphs" / "plain-block.npz").read_bytes(),)),
         "step": Target(step_text, (tee, (FIXTURES / "lap" / "lap.step").read_bytes()), "part.step"),
     }
-    for suffix in ("mod", "ls", "dat", "jbi"):
+    for suffix in ("mod", "ls", "dat", "jbi", "as"):
         found[suffix] = Target(program, (seed(f"teach.{suffix}"),), f"teach.{suffix}")
     found |= further_targets()
     found |= audited_targets()

@@ -37,6 +37,13 @@ LARGE = {
         "a word": "a" * N + "={",
         "blanks": "DECL" + " " * N,
     },
+    "as": {
+        "commas": ".TRANS\na " + "," * N,
+        "one name": ".TRANS\n" + "a" * N,
+        "sections": ".PROGRAM\n" * (N // 9),
+        "moves": ".PROGRAM a()\nLMOVE " + "a," * (N // 2),
+        "brackets": ".PROGRAM a()\nPOINT a = TRANS(" + "(" * N,
+    },
     "jbi": {"commas": "//POS\n///POSTYPE ROBOT\nC00000=" + "," * N},
     "taught": {
         "columns": "name,x_mm,y_mm,z_mm," + ",".join(f"c{i}" for i in range(N // 8)) + "\n1",

@@ -3,11 +3,14 @@
 A program with arc instructions has the comments SEAM START and SEAM END around the moves of every seam. Between them
 the arc must be on for every move; outside of them it must be off. A program of a dry run has the comments ARC ON and
 ARC OFF instead, and no arc instruction. Programs of others have neither, and are not judged.
+
+Of all digital outputs only that of the arc counts: the number that the program's header states, or a person.
 """
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -38,12 +41,28 @@ class _Language:
     ----------
     patterns : tuple of (pattern, event)
         Some events are two: a last arc move of RAPID is a move and ends the arc.
+    stated : str
+        How a header states the number of the output that switches the arc; empty for a language without one.
+    output : str
+        The instruction that sets an output: its number, and its state as the group ``state``.
     """
 
     patterns: tuple[tuple[re.Pattern[str], tuple[_Event, ...]], ...]
+    stated: str = ""
+    output: str = ""
+
+    def with_output(self, number: int | None) -> _Language:
+        """Return the language with the output of this number as a switch of the arc."""
+        if number is None or not self.output:
+            return self
+        switch = [
+            (re.compile(self.output.format(number=number, state=state), re.IGNORECASE), (event,))
+            for state, event in (("TRUE", _Event.ON), ("FALSE", _Event.OFF))
+        ]
+        return _Language((*switch, *self.patterns), self.stated, self.output)
 
 
-def _language(comment: str, **patterns: str) -> _Language:
+def _language(comment: str, *, stated: str = "", output: str = "", **patterns: str) -> _Language:
     """Return a language from its mark of comments, and patterns by the names of events."""
     start, end = (re.escape(mark) for mark in SEAM_MARKS)
     marks = (
@@ -59,7 +78,7 @@ def _language(comment: str, **patterns: str) -> _Language:
         "stop": (_Event.STOP,),
     }
     own = tuple((re.compile(text, re.IGNORECASE), events[name]) for name, text in patterns.items())
-    return _Language((*marks, *own))
+    return _Language((*marks, *own), stated, output)
 
 
 _LINE = r"^[ \t]*+(?:\d++:)?[ \t]*+"
@@ -76,16 +95,20 @@ LANGUAGES: Mapping[str, _Language] = {
     ),
     ".src": _language(
         r"^[ \t]*+;",
-        on=r"^[ \t]*+(?:ArcMainNG\(#ArcOnBeforeMoveStd\b|ARC_START\(|\$OUT\[\d+\]=TRUE)",
-        off=r"^[ \t]*+(?:ArcMainNG\(#ArcOffAfterMoveStd\b|ARC_END\(|\$OUT\[\d+\]=FALSE)",
+        stated=r"\$OUT\[(\d{1,9}+)\] switches the arc",
+        output=r"^[ \t]*+\$OUT\[{number}\][ \t]*+=[ \t]*+{state}\b",
+        on=r"^[ \t]*+(?:ArcMainNG\(#ArcOnBeforeMoveStd\b|ARC_START\()",
+        off=r"^[ \t]*+(?:ArcMainNG\(#ArcOffAfterMoveStd\b|ARC_END\()",
         move=r"^[ \t]*+(?:LIN|CIRC|PTP|SLIN|SCIRC|SPTP)\b",
         stop=r"^[ \t]*+END\b[ \t]*+$",
     ),
     ".jbi": _language(r"^'", on=r"^ARCON\b", off=r"^ARCOF\b", move=r"^MOV[JLCS]\b", stop=r"^END\b"),
     ".script": _language(
         r"^[ \t]*+#",
-        on=r"^[ \t]*+(?:arc_start\(|set_standard_digital_out\(\d+, True\))",
-        off=r"^[ \t]*+(?:arc_end\(|set_standard_digital_out\(\d+, False\))",
+        stated=r"standard digital output (\d{1,9}+) switches the arc",
+        output=r"^[ \t]*+set_standard_digital_out\([ \t]*+{number}[ \t]*+,[ \t]*+{state}[ \t]*+\)",
+        on=r"^[ \t]*+arc_start\(",
+        off=r"^[ \t]*+arc_end\(",
         move=r"^[ \t]*+move[jlcp]\(",
         stop=r"^end\b",
     ),
@@ -96,6 +119,13 @@ LANGUAGES: Mapping[str, _Language] = {
         move=r"^[ \t]*+move[jlc]\(",
         stop=r"^end\]\]>",
     ),
+    ".as": _language(
+        r"^[ \t]*+;",
+        on=r"^[ \t]*+[LJ]WS\b",
+        move_off=r"^[ \t]*+[LJ]WE\b",
+        move=r"^[ \t]*+(?:[LJ]MOVE|C[12]MOVE|[LJ]WC|C[12]WC|HOME)\b",
+        stop=r"^\.END\b",
+    ),
 }
 """By suffix. A number of patterns that do not overlap; letters of marks are capital."""
 
@@ -105,7 +135,7 @@ def has_arc_language(path: Path) -> bool:
     return path.suffix.lower() in LANGUAGES
 
 
-def arc_faults(raw: bytes, path: Path) -> list[Fault]:
+def arc_faults(raw: bytes, path: Path, output: int | None = None) -> list[Fault]:
     """Return where the arc is on or off in the wrong place.
 
     Parameters
@@ -114,12 +144,10 @@ def arc_faults(raw: bytes, path: Path) -> list[Fault]:
         Of the file.
     path : Path
         Its suffix tells the language.
+    output : int, optional
+        Number of the digital output that switches the arc; by default that which the file's header states.
     """
-    language = LANGUAGES.get(path.suffix.lower())
-    if language is None:
-        return []
-    lines = raw.decode(ENCODING).splitlines()
-    events = list(_events(lines, language))
+    events = _events_of(raw, path, output)
     kinds = {event for _, event in events}
     if _Event.START in kinds or _Event.END in kinds:
         return list(_faults(events))
@@ -130,6 +158,41 @@ def arc_faults(raw: bytes, path: Path) -> list[Fault]:
             if event in (_Event.ON, _Event.OFF)
         ]
     return []
+
+
+def count_switches(raw: bytes, path: Path, output: int | None = None) -> Counter[str]:
+    """Return how often a program begins and ends a seam, and starts and ends the arc, in words that are known.
+
+    Parameters
+    ----------
+    raw : bytes
+        Of the file.
+    path : Path
+    output : int, optional
+        As for `arc_faults`.
+
+    Returns
+    -------
+    Counter
+        By ``begin seam``, ``end seam``, ``start arc`` and ``end arc``.
+    """
+    names = {
+        _Event.START: "begin seam",
+        _Event.END: "end seam",
+        _Event.ON: "start arc",
+        _Event.OFF: "end arc",
+    }
+    return Counter(names[event] for _, event in _events_of(raw, path, output) if event in names)
+
+
+def _events_of(raw: bytes, path: Path, output: int | None) -> list[tuple[int, _Event]]:
+    language = LANGUAGES.get(path.suffix.lower())
+    if language is None:
+        return []
+    text = raw.decode(ENCODING)
+    if output is None and language.stated and (stated := re.search(language.stated, text)):
+        output = int(stated[1])
+    return list(_events(text.splitlines(), language.with_output(output)))
 
 
 def _events(lines: list[str], language: _Language) -> Iterator[tuple[int, _Event]]:

@@ -126,7 +126,7 @@ class _Audit:
             around = self._with_part(_result_folder_of(path.parent))
             faults = audit_program(read_bytes(path), path, around)
             return FileAudit(str(path), f"program ({suffix})", tuple(faults), str(around))
-        return _audit_of_arcs(path)
+        return _audit_of_arcs(path, self.around.arc_output)
 
     def _with_part(self, result: Path | None) -> Surroundings:
         """Add the part as calibrated; without it if its own files have faults, which their own audit lists."""
@@ -149,11 +149,12 @@ class _Audit:
         return replace(self.around, T_base_part=finished.T_base_part, part=part, start_mm=start)
 
 
-def _audit_of_arcs(path: Path) -> FileAudit | None:
+def _audit_of_arcs(path: Path, output: int | None) -> FileAudit | None:
     """Audit the arc instructions of a file whose poses are elsewhere, as in KRL; None for a kind of no language."""
     if not has_arc_language(path):
         return None
-    return FileAudit(str(path), f"program ({path.suffix.lower()})", tuple(arc_faults(read_bytes(path), path)))
+    faults = arc_faults(read_bytes(path), path, output)
+    return FileAudit(str(path), f"program ({path.suffix.lower()})", tuple(faults))
 
 
 def _finished(folder: Path) -> FinishedCalibration:

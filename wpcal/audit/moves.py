@@ -42,6 +42,10 @@ _FANUC_MOVE = re.compile(
 )
 _INFORM_MOVE = re.compile(r"^MOV(?P<kind>[JLC])[ \t]++(?P<a>[CP]\d++)", re.MULTILINE)
 _VAL3_MOVE = re.compile(r"\bmove(?P<kind>[jlc])\(\s*+(?P<a>\w++\[\w++\])\s*+,\s*+(?:(?P<b>\w++\[\w++\])\s*+,)?")
+_AS_MOVE = re.compile(
+    r"^[ \t]*+(?:(?P<kind>[LJ])(?:MOVE|W[SCE])|C(?P<place>[12])(?:MOVE|WC))[ \t]++(?P<a>[\w.]++)",
+    re.MULTILINE | re.IGNORECASE,
+)
 LARGEST_MOVE_MM = 20_000.0
 """No robot makes longer moves; they are not followed."""
 
@@ -58,17 +62,15 @@ def read_moves(raw: bytes, path: Path) -> list[list[Step]]:
         over the points of an array are not followed.
     """
     text, suffix = raw.decode(ENCODING), path.suffix.lower()
-    if suffix == URSCRIPT:
-        return [list(_urscript(text))]
     if suffix == VAL3:
-        code = _beside(path.parent / "start.pgx")
-        return [list(_named(_VAL3_MOVE.finditer(code)))]
+        return [list(_named(_VAL3_MOVE.finditer(_beside(path.parent / "start.pgx"))))]
     if suffix == ".dat":
         return [list(_named(_KRL_MOVE.finditer(_beside(path.with_suffix(".src")))))]
-    if suffix == ".ls":
-        return [list(_named(_FANUC_MOVE.finditer(text.split("/POS")[0]), prefix="P"))]
-    if suffix == ".jbi":
-        return [list(_inform(text))]
+    of_text = {URSCRIPT: _urscript, ".ls": _fanuc, ".jbi": _inform}
+    if suffix in of_text:
+        return [list(of_text[suffix](text))]
+    if suffix == ".as":
+        return [list(_kawasaki(body)) for body in re.split(r"^\.END\b", text, flags=re.MULTILINE)]
     plain = re.sub(r"![^\n]*+", "", text)
     bodies = [_RAPID_BEGIN.split(piece, maxsplit=1)[-1] for piece in _RAPID_END.split(plain)[:-1]]
     return [list(_named(_RAPID_MOVE.finditer(body))) for body in bodies]
@@ -87,6 +89,10 @@ def _named(found: Iterator[re.Match[str]], *, prefix: str = "") -> Iterator[Step
             yield (a,) if kind == "L" else ("", a)[kind == "C" :]
 
 
+def _fanuc(text: str) -> Iterator[Step]:
+    return _named(_FANUC_MOVE.finditer(text.split("/POS", maxsplit=1)[0]), prefix="P")
+
+
 def _inform(text: str) -> Iterator[Step]:
     """Yield the moves; three MOVC are an arc, and the first of them is a line to its start."""
     arc: list[str] = []
@@ -102,6 +108,19 @@ def _inform(text: str) -> Iterator[Step]:
         elif len(arc) == 3:
             yield arc[1], arc[2]
             arc = []
+
+
+def _kawasaki(text: str) -> Iterator[Step]:
+    """Yield the moves of one program; a C1 with the C2 after it is an arc."""
+    middle = ""
+    for match in _AS_MOVE.finditer(text):
+        kind, name = (match["kind"] or "").upper(), match["a"]
+        if match["place"] == "1":
+            middle = name
+        elif match["place"] == "2":
+            yield middle, name
+        else:
+            yield (name,) if kind == "L" else ("", name)
 
 
 def _urscript(text: str) -> Iterator[Step]:

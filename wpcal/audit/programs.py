@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -10,12 +11,14 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import KDTree
 
-from wpcal.audit.arc import arc_faults
+from wpcal.audit.arc import arc_faults, count_switches
 from wpcal.audit.fault import Fault
 from wpcal.audit.moves import Step, places_between, read_moves
 from wpcal.audit.read_back import ReadPose, is_weld_program, read_poses_back
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
+from wpcal.controllers.arc_settings import SEAM_MARKS
+from wpcal.controllers.post import FOLDERS, own_arc_templates
 from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.reachable_spin import ArmAtTool
 from wpcal.controllers.torch import ToolAxis, wire_directions
@@ -36,6 +39,10 @@ SAME_RAD = np.radians(0.01)
 """The same for orientations: three formats write three decimals of a degree."""
 MOVES_AT_ONCE = 100
 """Of which all places are in one array: a file with absurd moves needs some 100 MB."""
+
+
+ALL_SWITCHES = 4
+"""Beginning and end of a seam, start and end of the arc: with all of them a program can be judged."""
 
 
 class WrittenWrongError(WpcalError):
@@ -59,9 +66,11 @@ class Surroundings:
         With `arm`.
     torch : TorchShape
     tool_axis : ToolAxis
-    stick_out_mm : float
+    standoff_mm : float
     start_mm : float
         From where on the wire is felt: farther on seams that are modelled as beads.
+    arc_output : int or None
+        Digital output that switches the arc; None for that which the header of a program states.
     """
 
     T_base_part: RigidTransform | None = None
@@ -70,8 +79,9 @@ class Surroundings:
     T_flange_tool: RigidTransform | None = None
     torch: TorchShape = USUAL_TORCH
     tool_axis: ToolAxis = ToolAxis.Z
-    stick_out_mm: float = 0.0
+    standoff_mm: float = 0.0
     start_mm: float = START_MM
+    arc_output: int | None = None
 
     def __str__(self) -> str:
         """Say what is compared."""
@@ -100,7 +110,7 @@ def audit_program(raw: bytes, path: Path, around: Surroundings) -> list[Fault]:
     faults = list(_pose_faults(poses, around))
     if not faults and around.part is not None:
         faults = list(_move_faults(poses, read_moves(raw, path), around))
-    return [*faults, *arc_faults(raw, path)]
+    return [*faults, *arc_faults(raw, path, around.arc_output)]
 
 
 def _pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fault]:
@@ -121,7 +131,7 @@ def _pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fa
             yield _fault(sound[row], f"no joint angles within the limits of {around.arm.name} reach it")
     if around.part is not None:
         wire = wire_directions(R, around.tool_axis)
-        tips = p + around.stick_out_mm * wire
+        tips = p + around.standoff_mm * wire
         found = find_poses_in_material(around.part, tips, -wire, around.torch, start_mm=around.start_mm)
         for row, solid, part in zip(found.row.tolist(), found.solid, found.part, strict=True):
             what = f"the {part.value} of {around.torch} is inside {solid!r}"
@@ -137,7 +147,7 @@ def _move_faults(poses: Sequence[ReadPose], chains: Sequence[Sequence[Step]], ar
         if not ends or around.part is None:
             continue
         wire = wire_directions(R, around.tool_axis)
-        tips = p + around.stick_out_mm * wire
+        tips = p + around.standoff_mm * wire
         found = find_poses_in_material(around.part, tips, -wire, around.torch, start_mm=around.start_mm)
         for row, solid, part in zip(found.row.tolist(), found.solid, found.part, strict=True):
             if ends[row].name not in told:
@@ -209,23 +219,24 @@ def check_written(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
 
 
 def _check_written(files: Mapping[str, str | bytes], program: WeldProgram, name: str) -> int:
-    """Read written files back. Arcs that a template of the user switches are not judged."""
-    if program.controller.templates is None:
-        _refuse_wrong_arcs(files, name)
+    """Read written files back."""
+    _refuse_wrong_arcs(files, program, name)
     own = written_files(files)
     if not own:
         return 0
     read: list[ReadPose] = []
+    is_carried = program.planned is not None and program.planned.follows
     for file, data in own.items():
         try:
-            read += read_poses_back(data, Path(file), program.T_base_part)
+            read += read_poses_back(data, Path(file), program.T_base_part, is_carried=is_carried)
         except WpcalError as error:
             what = f"{name}: the written program cannot be read back: {error}; nothing is written"
             raise WrittenWrongError(what) from None
     if not read:
         return 0
-    asked_p = [path.p_base for path in program.paths]
-    asked_R = [path.R_base for path in program.paths]
+    first = [0 if program.planned is None else path.before for path in program.paths]  # plans go there in joints
+    asked_p = [path.p_base[row:] for path, row in zip(program.paths, first, strict=True)]
+    asked_R = [path.R_base[row:] for path, row in zip(program.paths, first, strict=True)]
     if program.safe_point is not None:
         asked_p.append(program.safe_point.p_base)
         asked_R.append(program.safe_point.R_base)
@@ -242,13 +253,47 @@ def _check_written(files: Mapping[str, str | bytes], program: WeldProgram, name:
     return len(read)
 
 
-def _refuse_wrong_arcs(files: Mapping[str, str | bytes], name: str) -> None:
-    """Refuse files in which the arc is on or off in the wrong place."""
+def _refuse_wrong_arcs(files: Mapping[str, str | bytes], program: WeldProgram, name: str) -> None:
+    """Refuse files in which the arc is on or off in the wrong place, unless templates switch it in their own words."""
+    output = None if program.arc is None else program.arc.output
+    own_words = program.arc is not None and program.controller.templates is not None
     for file, data in files.items():
-        faults = arc_faults(data.encode("utf-8") if isinstance(data, str) else data, Path(file))
+        raw = data.encode("utf-8") if isinstance(data, str) else data
+        if own_words and 0 < len(count_switches(raw, Path(file), output)) < ALL_SWITCHES:
+            continue
+        faults = arc_faults(raw, Path(file), output)
         if faults:
             what = f"{name}: {file}, line {faults[0].line}: {faults[0].message}; nothing is written"
             raise WrittenWrongError(what)
+
+
+def unjudged_arcs(files: Mapping[str, str | bytes], program: WeldProgram, *, name: str) -> tuple[str, ...]:
+    """Say what could not be checked about the arc, because templates of the user write it in words of their own.
+
+    Parameters
+    ----------
+    files : mapping of str to (str or bytes)
+        Names and contents.
+    program : WeldProgram
+    name : str
+        Of the format.
+    """
+    folder = program.controller.templates
+    if folder is None:
+        return ()
+    if program.arc is None:
+        own = own_arc_templates(name, folder)
+        return (f"whether {' and '.join(own)} switch the arc in this dry run",) if own else ()
+    found = Counter[str]()
+    for file, data in files.items():
+        found += count_switches(data.encode() if isinstance(data, str) else data, Path(file), program.arc.output)
+    if name not in FOLDERS:
+        return ()
+    if found["begin seam"] != len(program.paths) or found["end seam"] != len(program.paths):
+        return (f"where the arc burns: {folder / name} leaves out the comments {' and '.join(SEAM_MARKS)}",)
+    unknown = [what for what in ("start", "end") if not found[f"{what} arc"]]
+    what = " or ".join(f"{one}s" for one in unknown)
+    return (f"where the arc burns: no instruction that wpcal knows {what} it in {folder / name}",) if what else ()
 
 
 def _first_without_match(p: FloatArray, R: FloatArray, other_p: FloatArray, other_R: FloatArray) -> int | None:

@@ -62,7 +62,9 @@ def is_weld_program(path: Path) -> bool:
     return path.suffix.lower() in (URSCRIPT, VAL3) or (controller is not None and controller.reads_back)
 
 
-def read_poses_back(raw: bytes, path: Path, T_base_part: RigidTransform | None) -> list[ReadPose]:
+def read_poses_back(
+    raw: bytes, path: Path, T_base_part: RigidTransform | None, *, is_carried: bool = False
+) -> list[ReadPose]:
     """Return the poses of a program's file in `base`.
 
     Parameters
@@ -73,6 +75,8 @@ def read_poses_back(raw: bytes, path: Path, T_base_part: RigidTransform | None) 
         Its suffix tells the language. Messages name it.
     T_base_part : RigidTransform, optional
         The user frame of points whose own frame is not in the file: the part as calibrated.
+    is_carried : bool
+        Whether points in a frame that another unit carries are taken as points in the part.
 
     Raises
     ------
@@ -92,7 +96,7 @@ def read_poses_back(raw: bytes, path: Path, T_base_part: RigidTransform | None) 
     for point in program.found.points:
         if point.joints is not None or (point.fault and T_base_part is None):
             continue
-        if point.fault:
+        if point.fault and not (is_carried and np.isfinite(point.p_mm).all()):
             raise FormatError(f"point {point.name}: {point.fault}", path=str(path), line=point.line)
         T = None if point.at_flange else _frame_of(point.frame, program.found.frames, T_base_part)
         if T is None:

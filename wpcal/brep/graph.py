@@ -17,6 +17,7 @@ from wpcal.brep.nearest import NearestOnSurfaces
 from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
 from wpcal.brep.solid_facts import SolidFacts
 from wpcal.brep.spans import CurveSet
+from wpcal.brep.surface_cells import SurfaceCells
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 
@@ -171,6 +172,11 @@ class BrepGraph:
     def nearest_on_nurbs(self) -> NearestOnSurfaces:
         """The NURBS surfaces, to be evaluated and projected on together."""
         return NearestOnSurfaces.of(self.nurbs_surfaces)
+
+    @cached_property
+    def nurbs_cells(self) -> SurfaceCells:
+        """The NURBS surfaces in cells, in which rays are followed."""
+        return SurfaceCells.of(self.nearest_on_nurbs.surfaces, self.nearest_on_nurbs.breaks)
 
     @cached_property
     def size_mm(self) -> float:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.brep.crossing import find_crossings, heights
 from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.surface_rays import meet_rays
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.torus_rays import torus_roots
 from wpcal.brep.trim import TrimmedFaces
@@ -15,21 +15,11 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 CHUNK = 5000
 """Rays handled in one array: some 50 MB at ten faces per ray."""
-STEPS = 12
-"""Samples of a ray inside the box of a free-form face. The ray crosses between two samples on different
-sides of the surface."""
-SHORT_MM = 12.0
-"""On a shorter way half as many samples are not farther apart than 2.4 mm, as on a way of 26 mm with all of them."""
 THIN_MM = 0.1
 """Boxes grow by this, so that a ray across a plane face has samples on both sides of the face."""
 ON_SURFACE = 1e-6
 """A root of the equation of a surface is a hit if its nearest point on the surface is this near, relative to the
 length of the ray's way there or 1 mm; the other nappe of a cone is farther away."""
-NEWTON_ROUNDS, FLAT = 2, 1e-3
-"""Steps along the ray to the tangent plane at the nearest point make a crossing exact, unless the ray runs along it."""
-FREE_FORM_MM = 1e-3
-"""A crossing of a free-form face is a hit if the surface is this near. Beyond the border of a surface, heights change
-their sign without a crossing."""
 PARALLEL = 1e-14
 """A leading coefficient below this is round-off: the ray runs along a plane or a ruling."""
 
@@ -144,8 +134,8 @@ def through_faces(
     way : ndarray of int, shape (h,)
         +1 where the ray leaves the material of the face's solid, -1 where it enters it.
     """
-    sampled = graph.face_kind[face] == SurfaceKind.NURBS
-    closed, open_ = np.flatnonzero(~sampled), np.flatnonzero(sampled)
+    is_free_form = graph.face_kind[face] == SurfaceKind.NURBS
+    closed, free_form = np.flatnonzero(~is_free_form), np.flatnonzero(is_free_form)
     roots = _roots(graph, face[closed], origins[closed], rays[closed])
     hit = (roots > 0) & (roots <= length[closed, None])
     pair, at = closed[np.nonzero(hit)[0]], roots[hit]
@@ -154,16 +144,32 @@ def through_faces(
         roots = _torus_roots(graph, face[rings], origins[rings], rays[rings])
         hit = (roots > 0) & (roots <= length[rings, None])
         pair, at = np.concatenate([pair, rings[np.nonzero(hit)[0]]]), np.concatenate([at, roots[hit]])
-    if len(open_):
-        more, at_more = _sampled(graph, face[open_], origins[open_], rays[open_], low[open_], high[open_])
-        pair, at = np.concatenate([pair, open_[more]]), np.concatenate([at, at_more])
     points = origins[pair] + at[:, None] * rays[pair]
     foot = project_to_faces(graph, face[pair], points)
-    near_mm = np.where(sampled[pair], FREE_FORM_MM, ON_SURFACE * np.maximum(1.0, at))
-    kept = np.flatnonzero(np.linalg.norm(foot.p - points, axis=1) <= near_mm)
+    kept = np.flatnonzero(np.linalg.norm(foot.p - points, axis=1) <= ON_SURFACE * np.maximum(1.0, at))
     kept = kept[trimmed.contains(face[pair[kept]], foot.uv[kept])]
-    way = np.where(np.einsum("ki,ki->k", rays[pair[kept]], foot.normal[kept]) > 0, 1, -1)
-    return pair[kept], at[kept], way
+    pair, at, normal = pair[kept], at[kept], foot.normal[kept]
+    if len(free_form):
+        own = face[free_form], origins[free_form], rays[free_form], low[free_form], high[free_form]
+        more, at_more, normals = _through_free_form(graph, trimmed, *own)
+        pair, at = np.concatenate([pair, free_form[more]]), np.concatenate([at, at_more])
+        normal = np.concatenate([normal, normals])
+    return pair, at, np.where(np.einsum("ki,ki->k", rays[pair], normal) > 0, 1, -1)
+
+
+def _through_free_form(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    face: IntArray,
+    origins: FloatArray,
+    rays: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return which pairs of a ray and a free-form face meet, at which distances, and the outward normals there."""
+    hits = meet_rays(graph.nurbs_cells, graph.face_nurbs[face], origins, rays, low, high)
+    hits = hits.select((hits.at_mm > 0) & trimmed.contains(face[hits.row], hits.uv))
+    return hits.row, hits.at_mm, hits.normal * graph.face_outward[face[hits.row]][:, None]
 
 
 def _roots(graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray) -> FloatArray:
@@ -209,46 +215,6 @@ def _torus_roots(graph: BrepGraph, face: IntArray, origins: FloatArray, rays: Fl
     o = np.einsum("kij,kj->ki", frame[:, 1:], origins - frame[:, 0])
     d = np.einsum("kij,kj->ki", frame[:, 1:], rays)
     return torus_roots(o, d, param[:, 0], param[:, 1])
-
-
-def _sampled(
-    graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray, low: FloatArray, high: FloatArray
-) -> tuple[IntArray, FloatArray]:
-    """Return rows of pairs and the distances at which the height above the surface changes sign."""
-    short = high - low <= SHORT_MM
-    found = [
-        (rows[row], at)
-        for rows, steps in ((np.flatnonzero(short), STEPS // 2), (np.flatnonzero(~short), STEPS))
-        for row, at in [_sampled_at(graph, face[rows], origins[rows], rays[rows], low[rows], high[rows], steps)]
-    ]
-    row, at = (np.concatenate(column) for column in zip(*found, strict=True))
-    for _ in range(NEWTON_ROUNDS):
-        points = origins[row] + at[:, None] * rays[row]
-        foot = project_to_faces(graph, face[row], points)
-        rise = np.einsum("ki,ki->k", rays[row], foot.normal)
-        steep = np.abs(rise) > FLAT
-        at = at - np.where(steep, np.einsum("ki,ki->k", points - foot.p, foot.normal) / np.where(steep, rise, 1.0), 0.0)
-    return row, np.clip(at, low[row], high[row])
-
-
-def _sampled_at(
-    graph: BrepGraph,
-    face: IntArray,
-    origins: FloatArray,
-    rays: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-    steps: int,
-) -> tuple[IntArray, FloatArray]:
-    t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, steps)
-    points = origins[:, None] + t[..., None] * rays[:, None]
-    side = heights(graph, np.repeat(face, steps), points.reshape(-1, 3)).reshape(t.shape)
-    row, column = np.nonzero((side[:, :-1] > 0) != (side[:, 1:] > 0))
-
-    def height(at: FloatArray) -> FloatArray:
-        return heights(graph, face[row], origins[row] + at[:, None] * rays[row])
-
-    return row, find_crossings(height, t[row, column], t[row, column + 1])
 
 
 def _through_boxes(

@@ -10,13 +10,16 @@ import numpy as np
 
 from wpcal.brep.nurbs import NurbsSurface
 from wpcal.brep.spans import SurfaceSet
+from wpcal.brep.surface_cells import cell_breaks, divided
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 SEEDS_PER_SPAN = 3
-"""Grid points per knot span and direction at which the search starts: a span bends less than a third of a turn."""
+"""Grid points per knot span and direction at which the search starts, if the span bends less than half a turn."""
+CELLS_PER_SEED = 3
+"""A span that bends more, such as that of a thread, has a seed for so many of its cells: about each 50 degrees."""
 NEWTON_ROUNDS = 12
 """Most Gauss-Newton steps per point; from a seed within a third of a span, 6 were enough."""
 SETTLED = 1e-14
@@ -38,6 +41,8 @@ class NearestOnSurfaces:
         Least and greatest u and v of the used part of each surface.
     is_round : ndarray of bool, shape (n,)
         Whether a surface is closed along u: its two ends there are one.
+    breaks : list of (ndarray, ndarray)
+        Where the cells of each surface begin and end (`cell_breaks`).
     seeds : ndarray, shape (k, 2)
         Parameters of the seeds of all surfaces.
     tree : cKDTree
@@ -48,6 +53,7 @@ class NearestOnSurfaces:
     low: FloatArray
     high: FloatArray
     is_round: BoolArray
+    breaks: list[tuple[FloatArray, FloatArray]]
     seeds: FloatArray
     tree: cKDTree
 
@@ -56,7 +62,8 @@ class NearestOnSurfaces:
         """Place the seeds."""
         bounds = np.array([surface.bounds for surface in surfaces], dtype=np.float64).reshape(-1, 4)
         taken_apart = SurfaceSet.of(surfaces)
-        seeds = [_seeds(surface) for surface in surfaces]
+        breaks = cell_breaks(surfaces, taken_apart)
+        seeds = [_seeds(surface, own) for surface, own in zip(surfaces, breaks, strict=True)]
         number = np.repeat(np.arange(len(surfaces)), [len(uv) for uv in seeds])
         uv = np.concatenate(seeds)
         p = taken_apart.evaluate(number, uv)[0]
@@ -64,7 +71,7 @@ class NearestOnSurfaces:
 
         tree = cKDTree(np.column_stack([p, APART_MM * number]))
         low, high = bounds[:, 0::2], bounds[:, 1::2]
-        return cls(taken_apart, low, high, _is_round(taken_apart, low, high), uv, tree)
+        return cls(taken_apart, low, high, _is_round(taken_apart, low, high), breaks, uv, tree)
 
     def project(self, surface: IntArray, points: FloatArray) -> FloatArray:
         """Return the parameters of the nearest points of bounded surfaces.
@@ -116,12 +123,12 @@ def _is_round(surfaces: SurfaceSet, low: FloatArray, high: FloatArray) -> BoolAr
     return np.asarray(apart <= CLOSED_MM, dtype=bool)
 
 
-def _seeds(surface: NurbsSurface) -> FloatArray:
+def _seeds(surface: NurbsSurface, cells: tuple[FloatArray, FloatArray]) -> FloatArray:
     """Return the parameters of a grid over the used part of a surface, finer where its knots are closer."""
     axes = []
-    for knots, low, high in ((surface.knots_u, *surface.bounds[:2]), (surface.knots_v, *surface.bounds[2:])):
+    sides = (surface.knots_u, *surface.bounds[:2]), (surface.knots_v, *surface.bounds[2:])
+    for (knots, low, high), ends in zip(sides, cells, strict=True):
         breaks = np.unique(np.clip(knots, low, high))
-        fractions = np.arange(SEEDS_PER_SPAN) / SEEDS_PER_SPAN
-        inner = (breaks[:-1, None] + np.diff(breaks)[:, None] * fractions).ravel()
-        axes.append(np.append(inner, breaks[-1]))
+        count = np.diff(np.searchsorted(ends, breaks))
+        axes.append(divided(breaks, np.maximum(SEEDS_PER_SPAN, -(-count // CELLS_PER_SEED))))
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)

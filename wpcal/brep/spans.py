@@ -7,8 +7,9 @@ Tiller, The NURBS Book, 2nd ed., eq. 2.5). Rational splines are computed in homo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import comb
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -99,6 +100,15 @@ def _basis_polynomials(knots: FloatArray, degree: int) -> FloatArray:
     return splines
 
 
+def _shift(degree: int, begin: FloatArray, share: FloatArray) -> FloatArray:
+    """Return matrices from coefficients of powers of x to those of powers of s, where x = begin + share · s."""
+    matrix = np.zeros((len(begin), degree + 1, degree + 1))
+    for power in range(degree + 1):
+        for m in range(power + 1):
+            matrix[:, m, power] = comb(power, m) * begin ** (power - m) * share**m
+    return matrix
+
+
 def _homogeneous(poles: FloatArray, weights: FloatArray) -> FloatArray:
     return np.concatenate([poles * weights[..., None], weights[..., None]], axis=-1).reshape(-1, 4)
 
@@ -180,6 +190,20 @@ class _Surfaces:
         dh_u = _horner(slope_u, y)[0]
         p, du, dv = _divided(h, dh_u / self.u.width[at_u, None], dh_v / self.v.width[at_v, None])
         return p, du, dv
+
+    def moved(self, surface: IntArray, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Return the polynomials of rectangles of (u, v) inside patches (`SurfaceSet.moved_coefficients`)."""
+        middle = (low + high) / 2
+        at_u, at_v = (spans.locate(surface, middle[:, axis])[0] for axis, spans in enumerate((self.u, self.v)))
+        width = self.v.start[surface + 1] - self.v.start[surface]
+        patch = self.start[surface] + (at_u - self.u.start[surface]) * width + at_v - self.v.start[surface]
+        moves = []
+        for axis, (spans, at) in enumerate(((self.u, at_u), (self.v, at_v))):
+            begin = (low[:, axis] - spans.low[at]) / spans.width[at]
+            share = (high - low)[:, axis] / spans.width[at]
+            moves.append(_shift(self.coefficients.shape[1 + axis] - 1, begin, share))
+        half = np.einsum("kma,kabc->kmbc", moves[0], self.coefficients[patch])
+        return np.asarray(np.einsum("knb,kmbc->kmnc", moves[1], half), dtype=np.float64)
 
 
 Group = TypeVar("Group", _Curves, _Surfaces)
@@ -266,6 +290,28 @@ class SurfaceSet(_SplineSet[_Surfaces]):
         """
         p, du, dv = self._evaluate(surface, uv, 3)
         return p, du, dv
+
+    def moved_coefficients(
+        self, surface: IntArray, low: FloatArray, high: FloatArray
+    ) -> Iterator[tuple[IntArray, FloatArray]]:
+        """Yield the polynomials of rectangles inside knot spans, as those of parameters that run from 0 to 1 there.
+
+        Parameters
+        ----------
+        surface : ndarray of int, shape (m,)
+        low, high : ndarray, shape (m, 2)
+            Least and greatest u and v of each rectangle.
+
+        Yields
+        ------
+        rows : ndarray of int, shape (k,)
+            Rectangles of surfaces of equal degrees.
+        coefficients : ndarray, shape (k, degree u + 1, degree v + 1, 4)
+            Of the powers of both parameters, in homogeneous coordinates, mm.
+        """
+        for number, group in enumerate(self.groups):
+            for rows in _chunks(np.flatnonzero(self.group[surface] == number)):
+                yield rows, group.moved(self.place[surface[rows]], low[rows], high[rows])
 
 
 def _chunks(rows: IntArray) -> list[IntArray]:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.export_options import TipFlags, TorchShapeFlags
 from wpcal.cli.option_groups import takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, TOOL_HELP, TOOL_METAVAR
+from wpcal.cli.torch_options import TipFlags, TorchShapeFlags
 
 if TYPE_CHECKING:
     from wpcal.audit import AuditReport
@@ -26,6 +26,12 @@ if TYPE_CHECKING:
 @click.option("--tool", metavar=TOOL_METAVAR, help=f"{TOOL_HELP} As set in the controller.")
 @takes("tip", TipFlags)
 @takes("shape", TorchShapeFlags)
+@click.option(
+    "--arc-output",
+    metavar="N",
+    type=click.IntRange(min=0),
+    help="Digital output that switches the arc.  [default: that in the header of the program]",
+)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the repaired file.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record of the audit.")
 def audit(
@@ -37,6 +43,7 @@ def audit(
     tool: str | None,
     tip: TipFlags,
     shape: TorchShapeFlags,
+    arc_output: int | None,
     force: bool,
     as_json: bool,
 ) -> int:
@@ -52,7 +59,7 @@ def audit(
 
     if fix != (output is not None):
         raise InputError("--fix and -o belong together: the repaired file is written to -o, never in place")
-    around = _surroundings(robot, tool, tip, shape.to_shape())
+    around = replace(_surroundings(robot, tool, tip, shape.to_shape()), arc_output=arc_output)
     with shown_progress(f"auditing {path}") as progress:
         report = audit_path(path, around, progress=progress)
     if output is not None:
@@ -73,7 +80,7 @@ def _surroundings(robot: str | None, tool: str | None, tip: TipFlags, torch: Tor
 
     if (robot is None) != (tool is None):
         raise InputError("--robot and --tool belong together; --tool 0,0,0 if the poses are those of the flange")
-    around = Surroundings(torch=torch, tool_axis=ToolAxis(tip.tool_axis), stick_out_mm=tip.stick_out_mm)
+    around = Surroundings(torch=torch, tool_axis=ToolAxis(tip.tool_axis), standoff_mm=tip.standoff_mm)
     if robot is None:
         return around
     from wpcal.robot.identify.poses_file import parse_tool

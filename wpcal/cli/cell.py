@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, TOOL_HELP, TOOL_METAVAR
 if TYPE_CHECKING:
     from wpcal.core.arrays import FloatArray
     from wpcal.core.transform import RigidTransform
+    from wpcal.robot.kinematics.arm import Coupling
 
 PLACE_METAVAR = "X,Y,Z[,RX,RY,RZ]"
 PLACE_HELP = "mm and degrees (R = Rz Ry Rx)"
@@ -71,6 +73,12 @@ def cell() -> None:
     "--rail", metavar="X,Y,Z,MIN,MAX,SPEED", help="Rail under the robot: direction in world, limits mm, mm/s."
 )
 @click.option("--home", metavar="Q1,…,Q6", help="Joints at which programs start and end, deg.  [default: torch down]")
+@click.option(
+    "--coupled",
+    metavar="JOINT:ADDS[:FACTOR]",
+    multiple=True,
+    help="Joint whose shown angle does not hold the motion of another: joint_3:joint_2 for FANUC. Repeatable.",
+)
 @click.option("--safety-mm", type=float, default=10.0, show_default=True, help="Least distance between bodies.")
 @click.option(
     "-o", "--out", "output", metavar="CELL.json", type=click.Path(path_type=Path), required=True, help="Output: a file."
@@ -92,6 +100,7 @@ def new(
     boxes: tuple[str, ...],
     rail: str | None,
     home: str | None,
+    coupled: tuple[str, ...],
     safety_mm: float,
     output: Path,
     force: bool,
@@ -102,14 +111,14 @@ def new(
     """
     from wpcal.core.errors import InputError
     from wpcal.core.records import to_json, write_file
-    from wpcal.planning.cell.new_station import NewStation, new_station_files
-    from wpcal.planning.cell.station_check import check_station
-    from wpcal.planning.cell.station_file import read_station
+    from wpcal.planning.cell.new_cell import NewCell, new_cell_files
+    from wpcal.planning.cell.one_robot_check import check_one_robot
+    from wpcal.planning.cell.one_robot_file import read_one_robot
     from wpcal.robot.kinematics.arm_file import find_arm
     from wpcal.seam.torch import TorchShape
 
     arm = find_arm(torch_robot)
-    station = NewStation(
+    cell = NewCell(
         robot=torch_robot,
         T_world_base=_place("--robot-at", robot_at, "world", "base", up=-arm.mount_mm),
         T_flange_tool=_tool(tool, tool_from, tool_axis),
@@ -122,20 +131,21 @@ def new(
         rail=None if rail is None else _rail(rail),
         home_deg=None if home is None else _numbers("--home", home, (6,)),
         safety_mm=safety_mm,
+        couplings=[_coupling(text) for text in coupled],
     )
     if positioner is None and positioner_at is not None:
         raise InputError("--positioner-at needs --positioner")
-    files = new_station_files(station, output.name)
+    files = new_cell_files(cell, output.name)
     output.parent.mkdir(parents=True, exist_ok=True)
     for name, record in files.items():
         write_file(output.with_name(name), to_json(record), overwrite=force)
     click.echo(f"wrote {', '.join(sorted(files))} to {output.parent}")
-    if station.T_flange_tool is None:
+    if cell.T_flange_tool is None:
         click.echo(
             "wpcal: the cell has no tool data yet: give --tool or --tool-from, or fill in T_flange_tool", err=True
         )
         return 0
-    for issue in check_station(read_station(output)):
+    for issue in check_one_robot(read_one_robot(output)):
         click.echo(f"wpcal: odd cell: {issue.message}", err=True)
     return 0
 
@@ -182,6 +192,21 @@ def _place(
     values = _numbers(option, text, (3, 6))
     turn = np.radians(values[3:] or [0.0, 0.0, 0.0])
     return RigidTransform(rotation_from_zyx(*turn), np.array(values[:3]), target, source)
+
+
+def _coupling(text: str) -> Coupling:
+    from wpcal.core.errors import InputError
+    from wpcal.robot.kinematics.arm import Coupling
+
+    joint, _, rest = text.partition(":")
+    adds, _, factor = rest.partition(":")
+    try:
+        number = float(factor or 1.0)
+    except ValueError:
+        number = math.nan
+    if not (joint and adds and math.isfinite(number)):
+        raise InputError(f"--coupled: expected JOINT:ADDS or JOINT:ADDS:FACTOR, as joint_3:joint_2, got {text!r}")
+    return Coupling(joint, adds, number)
 
 
 def _positioner_place(positioner: str, text: str | None) -> RigidTransform:

@@ -15,6 +15,7 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from wpcal.controllers.earlier_jobs import EarlierJobs
     from wpcal.controllers.program import WeldProgram
 
 
@@ -57,8 +58,9 @@ def export(
 
     Ends with code 1 unless the verdict of the calibration is PASS; the files are written and say so.
     """
-    from wpcal.audit.programs import check_written
+    from wpcal.audit.programs import check_written, unjudged_arcs
     from wpcal.cli.progress import shown_progress
+    from wpcal.controllers.earlier_jobs import find_earlier_jobs
     from wpcal.core.records import check_writable, new_directory
     from wpcal.formats.registry import exporter_named
 
@@ -77,11 +79,14 @@ def export(
         for done, (name, files) in enumerate(contents.items(), 1):
             progress(f"reading {name} back and checking it: {done} of {len(contents)}")
             check_written(files, forms[name], name=name)
+    earlier = {name: find_earlier_jobs(targets[name], tuple(files)) for name, files in contents.items()}
     for name, files in contents.items():
-        with new_directory(targets[name], overwrite=force) as temporary:
+        with new_directory(targets[name], overwrite=force, leave_out=earlier[name].ours) as temporary:
             for file, data in files.items():
                 (temporary / file).write_bytes(data.encode("utf-8") if isinstance(data, str) else data)
-    _show(forms, contents, targets, as_json=as_json)
+    unjudged = {each for name, files in contents.items() for each in unjudged_arcs(files, forms[name], name=name)}
+    _tell_earlier(earlier, targets)
+    _show(forms, contents, targets, unjudged=sorted(unjudged), as_json=as_json)
     program = forms[exporters[0].name]
     if program.calibration.get("verdict") == "PASS":
         return 0
@@ -127,11 +132,13 @@ def _show(
     contents: Mapping[str, Mapping[str, str | bytes]],
     targets: Mapping[str, Path],
     *,
+    unjudged: list[str],
     as_json: bool,
 ) -> None:
     from wpcal.controllers.describe import NOT_CHECKED, describe_moves
 
     program = next(iter(forms.values()))
+    not_checked = "; ".join([NOT_CHECKED, *(f"NOT CHECKED: {what}" for what in unjudged)])
     if as_json:
         from wpcal.core.records import to_json
 
@@ -143,7 +150,7 @@ def _show(
             "files": written,
             "moves": {name: _moves(form) for name, form in forms.items()},
             "checked": list(program.checked),
-            "not_checked": NOT_CHECKED,
+            "not_checked": not_checked,
         }
         click.echo(to_json(record), nl=False)
         return
@@ -153,7 +160,16 @@ def _show(
         away = "" if form.tolerance is None else f"; {describe_moves(form)}"
         what = f"{len(form.paths)} seams, {poses} poses{away}"
         click.echo(f"{name}: {what}: {', '.join(sorted(files))} in {targets[name]}")
-    click.echo(f"wpcal: {'; '.join((*program.checked, NOT_CHECKED))}", err=True)
+    click.echo(f"wpcal: {'; '.join((*program.checked, not_checked))}", err=True)
+
+
+def _tell_earlier(earlier: Mapping[str, EarlierJobs], targets: Mapping[str, Path]) -> None:
+    for name, jobs in earlier.items():
+        if jobs.ours:
+            click.echo(f"wpcal: {targets[name]}: removed jobs of an earlier export: {', '.join(jobs.ours)}", err=True)
+        if jobs.others:
+            what = f"kept, and not part of this export: {', '.join(jobs.others)}; do not load them by mistake"
+            click.echo(f"wpcal: {targets[name]}: {what}", err=True)
 
 
 def _moves(form: WeldProgram) -> list[dict[str, object]]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,22 +11,19 @@ import click
 
 from wpcal.cli.option_groups import option
 from wpcal.cli.shared_help import (
-    ANGLE,
     ONLY_HELP,
     ROBOT_HELP,
     SPEED,
     SPEED_HELP,
     TOOL_HELP,
     TOOL_METAVAR,
-    TRAVEL_ANGLE_HELP,
-    WORK_ANGLE_HELP,
 )
+from wpcal.cli.torch_options import TorchFlags, TorchShapeFlags
 from wpcal.cli.weld_options import ArcFlags
 
 if TYPE_CHECKING:
     from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldProgram
     from wpcal.controllers.reachable_spin import ArmAtTool
-    from wpcal.controllers.torch import TorchSettings
     from wpcal.core.progress import Progress
     from wpcal.moves import PathTolerance
     from wpcal.results.folder import FinishedCalibration
@@ -60,48 +56,6 @@ class SelectionFlags:
 
         if self.only is not None and self.everything:
             raise InputError("give either --only or --all")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TipFlags:
-    """Where the tool centre point is, and how the tool is turned to the wire."""
-
-    stick_out_mm: float = option(
-        "--stick-out-mm", type=float, default=0.0, show_default=True, help="Tool centre point back from the seam."
-    )
-    tool_axis: str = option(
-        "--tool-axis",
-        type=click.Choice(["z", "x"]),
-        default="z",
-        show_default=True,
-        help="Axis of the tool along the wire.",
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TorchFlags:
-    """How the torch is held at the seam."""
-
-    work_angle_deg: float = option("--work-angle-deg", type=ANGLE, default=0.0, show_default=True, help=WORK_ANGLE_HELP)
-    travel_angle_deg: float = option(
-        "--travel-angle-deg", type=ANGLE, default=0.0, show_default=True, help=TRAVEL_ANGLE_HELP
-    )
-    tip: TipFlags
-    spin_range_deg: float = option(
-        "--spin-range-deg",
-        type=float,
-        default=180.0,
-        show_default=True,
-        help="How far the tool may turn about the wire to turn less along a seam; 0: it follows the travel.",
-    )
-
-    def to_settings(self) -> TorchSettings:
-        """Return the torch as the programs take it, angles in radians."""
-        from wpcal.controllers.torch import ToolAxis, TorchSettings
-
-        work_rad, travel_rad = math.radians(self.work_angle_deg), math.radians(self.travel_angle_deg)
-        spin_rad = math.radians(self.spin_range_deg)
-        return TorchSettings(work_rad, travel_rad, self.tip.stick_out_mm, ToolAxis(self.tip.tool_axis), spin_rad)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,31 +100,6 @@ class PathFlags:
         from wpcal.moves import PathTolerance
 
         return None if self.every_point else PathTolerance(self.path_tol_mm)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TorchShapeFlags:
-    """The shape of the torch that is compared with the part."""
-
-    wire_mm: float = option(
-        "--wire-mm", type=float, default=20.0, show_default=True, help="From the tip of the wire to the nozzle."
-    )
-    nozzle_radius_mm: float = option(
-        "--nozzle-radius-mm", type=float, default=11.0, show_default=True, help="Radius of nozzle and neck."
-    )
-    torch_length_mm: float = option(
-        "--torch-length-mm",
-        type=float,
-        default=300.0,
-        show_default=True,
-        help="Length of the torch that is compared with the part.",
-    )
-
-    def to_shape(self) -> TorchShape:
-        """Return the torch that is compared with the part."""
-        from wpcal.seam.torch import TorchShape
-
-        return TorchShape(self.wire_mm, self.nozzle_radius_mm, self.torch_length_mm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -327,14 +256,19 @@ class WeldProgramFlags:
         from wpcal.results.folder import read_finished
 
         self.selection.require_one()
-        torch, motion, controller = self.torch.to_settings(), self.motion.to_settings(), self.controller.to_settings()
+        motion, controller = self.motion.to_settings(), self.controller.to_settings()
         tolerance, arm = self.path.to_tolerance(), self.arm.read()
         space = RobotSpace.NOMINAL if arm is None else arm.arm.space
         whole = read_finished(folder, space=space)
         finished = self.selection.select(whole)
-        welds, arc = self.arc.read(whole, finished)
-        program = build_program(finished, torch=torch, motion=motion, controller=controller, welds=welds, arc=arc)
-        return WeldPrograms(self, program, tolerance, arm, progress)
+        shape = self.shape.to_shape(whole.torch)
+        torch = self.torch.to_settings(shape)
+        names = {seam.name for seam in finished.seams}
+        welds, arc = self.arc.read(whole.seams, whole.T_base_part, part_glb=whole.part_glb, names=names)
+        program = build_program(
+            finished, torch=torch, motion=motion, controller=controller, welds=welds, arc=arc, choice=self.arc.choice()
+        )
+        return WeldPrograms(self, program, tolerance, arm, shape, whole.torch, progress)
 
 
 class WeldPrograms:
@@ -348,6 +282,10 @@ class WeldPrograms:
     tolerance : PathTolerance or None
         Of lines and arcs; None for every point in every format.
     arm : ArmAtTool or None
+    shape : TorchShape
+        The torch that is compared with the part.
+    felt : TorchShape or None
+        The torch with which reach was felt, if the seams say so.
     progress : Progress
     """
 
@@ -357,9 +295,12 @@ class WeldPrograms:
         program: WeldProgram,
         tolerance: PathTolerance | None,
         arm: ArmAtTool | None,
+        shape: TorchShape,
+        felt: TorchShape | None,
         progress: Progress,
     ) -> None:
         self._flags, self._program, self._arm, self._progress = flags, program, arm, progress
+        self._shape, self._felt = shape, felt
         self._tolerance = tolerance
         self._made: dict[bool, WeldProgram] = {}
 
@@ -382,9 +323,16 @@ class WeldPrograms:
         from wpcal.controllers.followed_program import program_for_arm
 
         program, arm = self._program, self._arm
-        check = partial(self._flags.air.check, torch=self._flags.shape.to_shape())
+        check = partial(self._check, torch=self._shape)
         points = sum(map(len, program.paths))
         self._progress(f"comparing {points} poses on {len(program.paths)} seams with the part")
         if arm is not None:
             return compensate_program(program_for_arm(program, arm, check=check, tolerance=tolerance), arm)
         return check(program if tolerance is None else fit_program(program, tolerance))
+
+    def _check(self, program: WeldProgram, torch: TorchShape) -> WeldProgram:
+        checked = self._flags.air.check(program, torch)
+        if self._felt is None or self._felt == torch:
+            return checked
+        told = f"seams.json was made for another torch: {self._felt}; reach was not felt with this one"
+        return replace(checked, checked=(*checked.checked, told))

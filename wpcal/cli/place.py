@@ -50,21 +50,21 @@ def place(
     """
     from wpcal.cli.progress import shown_progress
     from wpcal.core.records import to_json, write_file
-    from wpcal.planning.cell.station_file import read_station
-    from wpcal.planning.tour.place import Moved, map_places, place_svg
-    from wpcal.planning.tour.targets import TourTargets
-    from wpcal.planning.tour.tour_input import read_tour_input
+    from wpcal.planning.cell.one_robot_file import read_one_robot
+    from wpcal.planning.sequence.place import Moved, map_places, place_svg
+    from wpcal.planning.sequence.sequence_input import read_sequence_input
+    from wpcal.planning.sequence.targets import SequenceTargets
     from wpcal.seam.names import split_names
 
-    station = read_station(cell_json)
-    given = read_tour_input(result, station, None if only is None else split_names(only))
-    station = given.placed(station)
+    cell = read_one_robot(cell_json)
+    given = read_sequence_input(result, cell, None if only is None else split_names(only))
+    cell = given.placed(cell)
     with shown_progress("starting") as progress:
         found = map_places(
-            station,
+            cell,
             given.part,
             given.seams,
-            TourTargets(),
+            SequenceTargets(),
             moved=Moved(move),
             range_mm=range_mm,
             step_mm=map_step_mm,
@@ -72,7 +72,7 @@ def place(
         )
     write_file(output, place_svg(found), overwrite=force)
     if as_json:
-        click.echo(to_json(found.to_record(station.name)), nl=False)
+        click.echo(to_json(found.to_record(cell.name)), nl=False)
     else:
         x, y, turn, share = found.best
         turned = f" and the part turned by {turn:g} deg about the vertical" if turn else ""

@@ -11,15 +11,12 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import option, takes
-from wpcal.cli.plan_tour import TourFlags
+from wpcal.cli.plan_sequence import SequenceFlags
 from wpcal.cli.shared_help import ANGLE, FORCE_HELP, JSON_HELP, SPEED, SPEED_HELP, TRAVEL_ANGLE_HELP, WORK_ANGLE_HELP
+from wpcal.cli.two_robots import TwoRobotFlags
 
 if TYPE_CHECKING:
     from wpcal.planning.search.nsga2 import Nsga2Options
-    from wpcal.planning.search.obstacle import NoFeasiblePlanError
-    from wpcal.planning.search.pareto import Preference
-    from wpcal.planning.search.planning_result import PlanningResult
-    from wpcal.planning.search.problem import PlanningProblem
     from wpcal.planning.search.targets import WeldTargets
 
 
@@ -110,9 +107,10 @@ class GeneticFlags:
     show_default=True,
     help="Which plan is written as programs.",
 )
-@takes("tour", TourFlags)
+@takes("sequence", SequenceFlags)
 @takes("weld", WeldFlags)
 @takes("genetic", GeneticFlags)
+@takes("two_robots", TwoRobotFlags)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record of pareto.json.")
 def plan(
@@ -123,9 +121,10 @@ def plan(
     output: Path | None,
     check_only: bool,
     prefer: str,
-    tour: TourFlags,
+    sequence: SequenceFlags,
     weld: WeldFlags,
     genetic: GeneticFlags,
+    two_robots: TwoRobotFlags,
     force: bool,
     as_json: bool,
 ) -> int:
@@ -140,8 +139,8 @@ def plan(
 
     With two robots (a cell with holder_robot) one seam is planned: robot 1 with the torch, robot 2 holding and turning
     the part. Writes pareto.json (the trade-off plans), plan.html (a page that shows them), and for the chosen plan
-    plan.json, plan.csv and the programs of both robots. Ctrl-C keeps the best plans so far. Ends with code 1 if there
-    is no feasible plan.
+    plan.json, plan.csv and the programs of both robots: coordinated motion in the frame of the held part, or with
+    --joints joint moves. Ctrl-C keeps the best plans so far. Ends with code 1 if there is no feasible plan.
 
     With --check only the cell is read, listed and drawn, as by `wpcal cell check`. It ends with code 2 if anything in
     the cell is odd.
@@ -153,63 +152,34 @@ def plan(
     if seams_json is None or output is None:
         raise _incomplete({"RESULT": seams_json, "--seam": seam, "-o": output})
     from wpcal.core.records import check_writable
+    from wpcal.planning.cell.one_robot_file import read_any_cell
     from wpcal.planning.cell.robot_cell import RobotCell
-    from wpcal.planning.cell.station_file import read_any_cell
 
     check_writable(output, overwrite=force)
     _require_extra("fcl", *(("pymoo",) if genetic.generations else ()))
     cell = read_any_cell(cell_json)
     if not isinstance(cell, RobotCell):
-        from wpcal.cli.plan_tour import run_tour
+        from wpcal.cli.plan_sequence import run_sequence
 
-        asked = tour.to_targets(weld, seed=genetic.seed)
-        return run_tour(cell, seams_json, output, asked, tour, prefer=prefer, force=force, as_json=as_json)
+        asked = sequence.to_targets(weld, seed=genetic.seed)
+        return run_sequence(cell, seams_json, output, asked, sequence, prefer=prefer, force=force, as_json=as_json)
     if seam is None:
         raise _incomplete({"--seam": None})
-    from wpcal.cli.progress import counted_progress
-    from wpcal.planning.cell.cell_check import check_cell
+    from wpcal.cli.two_robots import TwoRobotRequest, run_two_robots
     from wpcal.planning.plan.seam_file import read_seam_path
-    from wpcal.planning.search.obstacle import NoFeasiblePlanError
     from wpcal.planning.search.pareto import Preference
-    from wpcal.planning.search.plan_seam import plan_seam
     from wpcal.planning.search.problem import PlanningProblem
 
-    targets = weld.to_targets()
-    problem = PlanningProblem(cell, read_seam_path(seams_json, seam, cell), targets, weld.speed_mm_s)
-    mesh = _read_mesh(seams_json)
-    for issue in check_cell(cell):
-        if issue.code != "bases-too-near":  # the search refuses such a cell with the same words
-            click.echo(f"wpcal: odd cell: {issue.message}", err=True)
-    try:
-        with counted_progress("starting") as progress:
-            result = plan_seam(problem, genetic=genetic.to_options(), progress=progress)
-    except NoFeasiblePlanError as error:
-        return _write_failure(problem, error, output, force=force, as_json=as_json)
-    return _write(result, Preference(prefer), output, mesh, force=force, as_json=as_json)
+    problem = PlanningProblem(cell, read_seam_path(seams_json, seam, cell), weld.to_targets(), weld.speed_mm_s)
+    request = TwoRobotRequest(
+        problem, seams_json, output, two_robots.joints, Preference(prefer), genetic.to_options(), sequence
+    )
+    return run_two_robots(request, force=force, as_json=as_json)
 
 
 def _incomplete(given: Mapping[str, object]) -> click.UsageError:
     names = ", ".join(name for name, value in given.items() if value is None)
     return click.UsageError(f"a plan needs {names}; to check the cell alone, add --check")
-
-
-def _read_mesh(seams_json: Path) -> bytes | None:
-    """Read the part's triangles if `wpcal calibrate` wrote them beside the seams.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or is not such a mesh.
-    """
-    from wpcal.brep.mesh_glb import read_part_glb
-    from wpcal.core.input_file import read_bytes
-
-    path = seams_json.with_name("part.glb")
-    if not path.exists():
-        return None
-    mesh = read_bytes(path)
-    read_part_glb(mesh, path=str(path))
-    return mesh
 
 
 def _require_extra(*modules: str) -> None:
@@ -221,66 +191,3 @@ def _require_extra(*modules: str) -> None:
     missing = [module for module in modules if find_spec(module) is None]
     if missing:
         raise InputError(f"planning needs {', '.join(missing)}: install wpcal[planning]")
-
-
-def _write(
-    result: PlanningResult,
-    preference: Preference,
-    output: Path,
-    mesh: bytes | None,
-    *,
-    force: bool,
-    as_json: bool,
-) -> int:
-    from wpcal.cli.console import plain_console
-    from wpcal.cli.plan_tables import show_plans
-    from wpcal.controllers.two_robots import build_sync_program, possible_programs
-    from wpcal.core.records import new_directory, to_json, write_file
-    from wpcal.pages.plan import MethodFront, build_plan_page
-    from wpcal.planning.plan.plan import CollisionVerdict
-    from wpcal.planning.plan.run import build_run
-    from wpcal.planning.plan.run_record import run_csv, run_record
-    from wpcal.planning.plan.schedule import schedule_plan
-    from wpcal.planning.search.objectives import OBJECTIVES
-    from wpcal.planning.search.pareto_record import pareto_record
-
-    problem, cell = result.problem, result.problem.cell
-    plans, chosen = result.front.plans, result.front.chosen(preference)
-    runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=problem.speed_mm_s)) for one in plans]
-    run = runs[chosen]
-    files = {"plan.json": to_json(run_record(run, cell)), "plan.csv": run_csv(run, cell)}
-    groups = (("ladder", result.ladder), ("nsga2", result.genetic))
-    fronts = [MethodFront(name, one.values, result.hypervolume_of(one)) for name, one in groups if one is not None]
-    files["plan.html"] = build_plan_page(runs, cell, OBJECTIVES, chosen=chosen, fronts=fronts, part_glb=mesh)
-    refusals: list[str] = []
-    if run.verdict is CollisionVerdict.FREE:
-        programs, refusals = possible_programs(build_sync_program(run, cell))
-        files |= programs
-    record = to_json(pareto_record(result, preference, runs, no_program=refusals))
-    files["pareto.json"] = record
-    with new_directory(output, overwrite=force) as folder:
-        for name, text in files.items():
-            write_file(folder / name, text, overwrite=True)
-    if as_json:
-        click.echo(record, nl=False)
-    else:
-        show_plans(result, preference, runs, plain_console())
-    for refusal in refusals:
-        click.echo(f"wpcal: no program: {refusal}", err=True)
-    return 0 if run.verdict is CollisionVerdict.FREE else 1
-
-
-def _write_failure(
-    problem: PlanningProblem, error: NoFeasiblePlanError, output: Path, *, force: bool, as_json: bool
-) -> int:
-    """Write the reason why there is no plan, and print it in one line."""
-    from wpcal.core.records import new_directory, to_json, write_file
-    from wpcal.planning.search.pareto_record import failed_record
-
-    record = to_json(failed_record(problem, str(error), error.obstacle))
-    with new_directory(output, overwrite=force) as folder:
-        write_file(folder / "pareto.json", record, overwrite=True)
-    if as_json:
-        click.echo(record, nl=False)
-    click.echo(f"wpcal: {error}", err=True)
-    return 1

@@ -11,11 +11,13 @@ import click
 from wpcal.cli.option_groups import option
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping, Sequence
 
     from wpcal.controllers.arc_settings import ArcSettings
-    from wpcal.results.folder import FinishedCalibration
+    from wpcal.core.transform import RigidTransform
+    from wpcal.seam.seam import Seam
     from wpcal.weld.rules import RuleTable
+    from wpcal.weld.runs import RunChoice
     from wpcal.weld.seam_weld import SeamWeld
 
 
@@ -65,46 +67,95 @@ class ArcFlags:
         "--arc-output",
         metavar="N",
         type=click.IntRange(min=0),
-        help="Digital output that switches the arc, for KUKA without ArcTech, Universal Robots, Staubli.  "
+        help="Digital output that switches the arc: for KUKA without ArcTech, Universal Robots, Staubli.  "
         "[default: functions of yours, arc_start and arc_end]",
     )
 
+    tacks: str = option(
+        "--tacks",
+        type=click.Choice(["first", "only", "off"]),
+        default="first",
+        show_default=True,
+        help="Tack welds of the weld data: before all welds, only these, or none.",
+    )
+    weave: str = option(
+        "--weave",
+        type=click.Choice(["controller", "points"]),
+        default="controller",
+        show_default=True,
+        help="Weaves of the weld data: an instruction of the controller, or points, for Universal Robots, Staubli and "
+        "KUKA without ArcTech.",
+    )
+
+    def choice(self) -> RunChoice:
+        """Return which runs the program has."""
+        from wpcal.weld.runs import RunChoice, Tacks, WeaveBy
+
+        return RunChoice(Tacks(self.tacks), WeaveBy(self.weave))
+
     def read(
-        self, finished: FinishedCalibration, chosen: FinishedCalibration
+        self,
+        seams: Sequence[Seam],
+        T_base_part: RigidTransform,
+        *,
+        part_glb: bytes | None,
+        names: Collection[str],
+        positions: Mapping[str, tuple[str, str]] | None = None,
     ) -> tuple[Mapping[str, SeamWeld] | None, ArcSettings | None]:
         """Return the weld data of the chosen seams, and how the arc is switched; None for what is not asked for.
 
         Parameters
         ----------
-        finished, chosen : FinishedCalibration
-            With all seams, and with those of the program.
+        seams : sequence of Seam
+            All seams of the part, with frames in `base`.
+        T_base_part : RigidTransform
+        part_glb : bytes or None
+            The triangles of the part.
+        names : collection of str
+            Of the chosen seams.
+        positions : mapping, optional
+            As in `wpcal.weld.find.find_welds`.
 
         Raises
         ------
         InputError
             When the file cannot be used, names an unknown seam, or is missing with ``--arc on``.
         """
-        from wpcal.controllers.arc_settings import ArcSettings
-        from wpcal.core.errors import ErrorCode, InputError
         from wpcal.weld.find import find_welds
         from wpcal.weld.record import read_stated_welds
 
-        arc = ArcSettings(self.arc_output) if self.arc == "on" else None
+        arc = self._settings()
         if self.welds is None:
-            if arc is not None:
-                what = "arc instructions need weld data; write them with wpcal welds, check them, and give the file"
-                raise InputError(what, code=ErrorCode.WELDS_MISSING)
             return None, None
         table = self.rules.read()
         found = find_welds(
-            finished.seams,
-            finished.T_base_part,
+            seams,
+            T_base_part,
             table,
-            part_glb=finished.part_glb,
+            part_glb=part_glb,
             stated=read_stated_welds(self.welds, table),
-            names={seam.name for seam in chosen.seams},
+            names=names,
             stated_in=str(self.welds),
+            positions=positions,
         )
         for note in found.notes:
             click.echo(f"wpcal: {self.welds}: {note}", err=True)
         return found.by_seam(), arc
+
+    def _settings(self) -> ArcSettings | None:
+        """Return how the arc is switched; None for a dry run.
+
+        Raises
+        ------
+        InputError
+            When it is asked for without weld data.
+        """
+        from wpcal.controllers.arc_settings import ArcSettings
+        from wpcal.core.errors import ErrorCode, InputError
+
+        if self.arc != "on":
+            return None
+        if self.welds is None:
+            what = "arc instructions need weld data; write them with wpcal welds, check them, and give the file"
+            raise InputError(what, code=ErrorCode.WELDS_MISSING)
+        return ArcSettings(self.arc_output)

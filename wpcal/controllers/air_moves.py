@@ -17,11 +17,12 @@ from itertools import pairwise
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
-from wpcal.controllers.torch import ToolAxis, wire_directions
+from wpcal.controllers.torch import ToolAxis, neck_directions, wire_directions
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.planning.cell.part_distance import part_distances
+from wpcal.seam.judge.material import find_poses_in_material, place_tube
 from wpcal.seam.torch import TorchShape
 
 MARGIN_MM = 3.0
@@ -133,30 +134,43 @@ class TorchAtTool:
     ----------
     shape : TorchShape
     axis : ToolAxis
-    stick_out_mm : float
+    standoff_mm : float
         From the tool centre point to the tip of the wire.
     """
 
     shape: TorchShape
     axis: ToolAxis
-    stick_out_mm: float
+    standoff_mm: float
 
-    def segment(self, p: FloatArray, R: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the wire's tips and the torch's ends, shapes (n, 3), for poses of shapes (n, 3) and (n, 3, 3)."""
+    def segments(self, p: FloatArray, R: FloatArray) -> Iterator[tuple[FloatArray, FloatArray, float]]:
+        """Yield the ends, shapes (n, 3), and the radius of every straight piece of the torch, from the tip on, mm.
+
+        The poses have the shapes (n, 3) and (n, 3, 3).
+        """
         wire = wire_directions(R, self.axis)
-        tip = p + self.stick_out_mm * wire
-        return tip, tip - self.shape.length_mm * wire
+        tip = p + self.standoff_mm * wire
+        mouth = tip - self.shape.wire_mm * wire
+        yield tip, mouth - self.shape.front_mm * wire, self.shape.nozzle_radius_mm
+        for tube in self.shape.tubes:
+            start, way, length = place_tube(tube, mouth, -wire, neck_directions(R, self.axis))
+            yield start, start + length * way, tube.radius_mm
 
     @property
     def reach_mm(self) -> float:
         """Largest distance of a point of the torch's axis from the tool centre point."""
-        return max(self.stick_out_mm, self.shape.length_mm - self.stick_out_mm)
+        pieces = self.segments(np.zeros((1, 3)), np.eye(3)[None])
+        return max(float(np.linalg.norm(end)) for piece in pieces for end in piece[:2])
+
+    @property
+    def widest_mm(self) -> float:
+        """Radius of the widest piece of the torch."""
+        return max(self.shape.nozzle_radius_mm, *(tube.radius_mm for tube in self.shape.tubes), 0.0)
 
     def lowest(self, R: FloatArray, up: FloatArray) -> FloatArray:
         """Return how far the torch reaches below the tool centre point, shape (n,), mm."""
-        rise = wire_directions(R, self.axis) @ up
-        ends = np.stack([self.stick_out_mm * rise, (self.stick_out_mm - self.shape.length_mm) * rise])
-        return np.asarray(self.shape.nozzle_radius_mm - ends.min(axis=0), dtype=np.float64)
+        pieces = self.segments(np.zeros((len(R), 3)), R)
+        lows = [radius - np.minimum(a @ up, b @ up) for a, b, radius in pieces]
+        return np.asarray(np.max(lows, axis=0), dtype=np.float64)
 
 
 def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtTool, air: AirSettings) -> AirPlan:
@@ -272,7 +286,7 @@ class _Search:
         wire = wire_directions(R, self.torch.axis)
         box = self.part.corners.reshape(-1, 3)
         middle, radius = (box.min(axis=0) + box.max(axis=0)) / 2, float(np.linalg.norm(np.ptp(box, axis=0))) / 2
-        far = radius + self.torch.reach_mm + self.torch.shape.nozzle_radius_mm + MARGIN_MM
+        far = radius + self.torch.reach_mm + self.torch.widest_mm + MARGIN_MM
         side = np.cross(self.up, [1.0, 0.0, 0.0] if abs(self.up[0]) < 0.6 else [0.0, 1.0, 0.0])
         side /= np.linalg.norm(side)
         other = np.cross(self.up, side)
@@ -294,11 +308,19 @@ class _Search:
         wire = wire_directions(R, self.torch.axis)
         back = float(np.linalg.norm(points[1] - points[0]))
         if back > NO_LENGTH_MM:
-            tip = (points[0] + self.torch.stick_out_mm * wire)[None]
-            low, high = np.array([self.torch.shape.wire_mm]), np.array([self.torch.shape.length_mm + back])
-            radius = self.torch.shape.nozzle_radius_mm + self.part.deflection_mm
+            tip = (points[0] + self.torch.standoff_mm * wire)[None]
+            shape = self.torch.shape
+            low, high = np.array([shape.wire_mm]), np.array([shape.wire_mm + shape.front_mm + back])
+            radius = shape.nozzle_radius_mm + self.part.deflection_mm
             if self.part.tube_solids(tip, -wire[None], low, high, radius)[0] >= 0:
                 return False
+            if shape.neck is not None:
+                bend, start = neck_directions(R, self.torch.axis)[None], shape.wire_mm
+                met = find_poses_in_material(
+                    self.part, tip, -wire[None], shape, start_mm=start, more_mm=back, bend=bend
+                )
+                if len(met) > 0:
+                    return False
         return all(self.is_free(a, b, R, R) for a, b in pairwise(points[1:]))
 
     def across(self, a: FloatArray, b: FloatArray, turn: FloatArray, names: str) -> Way:
@@ -320,16 +342,20 @@ class _Search:
         torch = self.torch
         omega = log_rotation(R0.T @ R1)
         travel = float(np.linalg.norm(p1 - p0)) + float(np.linalg.norm(omega)) * torch.reach_mm
-        need = torch.shape.nozzle_radius_mm + MARGIN_MM + self.part.deflection_mm
+        margin = MARGIN_MM + self.part.deflection_mm
         middle, half = np.array([0.5]), 0.5
         while len(middle):
             moved = travel * half  # no point of the axis is farther from its place at the middle
             p = p0 + middle[:, None] * (p1 - p0)
             R = R0 @ exp_rotation(middle[:, None] * omega)
-            distance, _ = part_distances(self.part, *torch.segment(p, R), np.full(len(p), need + moved))
-            if (distance < need).any() or (moved < LEAST_STRETCH_MM and np.isfinite(distance).any()):
-                return False
-            middle = middle[np.isfinite(distance)]
+            is_near = np.zeros(len(p), dtype=bool)
+            for a, b, radius in torch.segments(p, R):
+                need = radius + margin
+                distance, _ = part_distances(self.part, a, b, np.full(len(p), need + moved))
+                if (distance < need).any() or (moved < LEAST_STRETCH_MM and np.isfinite(distance).any()):
+                    return False
+                is_near |= np.isfinite(distance)
+            middle = middle[is_near]
             middle = np.concatenate([middle - half / 2, middle + half / 2])
             half /= 2
         return True

@@ -5,6 +5,8 @@ from __future__ import annotations
 from wpcal.controllers.program import WeldPath
 from wpcal.core.errors import InputError
 
+NO_WEAVE = "the language has no weave; give --weave points, or state null"
+
 
 def needed(path: WeldPath, name: str, *, language: str, why: str) -> float:
     """Return a number of the weld data that a language cannot do without.
@@ -59,7 +61,7 @@ def require_no_weave(path: WeldPath, *, language: str) -> None:
         When a weave is stated, with values or by the name of its data.
     """
     if path.values.weave is not None or path.values.weave_data is not None:
-        raise refuse(path, "weave", language=language, why="the language has no weave; state null")
+        raise refuse(path, "weave", language=language, why=NO_WEAVE)
 
 
 def end_time_s(path: WeldPath) -> float:

@@ -80,14 +80,14 @@ def _fitted_again(path: WeldPath, program: WeldProgram, arm: ArmAtTool) -> WeldP
     joints = follow_path(arm.arm, T @ arm.T_flange_tool.inverse().matrix, path.joints[rows.start])
     T = arm.arm.as_nominal().forward(joints) @ arm.T_flange_tool.matrix
     p, R = T[:, :3, 3], T[:, :3, :3]
-    tip = p + torch.stick_out_mm * wire_directions(R, torch.tool_axis)
+    tip = p + torch.standoff_mm * wire_directions(R, torch.tool_axis)
     moves = fit_moves(
         p,
         R,
         s_mm=course.s_mm,
         headings=np.gradient(tip, course.s_mm, axis=0, edge_order=2),
         axis=AXIS[torch.tool_axis],
-        stick_out_mm=torch.stick_out_mm,
+        standoff_mm=torch.standoff_mm,
         tolerance=PathTolerance(SHARE * tolerance.mm, TURN_RAD, TURN_RAD),
         spin_is_free=False,
     )

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 from wpcal import __version__
+from wpcal.controllers.arc_settings import arc_in_words
+from wpcal.controllers.corners import find_turned_corners
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.moves import Arc
 from wpcal.weld.values import WeldValues, describe_weld
@@ -12,6 +14,11 @@ from wpcal.weld.values import WeldValues, describe_weld
 UNCHECKED = "NOT CHECKED for collisions with the part"
 NOT_CHECKED = "NOT CHECKED: the arm, fixtures, cables, the way to the first point. RUN IT DRY FIRST"
 """Said in the header of every program and on the console."""
+PLAN_NOT_CHECKED = (
+    "NOT CHECKED: cables, hoses, clamps that the cell does not have, the way of the weave",
+    "NOT CHECKED: the way from where the arm is to home, the first target. RUN IT DRY FIRST",
+)
+"""The same for a plan."""
 
 USUAL_ZONE_MM = 1.0
 """Distance from a corner at which most of the languages let the tool leave the path."""
@@ -20,17 +27,22 @@ USUAL_ZONE_MM = 1.0
 def describe(program: WeldProgram) -> list[str]:
     """Return the lines that every program file states: origin, verdict, torch and motion."""
     record, torch = program.calibration, program.torch
-    lines = [f"written by wpcal {__version__} from calibration.json and seams.json"]
+    source = "calibration.json and seams.json" if program.planned is None else "the plan in plan.json"
+    lines = [f"written by wpcal {__version__} from {source}"]
     if "verdict" in record:
         lines.append(f"calibration {record['verdict']}, tolerance {record['tolerance_mm']:g} mm")
         if "judgement" in record:
             lines.append(record["judgement"]["sentence"])
+    if program.planned is not None:
+        lines += program.planned.about
+        lines += [] if program.tolerance is None else [describe_moves(program)]
+        return [*lines, arc_in_words(program.arc), *program.checked, *PLAN_NOT_CHECKED]
     lines += [
         f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
         f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
         f"turn about the wire: {'least' if program.tolerance is None else 'as few moves need it'}, "
         f"within {math.degrees(torch.spin_range_rad):g} deg of the travel direction",
-        f"tool centre point {torch.stick_out_mm:g} mm back from the seam, approach {program.motion.approach_mm:g} mm, "
+        f"tool centre point {torch.standoff_mm:g} mm back from the seam, approach {program.motion.approach_mm:g} mm, "
         f"retract {program.motion.retract_mm:g} mm",
     ]
     if program.tolerance is not None:
@@ -45,20 +57,25 @@ def describe(program: WeldProgram) -> list[str]:
             f"the arm {program.arm.name} follows all moves within its joint limits, in one branch: wrist {axis_1} "
             f"axis 1, {lower_arm} the lower arm"
         )
-    return [*lines, _arc_in_words(program), *(program.checked or [UNCHECKED]), NOT_CHECKED]
+    return [*lines, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), NOT_CHECKED]
 
 
-def _arc_in_words(program: WeldProgram) -> str:
-    """Say whether the program switches the arc."""
-    if program.arc is None:
-        return "DRY RUN: the arc stays off; ARC ON and ARC OFF are comments (--arc on makes them instructions)"
-    return "the arc burns from SEAM START to SEAM END: RUN IT with the arc blocked at the controller FIRST"
+def part_frame(program: WeldProgram) -> str:
+    """Say what the frame is that positions are relative to."""
+    planned = program.planned
+    if planned is None:
+        return "the part as calibrated"
+    if planned.follows:
+        return "the part, which the positioner carries"
+    return "the base of the robot, as the part turns" if planned.turning else "the part as in the cell"
 
 
 def describe_moves(program: WeldProgram) -> str:
     """Return one line about the lines and arcs of a program: how far they are from the seams at most."""
     tolerance = program.tolerance
     moves = [path.moves for path in program.paths if path.moves is not None]
+    if not moves:
+        return "lines to every point of the weaves"
     off_mm, off_rad = max(each.off_mm for each in moves), max(each.off_rad for each in moves)
     allowed = "" if tolerance is None else f" (allowed: {tolerance.mm:g} mm, {math.degrees(tolerance.wire_rad):g} deg)"
     return f"lines and arcs: the wire is at most {off_mm:.3f} mm and {math.degrees(off_rad):.2f} deg off{allowed}"
@@ -69,10 +86,17 @@ def describe_path(path: WeldPath) -> str:
     seam = path.seam
     text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {_count(path)}"
     if path.run is not None:
-        text = ", ".join([describe_weld(path.values), *_settings(path.values), text])
+        words = [describe_weld(path.values), *_settings(path.values)]
+        if path.run.is_tack:
+            words.insert(0, "tack weld")
+        if path.run.is_woven:
+            words.append(f"weave of points, wire {path.run.speed_ratio:.3g} times as fast")
+        text = ", ".join([*words, text])
     if seam.more_wire_mm:
         text += f", wire {seam.more_wire_mm:g} mm longer than usual: the tool stays back by it"
-    return text if path.u95_mm is None else f"{text}, 95 % error up to {path.u95_mm.max():.3f} mm"
+    if path.u95_mm is not None:
+        text += f", 95 % error up to {path.u95_mm.max():.3f} mm"
+    return "; ".join([text, *map(str, find_turned_corners(seam.frames))])
 
 
 def _settings(values: WeldValues) -> list[str]:

@@ -46,6 +46,8 @@ def fit_program(
 
 
 def _fitted(path: WeldPath, torch: TorchSettings, tolerance: PathTolerance, *, spin_is_free: bool) -> WeldPath:
+    if path.run is not None and path.run.is_woven:
+        return path  # a line to every point of the weave
     p, R = path.p_base[path.weld_rows], path.R_base[path.weld_rows]
     if spin_is_free and torch.spin_range_rad > 0.0:
         free = with_moves(path, fit_seam(path.seam, p, R, torch, tolerance, spin_is_free=True))
@@ -84,7 +86,7 @@ def fit_seam(
         s_mm=seam.frames.s_mm,
         headings=seam.frames.R[:, :, 0],
         axis=AXIS[torch.tool_axis],
-        stick_out_mm=torch.stick_out_mm + seam.more_wire_mm,
+        standoff_mm=torch.standoff_mm + seam.more_wire_mm,
         tolerance=tolerance,
         spin_is_free=spin_is_free,
     )
@@ -93,14 +95,14 @@ def fit_seam(
 def seam_course(path: WeldPath, torch: TorchSettings, tolerance: PathTolerance, step_mm: float) -> Course:
     """Return points along a seam at small steps, with the torch as it is asked for."""
     frames = path.seam.frames
-    R = tool_rotations(frames.R, torch, path.seam.lean_rad)
+    R = tool_rotations(frames.R, torch, path.seam.lean_rad, path.seam.spin_rad)
     return Course.along(
-        frames.p - torch.stick_out_mm * wire_directions(R, torch.tool_axis),
+        frames.p - torch.standoff_mm * wire_directions(R, torch.tool_axis),
         R,
         s_mm=frames.s_mm,
         headings=frames.R[:, :, 0],
         axis=AXIS[torch.tool_axis],
-        stick_out_mm=torch.stick_out_mm,
+        standoff_mm=torch.standoff_mm,
         most_mm=tolerance.mm,
         step_mm=step_mm,
     )
@@ -139,7 +141,7 @@ def spin_from_travel(path: WeldPath, torch: TorchSettings) -> FloatArray:
     """
     _, R, frame, _ = path.stations()
     R = R[np.searchsorted(frame, np.arange(len(path.seam.frames)))]
-    travel = tool_rotations(path.seam.frames.R, torch, path.seam.lean_rad)
+    travel = tool_rotations(path.seam.frames.R, torch, path.seam.lean_rad, path.seam.spin_rad)
     side, wire = travel[:, :, 1], wire_directions(R, torch.tool_axis)
     across = R[:, :, 1]
     sine, cosine = np.einsum("ij,ij->i", np.cross(side, across), wire), np.einsum("ij,ij->i", side, across)

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from wpcal.brep.material import Material
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.judge.stations import start_mm
@@ -31,6 +31,7 @@ def find_weld_pose_in_material(
     *,
     back_mm: tuple[float, float],
     frame: FloatArray | None = None,
+    bend: FloatArray | None = None,
 ) -> str | None:
     """Say where along a seam, or on its way along the wire to its ends, the torch is inside material.
 
@@ -51,6 +52,8 @@ def find_weld_pose_in_material(
 
     frame : ndarray, shape (n,), optional
         Numbers of the seam's frames at the tips, with fractions between them. None: the tips are those of the frames.
+    bend : ndarray, shape (n, 3), optional
+        Unit directions in `base` towards which the neck of the torch bends. None: neck and body are not compared.
 
     Returns
     -------
@@ -62,12 +65,12 @@ def find_weld_pose_in_material(
     rows = np.minimum(at.astype(int), len(tips) - 2)
     share = (at - rows)[:, None]
     p = tips[rows] + share * (tips[rows + 1] - tips[rows])
-    away = back[rows] + share * (back[rows + 1] - back[rows])
-    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    away = _between(back, rows, share)
     more = np.zeros(len(p))
     more[0], more[-1] = back_mm
     torch = torch.with_more_wire(seam.more_wire_mm)
-    found = find_poses_in_material(part, p, away, torch, start_mm=start_mm(seam), more_mm=more)
+    side = None if bend is None else _between(bend, rows, share)
+    found = find_poses_in_material(part, p, away, torch, start_mm=start_mm(seam), more_mm=more, bend=side)
     if len(found) == 0:
         return None
     x, y, z = p[found.row[0]]
@@ -77,6 +80,12 @@ def find_weld_pose_in_material(
     where = f"point {row}" if row == place else f"between points {row} and {row + 1}"
     what = f"the {found.part[0].value} is inside {found.solid[0]!r}"
     return f"seam {seam.name}: {where}, base {x:.1f}, {y:.1f}, {z:.1f} mm: {what}"
+
+
+def _between(ways: FloatArray, rows: IntArray, share: FloatArray) -> FloatArray:
+    """Return unit vectors between those at `rows` and the next ones."""
+    way = ways[rows] + share * (ways[rows + 1] - ways[rows])
+    return np.asarray(way / np.linalg.norm(way, axis=1, keepdims=True), dtype=np.float64)
 
 
 def _places(tips: FloatArray) -> FloatArray:

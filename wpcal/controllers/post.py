@@ -24,7 +24,7 @@ from wpcal.weld.values import VALUE_NAMES
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
 
-BLOCKS = ("header", "weld_start", "weld_end", "air_move", "footer")
+BLOCKS = ("header", "weld_start", "weld_end", "air_move", "joint_move", "footer")
 """The templates of a language, each a file ``BLOCK.txt``."""
 ENDING = ".txt"
 FOLDERS: Mapping[str, str] = {
@@ -34,6 +34,7 @@ FOLDERS: Mapping[str, str] = {
     "inform": "yaskawa",
     "urscript": "ur",
     "val3": "staubli",
+    "as": "kawasaki",
 }
 """By the name of the format: the folder of its writer."""
 
@@ -88,6 +89,10 @@ class Post:
             Whether it is a joint move.
         """
         return self._lines("air_move", needs=point, point=point, speed=speed, joint=joint)
+
+    def joint_move(self, point: str, *, speed: str) -> list[str]:
+        """Return the move of a plan to joints; arguments as of `air_move`."""
+        return self._lines("joint_move", needs=point, point=point, speed=speed)
 
     def weld_start(self, path: WeldPath, instructions: Callable[[], Sequence[str]], **names: Any) -> list[str]:
         """Return what is before the moves along a seam.
@@ -173,6 +178,23 @@ def _template(language: str, block: str, folder: Path | None) -> tuple[Template,
             except TemplateSyntaxError as error:
                 raise FormatError(str(error.message), path=str(own / name), line=error.lineno) from None
     return _compiled(shipped_templates(language)[name], name), name
+
+
+def own_arc_templates(language: str, folder: Path) -> tuple[str, ...]:
+    """Return the templates around a weld that a user's folder replaces by other texts than those of wpcal.
+
+    Parameters
+    ----------
+    language : str
+        The name of the format; one without templates has none.
+    folder : Path
+    """
+    if language not in FOLDERS:
+        return ()
+    names = [folder / language / f"{block}{ENDING}" for block in ("weld_start", "weld_end")]
+    ours = shipped_templates(language)
+    own = [path for path in names if path.is_file() and read_bytes(path).decode("utf-8-sig") != ours[path.name]]
+    return tuple(map(str, own))
 
 
 def _refuse_unknown_files(folder: Path) -> None:

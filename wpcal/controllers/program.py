@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.arc_settings import SEAM_MARKS, ArcSettings
+from wpcal.controllers.arc_settings import ArcSettings, seam_marks
+from wpcal.controllers.planned import PlannedMoves
 from wpcal.controllers.spin import spun, unwinding_spin
 from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
 from wpcal.core.arrays import BoolArray, FloatArray, frozen
@@ -21,7 +22,7 @@ from wpcal.results.folder import FinishedCalibration
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.posture import Posture, posture
 from wpcal.seam.seam import Seam
-from wpcal.weld.runs import WeldRun, weld_runs
+from wpcal.weld.runs import RunChoice, WeldRun, chosen_runs
 from wpcal.weld.seam_weld import SeamWeld
 from wpcal.weld.values import WeldValues
 
@@ -118,6 +119,10 @@ class WeldPath:
         The lines and arcs along the seam, with the poses `weld_rows`. None: a line to every frame of the seam, k = n.
     run : WeldRun or None
         What is laid along the seam; None if no weld data is given.
+    external : ndarray, shape (a + k + b, e), or None
+        External axes at the poses, rad, a rail in mm; None without a plan.
+    speed_mm_s : float or None
+        Along the seam, as a plan has it; None: that of the weld data, or of the program.
     """
 
     seam: Seam
@@ -129,6 +134,8 @@ class WeldPath:
     joints: FloatArray | None = None
     moves: MovePath | None = None
     run: WeldRun | None = None
+    external: FloatArray | None = None
+    speed_mm_s: float | None = None
 
     def __len__(self) -> int:
         return len(self.p_base)
@@ -261,6 +268,7 @@ class WeldProgram:
     ----------
     paths : tuple of WeldPath
     T_base_part : RigidTransform
+        The frame in which positions are written. The base itself in plans whose part turns on a positioner.
     torch : TorchSettings
     motion : MotionSettings
     controller : ControllerSettings
@@ -278,6 +286,8 @@ class WeldProgram:
         How far the lines and arcs of the paths may be from the seams; None for a line to every frame.
     arc : ArcSettings or None
         How the arc is switched; None for a dry run without arc instructions.
+    planned : PlannedMoves or None
+        The moves off the seams of a plan, of which `arm` is the arm.
     """
 
     paths: tuple[WeldPath, ...]
@@ -292,15 +302,17 @@ class WeldProgram:
     arm: Arm | None = None
     tolerance: PathTolerance | None = None
     arc: ArcSettings | None = None
+    planned: PlannedMoves | None = None
 
     @property
     def marks(self) -> tuple[str, str]:
         """The comments at the start and at the end of every seam; those of a dry run stand for the instructions."""
-        return ("ARC ON", "ARC OFF") if self.arc is None else SEAM_MARKS
+        return seam_marks(self.arc)
 
     def weld_speed_mm_s(self, path: WeldPath) -> float:
-        """Return the speed along a seam: that of its weld data, else that of the program."""
-        return path.values.speed_mm_s or self.motion.speed_mm_s
+        """Return the speed of the wire: that of the plan, of the weld data or of the program; faster if it weaves."""
+        speed = path.speed_mm_s or path.values.speed_mm_s or self.motion.speed_mm_s
+        return speed if path.run is None or not path.run.is_woven else round(speed * path.run.speed_ratio, 3)
 
     @property
     def label_width(self) -> int:
@@ -325,6 +337,7 @@ def build_program(
     controller: ControllerSettings | None = None,
     welds: Mapping[str, SeamWeld] | None = None,
     arc: ArcSettings | None = None,
+    choice: RunChoice | None = None,
 ) -> WeldProgram:
     """Place the torch on every frame of the seams.
 
@@ -339,20 +352,23 @@ def build_program(
         Weld data by the name of the seam. Every bead and every stretch becomes a path of its own.
     arc : ArcSettings, optional
         How the arc is switched; None for a dry run.
+    choice : RunChoice, optional
+        Which runs the weld data give: tack welds first, and weaves by the controller, if it is not stated.
 
     Raises
     ------
     GeometryError
         When a seam has fewer than two frames.
+    InputError
+        When only tack welds are wanted and there are none, or a weave cannot be made of points.
     """
     torch, motion = torch or TorchSettings(), motion or MotionSettings()
-    paths: list[WeldPath] = []
-    for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True):
-        if welds is None:
-            paths.append(_path(seam, u95, torch, motion))
-            continue
-        runs = weld_runs(seam, welds[seam.name], u95)
-        paths += [replace(_path(run.seam, run.u95_mm, torch, motion), run=run) for run in runs]
+    if welds is None:
+        paths = [_path(seam, u95, torch, motion) for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True)]
+    else:
+        seams = [(seam, welds[seam.name], u95) for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True)]
+        runs = chosen_runs(seams, choice or RunChoice(), motion.speed_mm_s)
+        paths = [replace(_path(run.seam, run.u95_mm, torch, motion), run=run) for run in runs]
     return WeldProgram(
         tuple(paths),
         finished.T_base_part,
@@ -368,10 +384,10 @@ def build_program(
 def _path(seam: Seam, u95_mm: FloatArray | None, torch: TorchSettings, motion: MotionSettings) -> WeldPath:
     if len(seam.frames) < 2:
         raise GeometryError(f"seam {seam.name}: expected at least 2 frames to weld along, got {len(seam.frames)}")
-    R = tool_rotations(seam.frames.R, torch, seam.lean_rad)
+    R = tool_rotations(seam.frames.R, torch, seam.lean_rad, seam.spin_rad)
     R = spun(R, unwinding_spin(R, torch.tool_axis, torch.spin_range_rad), torch.tool_axis)
     wire = wire_directions(R, torch.tool_axis)
-    p = seam.frames.p - (torch.stick_out_mm + seam.more_wire_mm) * wire
+    p = seam.frames.p - (torch.standoff_mm + seam.more_wire_mm) * wire
     appr, retr = p[:1] - motion.approach_mm * wire[:1], p[-1:] - motion.retract_mm * wire[-1:]
     rows = np.concatenate([[0], np.arange(len(R)), [-1]])
     return WeldPath(seam, frozen(np.concatenate([appr, p, retr])), frozen(R[rows]), u95_mm)

@@ -194,7 +194,7 @@ class _Seam:
         torch, rows = program.torch, path.weld_rows
         if path.moves is not None:
             return cls._of_moves(path, torch, arm)
-        R = tool_rotations(path.seam.frames.R, torch, path.seam.lean_rad)
+        R = tool_rotations(path.seam.frames.R, torch, path.seam.lean_rad, path.seam.spin_rad)
         swing, twist = swing_and_twist(R, torch.tool_axis)
         free = -np.concatenate([[0.0], np.cumsum(twist)])
         e = possible_offsets(free, torch.spin_range_rad)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray
-from wpcal.core.rotations import rotation_from_zyx, zyx_angles
+from wpcal.core.rotations import rotation_from_zyx, zyx_angles, zyz_angles
 from wpcal.core.transform import RigidTransform
 
 
@@ -53,6 +53,33 @@ def zyx_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
     g = rounded(gamma, decimals)
     a = np.where(locked, 0.0, alpha + (g - gamma) * np.sin(np.radians(beta)))
     return np.stack([rounded(a, decimals), b, g], axis=-1)
+
+
+def zyz_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
+    """Return the angles of ``R = Rz(o) Ry(a) Rz(t)`` in degrees, rounded with the least change of the rotation.
+
+    An error of o rotates about z, and one of t about the rotated z, with z · z'' = cos a. t is therefore moved by the
+    rounding error of o times cos a before it is rounded, as in `zyx_degrees`.
+
+    Parameters
+    ----------
+    R : array_like, shape (..., 3, 3)
+    decimals : int
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        o, a, t, degrees. If a is rounded to 0 or 180°, only o ± t matters, and t is 0.
+    """
+    angles = np.degrees(zyz_angles(R))
+    o, a, t = (angles[..., i] for i in range(3))
+    middle = rounded(a, decimals)
+    locked = (middle == 0.0) | (middle == 180.0)
+    both = np.remainder(o + np.where(middle == 0.0, t, -t) + 180.0, 360.0) - 180.0
+    o = np.where(locked, both, o)
+    first = rounded(o, decimals)
+    last = np.where(locked, 0.0, t + (o - first) * np.cos(np.radians(a)))
+    return np.stack([first, middle, rounded(last, decimals)], axis=-1)
 
 
 def rounded_frame(T: RigidTransform, *, mm_decimals: int, deg_decimals: int) -> RigidTransform:

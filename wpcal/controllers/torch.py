@@ -1,4 +1,4 @@
-"""The torch on a seam: work angle, travel angle and stick-out; and both angles measured from given wires.
+"""The torch on a seam: work angle, travel angle and standoff; and both angles measured from given wires.
 
 At zero angles the wire points along -z of the seam frame. z is the bisector of the joint, so at a fillet between square
 plates the wire is at 45 degrees to both.
@@ -40,7 +40,7 @@ class TorchSettings:
         Rotates the wire about x of the seam, positive towards its y.
     travel_rad : float
         Tilts the wire in the plane of travel; positive is push (the wire points forward), negative is drag.
-    stick_out_mm : float
+    standoff_mm : float
         Distance of the tool centre point from the seam, back along the wire; 0 if it is the tip of the wire.
     tool_axis : ToolAxis
     spin_range_rad : float
@@ -51,12 +51,12 @@ class TorchSettings:
     Raises
     ------
     InputError
-        When an angle is outside its range or the stick-out is negative or not finite.
+        When an angle is outside its range or the standoff is negative or not finite.
     """
 
     work_rad: float = 0.0
     travel_rad: float = 0.0
-    stick_out_mm: float = 0.0
+    standoff_mm: float = 0.0
     tool_axis: ToolAxis = ToolAxis.Z
     spin_range_rad: float = math.pi
 
@@ -69,11 +69,13 @@ class TorchSettings:
         if not 0.0 <= self.spin_range_rad <= math.pi:
             got = math.degrees(self.spin_range_rad)
             raise InputError(f"turn about the wire: expected 0 to 180 deg, got {got:g}")
-        if not 0.0 <= self.stick_out_mm < math.inf:
-            raise InputError(f"stick-out: expected 0 or more mm, got {self.stick_out_mm:g}")
+        if not 0.0 <= self.standoff_mm < math.inf:
+            raise InputError(f"standoff: expected 0 or more mm, got {self.standoff_mm:g}")
 
 
-def tool_rotations(R_seam: ArrayLike, torch: TorchSettings, lean_rad: FloatArray | None = None) -> FloatArray:
+def tool_rotations(
+    R_seam: ArrayLike, torch: TorchSettings, lean_rad: FloatArray | None = None, spin_rad: FloatArray | None = None
+) -> FloatArray:
     r"""Return the axes of the tool on every frame of a seam.
 
     At zero angles the tool is the seam frame rotated by π about x. In general
@@ -88,6 +90,9 @@ def tool_rotations(R_seam: ArrayLike, torch: TorchSettings, lean_rad: FloatArray
     lean_rad : ndarray, shape (n, 2), optional
         Work and travel angle at every frame (`Seam.lean_rad`). They replace those of `torch` where they are not zero:
         there a straight torch meets the part. NaN: unknown.
+    spin_rad : ndarray, shape (n,), optional
+        How far a bent neck is turned about the wire, right-handed from the tip (`Seam.spin_rad`). The tool turns with
+        it: the neck always bends towards the same side of the tool (`neck_directions`).
 
     Returns
     -------
@@ -100,6 +105,8 @@ def tool_rotations(R_seam: ArrayLike, torch: TorchSettings, lean_rad: FloatArray
     work, travel = np.where(leans, lean[:, 0], torch.work_rad), np.where(leans, lean[:, 1], torch.travel_rad)
     turn = rotation_from_zyx(work, 0.0, 0.0) @ rotation_from_zyx(0.0, -travel, 0.0)
     R = np.asarray(R_seam, dtype=np.float64) @ (turn @ np.diag([1.0, -1.0, -1.0]))
+    if spin_rad is not None:
+        R = R @ rotation_from_zyx(0.0, 0.0, -np.nan_to_num(spin_rad))
     if torch.tool_axis is ToolAxis.X:
         return np.stack([R[..., 2], R[..., 1], -R[..., 0]], axis=-1)
     return np.asarray(R, dtype=np.float64)
@@ -121,6 +128,24 @@ def wire_directions(R_tool: ArrayLike, tool_axis: ToolAxis) -> FloatArray:
     """
     R = np.asarray(R_tool, dtype=np.float64)
     return R[..., 2] if tool_axis is ToolAxis.Z else R[..., 0]
+
+
+def neck_directions(R_tool: ArrayLike, tool_axis: ToolAxis) -> FloatArray:
+    """Return the unit vectors towards which a bent neck bends: -x of the tool, or its z if the wire is along its x.
+
+    Parameters
+    ----------
+    R_tool : array_like, shape (..., 3, 3)
+        Columns are the tool's axes, in any frame.
+    tool_axis : ToolAxis
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        In the same frame.
+    """
+    R = np.asarray(R_tool, dtype=np.float64)
+    return np.asarray(-R[..., 0] if tool_axis is ToolAxis.Z else R[..., 2], dtype=np.float64)
 
 
 def measure_torch(R_seam: ArrayLike, wire: ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from wpcal import __version__
+from wpcal.controllers.arc_settings import ArcSettings
+from wpcal.controllers.coordinated_program import build_coordinated_program
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.registry import controller_named, controllers
 from wpcal.controllers.sync_program import SyncProgram
 from wpcal.core.errors import InputError
+from wpcal.moves import PathTolerance
+from wpcal.moves.fit import USUAL_TOLERANCE
+from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.planning.cell.robot_cell import RobotCell
+from wpcal.planning.plan.coordinated import CoordinatedRun, coordinate_run
+from wpcal.planning.plan.holder_moves import HolderMove
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.run import CellRun
+from wpcal.seam.seam import Seam
+from wpcal.weld.seam_weld import SeamWeld
 
 
 def build_sync_program(run: CellRun, cell: RobotCell, *, controller: ControllerSettings | None = None) -> SyncProgram:
@@ -76,13 +86,102 @@ def write_programs(program: SyncProgram, languages: Sequence[str] | None = None)
     return {file: text for name in chosen for file, text in controller_named(name).write_sync(program).items()}
 
 
-def possible_programs(program: SyncProgram) -> tuple[dict[str, str], list[str]]:
-    """Return the files in all languages that can hold a program, and why the other languages cannot."""
+def possible_programs(program: SyncProgram, languages: Sequence[str] | None = None) -> tuple[dict[str, str], list[str]]:
+    """Return the files in all languages that can hold a program, and why the other languages cannot.
+
+    Parameters
+    ----------
+    program : SyncProgram
+    languages : sequence of str, optional
+        Names of controllers; all of `sync_languages` if not given.
+    """
     files: dict[str, str] = {}
     refusals: list[str] = []
-    for name in sync_languages():
+    for name in languages or sync_languages():
         try:
             files |= write_programs(program, (name,))
         except InputError as error:
             refusals.append(str(error))
     return files, refusals
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HeldWeld:
+    """What is welded on the part that robot 2 holds, and how its program is written.
+
+    Parameters
+    ----------
+    seam : Seam
+        In `part`.
+    tolerance : PathTolerance
+        Of the lines and arcs.
+    weld : SeamWeld or None
+        Its weld data.
+    arc : ArcSettings or None
+        None for a dry run.
+    """
+
+    seam: Seam
+    tolerance: PathTolerance = USUAL_TOLERANCE
+    weld: SeamWeld | None = None
+    arc: ArcSettings | None = None
+
+
+def possible_coordinated(
+    run: CellRun,
+    cell: RobotCell,
+    held: HeldWeld,
+    *,
+    controller: ControllerSettings | None = None,
+    languages: Sequence[str] | None = None,
+) -> tuple[dict[str, str], list[str], dict[str, CoordinatedRun]]:
+    """Return a run in coordinated motion in all languages that can hold it.
+
+    Parameters
+    ----------
+    run : CellRun
+    cell : RobotCell
+    held : HeldWeld
+    controller : ControllerSettings, optional
+    languages : sequence of str, optional
+        Names of controllers; by default all that have such programs.
+
+    Returns
+    -------
+    files : dict of str to str
+        Names and contents.
+    refusals : list of str
+        Why the other languages cannot hold it.
+    motions : dict of str to CoordinatedRun
+        By language, the motion in its files: languages differ in how they move robot 2.
+    """
+    path = SeamPath.of_frames(held.seam.name, held.seam.frames)
+    runs: dict[tuple[HolderMove, bool], CoordinatedRun | InputError] = {}
+    files: dict[str, str] = {}
+    refusals: list[str] = []
+    motions: dict[str, CoordinatedRun] = {}
+    known = [one.name for one in controllers() if one.coordinated_writer is not None]
+    for each in map(controller_named, languages or known):
+        kind = (HolderMove.LINE if each.holder_on_line else HolderMove.JOINTS, each.coordinates_arcs)
+        try:
+            if kind not in runs:
+                runs[kind] = _coordinated(run, cell, path, kind, held.tolerance)
+            found = runs[kind]
+            if isinstance(found, InputError):
+                raise found
+            program = build_coordinated_program(found, held.seam, controller=controller, weld=held.weld, arc=held.arc)
+            files |= each.write_coordinated(program)
+            motions[each.name] = found
+        except InputError as error:
+            refusals.append(f"{each.name}: {error}")
+    return files, refusals, motions
+
+
+def _coordinated(
+    run: CellRun, cell: RobotCell, path: SeamPath, kind: tuple[HolderMove, bool], tolerance: PathTolerance
+) -> CoordinatedRun | InputError:
+    """Return the motion, or why there is none: the next language of the same kind is then refused at once."""
+    try:
+        return coordinate_run(run, cell, path, holder=kind[0], arcs=kind[1], tolerance=tolerance)
+    except InputError as error:
+        return error

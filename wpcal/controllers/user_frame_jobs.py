@@ -119,6 +119,8 @@ class JobLanguage:
     rotation : str
         How the three angles are multiplied, for the comment.
     configuration : ConfigurationRule
+    plans_in_joints : bool
+        Whether the positions of a plan are joints, which need neither a user frame nor a configuration.
     """
 
     names: NameRules
@@ -130,6 +132,11 @@ class JobLanguage:
     frame_keys: tuple[str, str, str, str, str, str]
     rotation: str
     configuration: ConfigurationRule
+    plans_in_joints: bool = False
+
+    def is_in_joints(self, program: WeldProgram) -> bool:
+        """Tell whether the positions of a program are joints."""
+        return program.planned is not None and self.plans_in_joints
 
 
 def write_jobs(
@@ -161,7 +168,12 @@ def write_jobs(
     InputError
         When the configuration is not one of this language, or a job cannot be written.
     """
-    for poses in program.groups:
+    if program.planned is not None and program.planned.follows:
+        raise InputError(
+            f"{language.names.language}: the positioner turns along a seam; programs of coordinated groups are written "
+            "in RAPID and KRL only; plan with --position any to weld with the positioner at rest"
+        )
+    for poses in () if language.is_in_joints(program) else program.groups:
         language.configuration.texts(program, poses)  # refused before anything else
     main = safe_name(program.controller.program_name, language.names).upper()
     keywords = f"{language.names.keywords} {main.lower()}"
@@ -181,17 +193,30 @@ def write_jobs(
 def _comments(
     program: WeldProgram, language: JobLanguage, names: dict[str, str], T_base_frame: RigidTransform
 ) -> list[str]:
+    frame = ["positions are joints, deg"]
+    if not language.is_in_joints(program):
+        frame = [*_frame(program, language, T_base_frame), language.configuration.origin(program)]
+    return [
+        *describe(program),
+        *frame,
+        f"seam -> {language.job_word} here",
+        *(f" {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
+    ]
+
+
+def _frame(program: WeldProgram, language: JobLanguage, T_base_frame: RigidTransform) -> list[str]:
+    """Say what the points are relative to."""
     mm, deg = language.mm_decimals, language.deg_decimals
+    number = program.controller.frame_number
+    rotation = f"{language.rotation}, deg"
+    if program.planned is not None and program.planned.turning:
+        return [f"points are in {language.frame_word} {number}: the base", "of the robot, mm", rotation]
     numbers = [f"{v:.{mm}f}" for v in T_base_frame.t_mm]
     numbers += [f"{v:.{deg}f}" for v in zyx_degrees(T_base_frame.R, decimals=deg)]
     return [
-        *describe(program),
-        f"set {language.frame_word} {program.controller.frame_number} to the part:",
-        *(f" {key} {number}" for key, number in zip(language.frame_keys, numbers, strict=True)),
+        f"set {language.frame_word} {number} to the part:",
+        *(f" {key} {value}" for key, value in zip(language.frame_keys, numbers, strict=True)),
         "points are relative to it, mm",
-        f"{language.rotation}, deg",
+        rotation,
         f"rounded within {10.0**-mm:.{mm}f} mm, {10.0**-deg:.{deg}f} deg",
-        language.configuration.origin(program),
-        f"seam -> {language.job_word} here",
-        *(f" {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
     ]

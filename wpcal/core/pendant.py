@@ -1,7 +1,8 @@
 """A pose in the notations of the teach pendants, and back.
 
 Positions are in mm in all of them. They differ in the orientation: a quaternion (ABB), angles about fixed axes (KUKA,
-FANUC, Yaskawa; KUKA writes them in the opposite order), angles about moving axes (Staubli) or a rotation vector (UR).
+FANUC, Yaskawa; KUKA writes them in the opposite order), angles about moving axes (Staubli x, y, z; Kawasaki z, y, z) or
+a rotation vector (UR).
 """
 
 from __future__ import annotations
@@ -14,7 +15,14 @@ from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
-from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion, rotation_from_zyx, zyx_angles
+from wpcal.core.rotations import (
+    quaternion_from_rotation,
+    rotation_from_quaternion,
+    rotation_from_zyx,
+    rotation_from_zyz,
+    zyx_angles,
+    zyz_angles,
+)
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.core.transform import RigidTransform
 
@@ -123,6 +131,14 @@ NOTATIONS = (
     Notation("FANUC", ("X", "Y", "Z", "W", "P", "R"), "deg", 4, _fixed_xyz, _from_fixed_xyz),
     Notation("Yaskawa", ("X", "Y", "Z", "Rx", "Ry", "Rz"), "deg", 4, _fixed_xyz, _from_fixed_xyz),
     Notation("Staubli", ("x", "y", "z", "rx", "ry", "rz"), "deg", 4, _moving_xyz, _from_moving_xyz),
+    Notation(
+        "Kawasaki",
+        ("X", "Y", "Z", "O", "A", "T"),
+        "deg",
+        4,
+        lambda R: np.rad2deg(zyz_angles(R)),
+        lambda angles: rotation_from_zyz(*np.deg2rad(angles)),
+    ),
     Notation("UR", ("X", "Y", "Z", "RX", "RY", "RZ"), "rad", 5, log_rotation, exp_rotation),
 )
 """In the order of the how-to pages."""

@@ -9,6 +9,7 @@ import secrets
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
+from json.encoder import encode_basestring
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +51,8 @@ def _text(value: Any, line: str) -> str:
         return f"{brackets[0]}{within}{f',{within}'.join(texts)}{line}{brackets[1]}" if texts else brackets
     if isinstance(value, np.ndarray | np.generic):
         return _text(value.tolist(), line)
+    if kind is str:
+        return encode_basestring(value)
     if value is None or isinstance(value, str | int | float):
         return json.dumps(value, ensure_ascii=False, allow_nan=False)
     if isinstance(value, Mapping):

@@ -1,4 +1,4 @@
-"""Rotation matrices and the two other forms that leave wpcal: Z-Y-X angles and quaternions.
+"""Rotation matrices and the other forms that leave wpcal: Z-Y-X and Z-Y-Z angles, and quaternions.
 
 Convention: column vectors, right-handed; ``R = Rz(gamma) Ry(beta) Rx(alpha)``, verified on the printed numbers of
 Yin 2003 (Table 1 and the result beside figure 2). Quaternions are stored x, y, z, w with w >= 0.
@@ -13,6 +13,7 @@ from wpcal.core.arrays import FloatArray
 
 GIMBAL_COS = 1e-12
 """Below this value of cos beta, alpha and gamma turn about the same axis: alpha is set to 0 and gamma holds both.
+The same counts for the sine of the angle in the middle of Z-Y-Z angles.
 Products of rotations are off by about 1e-15, so a quarter turn stays below this; the error is at most this value.
 """
 
@@ -90,6 +91,53 @@ def zyx_angles(R: ArrayLike) -> FloatArray:
     c, s = np.cos(gamma), np.sin(gamma)
     alpha = np.arctan2(s * m[..., 0, 2] - c * m[..., 1, 2], c * m[..., 1, 1] - s * m[..., 0, 1])
     return np.stack([np.where(gimbal, 0.0, alpha), beta, gamma], axis=-1)
+
+
+def rotation_from_zyz(o: ArrayLike, a: ArrayLike, t: ArrayLike) -> FloatArray:
+    """Return ``R = Rz(o) Ry(a) Rz(t)`` for angles of any common shape.
+
+    Parameters
+    ----------
+    o, a, t : array_like, shape (...)
+        Angles about z, the moving y and the moving z, rad.
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+
+    Examples
+    --------
+    A tool that points down:
+
+    >>> rotation_from_zyz(0.0, np.pi, 0.0).round(9)[:, 2] + 0.0
+    array([ 0.,  0., -1.])
+    """
+    zero = np.zeros(np.broadcast_shapes(np.shape(o), np.shape(a), np.shape(t)))
+    return rotation_from_zyx(zero, a, o) @ rotation_from_zyx(zero, zero, np.asarray(t) + zero)
+
+
+def zyz_angles(R: ArrayLike) -> FloatArray:
+    """Return the angles of rotation matrices as products Rz(o) Ry(a) Rz(t).
+
+    Parameters
+    ----------
+    R : array_like, shape (..., 3, 3)
+        Rotation matrices.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        Angles o, a, t, rad; a is in [0, pi]. Where a is 0 or pi, o and t turn about one line: t is 0.
+    """
+    m = np.asarray(R, dtype=np.float64)
+    sin_a = np.hypot(m[..., 0, 2], m[..., 1, 2])
+    gimbal = sin_a < GIMBAL_COS
+    a = np.arctan2(np.where(gimbal, 0.0, sin_a), m[..., 2, 2])
+    o = np.where(gimbal, np.arctan2(-m[..., 0, 1], m[..., 1, 1]), np.arctan2(m[..., 1, 2], m[..., 0, 2]))
+    # Rz(-o) R = Ry(a) Rz(t): its second row is sin t, cos t, 0, also where o is uncertain
+    c, s = np.cos(o), np.sin(o)
+    t = np.arctan2(c * m[..., 1, 0] - s * m[..., 0, 0], c * m[..., 1, 1] - s * m[..., 0, 1])
+    return np.stack([o, a, np.where(gimbal, 0.0, t)], axis=-1)
 
 
 def quaternion_from_rotation(R: ArrayLike) -> FloatArray:

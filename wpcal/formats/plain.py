@@ -57,7 +57,7 @@ def write_program_json(program: WeldProgram) -> dict[str, str]:
         "torch": {
             "work_angle_deg": math.degrees(torch.work_rad),
             "travel_angle_deg": math.degrees(torch.travel_rad),
-            "stick_out_mm": torch.stick_out_mm,
+            "standoff_mm": torch.standoff_mm,
         },
         "motion": {"speed_mm_s": motion.speed_mm_s, "air_speed_mm_s": motion.air_speed_mm_s},
         "safe_point": None if program.safe_point is None else _poses(program.safe_point)[0],

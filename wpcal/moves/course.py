@@ -45,7 +45,7 @@ class Course:
         Rows at which moves may end.
     axis : int
         The axis of the tool along the wire: 0 for x, 2 for z.
-    stick_out_mm : float
+    standoff_mm : float
         From the tool centre point to the tip.
     """
 
@@ -55,7 +55,7 @@ class Course:
     s_mm: FloatArray
     nodes: IntArray
     axis: int
-    stick_out_mm: float
+    standoff_mm: float
 
     @property
     def wire(self) -> FloatArray:
@@ -71,7 +71,7 @@ class Course:
         s_mm: FloatArray,
         headings: FloatArray | None,
         axis: int,
-        stick_out_mm: float,
+        standoff_mm: float,
         most_mm: float,
         step_mm: float = STEP_MM,
     ) -> Course:
@@ -89,14 +89,14 @@ class Course:
             Directions of travel of the wire's tip; None: straight between two points.
         axis : int
             The axis of the tool along the wire.
-        stick_out_mm : float
+        standoff_mm : float
             From the tool centre point to the tip.
         most_mm : float
             Where the chord of a step misses the path by more than this, moves may also end within the step.
         step_mm : float
             Largest distance between two points.
         """
-        tip = p + stick_out_mm * R[:, :, axis]
+        tip = p + standoff_mm * R[:, :, axis]
         step = np.diff(tip, axis=0)
         length = np.linalg.norm(step, axis=1)
         parts = np.maximum(np.ceil(length / step_mm), LEAST_PARTS).astype(np.int64)
@@ -113,7 +113,7 @@ class Course:
         tips = np.concatenate([curve, tip[-1:]])
         s = np.concatenate([s_mm[first] + t * np.diff(s_mm)[first], s_mm[-1:]])
         nodes = np.concatenate([np.flatnonzero(is_node), [len(first)]])
-        return cls(tips - stick_out_mm * R_all[:, :, axis], tips, R_all, s, nodes, axis, stick_out_mm)
+        return cls(tips - standoff_mm * R_all[:, :, axis], tips, R_all, s, nodes, axis, standoff_mm)
 
 
 def _is_curve(step: FloatArray, headings: FloatArray) -> BoolArray:

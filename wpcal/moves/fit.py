@@ -20,15 +20,15 @@ moves that are returned were tested at every point, and their number is the leas
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.moves.course import Course
 from wpcal.moves.interpolation import Moves, swings_between, turns_between, turns_through
@@ -75,6 +75,8 @@ class PathTolerance:
 
 
 USUAL_TOLERANCE = PathTolerance()
+Condition = Callable[[FloatArray, FloatArray], BoolArray]
+"""From the lengths along the path at which m moves begin and end, mm, to whether each is allowed; shapes (m,)."""
 
 
 class _Steps(NamedTuple):
@@ -106,9 +108,11 @@ def fit_moves(
     s_mm: ArrayLike | None = None,
     headings: ArrayLike | None = None,
     axis: int = 2,
-    stick_out_mm: float = 0.0,
+    standoff_mm: float = 0.0,
     tolerance: PathTolerance = USUAL_TOLERANCE,
     spin_is_free: bool = True,
+    arcs: bool = True,
+    also: Condition | None = None,
 ) -> MovePath:
     """Return the fewest lines and arcs along a path.
 
@@ -124,12 +128,16 @@ def fit_moves(
         Directions of travel of the wire's tip. Without them the path is straight between two points.
     axis : int
         The axis of the tool along the wire: 0 for x, 2 for z.
-    stick_out_mm : float
+    standoff_mm : float
         From the tool centre point to the tip of the wire, whose path is compared.
     tolerance : PathTolerance
     spin_is_free : bool
         Whether only the wire has to keep its direction. The turn about the wire is then as each move makes it, starting
         from the first pose. False: every move begins and ends with the given axes of the tool.
+    arcs : bool
+        Whether a move may be an arc.
+    also : Condition, optional
+        What else a move has to keep, for example the motion of a part that another robot turns meanwhile.
 
     Returns
     -------
@@ -158,14 +166,14 @@ def fit_moves(
         s_mm=s,
         headings=None if headings is None else np.asarray(headings, dtype=np.float64),
         axis=axis,
-        stick_out_mm=stick_out_mm,
+        standoff_mm=standoff_mm,
         most_mm=tolerance.mm,
     )
-    kinds = _FREE if spin_is_free else _GIVEN
-    path = _Search(course, tolerance, kinds, SOME).path()
+    search = _Search(course, tolerance, _FREE if spin_is_free else _GIVEN, SOME, arcs=arcs, also=also)
+    path = search.path()
     if path.off_mm <= tolerance.mm and path.off_rad <= tolerance.wire_rad:
         return path
-    return _Search(course, tolerance, kinds, None).path()
+    return replace(search, most=None).path()
 
 
 class _Turn(Enum):
@@ -186,6 +194,8 @@ class _Search:
     kinds: tuple[_Turn, ...]
     most: int | None
     """Points at which a move is tested; None for all of them."""
+    arcs: bool
+    also: Condition | None
 
     def path(self) -> MovePath:
         """Return the fewest moves."""
@@ -250,9 +260,11 @@ class _Search:
         """Return the allowed moves between nodes: a line where one is, else an arc; with the first turn that is."""
         count = len(first)
         worst, via, turn = np.full(count, np.inf), np.full(count, -1), np.zeros((count, 3))
-        for is_arc in (False, True):
+        s = self.course.s_mm[self.course.nodes]
+        may = np.ones(count, dtype=np.bool_) if self.also is None else self.also(s[first], s[last])
+        for is_arc in (False, True)[: 1 + self.arcs]:
             for kind in self.kinds:
-                left = np.flatnonzero(~np.isfinite(worst))
+                left = np.flatnonzero(~np.isfinite(worst) & may)
                 if not len(left):
                     break
                 through = self._middles(first[left], last[left]) if is_arc else np.full(len(left), -1)
@@ -340,7 +352,7 @@ def deviations(course: Course, moves: Moves, at: IntArray) -> tuple[FloatArray, 
     """
     share = moves.shares(course.p[at])
     wire = moves.directions(share, course.axis)
-    tip = moves.positions(share) + course.stick_out_mm * wire
+    tip = moves.positions(share) + course.standoff_mm * wire
     apart = np.linalg.norm(wire - course.wire[at], axis=1)
     return np.linalg.norm(tip - course.tip[at], axis=1), 2.0 * np.arcsin(np.minimum(apart / 2.0, 1.0))
 

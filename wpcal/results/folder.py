@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from wpcal.calibrate.result import SCHEMA as CALIBRATION_SCHEMA
-from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, FormatError, FrameError, InputError
 from wpcal.core.input_file import holds_file, read_bytes, sha256_of
 from wpcal.core.record_check import check_record
@@ -18,8 +18,10 @@ from wpcal.core.schemas import required_fields
 from wpcal.core.transform import RigidTransform
 from wpcal.results.agree import agreed_pose, check_same_part, check_same_run
 from wpcal.seam.names import seams_named
-from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
+from wpcal.seam.record import SEAMS_SCHEMA, errors_from_record, seams_from_record
 from wpcal.seam.seam import Seam
+from wpcal.seam.torch import TorchShape
+from wpcal.seam.torch_file import torch_from_fields
 
 CALIBRATION_FILE, SEAMS_FILE, PART_FILE = "calibration.json", "seams.json", "part.glb"
 RECORD_SCHEMAS = {CALIBRATION_FILE: CALIBRATION_SCHEMA, SEAMS_FILE: SEAMS_SCHEMA}
@@ -70,6 +72,8 @@ class FinishedCalibration:
         The record of ``calibration.json``.
     part_glb : bytes or None
         ``part.glb``, the part's triangles, where there is one.
+    torch : TorchShape or None
+        The torch with which reach was felt; None in files from before it was written.
     """
 
     T_base_part: RigidTransform
@@ -77,6 +81,7 @@ class FinishedCalibration:
     u95_mm: tuple[FloatArray | None, ...]
     calibration: dict[str, Any]
     part_glb: bytes | None = None
+    torch: TorchShape | None = None
 
     def select(self, names: Sequence[str] | None = None, *, everything: bool = False) -> FinishedCalibration:
         """Return the accepted seams, those named (``W1``, ``W5-W8``), or all of them.
@@ -193,9 +198,16 @@ def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> Fi
     if stated is not space:
         raise FrameError(f"{path}: {_WRONG_SPACE[stated]}", code=ErrorCode.ROBOT_SPACE)
     seams = seams_from_record(found.seams, path=str(path))
-    return FinishedCalibration(found.T_base_part, seams, _errors(found.seams), found.calibration, found.part_glb)
+    errors, torch = errors_from_record(found.seams), _torch(found.seams, path)
+    return FinishedCalibration(found.T_base_part, seams, errors, found.calibration, found.part_glb, torch)
 
 
-def _errors(record: dict[str, Any]) -> tuple[FloatArray | None, ...]:
-    columns = [[frame.get("u95_mm") for frame in seam["frames"]] for seam in record["seams"]]
-    return tuple(frozen(column) if column and None not in column else None for column in columns)
+def _torch(record: dict[str, Any], path: Path) -> TorchShape | None:
+    if "torch" not in record:
+        return None
+    try:
+        return torch_from_fields(record["torch"])
+    except InputError as error:
+        raise FormatError(str(error), path=str(path)) from None
+    except (AttributeError, TypeError, ValueError) as error:
+        raise FormatError(f"torch is not complete: {error}", path=str(path)) from None

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate, islice, pairwise
 
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.repeats import Copy
 from wpcal.core.arrays import IntArray
-from wpcal.seam.seam import NamedSolids, Seam, SeamFrames, SeamPieces
+from wpcal.seam.seam import NamedSolids, Seam, SeamPieces
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,16 +56,32 @@ class CopiedSeams:
         face = np.array([max(int(seam.pieces.wall[0]), int(seam.pieces.base[0])) for seam in seams], dtype=np.int64)
         solid = np.where(face < 0, -1, graph.face_solid[face]) if len(seams) else face
         rows = [np.flatnonzero(np.isin(solid, mover.copy.first.solids)) for mover in movers]
-        moved = [mover.moved(seams[row]) for mover, own in zip(movers, rows, strict=True) for row in own.tolist()]
+        moved = [
+            seam
+            for mover, own in zip(movers, rows, strict=True)
+            for seam in mover.moved([seams[i] for i in own.tolist()])
+        ]
         own = np.arange(len(seams))
         mover = np.repeat(np.arange(-1, len(movers)), [len(seams), *(len(of) for of in rows)])
         return cls((*seams, *moved), np.concatenate([own, *rows]), movers, mover)
 
-    def moved(self, row: int, seams: Sequence[Seam]) -> list[Seam]:
-        """Return what was made of the first of a copied seam, moved to the copy."""
-        if self.mover is None or self.mover[row] < 0:
-            return list(seams)
-        return [self.movers[self.mover[row]].moved(seam) for seam in seams]
+    def moved(self, rows: IntArray, of_first: Mapping[int, Sequence[Seam]]) -> dict[int, list[Seam]]:
+        """Return, by row, what was made of the first of each copied seam, moved to its copy.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (k,)
+            Copied seams.
+        of_first : mapping
+            What was made of the first ones, by row.
+        """
+        found: dict[int, list[Seam]] = {}
+        for number, mover in enumerate(self.movers):
+            own = [] if self.mover is None else rows[self.mover[rows] == number].tolist()
+            firsts = [of_first[int(self.first[row])] for row in own]
+            moved = iter(mover.moved([seam for seams in firsts for seam in seams]))
+            found |= {row: list(islice(moved, len(seams))) for row, seams in zip(own, firsts, strict=True)}
+        return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,20 +104,31 @@ class Mover:
         solids = zip(copy.first.solids.tolist(), copy.group.solids.tolist(), strict=True)
         return cls(copy, {graph.solid_names[one]: graph.solid_names[other] for one, other in solids})
 
-    def moved(self, seam: Seam) -> Seam:
-        """Return the seam of the copy at the place of a seam of the first group."""
-        pieces, frames, names = seam.pieces, seam.frames, self.names
+    def moved(self, seams: Sequence[Seam]) -> list[Seam]:
+        """Return the seams of the copy at the places of seams of the first group."""
+        if not seams:
+            return []
+        names, pieces = self.names, SeamPieces.joined([seam.pieces for seam in seams])
         edge, wall, base = self.copy.edges_of(pieces.edge), *(self.copy.faces_of(f) for f in (pieces.wall, pieces.base))
-        p = frames.p + self.copy.shift_mm
-        return replace(
-            seam,
-            solids=tuple(names[solid] for solid in seam.solids),
-            pieces=SeamPieces(edge, pieces.t0, pieces.t1, wall, base, pieces.gap_mm),
-            frames=SeamFrames(frames.s_mm, p, frames.R, frames.angle_rad, frames.frame),
-            reasons=tuple(text.told_of(names) if isinstance(text, NamedSolids) else text for text in seam.reasons),
-            inside=tuple(names[solid] for solid in seam.inside),
-            blocked_by=tuple(names[solid] for solid in seam.blocked_by),
-        )
+        p = np.concatenate([seam.frames.p for seam in seams]) + self.copy.shift_mm
+        of_piece = pairwise(accumulate((len(seam.pieces) for seam in seams), initial=0))
+        of_frame = pairwise(accumulate((len(seam.frames) for seam in seams), initial=0))
+        return [
+            replace(
+                seam,
+                solids=_named(seam.solids, names),
+                pieces=replace(seam.pieces, edge=edge[k0:k1], wall=wall[k0:k1], base=base[k0:k1]),
+                frames=replace(seam.frames, p=p[n0:n1]),
+                reasons=tuple(text.told_of(names) if isinstance(text, NamedSolids) else text for text in seam.reasons),
+                inside=_named(seam.inside, names),
+                blocked_by=_named(seam.blocked_by, names),
+            )
+            for seam, (k0, k1), (n0, n1) in zip(seams, of_piece, of_frame, strict=True)
+        ]
+
+
+def _named(solids: tuple[str, ...], names: Mapping[str, str]) -> tuple[str, ...]:
+    return tuple(names[solid] for solid in solids)
 
 
 def renumbered(seam: Seam, faces: IntArray, edges: IntArray) -> Seam:

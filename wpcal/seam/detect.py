@@ -8,23 +8,28 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.seam.chain import rounded
 from wpcal.seam.copies import CopiedSeams
-from wpcal.seam.edit import with_candidates
+from wpcal.seam.edit import candidates_of
 from wpcal.seam.find.built_up import why_one_piece
 from wpcal.seam.find.concave import find_concave_edges
-from wpcal.seam.find.contact import find_contacts
+from wpcal.seam.find.contact import candidate_pairs, find_contacts
+from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
 from wpcal.seam.find.inner_joints import with_inner_joints
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
+from wpcal.seam.find.mitres import find_mitres
 from wpcal.seam.find.play import with_play
 from wpcal.seam.find.root_gaps import find_root_gaps
+from wpcal.seam.find.tube_frames import are_tube_frames
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
+from wpcal.seam.judge.left_over import doubt_what_is_left
 from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
@@ -32,6 +37,7 @@ from wpcal.seam.judge.wrapping import weld_round_corners
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.turning import face_free_space
+from wpcal.seam.pieces import solids_of
 from wpcal.seam.seam import JointType, Seam, SeamPieces, SeamSource, WeldType
 
 
@@ -93,7 +99,13 @@ def find_candidates(
     Parameters and order of the searches as in `detect_seams`.
     """
     gap_mm = options.gap_for(graph)
-    joined = join_contacts(graph, trimmed, find_contacts(graph, trimmed, gap_mm=gap_mm), gap_mm=gap_mm)
+    edge, face = candidate_pairs(graph, trimmed, gap_mm)
+    if marked is None:
+        solids = np.stack([graph.edge_solid[edge], graph.face_solid[face]], axis=1)
+        counts = count_solids(graph, trimmed, solids).all(axis=1)
+        edge, face = edge[counts], face[counts]
+    touching = find_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge, face))
+    joined = join_contacts(graph, trimmed, touching, gap_mm=gap_mm)
     joined = without_duplicates(graph, joined, gap_mm=gap_mm)
     contacts, found = joined, []
     if marked is not None:
@@ -106,15 +118,23 @@ def find_candidates(
         crossing = JoinedPieces(beside, (JointType.TEE,) * n, (WeldType.FILLET,) * n)
         found += build_seams(graph, crossing, options, SeamSource.SECTION)
     if options.concave is not ConcaveEdges.NEVER:
-        concave = with_inner_joints(graph, trimmed, _concave(graph, trimmed, joined, marked, options))
+        concave, mitres = _inside_solids(graph, trimmed, joined, marked, options)
+        concave = with_inner_joints(graph, trimmed, concave)
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
+        found += build_seams(graph, mitres, options, SeamSource.MITRE)
     if beads is not None:
         found += build_seams(graph, with_inner_joints(graph, trimmed, beads), options, SeamSource.BEAD)
     if flares is not None:
         found += flares.measured(build_seams(graph, flares.joined, options, SeamSource.FLARE))
     if marked is None and options.gap_mm is None:
         found = _with_wide_gaps(graph, trimmed, joined, found, options)
+    found = [s for s in found if s.source is SeamSource.MARKED or _count(graph, trimmed, s.pieces).all()]
     return cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
+
+
+def _count(graph: BrepGraph, trimmed: TrimmedFaces, pieces: SeamPieces) -> BoolArray:
+    """Tell which pieces are between solids that count: no other solid fills their room."""
+    return np.asarray(count_solids(graph, trimmed, solids_of(graph, pieces)).all(axis=1), dtype=bool)
 
 
 def judge_candidates(
@@ -136,11 +156,12 @@ def judge_candidates(
     judged = _reached(graph, trimmed, found, options, judge)
     judged = weld_round_corners(graph, trimmed, judged, options, judge)
     judged.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
+    candidates = candidates_of(graph, judged, [f"W{number}" for number in range(1, len(judged) + 1)])
     told = [
-        replace(seam, name=f"W{number}", reasons=tuple(str(text) for text in seam.reasons))
-        for number, seam in enumerate(judged, 1)
+        replace(seam, name=found_as.name, candidate=found_as, reasons=tuple(str(text) for text in seam.reasons))
+        for seam, found_as in zip(judged, candidates, strict=True)
     ]
-    return with_candidates(graph, with_short_ends(graph, trimmed, told, options.judging.level))
+    return tuple(with_short_ends(graph, trimmed, told, options.judging.level))
 
 
 def _with_wide_gaps(
@@ -170,11 +191,11 @@ def _reached(
     pieces = dict(zip(cut.tolist(), cut_where_unreached(graph, trimmed, [seams[i] for i in cut], options), strict=True))
     others = with_reach(graph, trimmed, [seams[i] for i in whole], options.reach)
     pieces |= {row: [seam] for row, seam in zip(whole.tolist(), others, strict=True)}
-    reached: list[Seam] = []
-    for is_welded in (True, False):
-        for row in np.flatnonzero(felt & (welded == is_welded)).tolist():
-            reached += pieces[row] if row in pieces else found.moved(row, pieces[int(found.first[row])])
-    return doubt_what_fixes_bolts(judge, trimmed, [*inside, *judge_seams(graph, trimmed, reached, options, judge)])
+    pieces |= found.moved(np.setdiff1d(np.flatnonzero(felt), asked), pieces)
+    order = [*np.flatnonzero(felt & welded).tolist(), *np.flatnonzero(felt & ~welded).tolist()]
+    reached = [seam for row in order for seam in pieces[row]]
+    told = [*inside, *judge_seams(graph, trimmed, reached, options, judge)]
+    return doubt_what_is_left(judge, doubt_what_fixes_bolts(judge, trimmed, told))
 
 
 def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions) -> list[Seam]:
@@ -194,25 +215,31 @@ def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...
     ]
 
 
-def _concave(
+def _inside_solids(
     graph: BrepGraph, trimmed: TrimmedFaces, contacts: JoinedPieces, marked: MarkedEdges | None, options: SeamOptions
-) -> JoinedPieces:
-    """Return the concave edges inside solids that are candidates by themselves."""
+) -> tuple[JoinedPieces, JoinedPieces]:
+    """Return the concave edges inside solids that are candidates by themselves, and the mitres of tubes."""
     concave = find_concave_edges(graph, min_length_mm=options.min_edge_mm)
+    solids = np.unique(graph.face_solid[concave.pieces.wall])
     if options.concave is ConcaveEdges.AUTO:
-        concave = _in_weldments(graph, trimmed, concave, contacts)
-    if marked is None:
-        return concave
-    return concave.select(np.flatnonzero(~np.isin(concave.pieces.edge, marked.edge)))
+        solids = _weldments(graph, trimmed, solids, contacts)
+    searched = np.isin(np.arange(len(graph.solid_names)), solids)
+    mitres = find_mitres(graph, trimmed, searched)
+    left_out = mitres.pieces.edge
+    if marked is not None:
+        mitres = mitres.select(np.flatnonzero(~np.isin(mitres.pieces.edge, marked.edge)))
+        left_out = np.union1d(left_out, marked.edge)
+    own = searched[graph.face_solid[concave.pieces.wall]] & ~np.isin(concave.pieces.edge, left_out)
+    return concave.select(np.flatnonzero(own)), mitres
 
 
-def _in_weldments(
-    graph: BrepGraph, trimmed: TrimmedFaces, concave: JoinedPieces, contacts: JoinedPieces
-) -> JoinedPieces:
-    """Return the concave edges of solids that touch no other member and may be built up of plates, bars and tubes."""
+def _weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, contacts: JoinedPieces) -> IntArray:
+    """Return which of some solids may be built up: no other member touches them, or they are frames of tubes."""
     pairs = graph.face_solid[np.stack([contacts.pieces.wall, contacts.pieces.base], axis=1)]
     touching = pairs[~are_crumbs(graph, trimmed)[pairs].any(axis=1)]
-    solid_of = graph.face_solid[concave.pieces.wall]
-    asked = np.setdiff1d(solid_of, touching)
-    built_up = [solid for solid in asked.tolist() if why_one_piece(graph, trimmed, solid) is None]
-    return concave.select(np.flatnonzero(np.isin(solid_of, built_up)))
+    solids = solids[count_solids(graph, trimmed, solids)]
+    alone = np.setdiff1d(solids, touching)
+    built_up = [solid for solid in alone.tolist() if why_one_piece(graph, trimmed, solid) is None]
+    touched = np.intersect1d(solids, touching)
+    frames = touched[are_tube_frames(graph, trimmed, touched)]
+    return np.concatenate([np.array(built_up, dtype=np.int64), frames])

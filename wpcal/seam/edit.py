@@ -17,7 +17,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import LARGEST_MM, FloatArray
+from wpcal.core.arrays import LARGEST_MM
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.seam.edited_run import framed, is_loop, joined_run, judged_anew, marks_in, part_of
@@ -331,18 +331,13 @@ def _in_words(edit: SeamEdit, seam: Seam) -> tuple[str, ...]:
     return () if edit.accept is None else (f"{'accepted' if edit.accept else 'rejected'} by hand",)
 
 
-def with_candidates(graph: BrepGraph, seams: Sequence[Seam]) -> tuple[Seam, ...]:
-    """Return seams with their candidates: name, start, middle and length as found."""
+def candidates_of(graph: BrepGraph, seams: Sequence[Seam], names: Sequence[str]) -> list[Candidate]:
+    """Return seams of those names as candidates: name, start, middle and length as found."""
     if not seams:
-        return ()
+        return []
     runs = Runs(SeamPieces.joined([s.pieces for s in seams]), np.cumsum([0, *(len(s.pieces) for s in seams)]))
-    start, middle = runs.ends(graph)[0], middles(graph, runs)
-    return tuple(
-        replace(seam, candidate=Candidate(seam.name, _xyz(start[row]), _xyz(middle[row]), seam.length_mm))
-        for row, seam in enumerate(seams)
-    )
-
-
-def _xyz(p: FloatArray) -> tuple[float, float, float]:
-    x, y, z = p.tolist()
-    return x, y, z
+    places = zip(runs.ends(graph)[0].tolist(), middles(graph, runs).tolist(), strict=True)
+    return [
+        Candidate(name, (x0, y0, z0), (x1, y1, z1), seam.length_mm)
+        for name, seam, ((x0, y0, z0), (x1, y1, z1)) in zip(names, seams, places, strict=True)
+    ]

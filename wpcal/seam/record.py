@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError
 from wpcal.core.record_check import check_record
 from wpcal.core.robot_space import RobotSpace
-from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.transform import RigidTransform
+from wpcal.seam.frame_records import frame_records, frames_from_records, leans_from_records
 from wpcal.seam.member.note import MemberNotes
-from wpcal.seam.path.position import WeldPositions, weld_positions
 from wpcal.seam.record_check import check_seams
 from wpcal.seam.seam import (
     Candidate,
@@ -27,7 +26,6 @@ from wpcal.seam.seam import (
     OtherTorch,
     Seam,
     SeamEdit,
-    SeamFrames,
     SeamPieces,
     SeamSource,
     WeldType,
@@ -85,14 +83,14 @@ def seams_record(
         **({} if notes is None else notes.to_record()),
         **({} if join_mm is None else {"join_mm": join_mm}),
         "seams": [
-            _seam_record(seam, T_base_part, None if u95_mm is None else u95_mm[row]) for row, seam in enumerate(seams)
+            {**_seam_record(seam), "frames": frames}
+            for seam, frames in zip(seams, frame_records(seams, T_base_part, u95_mm), strict=True)
         ],
     }
 
 
-def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatArray | None) -> dict[str, Any]:
-    frames = seam.frames if T_base_part is None else seam.frames.moved(T_base_part)
-    positions = None if T_base_part is None else weld_positions(frames.R, seam.weld)
+def _seam_record(seam: Seam) -> dict[str, Any]:
+    """Return the record of a seam without its frames."""
     least, mean, largest = seam.gap_mm
     return {
         "name": seam.name,
@@ -117,7 +115,6 @@ def _seam_record(seam: Seam, T_base_part: RigidTransform | None, u95_mm: FloatAr
         **({} if seam.groove is None else {"groove": asdict(seam.groove)}),
         **({} if seam.candidate is None else {"candidate": _candidate_record(seam.candidate)}),
         **({} if seam.edit is None else {"edit": _edit_record(seam.edit)}),
-        "frames": _frame_records(frames, u95_mm, positions, seam),
     }
 
 
@@ -148,52 +145,6 @@ def _edit_record(edit: SeamEdit) -> dict[str, Any]:
 def _stretch_record(stretch: JoinedStretch) -> dict[str, Any]:
     part = {} if stretch.range_mm is None else {"range_mm": list(stretch.range_mm)}
     return {"candidate": _candidate_record(stretch.candidate), **part}
-
-
-def _frame_records(
-    frames: SeamFrames, u95_mm: FloatArray | None, positions: WeldPositions | None, seam: Seam
-) -> list[dict[str, Any]]:
-    q = quaternion_from_rotation(frames.R)
-    angle = np.degrees(frames.angle_rad)
-    records = []
-    for i in range(len(frames)):
-        record = {
-            "s_mm": float(frames.s_mm[i]),
-            "p_mm": frames.p[i].tolist(),
-            "R": frames.R[i].tolist(),
-            "q_xyzw": q[i].tolist(),
-            "angle_deg": float(angle[i]),
-        }
-        if seam.lean_rad is not None:
-            record["lean_deg"] = _lean_record(seam.lean_rad[i], None if seam.spin_rad is None else seam.spin_rad[i])
-        if u95_mm is not None:
-            record["u95_mm"] = float(u95_mm[i])
-        if positions is not None:
-            rotation = positions.rotation_rad[i]
-            record["slope_deg"] = float(np.degrees(positions.slope_rad[i]))
-            record["rotation_deg"] = None if np.isnan(rotation) else float(np.degrees(rotation))
-            record["position"] = positions.name[i]
-        records.append(record)
-    return records
-
-
-def _lean_record(lean_rad: FloatArray, spin_rad: float | None) -> dict[str, float] | None:
-    """Return work and travel angle, and the spin if there is one, in degrees; None where no torch gets."""
-    work, travel = np.degrees(lean_rad).tolist()
-    spin = {} if spin_rad is None else {"spin": float(np.degrees(spin_rad))}
-    return None if np.isnan(work) else {"work": work, "travel": travel, **spin}
-
-
-def _leans_from_record(rows: Sequence[dict[str, Any]]) -> tuple[FloatArray | None, FloatArray | None]:
-    """Return the leans, and the spins if any frame has one, in radians; NaN where no torch gets."""
-    if not rows or any("lean_deg" not in row for row in rows):
-        return None, None
-    nowhere = {"work": np.nan, "travel": np.nan, "spin": np.nan}
-    leans = [row["lean_deg"] or nowhere for row in rows]
-    spins = None
-    if any("spin" in (row["lean_deg"] or {}) for row in rows):
-        spins = np.radians([lean.get("spin", 0.0) for lean in leans])
-    return np.radians([[lean["work"], lean["travel"]] for lean in leans]), spins
 
 
 def _findings_from_record(seam: dict[str, Any]) -> tuple[Finding, ...]:
@@ -264,15 +215,7 @@ def seams_from_record(record: dict[str, Any], *, path: str) -> tuple[Seam, ...]:
 
 def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
     rows = seam["frames"]
-    n = len(rows)
-    frames = SeamFrames(
-        np.array([row["s_mm"] for row in rows], dtype=np.float64),
-        np.array([row["p_mm"] for row in rows], dtype=np.float64).reshape(n, 3),
-        np.array([row["R"] for row in rows], dtype=np.float64).reshape(n, 3, 3),
-        np.radians([row["angle_deg"] for row in rows]),
-        frame,
-    )
-    gap, (lean, spin), other = seam["gap_mm"], _leans_from_record(rows), seam.get("other_torch")
+    gap, (lean, spin), other = seam["gap_mm"], leans_from_records(rows), seam.get("other_torch")
     i, f = np.zeros(0, dtype=np.int64), np.zeros(0)
     pieces = SeamPieces(i, f, f, i, i, np.array([[gap["min"], gap["mean"], gap["max"]]], dtype=np.float64))
     return Seam(
@@ -286,7 +229,7 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         seam["reachable"],
         seam["accepted"],
         tuple(seam["reasons"]),
-        frames,
+        frames_from_records(rows, frame),
         SeamSource(seam.get("source", SeamSource.CONTACT.value)),
         float(seam.get("confidence", 1.0)),
         _findings_from_record(seam),
@@ -299,3 +242,9 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         groove=Groove(**seam["groove"]) if "groove" in seam else None,
         wrap_of=seam.get("wrap_of"),
     )
+
+
+def errors_from_record(record: Mapping[str, Any]) -> tuple[FloatArray | None, ...]:
+    """Return the 95 % errors at the frames of every seam of a record, shape (n,), mm; None where it has none."""
+    columns = [[frame.get("u95_mm") for frame in seam["frames"]] for seam in record["seams"]]
+    return tuple(frozen(column) if column and None not in column else None for column in columns)

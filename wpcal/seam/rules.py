@@ -17,6 +17,7 @@ PRIOR = {
     SeamSource.CONTACT: 0.95,
     SeamSource.SECTION: 0.9,
     SeamSource.CONCAVE: 0.7,
+    SeamSource.MITRE: 0.7,
     SeamSource.BEAD: 0.7,
     SeamSource.FLARE: 0.85,
     SeamSource.MARKED: 1.0,
@@ -61,6 +62,12 @@ class Rule(Enum):
         "shape: tip and wire at every station",
     )
     SAID_NOT = RuleRow(0.01, "You said that a solid is not welded (`--not`).", "You know the part.", "your word")
+    SAME_ROOM = RuleRow(
+        0.05,
+        "A solid fills the same room as an earlier solid of the file.",
+        "It is a copy, such as the body before its last chamfer; only one of the two can be a member.",
+        "shape: equal boxes, and the same points inside",
+    )
     NOT_METAL_WRITTEN = RuleRow(
         0.05,
         "The file says that a solid is of wood, plastic, rubber, glass or the like.",
@@ -109,6 +116,19 @@ class Rule(Enum):
         "A cut has corners, too.",
         "shape: material deeper than the edge is long",
     )
+    SMALLER_THAN_NOZZLE = RuleRow(
+        0.3,
+        "Both solids are smaller than the nozzle of the torch in all directions, or one is smaller than half of it.",
+        "No robot welds a ball bearing or a terminal of 10 mm with an arc. If the unit of the file is wrong, so is "
+        "this finding.",
+        "size: box of the solid, nozzle of the torch",
+    )
+    TOO_THIN = RuleRow(
+        0.3,
+        "A solid is thinner than 0.5 mm.",
+        "An arc burns through it: a label, a pane in a file of the wrong unit, a sticker.",
+        "shape: thickness of plane solids, felt through the material",
+    )
     TOO_SHORT = RuleRow(
         0.3,
         "The seam is shorter than `--min-length-mm` (5 mm by default).",
@@ -153,9 +173,9 @@ class Rule(Enum):
     )
     ROLLING = RuleRow(
         0.4,
-        "Flare groove: a solid rolls or lies loose (rollers, stock, a wheel on its shaft).",
-        "It touches others along lines, as a bar does that is welded along a plate.",
-        "shape: equal round solids between others, or a shaft in a bore",
+        "A solid rolls or lies loose: rollers and stock (flare grooves), a wheel on its shaft.",
+        "It touches others along lines, as a bar does that is welded along a plate. A wheel turns.",
+        "shape: equal round solids between others, a shaft in a bore, or a bore and a round tread",
     )
     NOT_MARKED = RuleRow(
         0.4, "Other edges are marked, and not this one.", "You say what the seams are.", "`--marked`, `--edge`"
@@ -185,12 +205,40 @@ class Rule(Enum):
         "Then the bolts would be of no use. Of the two welds the shorter one is doubted.",
         "seams and bolted faces of the whole part",
     )
+    CLOSED_IN = RuleRow(
+        0.45,
+        "The two solids hold each other: no straight move takes them apart.",
+        "They cannot have been put together as they are: a pane in its groove, a cell in its case. A frame that was "
+        "fused to one body may hold a panel so.",
+        "shape: the normals of all contacts between the two",
+    )
     HELD_FAST = RuleRow(
         0.5,
         "A ring sits between two shoulders of the other solid: a tyre on its rim, a seal in its groove.",
         "It cannot have been put there as it is: it was stretched, snapped in, or moulded round. A shaft that was "
         "several members may hold a welded ring so.",
         "shape: solid of revolution, seat of its size, wider or narrower on both sides",
+    )
+    RING_IN_RING = RuleRow(
+        0.5,
+        "A ring fills the bore of another ring and ends with it on both sides.",
+        "It is a bearing, a bush or a seal, and pressed in. A hub in a disc is wider than the disc.",
+        "shape: two turned solids on one axis, of one width",
+    )
+    TIMBER = RuleRow(
+        0.5,
+        "The part has no tube and no plate under 9 mm, but solid bars of more than 10 kg per metre as steel, with a "
+        "slab on them or closed to frames.",
+        "A frame of steel is built of tube and profile; this is a table, a window or a chest of wood. A press or an "
+        "anvil may be built so: name the material, or use `--weld`.",
+        "shape: thickness and width of every solid, felt through the material",
+    )
+    LEFT_OVER = RuleRow(
+        0.52,
+        "Of the joints that could be welded, four fifths have a solid that was made in one piece; this is one of the "
+        "rest.",
+        "In an assembly of castings or mouldings, bars and plates are rather screwed on, too.",
+        "length of all joints of the part",
     )
     ONE_PIECE = RuleRow(
         0.52,

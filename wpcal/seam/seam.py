@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -42,6 +42,7 @@ class SeamSource(Enum):
     CONTACT = "contact of two solids"
     SECTION = "section of two solids that run into each other"
     CONCAVE = "concave edge inside one solid"
+    MITRE = "mitre of tubes inside one solid"
     BEAD = "modelled bead or round inside one solid"
     FLARE = "groove between a radius and another solid"
     MARKED = "marked or picked edge"
@@ -143,6 +144,13 @@ class SeamFrames:
     def select(self, rows: IntArray | BoolArray) -> SeamFrames:
         """Return the frames at `rows`: integers, or a mask of shape (n,)."""
         return SeamFrames(self.s_mm[rows], self.p[rows], self.R[rows], self.angle_rad[rows], self.frame)
+
+    @staticmethod
+    def joined(parts: Sequence[SeamFrames]) -> SeamFrames:
+        """Return all frames of `parts` in one: at least one part, all in the same coordinates."""
+        columns = [[part.s_mm, part.p, part.R, part.angle_rad] for part in parts]
+        s_mm, p, R, angle_rad = (np.concatenate(column) for column in zip(*columns, strict=True))
+        return SeamFrames(s_mm, p, R, angle_rad, parts[0].frame)
 
     def moved(self, transform: RigidTransform) -> SeamFrames:
         """Return the frames in the target frame of `transform`."""

@@ -16,6 +16,7 @@ from wpcal.core.issue import Issue
 from wpcal.seam.copies import CopiedSeams, renumbered
 from wpcal.seam.detect import find_candidates, judge_candidates
 from wpcal.seam.find.bead import add_beads
+from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.flare_grooves import FlareGrooves, add_grooves
 from wpcal.seam.find.interpenetration import interpenetrating_solids
 from wpcal.seam.find.joint import JoinedPieces
@@ -144,6 +145,7 @@ def _once_per_group(
 def _add(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, cross: Cross) -> _Added:
     """Add the curves in which solids cross, those beside beads, and those in flare grooves."""
     pairs = interpenetrating_solids(graph, trimmed)
+    pairs = pairs[count_solids(graph, trimmed, pairs).all(axis=1)]
     sections, issues = None, tuple[Issue, ...]()
     if len(pairs):
         graph, sections, issues = cross(graph, pairs)

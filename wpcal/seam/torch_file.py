@@ -91,6 +91,13 @@ def without_none(record: dict[str, Any]) -> dict[str, Any]:
     return {key: without_none(value) if isinstance(value, dict) else value for key, value in kept.items()}
 
 
+def torch_from_fields(record: dict[str, Any]) -> TorchShape:
+    """Return the torch that ``torch`` of a ``seams.json`` states (`wpcal.seam.record.seams_record` writes it)."""
+    fields = dict(record)
+    neck = fields.pop("neck", None)
+    return TorchShape(**fields, neck=None if neck is None else Neck(**neck))
+
+
 def _record(path: Path) -> dict[str, Any]:
     record = read_json(path, schema=TORCH_SCHEMA)
     check_record(record, TORCH_SCHEMA, path=str(path), is_complete=True)

@@ -46,7 +46,7 @@ class ProgramPoint:
     line : int
         In the file, counted from 1.
     p_mm : ndarray, shape (3,)
-        The tool centre point in `frame`, mm; NaN if there is a `fault`.
+        The tool centre point in `frame`, mm; NaN if the file does not have it. With a `fault` it cannot be used.
     R : ndarray, shape (3, 3)
         The axes of the tool, as columns, in `frame`.
     frame : str or None

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
@@ -15,12 +16,14 @@ from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
 from wpcal.seam.path.position import UP, weld_positions
-from wpcal.seam.seam import Seam, WeldType
+from wpcal.seam.seam import JointType, Seam, WeldType
+from wpcal.weld.groove import Groove, measure_groove
 from wpcal.weld.place import Place, pair, place_of
 from wpcal.weld.record import PART_FILE, SEAMS_FILE, StatedWeld
 from wpcal.weld.rules import RuleTable
-from wpcal.weld.seam_weld import SeamWeld, weld_for
+from wpcal.weld.seam_weld import SeamWeld, Source, weld_for
 from wpcal.weld.thickness import plate_thicknesses, thinner
+from wpcal.weld.values import WeldKind
 
 LEAST_GAP_MM = 0.05
 """A gap of less is none: contacts of exact solids have round-off."""
@@ -58,6 +61,7 @@ def find_welds(
     stated: Sequence[StatedWeld] = (),
     names: Collection[str] | None = None,
     stated_in: str = "",
+    positions: Mapping[str, tuple[str, str]] | None = None,
 ) -> FoundWelds:
     """Find the weld of every seam.
 
@@ -75,6 +79,9 @@ def find_welds(
         Only these seams. Welds of `stated` are paired with all seams.
     stated_in : str
         The file of `stated`, for messages.
+    positions : mapping, optional
+        By the name of the seam: its weld position and the file that says so, where a robot turns the part. Without
+        it the position is that of the seam in `base`.
 
     Raises
     ------
@@ -91,14 +98,17 @@ def find_welds(
     paired = pair([(one.name, one.place) for one in stated], places, worth_telling=told)
     left = tuple(stated[row] for row in paired.left if told[row])
     notes = [*paired.notes, *(f"{one.name} has no seam now; its values are kept under without_seam" for one in left)]
-    material = None if part_glb is None else TriangleMaterial.of(read_part_glb(part_glb), T_base_part)
+    mesh = None if part_glb is None else read_part_glb(part_glb)
+    material = None if mesh is None else TriangleMaterial.of(mesh, T_base_part)
     welds = []
     for seam, (_, place) in zip(seams, places, strict=True):
         if names is not None and seam.name not in names:
             continue
         own = stated[paired.rows[seam.name]] if seam.name in paired.rows else StatedWeld(seam.name, None, {})
         try:
-            welds.append(_weld(seam, place, rules, material, own))
+            groove = None if mesh is None else measure_groove(seam, mesh, T_base_part)
+            planned = (positions or {}).get(seam.name)
+            welds.append(_weld(seam, place, rules, material, own, groove, planned))
         except InputError as error:
             raise InputError(f"{stated_in}: {error}" if stated_in else str(error), code=error.code) from None
     notes += [
@@ -106,16 +116,34 @@ def find_welds(
         for weld in welds
         if weld.weld is WeldType.FILLET and weld.values.leg_mm is None and weld.values.throat_mm is None
     ]
+    notes += [
+        f"{weld.name}: runs along the root face of a groove; lay it or leave it out (--only), as the drawing says"
+        for weld in welds
+        if weld.values.weld is WeldKind.SQUARE and weld.origins["weld"].source is Source.MODEL
+    ]
     return FoundWelds(tuple(welds), tuple(notes), left)
 
 
 def _weld(
-    seam: Seam, place: Place, rules: RuleTable, material: TriangleMaterial | None, stated: StatedWeld
+    seam: Seam,
+    place: Place,
+    rules: RuleTable,
+    material: TriangleMaterial | None,
+    stated: StatedWeld,
+    groove: Groove | None,
+    position: tuple[str, str] | None,
 ) -> SeamWeld:
-    measured: Mapping[str, tuple[Any, str]] = _measured(seam, material)
+    if groove is not None:  # its seam runs along one edge at the root, or beside the groove
+        R = seam.frames.R @ Rotation.from_euler("x", groove.tilt_rad).as_matrix()
+        seam = replace(seam, joint=JointType.BUTT, weld=WeldType.GROOVE, frames=replace(seam.frames, R=R))
+    measured: dict[str, tuple[Any, str]] = _measured(seam, material)
+    if position is not None:
+        measured["position"] = position
     lower_side = 1 if float(np.mean(seam.frames.R[:, :, 1] @ np.array(UP))) < 0.0 else -1
-    files = {**measured, **stated.files}
-    return weld_for(seam, place, rules, user=stated.user, from_files=files, first_side=lower_side)
+    of_model = {} if groove is None else groove.values()  # exact, where the gap of a seam is to the nearest face
+    own = {name: value for name, value in measured.items() if name not in of_model}
+    files = {**own, **stated.files}
+    return weld_for(seam, place, rules, user=stated.user, from_files=files, first_side=lower_side, groove=groove)
 
 
 def _measured(seam: Seam, material: TriangleMaterial | None) -> dict[str, tuple[Any, str]]:

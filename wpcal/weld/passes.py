@@ -70,11 +70,12 @@ def place_beads(section: Section, passes: int, *, first_side: int = -1) -> tuple
     area = section.area_mm2 / passes
     beads: list[Bead] = []
     for layer, (low, high, count) in enumerate(_layers(section, passes), 1):
-        corner = _corner_angle_deg(section, low) if count > 1 else 0.0
         for place in range(count):
             share = (place, place + 1) if first_side < 0 else (count - place - 1, count - place)
             left, right = (2.0 * one / count - 1.0 for one in share)
-            lean = corner * (left + right) / 2.0 * count / max(count - 1, 1)
+            side = (left + right) / 2.0 * count / max(count - 1, 1)
+            lean = side * _corner_angle_deg(section, low, side) if count > 1 else 0.0
+            lean += math.degrees(section.tilt_rad)
             beads.append(_bead(section, (low, high), (left, right), len(beads) + 1, layer, area, lean))
     return tuple(beads)
 
@@ -96,10 +97,17 @@ def _layers(section: Section, passes: int) -> list[tuple[float, float, int]]:
     return layers
 
 
-def _corner_angle_deg(section: Section, low_mm: float) -> float:
-    """Return by how much the wire leans to halve the corner between a side and the ground of a layer."""
-    side = math.atan(section.slope) if low_mm >= section.root_face_mm else 0.0
-    return math.degrees((math.pi / 2.0 - side) / 2.0)
+def _corner_angle_deg(section: Section, low_mm: float, side: float) -> float:
+    """Return by how much the wire leans to halve the corner between a side and the ground of a layer.
+
+    In a groove it leans by at most half the angle of the other side, towards which the torch leans.
+    """
+    if low_mm < section.root_face_mm:
+        return 0.0 if section.is_groove else 45.0
+    sign = math.copysign(1.0, side)
+    own, other = (math.atan(max(0.0, section.slope + turn * section.skew)) for turn in (sign, -sign))
+    halved = (math.pi / 2.0 - own) / 2.0
+    return math.degrees(min(halved, other / 2.0) if section.is_groove else halved)
 
 
 def _bead(
@@ -112,12 +120,17 @@ def _bead(
     lean_deg: float,
 ) -> Bead:
     (low, high), (left, right) = heights, shares
-    corners = [(section.half_width(low) * left, low), (section.half_width(low) * right, low)]
+    corners = [(left, low), (right, low)]
     if low < section.root_face_mm < high:
-        corners.append((section.half_width(section.root_face_mm) * right, section.root_face_mm))
-    corners += [(section.half_width(high) * right, high), (section.half_width(high) * left, high)]
+        corners.append((right, section.root_face_mm))
+    corners += [(right, high), (left, high)]
     if low < section.root_face_mm < high:
-        corners.append((section.half_width(section.root_face_mm) * left, section.root_face_mm))
-    aim = section.half_width(low) * (left + right) / 2.0
-    outline = tuple((y, section.root_z_mm + h) for y, h in corners)
-    return Bead(number, layer, aim, section.root_z_mm + low, area_mm2, outline, lean_deg)
+        corners.append((left, section.root_face_mm))
+    outline = tuple(_place(section, share, h) for share, h in corners)
+    y, z = _place(section, (left + right) / 2.0, max(low, section.least_aim_mm))
+    return Bead(number, layer, y, z, area_mm2, outline, lean_deg)
+
+
+def _place(section: Section, share: float, h_mm: float) -> tuple[float, float]:
+    """Return y and z of a share of the half width at a height."""
+    return section.place(section.middle(h_mm) + share * section.half_width(h_mm), h_mm)

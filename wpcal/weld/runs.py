@@ -1,41 +1,118 @@
-"""What a torch does in one go: one bead along one stretch of a seam.
+"""What a torch does in one go: one bead along one stretch of a seam, or one tack weld.
 
 A weld with one bead and no stitches is the seam itself. Otherwise each bead is moved in the frame of the seam, and each
-stretch is cut out of it. All stretches of a bead come before the next bead.
+stretch is cut out of it. All stretches of a bead come before the next bead. Tack welds are short stretches in the seam
+itself, without a weave; all of them come before the first weld.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from wpcal.core.arrays import FloatArray
-from wpcal.seam.seam import Seam, SeamFrames
+from wpcal.core.errors import InputError
+from wpcal.seam.seam import Seam, SeamFrames, WeldType
 from wpcal.weld.passes import Bead
 from wpcal.weld.seam_weld import SeamWeld
+from wpcal.weld.values import WeldKind
+from wpcal.weld.weave_points import woven_frames
+
+
+class Tacks(Enum):
+    """Which of tack welds and welds a program lays."""
+
+    FIRST = "first"
+    ONLY = "only"
+    OFF = "off"
+
+
+class WeaveBy(Enum):
+    """Who makes a weave."""
+
+    CONTROLLER = "controller"
+    """An instruction of the language, or data in the controller."""
+    POINTS = "points"
+    """Points of the program."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunChoice:
+    """Which runs a program has.
+
+    Parameters
+    ----------
+    tacks : Tacks
+    weave : WeaveBy
+    """
+
+    tacks: Tacks = Tacks.FIRST
+    weave: WeaveBy = WeaveBy.CONTROLLER
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeldRun:
-    """One bead along one stretch.
+    """One bead along one stretch, or one tack weld.
 
     Parameters
     ----------
     seam : Seam
-        What is welded, under the name of the run: ``W1``, ``W1.p2`` (second pass), ``W1.s3`` (third stretch).
+        What is welded, under the name of the run: ``W1``, ``W1.p2`` (second pass), ``W1.s3`` (third stretch), ``W1.t1``
+        (first tack weld).
     weld : SeamWeld
     bead : Bead or None
         None for the only bead.
     u95_mm : ndarray, shape (n,), or None
         The 95 % error at the frames, mm.
+    is_tack : bool
+    speed_ratio : float
+        Of the wire to the travel: more than 1 for a weave that is made of points; 1 for all others.
     """
 
     seam: Seam
     weld: SeamWeld
     bead: Bead | None
     u95_mm: FloatArray | None
+    is_tack: bool = False
+    speed_ratio: float = 1.0
+
+    @property
+    def is_woven(self) -> bool:
+        """Whether the frames of the seam are those of a weave."""
+        return self.speed_ratio > 1.0
+
+
+def chosen_runs(
+    seams: Sequence[tuple[Seam, SeamWeld, FloatArray | None]], choice: RunChoice, speed_mm_s: float
+) -> list[WeldRun]:
+    """Return the runs of all welds in the order of welding: all tack welds before the first weld.
+
+    Parameters
+    ----------
+    seams : sequence of (Seam, SeamWeld, ndarray of shape (n,) or None)
+        Each with n frames, its weld, and the 95 % error at its frames, mm.
+    choice : RunChoice
+    speed_mm_s : float
+        Along a seam whose weld data states none.
+
+    Raises
+    ------
+    InputError
+        When only tack welds are wanted and there are none, or a weave cannot be made of points.
+    """
+    tacks = [run for each in seams for run in tack_runs(*each)] if choice.tacks is not Tacks.OFF else []
+    if choice.tacks is Tacks.ONLY:
+        if not tacks:
+            raise InputError("no weld data of the chosen seams states tacks")
+        return tacks
+    runs = [run for each in seams for run in weld_runs(*each)]
+    if choice.weave is WeaveBy.POINTS:
+        runs = [woven_run(run, run.weld.values.speed_mm_s or speed_mm_s) for run in runs]
+    return [*tacks, *runs]
 
 
 def weld_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> tuple[WeldRun, ...]:
@@ -64,6 +141,69 @@ def weld_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> t
                 cut, u95 = cut_seam(moved, start, end, u95_mm)
                 runs.append(WeldRun(replace(cut, name=name), weld, bead, u95))
     return tuple(runs)
+
+
+def tack_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> tuple[WeldRun, ...]:
+    """Return the tack welds of a seam in their order. They have the values of the weld, but no weave.
+
+    Parameters
+    ----------
+    seam : Seam
+        With n frames.
+    weld : SeamWeld
+        Of this seam.
+    u95_mm : ndarray, shape (n,), optional
+    """
+    plain = replace(weld, values=replace(weld.values, weave=None, weave_data=None))
+    leaning = replace(seam, lean_rad=_leans(seam, weld, None))
+    runs = []
+    for number, (start, end) in enumerate(weld.tacks_mm, 1):
+        cut, u95 = cut_seam(leaning, start, end, u95_mm)
+        runs.append(WeldRun(replace(cut, name=f"{seam.name}.t{number}"), plain, None, u95, is_tack=True))
+    return tuple(runs)
+
+
+def woven_run(run: WeldRun, speed_mm_s: float) -> WeldRun:
+    """Return a run whose weave is made of points; a run without a weave is returned as it is.
+
+    Parameters
+    ----------
+    run : WeldRun
+    speed_mm_s : float
+        Of travel along the seam.
+
+    Raises
+    ------
+    InputError
+        If the weave cannot be made of points, or is stated by the name of its data only. The message names the weld.
+    """
+    values, seam = run.weld.values, run.seam
+    if values.weave is None:
+        if values.weave_data is not None:
+            raise InputError(f"weld {run.weld.name}: weave_data {values.weave_data}: points need the values of weave")
+        return run
+    try:
+        frames = woven_frames(
+            seam.frames,
+            values.weave,
+            speed_mm_s,
+            bead=run.bead,
+            between_plates=seam.weld is WeldType.FILLET and values.weld is WeldKind.FILLET,
+        )
+    except InputError as error:
+        raise InputError(f"weld {run.weld.name}: {error}") from None
+    own = seam.frames.s_mm
+    s = frames.s_mm * own[-1] / frames.s_mm[-1]
+    nearest = np.abs(own[None, :] - s[:, None]).argmin(axis=1)
+    lean = None if seam.lean_rad is None else seam.lean_rad[nearest]
+    plain = replace(run.weld, values=replace(values, weave=None, weave_data=None))
+    return replace(
+        run,
+        seam=replace(seam, frames=frames, lean_rad=lean),
+        weld=plain,
+        u95_mm=None if run.u95_mm is None else np.interp(s, own, run.u95_mm),
+        speed_ratio=float(frames.s_mm[-1] / own[-1]),
+    )
 
 
 def _leans(seam: Seam, weld: SeamWeld, bead: Bead | None) -> FloatArray | None:
@@ -117,5 +257,6 @@ def cut_seam(
         length_mm=float(end_mm - start_mm),
         frames=SeamFrames(s - start_mm, p, R, angle, frames.frame),
         lean_rad=None if seam.lean_rad is None else seam.lean_rad[nearest],
+        spin_rad=None if seam.spin_rad is None else seam.spin_rad[nearest],
     )
     return cut, None if u95_mm is None else np.interp(s, own, u95_mm)

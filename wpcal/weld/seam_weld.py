@@ -16,6 +16,7 @@ import numpy as np
 
 from wpcal.core.errors import InputError
 from wpcal.seam.seam import JointType, Seam, WeldType
+from wpcal.weld.groove import Groove
 from wpcal.weld.passes import Bead, place_beads
 from wpcal.weld.place import Place
 from wpcal.weld.rules import Case, Row, RuleTable
@@ -25,6 +26,8 @@ from wpcal.weld.values import WeldValues, require_one_size, values_from_record
 
 RECOVERY = 0.95
 """Share of a solid wire that becomes weld: a few percent are lost as spatter and fume."""
+MODEL_FILE = "part.glb"
+"""Of a result folder: the triangles of the model."""
 BOTH_SIDES_MM = 5.0
 """A thicker square butt is welded from both sides, so one side does not fill its whole depth."""
 
@@ -34,6 +37,7 @@ class Source(Enum):
 
     RULE = "rule"
     FILE = "file"
+    MODEL = "model"
     USER = "user"
 
 
@@ -45,7 +49,7 @@ class Origin:
     ----------
     source : Source
     of : str
-        The rule or the file; empty for the user.
+        The rule or the file; empty for the user. The model is measured in ``part.glb``.
     given : object
         The value as it came, as JSON holds it. If a file holds another one, a person changed it.
     """
@@ -117,6 +121,7 @@ def weld_for(
     user: Mapping[str, Any] | None = None,
     from_files: Mapping[str, tuple[Any, str]] | None = None,
     first_side: int = -1,
+    groove: Groove | None = None,
 ) -> SeamWeld:
     """Find the values of the weld in a seam.
 
@@ -132,6 +137,8 @@ def weld_for(
         What files state: value and name of the file.
     first_side : int
         The side of y at which layers of beads begin.
+    groove : Groove, optional
+        As the model has it. What a person or a file states counts before it.
 
     Returns
     -------
@@ -149,17 +156,20 @@ def weld_for(
     for name, (value, file) in (from_files or {}).items():
         if not _is_other_size(name, draft):
             draft.put(name, value, Source.FILE, file)
+    for name, value in ({} if groove is None else groove.values()).items():
+        draft.put(name, value, Source.MODEL, MODEL_FILE)
     case = Case(seam.joint, seam.weld, draft.given.get("thickness_mm"), draft.given.get("position"))
     speed_row = _take_rules(draft, rules.values_for(case))
     _take_depth(draft, seam)
-    section = _section(draft, seam, what)
+    section = _section(draft, seam, what, groove)
     _take_passes(draft, section, rules, case)
     _take_speed(draft, section, speed_row)
     values = values_from_record(draft.given, what=what)
     require_one_size(values, what=what)
     try:
         passes = values.passes or 1
-        beads = place_beads(section, passes, first_side=first_side) if section is not None and passes > 1 else ()
+        is_placed = passes > 1 or groove is not None  # the one bead of a measured groove is at its root, too
+        beads = place_beads(section, passes, first_side=first_side) if section is not None and is_placed else ()
         runs = stretches(values.stitch, seam.length_mm, closed=seam.closed)
         tacks = () if values.tacks is None else stretches(values.tacks, seam.length_mm, closed=seam.closed)
     except InputError as error:
@@ -194,10 +204,10 @@ def _take_depth(draft: _Draft, seam: Seam) -> None:
         draft.put("depth_mm", thickness, Source.RULE, "the thickness of the thinner plate")
 
 
-def _section(draft: _Draft, seam: Seam, what: str) -> Section | None:
+def _section(draft: _Draft, seam: Seam, what: str, groove: Groove | None) -> Section | None:
     values = values_from_record(draft.given, what=what)
     angle = float(np.median(seam.frames.angle_rad)) if len(seam.frames) else math.pi / 2.0
-    return section_of(values, joint=seam.joint, weld=seam.weld, normals_rad=angle)
+    return section_of(values, joint=seam.joint, weld=seam.weld, normals_rad=angle, groove=groove)
 
 
 def _take_passes(draft: _Draft, section: Section | None, rules: RuleTable, case: Case) -> None:

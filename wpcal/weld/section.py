@@ -1,9 +1,9 @@
 r"""The cross-section of a weld between two straight sides, with its area in closed form.
 
-The section is symmetric about the z axis of the seam frame. At the height h above the root it is
-:math:`b + 2 k \max(0, h - c)` wide (root gap b, root face c, slope k of each side), so the area below h is
-:math:`A(h) = b h + k \max(0, h - c)^2`. A fillet has b = c = 0, and k is the tangent of half the angle between its
-plates.
+At the height h above the root the section is :math:`b + 2 k \max(0, h - c)` wide (root gap b, root face c, mean slope
+k of both sides), so the area below h is :math:`A(h) = b h + k \max(0, h - c)^2`. A fillet has b = c = 0, and k is the
+tangent of half the angle between its plates. A groove with different bevels is skewed: its middle moves with the
+height. A groove that was measured can be turned and moved in the frame of the seam.
 """
 
 from __future__ import annotations
@@ -13,10 +13,17 @@ from dataclasses import dataclass
 
 from wpcal.core.errors import InputError
 from wpcal.seam.seam import JointType, WeldType
+from wpcal.weld.groove import Groove
 from wpcal.weld.values import WeldKind, WeldValues
 
 LEAST_FILLET_RAD, MOST_FILLET_RAD = math.radians(20.0), math.radians(160.0)
 """Between the plates of a fillet: outside this range no fillet is asked for by a throat or a leg."""
+BEVELS = (WeldKind.SINGLE_BEVEL, WeldKind.DOUBLE_BEVEL)
+GROOVES = (WeldKind.SINGLE_V, WeldKind.DOUBLE_V, *BEVELS)
+BUTT_WELDS = (WeldKind.SQUARE, *GROOVES)
+"""Kinds of welds with an angle at one side, with any angle, and in a butt."""
+USUAL_WIRE_MM = 1.2
+"""Diameter of a wire that is not stated."""
 COPLANAR_RAD = math.radians(20.0)
 """Two faces whose normals differ by less are one surface: the seam is on the face of the groove, not at its root."""
 
@@ -33,8 +40,16 @@ class Section:
         Change of the half width per height.
     gap_mm, root_face_mm : float
         Width at the root, and the height up to which it stays so.
-    root_z_mm : float
-        z of the root in the seam frame; y is 0.
+    root_z_mm, root_y_mm : float
+        The middle of the root in the seam frame.
+    skew : float
+        Change of the middle per height above the root face, towards +y.
+    tilt_rad : float
+        From z of the seam to the direction of height; positive towards -y.
+    least_aim_mm : float
+        Height below which no wire gets: the root face, if the gap is narrower than the wire.
+    is_groove : bool
+        Whether the torch is in a groove, where a side is opposite to the one that is welded.
 
     Raises
     ------
@@ -47,6 +62,11 @@ class Section:
     gap_mm: float = 0.0
     root_face_mm: float = 0.0
     root_z_mm: float = 0.0
+    root_y_mm: float = 0.0
+    skew: float = 0.0
+    tilt_rad: float = 0.0
+    least_aim_mm: float = 0.0
+    is_groove: bool = False
 
     def __post_init__(self) -> None:
         if not self.area_mm2 > 0.0:
@@ -66,6 +86,15 @@ class Section:
         """Half the width at a height."""
         return self.gap_mm / 2.0 + self.slope * max(0.0, h_mm - self.root_face_mm)
 
+    def middle(self, h_mm: float) -> float:
+        """Where the middle is at a height, across."""
+        return self.skew * max(0.0, h_mm - self.root_face_mm)
+
+    def place(self, u_mm: float, h_mm: float) -> tuple[float, float]:
+        """Return y and z in the seam frame of a place across and above the root."""
+        c, s = math.cos(self.tilt_rad), math.sin(self.tilt_rad)
+        return self.root_y_mm + u_mm * c - h_mm * s, self.root_z_mm + u_mm * s + h_mm * c
+
     def height_of(self, area_mm2: float) -> float:
         """Return the height below which there is an area: the inverse of `area_below`, in closed form."""
         straight = self.gap_mm * self.root_face_mm
@@ -76,7 +105,9 @@ class Section:
         return self.root_face_mm + 2.0 * rest / (self.gap_mm + root)
 
 
-def section_of(values: WeldValues, *, joint: JointType, weld: WeldType, normals_rad: float) -> Section | None:
+def section_of(
+    values: WeldValues, *, joint: JointType, weld: WeldType, normals_rad: float, groove: Groove | None = None
+) -> Section | None:
     """Return the section of a weld.
 
     Parameters
@@ -86,6 +117,8 @@ def section_of(values: WeldValues, *, joint: JointType, weld: WeldType, normals_
         Of the seam.
     normals_rad : float
         Angle between the outward normals of the two faces.
+    groove : Groove, optional
+        As the model has it: where the groove is, and how its angle is divided between both sides.
 
     Returns
     -------
@@ -93,6 +126,8 @@ def section_of(values: WeldValues, *, joint: JointType, weld: WeldType, normals_
         None for a weld whose section is not stated: no size, flare welds, the outside of a corner, a square butt
         without a gap.
     """
+    if groove is not None and values.weld in BUTT_WELDS:
+        return _groove_section(values, groove)
     if weld is WeldType.FILLET and values.weld is WeldKind.FILLET:
         between = math.pi - normals_rad
         height = throat_of(values, between)
@@ -103,13 +138,29 @@ def section_of(values: WeldValues, *, joint: JointType, weld: WeldType, normals_
     if weld is not WeldType.GROOVE or not is_butt or values.depth_mm is None:
         return None
     gap = values.root_gap_mm or 0.0
-    if values.weld is not WeldKind.SINGLE_V:
+    if values.weld not in GROOVES:
         return Section(values.depth_mm, 0.0, gap, root_z_mm=-values.depth_mm) if gap > 0.0 else None
-    slope = math.tan(math.radians(values.groove_angle_deg or 0.0) / 2.0)
-    if gap == 0.0 and slope == 0.0:
+    left = 0.0 if values.weld in BEVELS else 0.5
+    return _between_sides(values, left, z_mm=-values.depth_mm)
+
+
+def _groove_section(values: WeldValues, groove: Groove) -> Section | None:
+    """Return the section of a measured groove with the values as they are stated now."""
+    return _between_sides(values, groove.left_share, groove.y_mm, groove.z_mm, groove.tilt_rad)
+
+
+def _between_sides(
+    values: WeldValues, left_share: float, y_mm: float = 0.0, z_mm: float = 0.0, tilt_rad: float = 0.0
+) -> Section | None:
+    """Return the section between two sides; None without a gap and an angle, or without a depth."""
+    angle = math.radians(values.groove_angle_deg or 0.0) if values.weld in GROOVES else 0.0
+    left, right = math.tan(angle * left_share), math.tan(angle * (1.0 - left_share))
+    gap, depth = values.root_gap_mm or 0.0, values.depth_mm
+    if depth is None or (gap == 0.0 and left + right == 0.0):
         return None
-    root_face = min(values.root_face_mm or 0.0, values.depth_mm)
-    return Section(values.depth_mm, slope, gap, root_face, -values.depth_mm)
+    root_face = min(values.root_face_mm or 0.0, depth)
+    skew, aim = (right - left) / 2.0, 0.0 if gap > (values.wire_mm or USUAL_WIRE_MM) else root_face
+    return Section(depth, (left + right) / 2.0, gap, root_face, z_mm, y_mm, skew, tilt_rad, aim, is_groove=True)
 
 
 def throat_of(values: WeldValues, between_rad: float) -> float | None:

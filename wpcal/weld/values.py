@@ -21,8 +21,20 @@ class WeldKind(Enum):
     FILLET = "fillet weld"
     SQUARE = "square butt weld"
     SINGLE_V = "single-V butt weld"
+    SINGLE_BEVEL = "single-bevel butt weld"
+    DOUBLE_V = "double-V butt weld"
+    DOUBLE_BEVEL = "double-bevel butt weld"
     FLARE_V = "flare-V weld"
     FLARE_BEVEL = "flare-bevel weld"
+
+
+PREPARATIONS: Mapping[WeldKind, str] = {
+    WeldKind.SINGLE_V: "V",
+    WeldKind.SINGLE_BEVEL: "HV",
+    WeldKind.DOUBLE_V: "X",
+    WeldKind.DOUBLE_BEVEL: "K",
+}
+"""Letters of the grooves of butt welds, as files of other programs state them."""
 
 
 class WeaveShape(Enum):

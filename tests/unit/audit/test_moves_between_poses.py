@@ -17,7 +17,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.moves import Arc
 from wpcal.results.folder import FinishedCalibration
 
-WRITERS = ("rapid", "krl", "fanuc", "inform", "urscript", "val3")
+WRITERS = ("rapid", "krl", "fanuc", "inform", "urscript", "val3", "as")
 CONFIGURATIONS = {"fanuc": "N U T, 0, 0, 0", "inform": "1,0,0,0,0,0,0,0"}
 T = RigidTransform.identity(target="base", source="part")
 CORNERS = np.array([[x, y, z] for x in (-2, 2) for y in (-2, 2) for z in (0, 1)], dtype=float)

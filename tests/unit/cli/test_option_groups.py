@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass
 import click
 from click.testing import CliRunner
 
-from wpcal.cli.export_options import TorchShapeFlags
 from wpcal.cli.main import wpcal
 from wpcal.cli.option_groups import option, option_names, takes
+from wpcal.cli.torch_options import TorchShapeFlags
 from wpcal.seam.torch import USUAL_TORCH
 
 

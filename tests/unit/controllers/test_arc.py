@@ -1,7 +1,9 @@
 """Arc instructions of every language: on along every seam, nowhere else, and an audit that finds each misplaced one."""
 
 import json
+import math
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -17,6 +19,7 @@ LANGUAGE_FILES = {
     "inform": ("W1.jbi", "ARCON", "ARCOF"),
     "urscript": ("WPCAL.script", "arc_start", "arc_end"),
     "val3": ("start.pgx", "arcStart", "arcEnd"),
+    "as": ("WPCAL.as", "LWS", "LWE"),
 }
 
 
@@ -34,6 +37,9 @@ def exported(finished_folder, tmp_path):
         return run_here(*call, "--welds", file), out / language
 
     return make
+
+
+DWELLS = {"shape": "sine", "width_mm": 3, "length_mm": 2, "dwell_left_s": 0.1}
 
 
 def lines_of(text, pattern):
@@ -69,7 +75,7 @@ def test_the_arc_is_on_along_the_seam_and_each_misplaced_instruction_is_found(ex
         "no end of the seam": text[: off - 1],
     }
     found = {what: bool(faults(*lines)) for what, lines in planted.items() if what != "no end of the seam"}
-    if language == "rapid":  # the last move ends the arc
+    if language in ("rapid", "as"):  # the last move ends the arc
         found.pop("off at once")
     assert found == dict.fromkeys(found, True)
 
@@ -88,7 +94,7 @@ def test_a_dry_run_is_the_default_says_so_and_has_no_arc_instruction(finished_fo
     assert not any(re.search(rf"^[^;!#'/]*\b{on_word}\b", line) for line in files[path].splitlines())
     assert arc_faults(path.read_bytes(), path) == []
     instruction = {".mod": "    ArcLStart p,v1,s,w,fine,t;", ".ls": "   9:  Weld Start[1,1] ;", ".jbi": "ARCON ASF#(1)"}
-    other = {".src": "ARC_START(1)", ".script": "  arc_start(1)", ".pgx": "  call arcStart(1)"}
+    other = {".src": "ARC_START(1)", ".script": "  arc_start(1)", ".pgx": "  call arcStart(1)", ".as": "  LWS p"}
     planted = f"{files[path]}\n{({**instruction, **other})[path.suffix]}\n"
     (fault,) = arc_faults(planted.encode(), path)
     assert fault.message == "an arc instruction in a program of a dry run"
@@ -113,9 +119,16 @@ def test_the_audit_of_a_folder_reads_the_arcs(exported):
         ("fanuc", {"weave_data": "wv1"}, "weave_data: expected the number of a weave schedule"),
         ("inform", {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}}, "weave: state weave_data"),
         ("inform", {"job": None, "current_a": None}, "INFORM: weld W1: without a job the values are written; state it"),
-        ("krl", {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}}, "weave: needs ArcTech: state weld_data"),
+        (
+            "krl",
+            {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}},
+            "weave: needs ArcTech (weld_data), or --weave points",
+        ),
         ("urscript", {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}}, "the language has no weave"),
         ("val3", {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}}, "the language has no weave"),
+        ("as", {"job": None, "current_a": None}, "AS: weld W1: without a job the values are written; state it"),
+        ("as", {"job": None, "weave": {**DWELLS}}, "weave: a weld condition has no dwells"),
+        ("as", {"job": None, "weave_data": "2"}, "weave_data: a weave needs width_mm and length_mm"),
         ("rapid", {"weld_data": "while"}, "weld_data 'while': RAPID names have up to 32"),
     ],
 )
@@ -202,6 +215,20 @@ WEAVE = {"shape": "sine", "width_mm": 4, "length_mm": 2, "dwell_left_s": 0.1, "d
                 'DECL stArcDat_T WW1_0002={WdatId[] "WW1_0002"}',
             ],
         ),
+        ("as", {"end_delay_s": 0, "crater": None}, ["  LWS W1_0001\n  LWE W1_0002 ,7\n"]),
+        (
+            "as",
+            {
+                "job": None,
+                "current_a": 220,
+                "voltage_v": 24,
+                "speed_mm_s": 5,
+                "end_delay_s": 0.2,
+                "crater": {"time_s": 0.4, "current_a": 160},
+                "weave": {"shape": "sine", "width_mm": 4, "length_mm": 2},
+            },
+            ["  W1SET 1 = 30.0,220,24.0,4.0,2.5\n  W2SET 1 = 0.60,160,24.0\n  LWS W1_0001\n  LWE W1_0002 ,1,1\n"],
+        ),
         ("urscript", {"speed_mm_s": 5}, ["  arc_start(7)", "  sleep(0.2)", ", v=0.005", "  arc_end()"]),
         ("val3", {"speed_mm_s": 5}, ["  call arcStart(7)", "  delay(0.2)", "mW1", "  call arcEnd()", 'tmax="5"']),
     ],
@@ -209,7 +236,7 @@ WEAVE = {"shape": "sine", "width_mm": 4, "length_mm": 2, "dwell_left_s": 0.1, "d
 def test_the_values_are_written_as_the_language_has_them(exported, language, values, expected):
     ended, folder = exported(language, "--arc", "on", **values)
     assert ended.returncode == 0, ended.stderr
-    text = "\n".join(path.read_bytes().decode() for path in sorted(folder.iterdir()))
+    text = "\n".join(path.read_bytes().decode().replace("\r\n", "\n") for path in sorted(folder.iterdir()))
     for line in expected:
         assert line in text
     assert all(arc_faults(path.read_bytes(), path) == [] for path in folder.iterdir())
@@ -230,6 +257,25 @@ def test_a_digital_output_switches_the_arc(exported, language, on, off):
     text = path.read_text()
     assert text.index(on) < text.index(off)
     assert arc_faults(path.read_bytes(), path) == []
+    if language == "val3":  # a variable of its own name
+        return
+    other = [line.replace("4", "7") for line in (on, off)]  # a gripper, and one that is on during a seam
+    lines = text.splitlines()
+    first, last = lines_of(lines, re.escape(on))[0], lines_of(lines, re.escape(off))[0]
+    mixed = [*lines[: first - 2], *other, *lines[first - 2 : last], *other, *lines[last:]]
+    assert arc_faults("\n".join(mixed).encode(), path) == []
+    for planted in (
+        ["  " + on, *mixed],
+        [*mixed[: first + 2], *mixed[first + 3 :]],
+        [*lines[:last], *lines[last + 1 :]],
+    ):
+        assert arc_faults("\n".join(planted).encode(), path)
+    silent = re.sub(r"(?m)^.*switches the arc.*$", "", text)  # nothing states the number: a person does
+    assert arc_faults(silent.encode(), path)
+    assert arc_faults(silent.encode(), path, 4) == []
+    path.write_text(silent)
+    codes = [run_here("audit", path, *more).returncode for more in ((), ("--arc-output", "4"), ("--arc-output", "7"))]
+    assert codes == [1, 0, 1]
 
 
 def test_every_bead_and_every_stitch_has_an_arc_of_its_own(exported):
@@ -242,6 +288,49 @@ def test_every_bead_and_every_stitch_has_an_arc_of_its_own(exported):
     targets = [re.findall(r"robtarget .*", each) for each in (text, (other / "WPCAL.mod").read_text())]
     assert dry.returncode == 0
     assert targets[0] == targets[1]  # a dry run has the same poses
+
+
+WEAVES = {"shape": "zigzag", "width_mm": 4, "length_mm": 4}
+
+
+@pytest.mark.parametrize("language", LANGUAGE_FILES)
+def test_tacks_come_first_then_every_bead_and_a_weave_is_made_of_points(exported, language):
+    tacks = {"length_mm": 10, "pitch_mm": 45}
+    stated = {"leg_mm": 12, "passes": 2, "weave": WEAVES, "tacks": tacks, "speed_mm_s": 5}
+    ended, folder = exported(language, "--arc", "on", "--weave", "points", **stated)
+    assert ended.returncode == 0, ended.stderr
+    files = {path: path.read_bytes() for path in folder.iterdir()}
+    assert all(arc_faults(raw, path) == [] for path, raw in files.items())
+    text = "\n".join(raw.decode() for raw in files.values())
+    assert "Weave" not in re.sub(r"(?m)^.*[!;#'].*$", "", text)  # an instruction of the controller
+    starts = sum(len(re.findall(r"SEAM START[ ;]*\r?$", raw.decode(), re.MULTILINE)) for raw in files.values())
+    assert starts == 5  # three tacks, two beads
+    main = "".join(raw.decode() for path, raw in files.items() if path.stem in ("WPCAL", "start"))
+    tack, bead = (re.search(rf"W1[._]{run}", main, re.IGNORECASE).start() for run in ("t1", "p1"))
+    assert tack < bead
+    ended, folder = exported(language, "--tacks", "only", "--weave", "points", **stated)
+    assert ended.returncode == 0, ended.stderr
+    assert f"{language}: 3 seams" in ended.stdout
+    ended, folder = exported(language, "--tacks", "off", "--weave", "points", **stated)
+    assert f"{language}: 2 seams" in ended.stdout
+
+
+def test_the_wire_of_a_weave_of_points_goes_faster_than_the_travel(exported):
+    ended, folder = exported("urscript", "--weave", "points", weave=WEAVES, speed_mm_s=5, leg_mm=4)
+    assert ended.returncode == 0, ended.stderr
+    text = (folder / "WPCAL.script").read_text()
+    along = text.split("# ARC ON")[1].split("# ARC OFF")[0]
+    points = [[float(v) * 1000 for v in row.split(",")[:3]] for row in re.findall(r"p\[(.*?)\]", along)]
+    assert len(points) == 100  # 25 swings of four points
+    speed = float(re.search(r"v=([\d.]+), r=0.0002", along)[1]) * 1000
+    way = sum(math.dist(a, b) for a, b in pairwise([[0.0, 0.0, 0.0], *points]))
+    assert speed * 100 / way == pytest.approx(5.0, abs=0.01)  # along the seam of 100 mm
+
+
+def test_tacks_only_without_tacks_is_one_line(exported):
+    ended, _ = exported("krl", "--tacks", "only")
+    assert (ended.returncode, ended.stderr.count("wpcal: ")) == (2, 1)
+    assert "no weld data of the chosen seams states tacks" in ended.stderr
 
 
 def test_programs_of_others_are_not_judged():

@@ -182,6 +182,7 @@ JOINT_MOVES = {
     "inform": ("MOVJ ", 1),
     "urscript": ("movej(", 1),
     "val3": ("movej(", 1),
+    "as": ("JMOVE ", 1),
 }
 
 

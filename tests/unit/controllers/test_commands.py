@@ -69,8 +69,28 @@ def test_wrong_use_ends_with_two_in_one_line_and_writes_nothing(finished_folder,
     assert files_below(folder) == ["calibration.json", "part.glb", "seams.json"]
 
 
+def test_force_removes_the_jobs_of_seams_that_are_no_longer_welded(finished_folder, capsys):
+    folder = finished_folder(accepted=(True, True, True))
+    given = ("export", folder, "-f", "fanuc", "--config", "N U T, 0, 0, 0")
+    assert call(capsys, *given)[0] == 0
+    out = folder / "fanuc"
+    first = {path.name for path in out.iterdir()}
+    (out / "MINE.LS").write_text("/PROG MINE\n")
+    (out / "notes.txt").write_text("kept")
+    code, _, err = call(capsys, *given, "--only", "W1", "--force")
+    assert code == 0
+    assert {path.name for path in out.iterdir()} == {"WPCAL.ls", "W1.ls", "MINE.LS", "notes.txt"}
+    gone = ", ".join(sorted(first - {"WPCAL.ls", "W1.ls"}))
+    assert f"{out}: removed jobs of an earlier export: {gone}" in err
+    assert "kept, and not part of this export: MINE.LS" in err
+    assert "notes.txt" not in err
+    code, _, err = call(capsys, *given, "--only", "W1", "--force")
+    assert (code, "removed" in err) == (0, False)
+
+
 @pytest.mark.parametrize(
-    ("typed", "written"), [("abb", "rapid"), ("KUKA", "krl"), ("motoman", "inform"), ("ur", "urscript")]
+    ("typed", "written"),
+    [("abb", "rapid"), ("KUKA", "krl"), ("motoman", "inform"), ("ur", "urscript"), ("Kawasaki", "as")],
 )
 def test_a_maker_is_a_name_of_its_language(finished_folder, capsys, typed, written):
     folder = finished_folder()

@@ -109,7 +109,7 @@ def test_the_controllers_keep_to_the_true_seam(shape, torch, make_seam, random_p
         assert len(weld.steps) == len(program.paths[0].weld_moves), name
         p, turns = followed(weld, 60)
         told = turns.apply([0, 0, 1])
-        tip = p + held.stick_out_mm * told
+        tip = p + held.standoff_mm * told
         off, at = KDTree(true_p).query(tip)
         off_deg = np.degrees(np.arccos(np.clip((told * true_wire[at]).sum(1), -1, 1)))
         step = np.linalg.norm(np.diff(true_p, axis=0), axis=1).max()

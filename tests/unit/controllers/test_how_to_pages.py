@@ -13,6 +13,7 @@ PAGES = ROOT / "docs" / "how-to"
 WHOLE = {
     "abb.md": ["WPCAL.mod", "WPCAL.mod"],
     "fanuc.md": ["WPCAL.ls", "W1.ls", "W2.ls"],
+    "kawasaki.md": ["WPCAL.as", "WPCAL.as"],
     "kuka.md": ["WPCAL.src", "WPCAL.dat", "WPCAL.src"],
     "universal-robots-and-staubli.md": [
         *("WPCAL.script", "WPCAL.pjx", "WPCAL.dtx", "start.pgx", "stop.pgx"),

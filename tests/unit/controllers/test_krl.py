@@ -154,7 +154,7 @@ def test_a_file_without_points_and_an_unknown_kind_are_refused(tmp_path):
     with pytest.raises(FormatError, match="holds no stored positions"):
         taught(tmp_path, "DEFDAT X\nENDDAT\n")
     with pytest.raises(
-        InputError, match=r"unknown kind of program '\.src'; known: \.dat, \.jbi, \.ls, \.mod, \.prg, \.sys"
+        InputError, match=r"unknown kind of program '\.src'; known: \.as, \.dat, \.jbi, \.ls, \.mod, \.prg, \.sys"
     ):
         read_taught_program(tmp_path / "x.src")
     with pytest.raises(InputError, match="no such file"):

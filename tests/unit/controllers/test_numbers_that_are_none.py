@@ -4,6 +4,7 @@ import pytest
 
 from wpcal.controllers.abb.read import read_rapid
 from wpcal.controllers.fanuc.read import read_fanuc
+from wpcal.controllers.kawasaki.read import read_as
 from wpcal.controllers.kuka.read import read_krl
 from wpcal.controllers.yaskawa.read import read_inform
 from wpcal.core.errors import FormatError, InputError
@@ -26,6 +27,7 @@ LANGUAGES = {
     "FANUC": (read_fanuc, FANUC, 3),
     "KRL": (read_krl, KRL, 2),
     "INFORM": (read_inform, INFORM, 5),
+    "AS": (read_as, ".TRANS\nv1 {x} 2 3 0 0 0\n.END\n", 2),
 }
 NO_NUMBERS = ["nan", "inf", "-Infinity", "1e400", "2e9", "81_2", "１２", "true", "1.2.3", "0x10"]
 

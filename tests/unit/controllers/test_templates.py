@@ -1,6 +1,7 @@
 """Templates of a shop: ours are written the same way, theirs replace ours, and a fault is one line."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -63,6 +64,8 @@ def test_a_template_of_a_shop_replaces_ours(export, shop, tmp_path):
     assert written.startswith("MODULE WPCAL\n  ! our shop: WPCAL\n  ! written by wpcal")
     assert "    ! start of W1\n    MyArcOn W1_0001,5,6;\n" in written
     assert "ENDMODULE" in written
+    assert "NOT CHECKED: where the arc burns: " in ended.stderr
+    assert "leaves out the comments SEAM START and SEAM END" in ended.stderr
 
 
 @pytest.mark.parametrize(
@@ -105,6 +108,38 @@ def test_a_template_that_loses_poses_is_refused(export, shop, tmp_path):
     assert (ended.returncode, ended.stderr.count("wpcal: ")) == (2, 1)
     assert f"{folder}: the templates break the program" in ended.stderr
     assert not (tmp_path / "out").exists()
+
+
+ARC_ON = '{"schema": "wpcal/welds/1", "welds": [{"name": "W1", "values": {"job": 5, "thickness_mm": 8}}]}'
+
+
+def test_arcs_of_templates_are_checked_as_far_as_their_words_are_known(export, shop, tmp_path):
+    welds = tmp_path / "welds.json"
+    welds.write_text(ARC_ON)
+    folder = shop("krl", "header", "; our shop\n{% for line in about %}\n; {{ line }}\n{% endfor %}\n")
+    ended = export("krl", "--template", folder, "--welds", welds, "--arc", "on")
+    assert ended.returncode == 0
+    assert "where the arc burns" not in ended.stderr  # it was checked
+    shutil.copytree(folder, tmp_path / "other")
+    folder = tmp_path / "other"
+    (folder / "krl" / "air_move.txt").write_text('{{ "PTP" if joint else "LIN" }} {{ point }}\nARC_START(5)\n')
+    ended = export("krl", "--template", folder, "--welds", welds, "--arc", "on", out="second")
+    assert (ended.returncode, ended.stderr.count("wpcal: ")) == (2, 1)
+    assert "the templates break the program: krl: WPCAL.src, line" in ended.stderr
+    assert "arc on between seams" in ended.stderr
+    ended = export("krl", "--template", folder, out="third")  # a dry run that would burn
+    assert ended.returncode == 2
+    assert "an arc instruction in a program of a dry run" in ended.stderr
+    assert not (tmp_path / "second").exists()
+    assert not (tmp_path / "third").exists()
+
+
+def test_a_dry_run_with_templates_around_the_weld_says_what_is_not_known(export, shop):
+    folder = shop("krl", "weld_start", "LIN {{ point }}\nMyArc()\n; {{ mark }}\n$VEL.CP={{ speed }}\n")
+    ended = export("krl", "--template", folder)
+    assert ended.returncode == 0, ended.stderr
+    assert "NOT CHECKED: whether" in ended.stderr
+    assert "weld_start.txt switch the arc in this dry run" in ended.stderr
 
 
 def test_every_shipped_template_has_every_block():

@@ -6,8 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from wpcal.controllers.torch import ToolAxis, TorchSettings, measure_torch, tool_rotations, wire_directions
+from wpcal.controllers.torch import (
+    ToolAxis,
+    TorchSettings,
+    measure_torch,
+    neck_directions,
+    tool_rotations,
+    wire_directions,
+)
 from wpcal.core.errors import InputError
+from wpcal.seam.judge.torch_neck import bend_directions
 
 ROUND_OFF = 1e-12
 """A few products of rotations, entries at most 1."""
@@ -47,7 +55,16 @@ def test_push_points_the_wire_forward_and_work_turns_it_towards_y():
     np.testing.assert_allclose(wire, expected, rtol=0, atol=ROUND_OFF)
 
 
-@pytest.mark.parametrize("settings", [{"work_rad": 1.2}, {"travel_rad": math.nan}, {"stick_out_mm": -1.0}])
+@pytest.mark.parametrize("settings", [{"work_rad": 1.2}, {"travel_rad": math.nan}, {"standoff_mm": -1.0}])
 def test_impossible_torches_are_refused(settings):
     with pytest.raises(InputError):
         TorchSettings(**settings)
+
+
+@given(seed=st.integers(0, 100), axis=st.sampled_from(ToolAxis))
+def test_a_neck_in_the_program_bends_to_where_it_was_felt(seed: int, axis: ToolAxis) -> None:
+    rng = np.random.default_rng(seed)
+    R_seam, lean, spin = seam_frames(seed), rng.uniform(-0.6, 0.6, (5, 2)), rng.uniform(-3.1, 3.1, 5)
+    R_tool = tool_rotations(R_seam, TorchSettings(tool_axis=axis), lean, spin)
+    felt = bend_directions(-wire_directions(R_tool, axis), R_seam, spin)
+    np.testing.assert_allclose(neck_directions(R_tool, axis), felt, rtol=0, atol=ROUND_OFF)

@@ -57,6 +57,7 @@ def test_a_known_turn_in_every_notation():
         "FANUC": [0, 0, 90],
         "Yaskawa": [0, 0, 90],
         "Staubli": [0, 0, 90],
+        "Kawasaki": [90, 0, 0],
         "UR": [0, 0, np.pi / 2],
     }
     assert known.keys() == BY_MAKER.keys()
@@ -79,6 +80,7 @@ SHOWN = {  # where the page shows the pose of the part, and which numbers
     "fanuc.md": ("FANUC", r"! X (\S+) ;\s+\d+:  ! Y (\S+) ;\s+\d+:  ! Z (\S+) ;\s+\d+:  ! W (\S+) ;\s+\d+:  ! P (\S+) ;"
                  r"\s+\d+:  ! R (\S+) ;", 1.0),
     "yaskawa.md": ("Yaskawa", r"' X (\S+)\n' Y (\S+)\n' Z (\S+)\n' Rx (\S+)\n' Ry (\S+)\n' Rz (\S+)", 1.0),
+    "kawasaki.md": ("Kawasaki", r"\nwp_part (\S+) (\S+) (\S+) (\S+) (\S+) (\S+)\n", 1.0),
     "universal-robots-and-staubli.md": ("UR", r"wp_part = p\[(.*?)\]", 1000.0),
 }  # fmt: skip
 

@@ -70,13 +70,13 @@ def test_a_closed_circle_is_two_arcs_if_the_torch_stays_upright_and_three_if_it_
 
 
 @pytest.mark.parametrize("tilt_deg", [0.0, 30.0, 60.0])
-@pytest.mark.parametrize("stick_out_mm", [0.0, 15.0])
-def test_the_tip_keeps_to_a_true_circle(tilt_deg, stick_out_mm):
+@pytest.mark.parametrize("standoff_mm", [0.0, 15.0])
+def test_the_tip_keeps_to_a_true_circle(tilt_deg, standoff_mm):
     p, R, headings = circle(40.0, math.radians(tilt_deg), points=25, turn_rad=4.0)
-    tcp = p - stick_out_mm * R[:, :, 2]
-    path = fit_moves(tcp, R, headings=headings, stick_out_mm=stick_out_mm)
+    tcp = p - standoff_mm * R[:, :, 2]
+    path = fit_moves(tcp, R, headings=headings, standoff_mm=standoff_mm)
     q, turns = along(path, np.linspace(0, 1, 50))
-    tip = q + stick_out_mm * turns[:, :, 2]
+    tip = q + standoff_mm * turns[:, :, 2]
     off = np.hypot(np.linalg.norm(tip[:, :2], axis=1) - 40.0, tip[:, 2])
     assert off.max() <= 0.05 * SLACK
     angle = np.unwrap(np.arctan2(tip[:, 1], tip[:, 0]))

@@ -7,14 +7,14 @@ import json
 import numpy as np
 import pytest
 
-from tests.station_cells import TEE, fixed_station, positioner_record, random_axes, with_positioner, write_cell
+from tests.one_robot_cells import TEE, fixed_cell, positioner_record, random_axes, with_positioner, write_cell
 from wpcal.core.errors import GeometryError
+from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.one_robot_file import read_one_robot
 from wpcal.planning.cell.robot_cell import Shape
-from wpcal.planning.cell.station_clearance import StationClearance
-from wpcal.planning.cell.station_file import read_station
-from wpcal.planning.tour.air_path import AirPlanner
-from wpcal.planning.tour.motion_check import MotionChecker
-from wpcal.planning.tour.tour_input import read_tour_input
+from wpcal.planning.sequence.air_path import AirPlanner
+from wpcal.planning.sequence.motion_check import MotionChecker
+from wpcal.planning.sequence.sequence_input import read_sequence_input
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 pytest.importorskip("ompl", reason="ompl is not installed")
@@ -25,33 +25,33 @@ HALF = np.array([80.0, 80.0, 350.0])
 
 @pytest.fixture(scope="module")
 def cluttered():
-    given = read_tour_input(TEE, fixed_station())
+    given = read_sequence_input(TEE, fixed_cell())
     pillars = []
     for row, (x, y) in enumerate(PILLARS):
         corners = np.array(np.meshgrid(*((-h, h) for h in HALF))).reshape(3, -1).T + np.array([x, y, HALF[2]])
         ends = np.array([[x, y, 0.0]]), np.array([[x, y, 2 * HALF[2]]])
         pillars.append(Shape(f"pillar {row}", *ends, [120.0], hull=corners))
-    station = dataclasses.replace(given.placed(fixed_station()), bench=tuple(pillars))
-    return station, MotionChecker(station, StationClearance(station, given.part))
+    cell = dataclasses.replace(given.placed(fixed_cell()), bench=tuple(pillars))
+    return cell, MotionChecker(cell, OneRobotClearance(cell, given.part))
 
 
 def test_an_end_in_collision_is_one_line(cluttered):
-    station, checker = cluttered
-    q = random_axes(station, 200, seed=1)
+    cell, checker = cluttered
+    q = random_axes(cell, 200, seed=1)
     bad = q[~checker.clearance.margins(q).is_clear][0]
     with pytest.raises(GeometryError, match=r"the end of a move is in collision: .* miss their safety distance by"):
-        AirPlanner(station, checker).path(station.home, bad)
+        AirPlanner(cell, checker).path(cell.home, bad)
 
 
 def test_no_body_moves_farther_than_the_bound(cluttered):
-    station, checker = cluttered
-    q = random_axes(station, 60, seed=2)
+    cell, checker = cluttered
+    q = random_axes(cell, 60, seed=2)
     near = q + np.random.default_rng(0).uniform(-0.02, 0.02, q.shape)
     bound = checker.motion_mm(q, near)
     moved = np.zeros(len(q))
-    for row, (a, b) in enumerate(zip(station.frames(q), station.frames(near), strict=True)):
-        for shape in (*station.links, *station.torch):
-            carrier = 7 if shape in station.torch else shape.link
+    for row, (a, b) in enumerate(zip(cell.frames(q), cell.frames(near), strict=True)):
+        for shape in (*cell.links, *cell.torch):
+            carrier = 7 if shape in cell.torch else shape.link
             if carrier == row:
                 for point in (*shape.p, *shape.q):
                     step = np.linalg.norm(a.point(point[:, None]) - b.point(point[:, None]), axis=0)
@@ -64,8 +64,51 @@ def test_axes_have_one_name_each(tmp_path):
     record = with_positioner()
     path = write_cell(tmp_path, record)
     arm = copy.deepcopy(positioner_record())
-    arm["joints"][0]["name"] = fixed_station().arm.joints[0].name
+    arm["joints"][0]["name"] = fixed_cell().arm.joints[0].name
     (tmp_path / "positioner.json").write_text(json.dumps(arm), encoding="utf-8")
-    names = read_station(path).axis_names
+    names = read_one_robot(path).axis_names
     assert len(set(names)) == len(names)
     assert names[6].startswith("positioner_")
+
+
+@pytest.fixture(scope="module")
+def ends(cluttered):
+    """Pairs of random states that a way leads between; in this cell some states are shut in by the pillars."""
+    cell, checker = cluttered
+    q = random_axes(cell, 60, seed=6)
+    return q[checker.clearance.margins(q).is_clear][:16].reshape(8, 2, -1)[[1, 0, 3, 4, 7]]
+
+
+def test_moves_between_random_states_are_found_and_proved(cluttered, ends):
+    cell, checker = cluttered
+    planner = AirPlanner(cell, checker)
+    found = [planner.path(a, b) for a, b in ends]
+    again = AirPlanner(cell, checker).path(*ends[0])
+    assert np.array_equal(found[0].q, again.q)  # seeded: the same move again
+    assert {path.found_by for path in found} == {"straight", "roadmap"}
+    for path, pair in zip(found, ends, strict=True):
+        assert np.array_equal(path.q[[0, -1]], pair)
+        assert path.check.is_free
+        low, high = cell.limits
+        assert ((path.q >= low) & (path.q <= high)).all()
+
+
+def test_what_the_roadmap_does_not_find_is_searched_by_the_planner_of_ompl(cluttered, ends, monkeypatch):
+    cell, checker = cluttered
+    monkeypatch.setattr("wpcal.planning.sequence.roadmap.MOST_ROUNDS", 0)
+    found = AirPlanner(cell, checker).path(*ends[4])
+    assert found.found_by == "rrt-connect"
+    assert found.check.is_free
+
+
+def test_a_share_of_a_move_ends_before_the_first_collision(cluttered):
+    cell, checker = cluttered
+    q = random_axes(cell, 80, seed=7)
+    a, b = q[:40], q[40:]
+    share = checker.free_shares(a, b, whole=False)
+    whole = checker.free_shares(a, b, whole=True)
+    assert ((whole == 1.0) == (share == 1.0)).all()
+    for row in range(len(a)):
+        assert (whole[row] == 1.0) == checker.is_free(a[row], b[row])
+        if 0.0 < share[row] < 1.0:
+            assert checker.is_free(a[row], a[row] + share[row] * (b[row] - a[row]))

@@ -75,9 +75,9 @@ def test_a_folder_that_is_not_there_is_refused(tmp_path):
         read_finished(tmp_path / "none")
 
 
-def test_approach_and_retract_stand_back_along_the_wire_and_the_tool_by_its_stick_out(finished_folder):
+def test_approach_and_retract_stand_back_along_the_wire_and_the_tool_by_its_standoff(finished_folder):
     finished = read_finished(finished_folder()).select(["W1"])
-    torch, motion = TorchSettings(stick_out_mm=15.0), MotionSettings(approach_mm=40.0, retract_mm=60.0)
+    torch, motion = TorchSettings(standoff_mm=15.0), MotionSettings(approach_mm=40.0, retract_mm=60.0)
     path = build_program(finished, torch=torch, motion=motion).paths[0]
     up = finished.seams[0].frames.R[:, :, 2]
     p = finished.seams[0].frames.p

@@ -111,6 +111,27 @@ def test_seams_take_what_the_file_states_at_their_side(make_seam):
     assert (far.stated, far.notes) == ((), ("x.xml: no seam is at X",))
 
 
+@pytest.mark.parametrize(
+    ("section", "kind"),
+    [
+        ("V", "single-V butt weld"),
+        ("Y", "single-V butt weld"),
+        ("HV", "single-bevel butt weld"),
+        ("HY", "single-bevel butt weld"),
+        ("X", "double-V butt weld"),
+        ("K", "double-bevel butt weld"),
+        ("I", "square butt weld"),
+    ],
+)
+def test_the_groove_of_a_butt_is_that_of_the_file(make_seam, section, kind):
+    x = np.linspace(0.0, 100.0, 11)
+    seam = make_seam("W1", np.stack([x, 0 * x, 0 * x], axis=1), np.broadcast_to(np.eye(3), (11, 3, 3)))
+    side = f'<weld_position u="0" x="0" y="0" z="1" section="{section}" angle="50"/>'
+    found = match_xmcf([seam], parse_xmcf(xmcf(f"<butt_joint>{side}</butt_joint>"), path="x"), IDENTITY, file="x.xml")
+    angle = {} if section == "I" else {"groove_angle_deg": (50.0, "x.xml")}
+    assert found.stated[0].files == {"weld": (kind, "x.xml"), **angle}
+
+
 def test_what_is_written_is_read_again(finished_folder, tmp_path):
     folder, file, welds = (
         finished_folder(names=("W1", "W2", "Ü<&>\x07"), accepted=(True,) * 3),

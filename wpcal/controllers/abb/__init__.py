@@ -10,7 +10,8 @@ RAPID = Controller(
     reader="wpcal.controllers.abb.read:READER",
     reads_back=True,
     sync_writer="wpcal.controllers.abb.sync:write_sync_rapid",
-    tour_writer="wpcal.controllers.abb.tour:write_tour_rapid",
+    coordinated_writer="wpcal.controllers.abb.coordinated:write_coordinated_rapid",
     brands=("abb",),
     takes_arcs=True,
+    takes_plans=True,
 )

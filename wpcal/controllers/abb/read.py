@@ -229,7 +229,8 @@ def _point(
         return unusable_point(name, line, f"is moved to in several work objects: {listed(sorted(uses.frames))}")
     frame = next(iter(uses.frames), None)
     if frame is not None and frame in written and frames[written[frame]] is None:
-        return unusable_point(name, line, f"is in {written[frame]}, which the robot or another unit carries")
+        fault = f"is in {written[frame]}, which the robot or another unit carries"
+        return ProgramPoint(name, line, pose.t_mm, pose.R, fault=fault)
     label = BASE if frame == "wobj0" else frame if frame is None else written.get(frame, frame)
     return ProgramPoint(name, line, pose.t_mm, pose.R, label, at_flange="tool0" in uses.tools)
 

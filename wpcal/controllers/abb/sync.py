@@ -62,7 +62,7 @@ def _module(program: SyncProgram, module: str, robot: int) -> list[str]:
         f"  VAR syncident {WAIT_AT_START}{stem};",
         f"  VAR syncident {WAIT_AT_END}{stem};",
         f"  LOCAL CONST speeddata vStep:=[50,{JOINT_DEG_S},50,{JOINT_DEG_S}];",
-        *_targets(labels, program.joints[robot - 1]),
+        *jointtargets(labels, program.joints[robot - 1]),
         "",
         f"  PROC {PROCEDURE}{stem}()",
         *_moves(program, stem, labels, safe_name(program.controller.tool_name, NAMES) if robot == 1 else NO_TOOL),
@@ -83,7 +83,16 @@ def _header(program: SyncProgram, robot: int) -> list[str]:
     return comment_lines(text, mark="  ! ", longest=LONGEST_COMMENT)
 
 
-def _targets(labels: list[str], joints: FloatArray) -> list[str]:
+def jointtargets(labels: list[str], joints: FloatArray) -> list[str]:
+    """Declare joint targets.
+
+    Parameters
+    ----------
+    labels : list of str
+        n names.
+    joints : ndarray, shape (n, 6)
+        Shown angles, rad.
+    """
     rows = rounded(np.degrees(joints), DEG_DECIMALS).tolist()
     return [
         f"  LOCAL CONST jointtarget {label}:=[[{','.join(f'{v:.{DEG_DECIMALS}f}' for v in row)}],{NO_EXTERNAL_AXES}];"

@@ -6,9 +6,12 @@ FANUC = Controller(
     name="fanuc",
     title="FANUC TP: NAME.ls and one .ls per seam, relative to a user frame",
     writer="wpcal.controllers.fanuc.write:write_fanuc",
-    tour_writer="wpcal.controllers.fanuc.tour:write_tour_fanuc",
+    coordinated_writer="wpcal.controllers.fanuc.coordinated:write_coordinated_fanuc",
+    holder_on_line=True,
+    coordinates_arcs=False,
     suffixes=(".ls",),
     reader="wpcal.controllers.fanuc.read:READER",
     reads_back=True,
     takes_arcs=True,
+    takes_plans=True,
 )

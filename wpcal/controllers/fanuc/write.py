@@ -10,6 +10,7 @@ FANUC, R-30iB HandlingTool Operator's Manual (position data, user frames, remark
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from functools import partial
@@ -18,6 +19,7 @@ from wpcal.controllers.describe import describe_path
 from wpcal.controllers.fanuc.arc import end_lines, start_lines
 from wpcal.controllers.fanuc.configuration import config
 from wpcal.controllers.naming import NameRules, comment_lines
+from wpcal.controllers.planned import PlannedMoves, angle_texts
 from wpcal.controllers.post import Post
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, zyx_degrees
@@ -45,6 +47,8 @@ CONFIGURATION = ConfigurationRule(
 """For example N U T, 0, 0, 0: flip, (left, right,) up, front, and the turns of three joints."""
 ZONE_MM = 1.0
 """About how far from a corner CNT100 leaves the path at a weld speed: the way that it brakes in."""
+ONE_GROUP, TWO_GROUPS = "1,*,*,*,*", "1,1,*,*,*"
+"""Which groups a program moves."""
 JOINT_PERCENT = 10
 """Of the first move to a seam. Slow, because the arm can come from anywhere."""
 LANGUAGE = JobLanguage(
@@ -75,8 +79,14 @@ def write_fanuc(program: WeldProgram) -> dict[str, str]:
     Raises
     ------
     InputError
-        When a seam has too many points, TP cannot write a speed, or the configuration is missing or not a CONFIG.
+        When a seam has too many points, TP cannot write a speed, or the configuration is missing or not a CONFIG. In a
+        plan, when the arm's file does not say how J3 counts.
     """
+    if program.planned is not None and program.arm is not None and not program.arm.couplings:
+        raise InputError(
+            "FANUC shows J3 against the horizontal: the arm's file needs a coupling of J3 to J2 with factor 1 "
+            '("couplings"), and limits of J3 as the pendant shows it'
+        )
     return write_jobs(
         program, LANGUAGE, main_job=partial(_main_program, program), seam_job=partial(_seam_program, program)
     )
@@ -86,22 +96,38 @@ def _main_program(
     program: WeldProgram, name: str, comments: list[str], calls: Sequence[str], T_base_frame: RigidTransform
 ) -> str:
     post = Post("fanuc", program)
-    lines, positions = [f"  CALL {called}" for called in calls], []
+    lines, positions = [f"  CALL {called}" for called in calls], list[str]()
+    if program.planned is not None:
+        lines, positions = _between(program, program.planned, lines, post)
     if program.safe_point is not None:
         frame = _frame_lines(program)
         first = post.air_move("P[1]", speed=f"{JOINT_PERCENT}%", joint=True)
         last = post.air_move("P[1]", speed=tp_speed(program.motion.air_speed_mm_s))
         lines = [*frame, *first, *lines, *frame, *last]
         positions = _positions(program.safe_point, program, T_base_frame)
-    return tp_file(name, [*post.header(_wrapped(comments)), *lines, *post.footer()], positions)
+    return tp_file(name, [*post.header(_wrapped(comments)), *lines, *post.footer()], positions, groups=_groups(program))
 
 
 def _seam_program(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
-    return tp_file(name, _moves(path, program), _positions(path, program, T_base_frame))
+    return tp_file(name, _moves(path, program), _positions(path, program, T_base_frame), groups=_groups(program))
 
 
-def tp_file(name: str, instructions: list[str], positions: list[str]) -> str:
+def _groups(program: WeldProgram) -> str:
+    turns = program.planned is not None and program.planned.turning
+    return TWO_GROUPS if turns else ONE_GROUP
+
+
+def tp_file(name: str, instructions: list[str], positions: list[str], *, groups: str = ONE_GROUP) -> str:
     """Return the text of a TP program.
+
+    Parameters
+    ----------
+    name : str
+        Upper case.
+    instructions, positions : list of str
+        Lines.
+    groups : str
+        Which groups the program moves.
 
     Raises
     ------
@@ -119,7 +145,7 @@ def tp_file(name: str, instructions: list[str], positions: list[str]) -> str:
         "PROTECT = READ_WRITE;",
         "TCD:  STACK_SIZE = 0, TASK_PRIORITY = 50, TIME_SLICE = 0,",
         "      BUSY_LAMP_OFF = 0, ABORT_REQUEST = 0, PAUSE_REQUEST = 0;",
-        "DEFAULT_GROUP = 1,*,*,*,*;",
+        f"DEFAULT_GROUP = {groups};",
         "CONTROL_CODE = 00000000 00000000;",
         "/MN",
         *(f"{number:4d}:{text} ;" for number, text in enumerate(instructions, start=1)),
@@ -141,7 +167,10 @@ def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
     first, last = path.weld_rows.start + 1, path.weld_rows.stop  # positions are counted from 1
     is_joint = program.safe_point is None
     lines = [*(f"  !{line}" for line in _wrapped([path.seam.name, describe_path(path)])), *_frame_lines(program)]
-    lines += post.air_move("P[1]", speed=f"{JOINT_PERCENT}%" if is_joint else air, joint=is_joint)
+    if program.planned is not None:
+        lines += post.joint_move("P[1]", speed=f"{program.planned.joint_percent:.0f}%")
+    else:
+        lines += post.air_move("P[1]", speed=f"{JOINT_PERCENT}%" if is_joint else air, joint=is_joint)
     for number in range(2, first + 1):
         lines += post.air_move(f"P[{number}]", speed=air)
     lines += post.weld_start(path, partial(start_lines, path, program.weld_speed_mm_s(path)))
@@ -164,6 +193,8 @@ def _weld_moves(path: WeldPath, first: int, speed: str) -> list[str]:
 def _weld_speed(path: WeldPath, program: WeldProgram) -> str:
     """Write the speed along a seam. That of weld data is rounded to whole cm/min: a rule does not know TP."""
     mm_s = program.weld_speed_mm_s(path)
+    if path.speed_mm_s is not None:
+        return tp_speed(max(math.floor(mm_s * 6.0 + 1e-6), 1) / 6.0)  # no joint has to be faster than planned
     return tp_speed(mm_s if path.run is None else max(round(mm_s * 6.0), 1) / 6.0)
 
 
@@ -181,15 +212,60 @@ def tp_speed(mm_s: float) -> str:
 
 
 def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: RigidTransform) -> list[str]:
-    controller = program.controller
     p, R = poses.poses_in(T_base_frame)
-    head = f"\tUF : {controller.frame_number}, UT : {controller.tool_number},\t\tCONFIG : "
     texts = zip(CONFIGURATION.texts(program, poses), coordinates(p, zyx_degrees(R, decimals=DECIMALS)), strict=True)
-    return [
-        line
-        for number, (conf, text) in enumerate(texts, start=1)
-        for line in (f"P[{number}]{{", "   GP1:", f"{head}'{conf}',", *text, "};")
+    bodies: list[tuple[str, ...]] = [(f"{_head(program)}\t\tCONFIG : '{conf}',", *text) for conf, text in texts]
+    if program.planned is None or not isinstance(poses, WeldPath) or poses.joints is None or poses.external is None:
+        return _numbered(bodies)
+    outer = program.planned.external_texts(poses.external, DECIMALS)
+    first = slice(0, poses.before)  # a plan goes to joints before a seam
+    bodies[first] = _joint_bodies(program, poses.joints[first])
+    return _numbered([_with_axes(program, *each) for each in zip(bodies, outer, strict=True)])
+
+
+def _head(program: WeldProgram) -> str:
+    return f"\tUF : {program.controller.frame_number}, UT : {program.controller.tool_number},"
+
+
+def _numbered(bodies: Sequence[Sequence[str]]) -> list[str]:
+    return [line for number, body in enumerate(bodies, start=1) for line in (f"P[{number}]{{", "   GP1:", *body, "};")]
+
+
+def _joint_bodies(program: WeldProgram, joints: FloatArray) -> list[tuple[str, ...]]:
+    texts = [
+        [f"\tJ{number}= {v} deg" for number, v in enumerate(row, start=1)] for row in angle_texts(joints, DECIMALS)
     ]
+    return [(_head(program), f"{','.join(row[:3])},", ",".join(row[3:])) for row in texts]
+
+
+def _with_axes(program: WeldProgram, body: tuple[str, ...], axes: list[str]) -> tuple[str, ...]:
+    """Add the external axes: a rail is the extended axis E1 of the arm's group, a positioner is group 2."""
+    planned = program.planned
+    if planned is not None and planned.rail is not None:
+        body = (*body[:-1], f"{body[-1]},", f"\tE1= {axes[0]}  mm")
+        axes = axes[1:]
+    if not axes:
+        return body
+    turned = ",".join(f"\tJ{number}= {value} deg" for number, value in enumerate(axes, start=1))
+    return (*body, "   GP2:", _head(program), turned)
+
+
+def _between(
+    program: WeldProgram, planned: PlannedMoves, calls: Sequence[str], post: Post
+) -> tuple[list[str], list[str]]:
+    """Return the joint moves of a plan with the calls of the seams between them, and the positions of these moves.
+
+    The last move before a seam is in the program of the seam.
+    """
+    lines, bodies = _frame_lines(program), list[tuple[str, ...]]()
+    for row, moves in enumerate(planned.air):
+        own = moves if row == len(calls) else moves.rows(0, -1)
+        outer = planned.external_texts(own.external, DECIMALS)
+        for body, axes in zip(_joint_bodies(program, own.joints), outer, strict=True):
+            bodies.append(_with_axes(program, body, axes))
+            lines += post.joint_move(f"P[{len(bodies)}]", speed=f"{planned.joint_percent:.0f}%")
+        lines += calls[row : row + 1]
+    return lines, _numbered(bodies)
 
 
 def coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:

@@ -9,7 +9,9 @@ KRL = Controller(
     suffixes=(".dat",),
     reader="wpcal.controllers.kuka.read:READER",
     reads_back=True,
-    tour_writer="wpcal.controllers.kuka.tour:write_tour_krl",
+    coordinated_writer="wpcal.controllers.kuka.coordinated:write_coordinated_krl",
+    holder_on_line=True,
     brands=("kuka",),
     takes_arcs=True,
+    takes_plans=True,
 )

@@ -54,7 +54,9 @@ def plain_start(path: WeldPath, arc: ArcSettings) -> list[str]:
         When the weld data states a weave, which plain KRL does not have.
     """
     if path.values.weave is not None or path.values.weave_data is not None:
-        raise refuse(path, "weave", language=LANGUAGE, why="needs ArcTech: state weld_data, or null")
+        raise refuse(
+            path, "weave", language=LANGUAGE, why="needs ArcTech (weld_data), or --weave points; or state null"
+        )
     switch = f"ARC_START({path.values.job or 0})" if arc.output is None else f"$OUT[{arc.output}]=TRUE"
     return ["WAIT SEC 0", switch, *_wait(path.values.start_delay_s or 0.0)]
 

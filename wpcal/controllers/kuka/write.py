@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from wpcal.controllers.describe import describe, describe_path
+from wpcal.controllers.describe import describe, describe_path, part_frame
 from wpcal.controllers.kuka.arc import (
     LONGEST_PREFIX,
     fold_data,
@@ -26,6 +26,7 @@ from wpcal.controllers.kuka.arc import (
 )
 from wpcal.controllers.kuka.configuration import status_and_turn
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
+from wpcal.controllers.planned import PlannedMoves, angle_texts
 from wpcal.controllers.post import Post
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
@@ -50,6 +51,8 @@ DEG_DECIMALS = 6
 """1e-6 deg moves a point at 2 m by 4e-5 mm."""
 LONGEST_COMMENT = 76
 """Keeps lines on the pendant's screen."""
+AXES = "WPJ"
+"""The name of axes that a plan goes to is this and their number."""
 JOINT_PERCENT = 10
 """Of PTP moves. Slow, because the arm can come from anywhere."""
 CIRCLE = ("$ORI_TYPE=#VAR", "$CIRC_TYPE=#BASE")
@@ -73,6 +76,8 @@ def write_krl(program: WeldProgram) -> dict[str, str]:
     width = program.label_width
     name = safe_name(program.controller.program_name, NAMES)
     folds = any(has_folds(path, program) for path in program.paths)
+    if folds and program.planned is not None and program.planned.follows:
+        raise InputError("KRL: the positioner turns along a seam, which ArcTech folds of a plan cannot state yet")
     room = width + 1 + (LONGEST_PREFIX if folds else 0)
     names = safe_names([path.seam.name for path in program.paths], NAMES, room=room)
     T_base_frame = rounded_frame(program.T_base_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)
@@ -87,17 +92,20 @@ def write_krl(program: WeldProgram) -> dict[str, str]:
         points += [
             f"DECL E6POS {'X' if label in along else ''}{label}={text}"
             for label, text in zip(labels, texts, strict=True)
-        ]
+        ][0 if program.planned is None else path.before :]  # a plan goes to axes before a seam
         points += fold_data(along, program, blend_mm=BLEND_MM)
     post = Post("krl", program)
     header = post.header(_about(program, names, vertical, known=known))
     frame = aggregates(T_base_frame.t_mm[None], zyx_degrees(T_base_frame.R, decimals=DEG_DECIMALS)[None])[0]
     if program.safe_point is not None:
         points.insert(0, f"DECL E6POS WP_SAFE={_positions(program.safe_point, program, T_base_frame, known=known)[0]}")
+    points = [*_axis_targets(program.planned), *points]
     data = [*ATTRIBUTES, f"DEFDAT {name} PUBLIC", *header, f"DECL FRAME WP_PART={frame}", *points, "ENDDAT", ""]
     source = [*ATTRIBUTES, f"DEF {name}()", *header, *_start(program)]
-    for path in program.paths:
-        source += _moves(path, names[path.seam.name], post)
+    between = _between(program.planned, post)
+    for number, path in enumerate(program.paths):
+        source += [*(between[number] if between else ()), *_moves(path, names[path.seam.name], post)]
+    source += between[-1] if between else []
     if program.safe_point is not None:
         source += ["; back to the safe point", *post.air_move("WP_SAFE", speed=_air(program)), "PTP $H_POS"]
     return {f"{name}.src": "\r\n".join([*source, *post.footer(), ""]), f"{name}.dat": "\r\n".join(data)}
@@ -126,22 +134,52 @@ def _positions(
     p, R = poses.poses_in(T_base_frame)
     texts = aggregates(p, zyx_degrees(R, decimals=DEG_DECIMALS))
     postures = program.posture_of(poses)
-    if not known or postures is None:
+    if known and postures is not None:
+        both = status_and_turn(postures)
+        texts = [f"{text[:-1]},S {status},T {turn}}}" for text, (status, turn) in zip(texts, both, strict=True)]
+    if program.planned is None or not isinstance(poses, WeldPath) or poses.external is None:
         return texts
-    both = status_and_turn(postures)
-    return [f"{text[:-1]},S {status},T {turn}}}" for text, (status, turn) in zip(texts, both, strict=True)]
+    axes = program.planned.external_texts(poses.external, DEG_DECIMALS)
+    return [f"{text[:-1]}{_external(row)}}}" for text, row in zip(texts, axes, strict=True)]
+
+
+def _external(axes: list[str]) -> str:
+    return "".join(f",E{number} {value}" for number, value in enumerate(axes, start=1))
+
+
+def _axis_targets(planned: PlannedMoves | None) -> list[str]:
+    """Declare the axes that a plan goes to between seams."""
+    if planned is None:
+        return []
+    lines = []
+    for moves, numbers in planned.numbered():
+        outer = planned.external_texts(moves.external, DEG_DECIMALS)
+        for joints, axes, number in zip(angle_texts(moves.joints, DEG_DECIMALS), outer, numbers, strict=True):
+            arm = ",".join(f"A{row} {value}" for row, value in enumerate(joints, start=1))
+            lines.append(f"DECL E6AXIS {AXES}{number:04d}={{{arm}{_external(axes)}}}")
+    return lines
+
+
+def _between(planned: PlannedMoves | None, post: Post) -> list[list[str]]:
+    """Return the moves to axes before each seam and after the last; none without a plan."""
+    if planned is None:
+        return []
+    return [
+        [line for number in numbers for line in post.joint_move(f"{AXES}{number:04d}", speed="")]
+        for _, numbers in planned.numbered()
+    ]
 
 
 def _about(program: WeldProgram, names: dict[str, str], vertical: int, *, known: bool) -> list[str]:
     text = [
         *describe(program),
-        "points are relative to WP_PART, the part as calibrated; mm; R = Rz(A) Ry(B) Rx(C), deg",
+        f"points are relative to WP_PART, {part_frame(program)}; mm; R = Rz(A) Ry(B) Rx(C), deg",
         f"written with {MM_DECIMALS} and {DEG_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
         "S and T are computed from the joints"
         if known
         else "S and T are not known and left out: LIN ignores them, PTP keeps the present ones",
-        f"PTP moves run with {JOINT_PERCENT} % of the axes' speed",
-        f"BASE_DATA[{program.controller.frame_number}] becomes WP_PART too: jog in this base",
+        f"PTP moves run with {_joint_percent(program):.0f} % of the axes' speed",
+        *_frame_in_words(program),
         *how(program.arc, folds=any(has_folds(path, program) for path in program.paths)),
     ]
     if vertical:
@@ -168,15 +206,33 @@ def aggregates(p: FloatArray, angles: FloatArray) -> list[str]:
     ]
 
 
+def _joint_percent(program: WeldProgram) -> float:
+    return JOINT_PERCENT if program.planned is None else program.planned.joint_percent
+
+
+def _frame_in_words(program: WeldProgram) -> list[str]:
+    planned = program.planned
+    jog = [f"BASE_DATA[{program.controller.frame_number}] becomes WP_PART too: jog in this base"]
+    if planned is None or not planned.axis_count:
+        return jog
+    jog = [] if planned.turning else jog
+    names = [name for name in (planned.rail, *planned.turning) if name]
+    axes = ", ".join(f"E{row} = {name}" for row, name in enumerate(names, start=1))
+    unit = "the positioner turns along seams: it must be the external kinematic MACHINE_DEF[2]"
+    return [*jog, f"external axes: {axes}", *([unit] if planned.follows else [])]
+
+
 def _start(program: WeldProgram) -> list[str]:
     air = program.motion.air_speed_mm_s / 1000.0
+    turns = program.planned is not None and program.planned.turning
+    follows = program.planned is not None and program.planned.follows
     to_safe_point = ["PTP $H_POS", f"$VEL.CP={air:g}", "PTP WP_SAFE"]
     return [
         "BAS(#INITMOV,0)",
-        f"BAS(#VEL_PTP,{JOINT_PERCENT})",
+        f"BAS(#VEL_PTP,{_joint_percent(program):.0f})",
         f"$TOOL=TOOL_DATA[{program.controller.tool_number}]",
-        f"BASE_DATA[{program.controller.frame_number}]=WP_PART",
-        "$BASE=WP_PART",
+        *(() if turns else (f"BASE_DATA[{program.controller.frame_number}]=WP_PART",)),
+        "$BASE=EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,WP_PART)" if follows else "$BASE=WP_PART",
         "$IPO_MODE=#BASE",
         f"$APO.CDIS={BLEND_MM:g}",
         *(CIRCLE if any(path.has_arcs for path in program.paths) else ()),
@@ -192,7 +248,9 @@ def _moves(path: WeldPath, stem: str, post: Post) -> list[str]:
     program, air = post.program, _air(post.program)
     labels, rows = path.labels(stem, width=program.label_width), path.weld_rows
     way_to, along, way_from = labels[: rows.start], labels[rows], labels[rows.stop :]
-    lines = [f"; {stem}", f"$VEL.CP={air}", *post.air_move(way_to[0], speed=air, joint=program.safe_point is None)]
+    lines = [f"; {stem}", f"$VEL.CP={air}"]
+    if program.planned is None:
+        lines += post.air_move(way_to[0], speed=air, joint=program.safe_point is None)
     for label in way_to[1:]:
         lines += post.air_move(label, speed=air)
     folds, arc = has_folds(path, program), program.arc

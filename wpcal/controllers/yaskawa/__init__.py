@@ -10,7 +10,8 @@ INFORM = Controller(
     reader="wpcal.controllers.yaskawa.read:READER",
     reads_back=True,
     sync_writer="wpcal.controllers.yaskawa.sync:write_sync_inform",
-    tour_writer="wpcal.controllers.yaskawa.tour:write_tour_inform",
+    coordinated_writer="wpcal.controllers.yaskawa.coordinated:write_coordinated_inform",
     brands=("yaskawa", "motoman"),
     takes_arcs=True,
+    takes_plans=True,
 )

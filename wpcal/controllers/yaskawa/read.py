@@ -29,6 +29,8 @@ POSITION = re.compile(r"^(?P<name>[CP]\d{3,5})\s*=\s*(?P<values>\S.*)$")
 SETTING = re.compile(r"^///(?P<key>USER|POSTYPE|NPOS|RECTAN|PULSE)\b\s*(?P<value>.*)$")
 IN_PULSES = "is stored as pulses; convert the job to Cartesian positions (RECTAN) on the controller"
 
+IN_ANGLES = "is stored as joint angles; convert the job to Cartesian positions (RECTAN) on the controller"
+
 
 def read_inform(text: str, path: str) -> ProgramPoints:
     """Read the positions of a job.
@@ -57,6 +59,8 @@ def _point(name: str, values: str, settings: dict[str, str], path: str, line: in
     kind = settings.get("POSTYPE", "").upper()
     if kind == "PULSE":
         return unusable_point(name, line, IN_PULSES, joint_values(values.split(","), in_pulses=True))
+    if kind == "ANGLE":
+        return unusable_point(name, line, IN_ANGLES, joint_values(values.split(",")))
     if kind not in ("ROBOT", "BASE", "USER"):
         return unusable_point(name, line, f"is in POSTYPE {kind or 'none'}; expected ROBOT, BASE or USER")
     if kind == "BASE" and _has_base_axes(settings.get("NPOS", "")):

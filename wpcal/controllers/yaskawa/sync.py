@@ -22,6 +22,7 @@ from wpcal.controllers.sync_program import ROBOTS, SyncProgram
 from wpcal.controllers.yaskawa.write import DEG_DECIMALS, JOINT_PERCENT, LONGEST_COMMENT, NAMES, inform_job
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.robot.kinematics.arm import Arm
 
 PERCENT_DECIMALS = 2
 LEAST_PERCENT = 0.01
@@ -66,17 +67,36 @@ def write_sync_inform(program: SyncProgram) -> dict[str, str]:
 def _positions(program: SyncProgram, robot: int) -> list[str]:
     arm, joints = program.arms[robot - 1], program.joints[robot - 1]
     tool = program.controller.tool_number if robot == 1 else 0
-    if all(joint.pulses_per_deg is not None for joint in arm.joints):
-        kind, rows = "PULSE", [",".join(f"{v:.0f}" for v in row) for row in arm.pulses_from_angles(joints)]
-    else:
-        degrees = rounded(np.degrees(joints), DEG_DECIMALS).tolist()
-        kind, rows = "ANGLE", [",".join(f"{v:.{DEG_DECIMALS}f}" for v in row) for row in degrees]
+    kind = joint_kind(arm)
+    rows = joint_rows(arm, joints, kind)
     return [
         f"///TOOL {tool}",
         f"///POSTYPE {kind}",
         f"///{kind}",
         *(f"C{number:05d}={row}" for number, row in enumerate(rows)),
     ]
+
+
+def joint_kind(*arms: Arm) -> str:
+    """Return how joints are written: ``PULSE`` if every arm states its pulses per degree, otherwise ``ANGLE``."""
+    return "PULSE" if all(joint.pulses_per_deg is not None for arm in arms for joint in arm.joints) else "ANGLE"
+
+
+def joint_rows(arm: Arm, joints: FloatArray, kind: str) -> list[str]:
+    """Return positions as a job has them.
+
+    Parameters
+    ----------
+    arm : Arm
+    joints : ndarray, shape (n, 6)
+        Shown angles, rad.
+    kind : str
+        As `joint_kind` returns it.
+    """
+    if kind == "PULSE":
+        return [",".join(f"{v:.0f}" for v in row) for row in arm.pulses_from_angles(joints)]
+    degrees = rounded(np.degrees(joints), DEG_DECIMALS).tolist()
+    return [",".join(f"{v:.{DEG_DECIMALS}f}" for v in row) for row in degrees]
 
 
 def _moves(program: SyncProgram, robot: int) -> list[str]:

@@ -10,12 +10,16 @@ Yaskawa, DX200 / YRC1000 Options: Instructions for Data Transmission Function (j
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from functools import partial
 
+import numpy as np
+
 from wpcal.controllers.describe import describe_path
 from wpcal.controllers.naming import NameRules, comment_lines
+from wpcal.controllers.planned import JointMoves, PlannedMoves, angle_texts
 from wpcal.controllers.post import Post
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, zyx_degrees
@@ -61,6 +65,7 @@ LANGUAGE = JobLanguage(
     frame_keys=("X", "Y", "Z", "Rx", "Ry", "Rz"),
     rotation="R = Rz(Rz) Ry(Ry) Rx(Rx)",
     configuration=CONFIGURATION,
+    plans_in_joints=True,
 )
 
 
@@ -90,6 +95,9 @@ def _main_job(
     post = Post("inform", program)
     head = post.header(comment_lines(comments, mark="", longest=LONGEST_COMMENT))
     lines = [f"CALL JOB:{called}" for called in calls]
+    if program.planned is not None:
+        lines, positions = _between(program, program.planned, lines, post)
+        return _planned_job(program, name, positions, [*head, *lines, *post.footer()])
     if program.safe_point is None:
         return inform_job(name, [], [*head, *lines, *post.footer()])
     first = post.air_move("C00000", speed=f"VJ={JOINT_PERCENT:.2f}", joint=True)
@@ -100,8 +108,69 @@ def _main_job(
 
 
 def _seam_job(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
+    if program.planned is not None and path.joints is not None and path.external is not None:
+        positions = _joint_positions(program, JointMoves(path.joints, path.external))
+        return _planned_job(program, name, positions, _moves(path, program))
     positions = _positions(path, program, T_base_frame)
     return inform_job(name, positions, _moves(path, program), user=program.controller.frame_number)
+
+
+def _planned_job(program: WeldProgram, name: str, positions: list[str], instructions: list[str]) -> str:
+    planned = program.planned
+    has_rail = planned is not None and planned.rail is not None
+    turns = planned is not None and bool(planned.turning)
+    group = "RB1,BS1" if has_rail else "RB1"
+    return inform_job(name, positions, instructions, group=group, station="ST1" if turns else None)
+
+
+def _between(
+    program: WeldProgram, planned: PlannedMoves, calls: Sequence[str], post: Post
+) -> tuple[list[str], list[str]]:
+    """Return the joint moves of a plan with the calls of the seams between them, and the positions of these moves.
+
+    The last move before a seam is in the job of the seam.
+    """
+    lines: list[str] = []
+    ways: list[JointMoves] = []
+    count = 0
+    for row, moves in enumerate(planned.air):
+        ways.append(moves if row == len(calls) else moves.rows(0, -1))
+        for number in range(count, count + len(ways[-1])):
+            lines += post.joint_move(_point(program, number), speed=f"VJ={planned.joint_percent:.2f}")
+        count += len(ways[-1])
+        lines += calls[row : row + 1]
+    joints, external = (np.concatenate([getattr(way, name) for way in ways]) for name in ("joints", "external"))
+    return lines, _joint_positions(program, JointMoves(joints, external))
+
+
+def _joint_positions(program: WeldProgram, moves: JointMoves) -> list[str]:
+    """Return positions as joints, so that the form of the arm is fixed: pulses if all of them are known."""
+    arm, planned = program.arm, program.planned
+    if arm is None or planned is None:
+        return []
+    outer = planned.external_texts(moves.external, DEG_DECIMALS)
+    rails = int(planned.rail is not None)
+    if all(joint.pulses_per_deg is not None for joint in arm.joints) and not planned.axis_count:
+        kind, rows = "PULSE", [[f"{v:.0f}" for v in row] for row in arm.pulses_from_angles(moves.joints)]
+    else:
+        kind, rows = "ANGLE", angle_texts(moves.joints, DEG_DECIMALS)
+    return [
+        f"///TOOL {program.controller.tool_number}",
+        f"///POSTYPE {kind}",
+        f"///{kind}",
+        *(f"C{number:05d}={','.join(row)}" for number, row in enumerate(rows)),
+        *(f"BC{number:05d}={row[0]}" for number, row in enumerate(outer) if rails),
+        *(f"EC{number:05d}={','.join(row[rails:])}" for number, row in enumerate(outer) if planned.turning),
+    ]
+
+
+def _point(program: WeldProgram, number: int) -> str:
+    """Return a position as a move names it, with its external axes."""
+    planned = program.planned
+    marks = ["C"]
+    if planned is not None:
+        marks += ["BC"] * (planned.rail is not None) + ["EC"] * bool(planned.turning)
+    return " ".join(f"{mark}{number:05d}" for mark in marks)
 
 
 def inform_job(
@@ -128,7 +197,7 @@ def inform_job(
     user : int or None
         The user frame that Cartesian positions are relative to: the job becomes a relative job. None for pulses.
     station : str or None
-        The positioner that the job moves too.
+        The positioner, or the second robot, that the job moves too.
 
     Raises
     ------
@@ -137,12 +206,12 @@ def inform_job(
     """
     if len(instructions) + 2 > MOST_LINES:
         raise InputError(f"INFORM: {name} needs {len(instructions) + 2} lines, a job has at most {MOST_LINES}")
-    count, outer = (sum(line.startswith(mark) for line in positions) for mark in ("C", "EC"))
+    count, base, outer = (sum(line.startswith(mark) for line in positions) for mark in ("C", "BC", "EC"))
     lines = [
         "/JOB",
         f"//NAME {name}",
         "//POS",
-        f"///NPOS {count},0,{outer},0,0,0",
+        f"///NPOS {count},{base},{outer},0,0,0",
         *positions,
         "//INST",
         f"///DATE {NO_DATE}",
@@ -184,36 +253,42 @@ def _coordinates(p: FloatArray, angles: FloatArray) -> list[str]:
 
 def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
     post, air, mm_s = Post("inform", program), _speed(program.motion.air_speed_mm_s), program.weld_speed_mm_s(path)
+    if path.speed_mm_s is not None:
+        mm_s = max(math.floor(mm_s * 10.0 + 1e-6), 1) / 10.0  # no joint has to be faster than planned
     weld = _speed(mm_s if path.run is None else max(round(mm_s, 1), 0.1))  # a rule does not know INFORM
     rows, is_joint = path.weld_rows, program.safe_point is None
     lines = comment_lines([path.seam.name, describe_path(path)], mark="'", longest=LONGEST_COMMENT)
-    lines += post.air_move("C00000", speed=f"VJ={JOINT_PERCENT:.2f}" if is_joint else air, joint=is_joint)
+    if program.planned is not None:
+        lines += post.joint_move(_point(program, 0), speed=f"VJ={program.planned.joint_percent:.2f}")
+    else:
+        lines += post.air_move("C00000", speed=f"VJ={JOINT_PERCENT:.2f}" if is_joint else air, joint=is_joint)
     for number in range(1, rows.start + 1):
-        lines += post.air_move(f"C{number:05d}", speed=air)
+        lines += post.air_move(_point(program, number), speed=air)
     lines += post.weld_start(path, partial(start_lines, path))
-    lines += _weld_moves(path, rows.start, weld)
+    lines += _weld_moves(path, program, weld)
     lines += post.weld_end(path, partial(end_lines, path))
     for number in range(rows.stop, len(path)):
-        lines += post.air_move(f"C{number:05d}", speed=air)
+        lines += post.air_move(_point(program, number), speed=air)
     return lines
 
 
-def _weld_moves(path: WeldPath, first: int, speed: str) -> list[str]:
+def _weld_moves(path: WeldPath, program: WeldProgram, speed: str) -> list[str]:
     """Return the moves along the seam.
 
     An arc has three MOVC, the first at its start. Between two arcs a MOVL to the point where they meet tells that the
     second is another circle.
     """
+    first = path.weld_rows.start
     lines, at, follows_arc = [], first, False
     for move, stop in zip(path.weld_moves, path.stops(ZONE_MM), strict=True):
         to = first + move.to
         level = " PL=0" if stop and to != first + path.weld_count - 1 else ""
         if isinstance(move, Arc):
-            lines += [f"MOVL C{at:05d} {speed}"] if follows_arc else []
-            lines += [f"MOVC C{number:05d} {speed}" for number in (at, first + move.via)]
-            lines.append(f"MOVC C{to:05d} {speed}{level}")
+            lines += [f"MOVL {_point(program, at)} {speed}"] if follows_arc else []
+            lines += [f"MOVC {_point(program, number)} {speed}" for number in (at, first + move.via)]
+            lines.append(f"MOVC {_point(program, to)} {speed}{level}")
         else:
-            lines.append(f"MOVL C{to:05d} {speed}{level}")
+            lines.append(f"MOVL {_point(program, to)} {speed}{level}")
         at, follows_arc = to, isinstance(move, Arc)
     return lines
 

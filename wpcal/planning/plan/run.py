@@ -127,7 +127,10 @@ def build_run(
     """
     if not (0.0 <= approach_mm < math.inf and 0.0 < air_speed_mm_s < math.inf):
         raise InputError(f"approach {approach_mm:g} mm at {air_speed_mm_s:g} mm/s: expected positive numbers")
-    ends = (_away(cell, plan.state.joints1[row], plan.state.joints2[row], approach_mm, refine) for row in (0, -1))
+    ends = (
+        away_along_wire(cell, plan.state.joints1[row], plan.state.joints2[row], approach_mm, refine=refine)
+        for row in (0, -1)
+    )
     before, after = next(ends)[::-1], next(ends)
     joints1 = np.concatenate([before, plan.state.joints1, after])
     rows = np.clip(np.arange(len(joints1)) - len(before), 0, len(plan) - 1)
@@ -141,10 +144,31 @@ def build_run(
     return CellRun(plan, schedule, state, t_s, first, last, tip, check)
 
 
-def _away(
-    cell: RobotCell, joints1: FloatArray, joints2: FloatArray, distance_mm: float, refine: int | None
+def away_along_wire(
+    cell: RobotCell,
+    joints1: FloatArray,
+    joints2: FloatArray,
+    distance_mm: float = APPROACH_MM,
+    *,
+    refine: int | None = REFINE,
 ) -> FloatArray:
-    """Return joints of robot 1 at steps away from a pose, as far as they can be reached and, if checked, are clear."""
+    """Return joints of robot 1 at steps away from a pose, against the wire, while robot 2 does not move.
+
+    Parameters
+    ----------
+    cell : RobotCell
+    joints1, joints2 : ndarray, shape (6,)
+        At the pose, rad.
+    distance_mm : float
+        Largest distance.
+    refine : int or None
+        Parts into which each step is divided for the check; None does not check.
+
+    Returns
+    -------
+    ndarray, shape (k, 6)
+        As far as the steps can be reached and, if checked, are clear.
+    """
     away = _back_along_wire(cell, joints1, distance_mm)
     if refine is None or not len(away):
         return away

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.csv_text import csv_text
+from wpcal.moves import Arc
 from wpcal.planning.cell.cell_check import check_cell
 from wpcal.planning.cell.robot_cell import RobotCell
+from wpcal.planning.plan.coordinated import CoordinatedRun
 from wpcal.planning.plan.recheck import PathCheck, TipMotion
 from wpcal.planning.plan.run import CellRun
 
@@ -18,13 +21,17 @@ CSV_DIGITS = 10
 """Significant digits of the table: 1e-8 degrees."""
 
 
-def run_record(run: CellRun, cell: RobotCell) -> dict[str, Any]:
+def run_record(
+    run: CellRun, cell: RobotCell, coordinated: Mapping[str, CoordinatedRun] | None = None
+) -> dict[str, Any]:
     """Return the record of ``plan.json``.
 
     Parameters
     ----------
     run : CellRun
     cell : RobotCell
+    coordinated : mapping of str to CoordinatedRun, optional
+        By language, the motions in its programs.
 
     Returns
     -------
@@ -43,7 +50,27 @@ def run_record(run: CellRun, cell: RobotCell) -> dict[str, Any]:
         **run_verdict(run),
         "issues": [issue.to_record() for issue in check_cell(cell)],
         "robots": [{"arm": arm.name, "joints": [joint.name for joint in arm.joints]} for arm in (cell.arm1, cell.arm2)],
+        "coordinated": [coordinated_record(language, one) for language, one in (coordinated or {}).items()],
         "points": _points(run),
+    }
+
+
+def coordinated_record(language: str, found: CoordinatedRun) -> dict[str, Any]:
+    """Return a coordinated motion as plain values: its moves, and how far it is from the seam and from the plan."""
+    moves = found.moves
+    arcs = sum(isinstance(move, Arc) for move in moves.moves)
+    return {
+        "language": language,
+        "holder_moves": found.holder.value,
+        "lines": len(moves.moves) - arcs,
+        "arcs": arcs,
+        "s_mm": moves.s_mm[moves.ends].tolist(),
+        "wire_off_mm": moves.off_mm,
+        "wire_off_deg": float(np.degrees(moves.off_rad)),
+        "part_turned_deg": float(np.degrees(found.part_turned_rad)),
+        "part_off_mm": found.part_off_mm,
+        "freedom": found.check.verdict.value,
+        "check": check_record(found.check),
     }
 
 

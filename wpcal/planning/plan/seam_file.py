@@ -1,7 +1,8 @@
-"""One seam of a ``seams.json`` as a path in the frame `part`."""
+"""The seams of a ``seams.json`` in the frame `part`, and one of them as a path."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from wpcal.core.errors import FormatError, InputError
@@ -12,28 +13,28 @@ from wpcal.core.wording import listed
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
+from wpcal.seam.seam import Seam
 
 
-def read_seam_path(path: Path, name: str, cell: RobotCell) -> SeamPath:
-    """Read one seam and bring it into the frame `part`.
+def read_held_seams(path: Path, cell: RobotCell) -> dict[str, Seam]:
+    """Read all seams and bring them into the frame `part`.
 
     Parameters
     ----------
     path : Path
         Of schema ``wpcal/seams/1``, with frames in `part`, or in `base` if it also has ``T_base_part``.
-    name : str
-        ``W1``, …
     cell : RobotCell
         Its robot 1 must have the robot space in which frames in `base` were calibrated.
 
     Returns
     -------
-    SeamPath
+    dict of str to Seam
+        By name: ``W1``, …
 
     Raises
     ------
     InputError
-        When the file cannot be opened or has no seam of that name.
+        When the file cannot be opened.
     FormatError
         When it is of another schema version or incomplete.
     FrameError
@@ -41,18 +42,31 @@ def read_seam_path(path: Path, name: str, cell: RobotCell) -> SeamPath:
     """
     record = read_json(path, schema=SEAMS_SCHEMA)
     seams = {seam.name: seam for seam in seams_from_record(record, path=str(path))}
+    if all(seam.frames.frame == "part" for seam in seams.values()):
+        return seams
+    if record.get("T_base_part") is None:
+        frame = next(seam.frames.frame for seam in seams.values() if seam.frames.frame != "part")
+        raise FormatError(f"frames are given in {frame}, but T_base_part is missing", path=str(path))
+    common_space(
+        (
+            (str(path), RobotSpace.parse(str(record.get("robot_space", RobotSpace.NOMINAL.value)))),
+            (f"robot 1 of the cell ({cell.arm1.name})", cell.arm1.space),
+        )
+    )
+    T_base_part = RigidTransform.from_matrix(record["T_base_part"], target="base", source="part")
+    T_part_base = T_base_part.inverse()
+    return {name: replace(seam, frames=seam.frames.moved(T_part_base)) for name, seam in seams.items()}
+
+
+def read_seam_path(path: Path, name: str, cell: RobotCell) -> SeamPath:
+    """Read one seam and bring it into the frame `part`; arguments and errors as in `read_held_seams`.
+
+    Raises
+    ------
+    InputError
+        When the file has no seam of that name.
+    """
+    seams = read_held_seams(path, cell)
     if name not in seams:
         raise InputError(f"{path}: no seam {name!r}; the file has {listed(seams) or 'none'}")
-    frames = seams[name].frames
-    if frames.frame != "part":
-        if record.get("T_base_part") is None:
-            raise FormatError(f"frames are given in {frames.frame}, but T_base_part is missing", path=str(path))
-        common_space(
-            (
-                (str(path), RobotSpace.parse(str(record.get("robot_space", RobotSpace.NOMINAL.value)))),
-                (f"robot 1 of the cell ({cell.arm1.name})", cell.arm1.space),
-            )
-        )
-        T_base_part = RigidTransform.from_matrix(record["T_base_part"], target=frames.frame, source="part")
-        frames = frames.moved(T_base_part.inverse())
-    return SeamPath.of_frames(name, frames)
+    return SeamPath.of_frames(name, seams[name].frames)

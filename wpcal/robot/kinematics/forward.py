@@ -36,7 +36,7 @@ class Frames(NamedTuple):
         return Frames(x, y, z, self.point(transform.t_mm))
 
     def at(self, rows: IntArray) -> Frames:
-        """Return the frames of shape (3, n) at some of the n states; frames that stand still (3, 1) stay as they are."""
+        """Return frames of shape (3, n) at some of the n states; frames that stand still, (3, 1), stay as they are."""
         return self if self.p.shape[1] == 1 else Frames(*(axis[:, rows] for axis in self))
 
     def rotations(self) -> FloatArray:

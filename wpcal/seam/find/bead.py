@@ -22,8 +22,10 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.seam.find.built_up import why_one_piece
+from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.joint import JoinedPieces
+from wpcal.seam.find.tube_frames import are_tube_frames
 from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
@@ -146,8 +148,8 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
     trimmed : TrimmedFaces
         Of the same graph.
     options : SeamOptions
-        With `ConcaveEdges.AUTO`, only solids are searched that are apart from others and may be built up
-        (`built_up.why_one_piece`).
+        With `ConcaveEdges.AUTO`, only solids are searched that may be built up (`built_up.why_one_piece`) and are apart
+        from others, or frames of tubes.
 
     Returns
     -------
@@ -159,8 +161,10 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
     if options.concave is ConcaveEdges.ALWAYS:
         strips = find_strips(graph, min_length_mm=options.min_edge_mm)
     elif options.concave is ConcaveEdges.AUTO:
-        apart = _are_apart(graph, trimmed, options.gap_for(graph))
-        strips = find_strips(graph, apart, min_length_mm=options.min_edge_mm)
+        searched = _are_apart(graph, trimmed, options.gap_for(graph))
+        touched = np.flatnonzero(~searched & count_solids(graph, trimmed, np.arange(len(searched))))
+        searched[touched] = are_tube_frames(graph, trimmed, touched)
+        strips = find_strips(graph, searched, min_length_mm=options.min_edge_mm)
         but = np.zeros(graph.face_count, dtype=bool)
         but[[strip.face for strip in strips]] = True
         one_piece = {
@@ -180,7 +184,7 @@ def _are_apart(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolAr
     """Tell which solids are apart: their boxes are near no other box but those of crumbs; shape (S,)."""
     low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
     own, other = BoxTree.of(low, high).meeting(low - gap_mm, high + gap_mm)
-    near = own[(own != other) & ~are_crumbs(graph, trimmed)[other]]
+    near = own[(own != other) & ~are_crumbs(graph, trimmed)[other] & count_solids(graph, trimmed, other)]
     return np.asarray(np.bincount(near, minlength=len(low)) == 0, dtype=bool)
 
 

@@ -20,6 +20,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.seam.find.concave import find_concave_edges
+from wpcal.seam.find.tubes import find_tubes
 
 LEAST_BUILT_UP = 0.9
 """A solid with a smaller share of its surface on plates, bars and tubes is one piece. Of 72 parts with known answers,
@@ -29,7 +30,8 @@ FLATTEST = 0.3
 OPPOSITE_COS = -0.999
 """Cosine between the normals of two faces of one plate: 2.6 degrees from opposite."""
 THICKNESSES = 3
-"""A weldment is cut from this many thicknesses of material at most; what has others does not count."""
+"""A weldment is cut from this many thicknesses of plate at most; what has others does not count. Round tubes count
+whatever their walls: a bicycle frame has five."""
 SAME_THICKNESS = 0.02
 """Relative difference of thicknesses that are one."""
 LINES, ROUNDS = 500, 40
@@ -41,6 +43,8 @@ MOST_TOLD = 3
 """Most solids that are told of."""
 RIM_WAYS = 6
 """Directions along the surface in which the other faces of a plate are looked for from its rim, over half a turn."""
+ON_SURFACE = 0.5
+"""A normal has the length 1; at the tip of a cone it has none."""
 SKIN_MM = 1e-3
 """Rays into the material start this far below the surface."""
 ROUND_KINDS = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.TORUS)
@@ -155,9 +159,35 @@ def built_up_shares(
         Faces that do not count.
     """
     counted = graph.face_solid == solid if but is None else (graph.face_solid == solid) & ~but
-    lines = trimmed.known.setdefault(("lines", solid), _Lines.through(trimmed, solid))
+    lines = _Lines.known(trimmed, solid)
     for count in counts:
         yield lines.share(graph, trimmed, counted, count)
+
+
+def surface_points(
+    graph: BrepGraph, trimmed: TrimmedFaces, solid: int, count: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return random points that are spread evenly over the surface of a solid.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    solid : int
+    count : int
+        Most points.
+
+    Returns
+    -------
+    p, normal : ndarray, shape (n, 3)
+        Points `SKIN_MM` below the surface, mm, and outward normals.
+    thick : ndarray, shape (n,)
+        How far it is straight through the material, mm.
+    """
+    lines = _Lines.known(trimmed, solid)
+    lines.send(graph, trimmed, graph.face_solid == solid, count)
+    rows = np.flatnonzero(np.linalg.norm(lines.normal, axis=1) > ON_SURFACE)[:count]
+    return lines.p[rows], lines.normal[rows], lines.thick[rows]
 
 
 @dataclass(slots=True, eq=False)
@@ -184,6 +214,8 @@ class _Lines:
     across : ndarray, shape (n, RIM_WAYS)
         How thick the material is along the surface, mm; negative where it was not felt yet, infinite where the two
         sides are not parallel.
+    walls : ndarray, shape (F,), optional
+        Of faces of round tubes, the thickness of the wall, mm; otherwise not a number. Found when it is asked for.
     """
 
     solid: int
@@ -197,6 +229,13 @@ class _Lines:
     thick: FloatArray = field(default_factory=lambda: np.zeros(0))
     flat: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
     across: FloatArray = field(default_factory=lambda: np.zeros((0, RIM_WAYS)))
+    walls: FloatArray | None = None
+
+    @classmethod
+    def known(cls, trimmed: TrimmedFaces, solid: int) -> _Lines:
+        """Return the lines through a solid that were sent before, or new ones."""
+        lines: _Lines = trimmed.known.setdefault(("lines", solid), cls.through(trimmed, solid))
+        return lines
 
     @classmethod
     def through(cls, trimmed: TrimmedFaces, solid: int) -> _Lines:
@@ -206,23 +245,36 @@ class _Lines:
 
     def share(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> tuple[float, int]:
         """Return the share of `built_up_share` after so many hits on the counted faces, and their true number."""
-        sent = self._send(graph, trimmed, counted, hits)
+        sent = self.send(graph, trimmed, counted, hits)
         rows = np.flatnonzero(counted[self.face[: self.rounds[sent - 1]]])
         if len(rows) == 0:
             return 0.0, 0
         count = len(rows)
-        rows = rows[np.linalg.norm(self.normal[rows], axis=1) > 0.5]  # not the tip of a cone
+        rows = rows[np.linalg.norm(self.normal[rows], axis=1) > ON_SURFACE]
         # a line through the ball meets a surface as often as the two areas say
         hit = np.bincount(self.face[rows], minlength=graph.face_count)
         face_area = hit * (2.0 * np.pi * self.radius**2) / (sent * LINES)
         is_plate = self.flat[rows] & (self.thick[rows] < FLATTEST * np.sqrt(face_area[self.face[rows]]))
-        used, plates = _commonest(np.sort(self.thick[rows[is_plate]]))
-        rim = rows[~is_plate]
+        wall = self._walls(graph, trimmed)
+        is_tube = self.flat[rows] & (
+            np.abs(self.thick[rows] - wall[self.face[rows]]) <= SAME_THICKNESS * self.thick[rows]
+        )
+        used, plates = _commonest(np.sort(self.thick[rows[is_plate & ~is_tube]]))
+        plates += int(is_tube.sum())
+        used = np.concatenate([used, np.unique(wall[np.isfinite(wall)])])
+        rim = rows[~is_plate & ~is_tube]
         self._feel_rim(graph, trimmed, rim)
         near = np.abs(self.across[rim][..., None] - used) <= SAME_THICKNESS * used
         return (plates + int(near.any(axis=(1, 2)).sum())) / len(rows), count
 
-    def _send(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> int:
+    def _walls(self, graph: BrepGraph, trimmed: TrimmedFaces) -> FloatArray:
+        if self.walls is None:
+            tubes = find_tubes(graph, trimmed, self.solid)
+            self.walls = np.full(graph.face_count, np.nan)
+            self.walls[tubes.face] = tubes.wall_mm
+        return self.walls
+
+    def send(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> int:
         """Send lines until there are so many hits on the counted faces; return after how many rounds there are."""
         for sent in range(1, ROUNDS + 1):
             if sent > len(self.rounds):

@@ -20,6 +20,9 @@ BEND_STEP_MM = 0.5
 """Distance from an edge, and beyond an outer corner, at which the material is felt."""
 BEND_ENDS = (-0.5, 0.5, 1.5, 2.5)
 """Where the sides of a tube are felt: beyond the end of its inner corner, in thicknesses; the tube may have rounds."""
+BEND_KINDS = (CurveKind.LINE, CurveKind.CIRCLE)
+"""Along such curves sheets are bent, and collars drawn. Where a tube opens into another one of the same thickness, its
+wall goes over into the other one as that of a bent sheet does, but along neither."""
 ALONG_SIN, ACROSS_COS = 1e-6, 1e-6
 """Directions are parallel, or at a right angle, within this."""
 WHOLE = 0.8
@@ -29,8 +32,9 @@ WHOLE = 0.8
 def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolArray:
     """Tell which concave edges are the inner corner of one bent sheet.
 
-    The material behind both faces has one thickness t of at most `THICKEST_BEND_MM`. Beyond the outer corner, where the
-    two outer faces meet, there is nothing: not at the middle, and not at the ends, where a tube would have its sides.
+    The edge is straight or round: the end of a tube on another one is neither. The material behind both faces has one
+    thickness t of at most `THICKEST_BEND_MM`. Beyond the outer corner, where the two outer faces meet, there is
+    nothing: not at the middle, and not at the ends, where a tube would have its sides.
 
     Parameters
     ----------
@@ -51,7 +55,8 @@ def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolA
         way_out(graph, trimmed, solid, p + BEND_STEP_MM * (away[k] - n[k]), -n[k])[0] + BEND_STEP_MM for k in (0, 1)
     ]
     thick = [np.where(np.isfinite(own), own, np.nan) for own in thick]  # open surfaces of damaged files have none
-    bent = (np.abs(thick[1] - thick[0]) <= SAME_THICKNESS * thick[0]) & (thick[0] <= THICKEST_BEND_MM)
+    bent = np.isin(graph.edge_kind[edges], BEND_KINDS) & (thick[0] <= THICKEST_BEND_MM)
+    bent &= np.abs(thick[1] - thick[0]) <= SAME_THICKNESS * thick[0]
     rows = np.flatnonzero(bent)
     t, half = thick[0][rows, None], edge_lengths(graph)[edges[rows], None] / 2
     corner = p[rows] - t * (n[0] + n[1])[rows] / (1.0 + cos[rows])

@@ -5,9 +5,11 @@ Each finding multiplies the confidence by the factor of its rule (`wpcal.seam.ru
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -17,19 +19,19 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.find.formed import are_bends, is_profile
 from wpcal.seam.find.play import is_play, with_play
-from wpcal.seam.judge.held_fast import HeldRings
+from wpcal.seam.find.tubes import THIN_WALL
 from wpcal.seam.judge.rolling import find_rolling
+from wpcal.seam.judge.shape_looks import ShapeLooks
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
 from wpcal.seam.limits import GAP_ROUND_OFF_MM, THICKEST_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_clamps, find_holes
 from wpcal.seam.member.note import Members, are_welded, take_members
-from wpcal.seam.member.one_piece import OnePieces
 from wpcal.seam.options import ConcaveEdges, Play, Reach, SeamOptions
 from wpcal.seam.rules import GAP_SHARE_LOST, PRIOR, Rule
 from wpcal.seam.seam import Finding, Seam, SeamSource
 
-OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key, Rule.SHORT_END.key})
+OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key, Rule.LEFT_OVER.key, Rule.SHORT_END.key})
 """Findings that need all seams of the part: they stay when a part of them is judged again."""
 BETWEEN_TWO = frozenset({SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE})
 """Candidates that join two solids."""
@@ -37,9 +39,6 @@ FELT_GAP = 0.1
 """Gaps below this fraction of the allowed gap do not lower the confidence."""
 AROUND = 0.1
 """A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees)."""
-THIN_WALL = 0.6
-"""A round member is a tube if it has a bore of this share of its diameter or more: bushes and rollers have thicker
-walls."""
 STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "the torch does not get there at"
 """How the reasons about reach end and begin."""
 WIRE_WORDS = "mm of wire are needed from its tip to the nozzle"
@@ -82,20 +81,26 @@ def judge_seams(
         reachable = not (seam.inside or seam.blocked_by)
         found = [*judge.evidence(seam), *concave.get(row, ()), *kept]
         found += judge.shape_evidence(seam, found)
-        judged.append(weighed(replace(seam, reachable=reachable, reasons=reasons), found, judge.level))
+        judged.append(replace(seam, reachable=reachable, reasons=reasons, **_weight(seam, found, judge.level)))
     return tuple(judged)
 
 
 def weighed(seam: Seam, findings: Iterable[Finding], level: Level) -> Seam:
     """Return a seam with its findings, the confidence that follows from them, and whether it is accepted."""
+    return replace(seam, **_weight(seam, findings, level))
+
+
+def _weight(seam: Seam, findings: Iterable[Finding], level: Level) -> dict[str, Any]:
+    """Return the fields of a seam that follow from its findings."""
     found = tuple(sorted(findings, key=lambda finding: finding.factor))
     confidence = _confidence(seam, found)
     sure = confidence >= level.value or seam.source is SeamSource.MARKED
-    return replace(seam, findings=found, confidence=confidence, accepted=sure and not (seam.inside or seam.blocked_by))
+    accepted = sure and not (seam.inside or seam.blocked_by)
+    return {"findings": found, "confidence": confidence, "accepted": accepted}
 
 
 def _confidence(seam: Seam, findings: Sequence[Finding]) -> float:
-    return PRIOR[seam.source] * float(np.prod([finding.factor for finding in findings]))
+    return PRIOR[seam.source] * math.prod(finding.factor for finding in findings)
 
 
 def assumed_words(reach: Reach) -> str:
@@ -150,10 +155,8 @@ class Judge:
         Whether edges of the part are marked as seams.
     reach : Reach
         The torch with which the seams were felt.
-    one_pieces : OnePieces
-        Which solids were made as one piece.
-    held : HeldRings
-        Which solids are rings between shoulders.
+    looks : ShapeLooks
+        What the shapes of solids say.
     play : tuple of Play
         Gaps that several joints have: they are meant.
     """
@@ -170,8 +173,7 @@ class Judge:
     level: Level
     has_marks: bool
     reach: Reach
-    one_pieces: OnePieces
-    held: HeldRings
+    looks: ShapeLooks
     play: tuple[Play, ...]
 
     @classmethod
@@ -188,8 +190,8 @@ class Judge:
         known = (graph, number, members, rolling, holes, hole_of_face, dict(clamps))
         play = with_play(graph, trimmed, options).play or ()
         options_of = (gap_mm, min_mm, level, has_marks, options.reach)
-        looks = (OnePieces(graph, trimmed), HeldRings(graph, trimmed, gap_mm))
-        return cls(*known, *options_of, *looks, play)
+        looks = ShapeLooks(graph, trimmed, members, gap_mm, 2.0 * options.reach.torch.nozzle_radius_mm)
+        return cls(*known, *options_of, looks, play)
 
     def clamps_of(self, a: int, b: int) -> list[Clamp]:
         """Return the places at which two solids are clamped together."""
@@ -236,13 +238,7 @@ class Judge:
         between_two = seam.source in BETWEEN_TWO and len(seam.solids) == 2
         if not between_two or _confidence(seam, found) < Level.GENEROUS.value:
             return
-        for name in seam.solids:
-            why = None if self.members[self.number[name]].said else self.one_pieces.why(self.number[name])
-            if why is not None:
-                yield Rule.ONE_PIECE.found(f"{name}: {why}", solid=name)
-        a, b = (self.number[name] for name in seam.solids)
-        if not self.both_said(seam) and self.held.holds(a, b):
-            yield Rule.HELD_FAST.found("one of the two is a ring between two shoulders of the other")
+        yield from self.looks.findings([self.number[name] for name in seam.solids])
 
     def _pair_evidence(self, seam: Seam, a: int, b: int) -> Iterator[Finding]:
         """Yield what speaks against welding these two members to each other at this place."""
@@ -271,7 +267,8 @@ class Judge:
 
     def _contact_evidence(self, seam: Seam, *, is_fastener: bool) -> Iterator[Finding]:
         gaps = seam.pieces.gap_mm[:, 1]
-        mean = float(gaps[~is_play(self.play, gaps)].sum() / len(gaps))  # play is no doubt
+        doubted = gaps[~is_play(self.play, gaps)] if self.play else gaps  # play is no doubt
+        mean = float(doubted.sum() / len(gaps))
         if mean > FELT_GAP * self.gap_mm:
             lost = GAP_SHARE_LOST * min(mean / self.gap_mm, 1.0)
             text = f"a gap of {mean:.2f} mm on average, up to {seam.gap_mm[2]:.2f} mm"
@@ -288,8 +285,10 @@ class Judge:
         """Return the diameter of the hole inside which a seam runs along the rim; None if it does not."""
         wall, base = seam.pieces.wall, seam.pieces.base
         hole = self.hole_of_face.get(int(wall[0]))
+        if hole is None:
+            return None
         is_round = (self.graph.face_kind[base] == SurfaceKind.CYLINDER) & (self.graph.face_outward[base] > 0)
-        if hole is None or not np.isin(wall, self.holes.face[hole]).all() or is_round.any():
+        if not np.isin(wall, self.holes.face[hole]).all() or is_round.any():
             return None
         return 2.0 * float(self.holes.radius[hole])
 

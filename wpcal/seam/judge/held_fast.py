@@ -7,7 +7,6 @@ several, such as a shaft with two discs, may hold a ring that was welded before 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +20,8 @@ SAME_AXIS_MM, SAME_AXIS_SIN = 0.2, 2e-3
 """Axes nearer and more parallel than this are one."""
 SHOULDER_MM = 0.5
 """A shoulder stands out by more than this: a thread or a press fit is less."""
+SAME_WIDTH = 0.05
+"""Rings end together if their ends are this near, in widths: the shield of a bearing is set back."""
 
 
 class _RoundFace(NamedTuple):
@@ -33,29 +34,35 @@ class _RoundFace(NamedTuple):
     most: float
 
 
-@dataclass(slots=True, eq=False)
-class HeldRings:
-    """Which pairs of solids are a ring and what holds it; each pair is looked at once, however many seams it has.
+def is_ring_in_ring(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap_mm: float) -> bool:
+    """Tell whether one of two solids is a ring that fills the bore of the other one, and both end on both sides.
 
     Parameters
     ----------
     graph, trimmed :
         The part.
+    a, b : int
+        Numbers of two solids.
     gap_mm : float
-        Largest play between a ring and its seat, mm.
+        Largest play between the two, mm.
     """
-
-    graph: BrepGraph
-    trimmed: TrimmedFaces
-    gap_mm: float
-    _known: dict[tuple[int, int], bool] = field(default_factory=dict)
-
-    def holds(self, a: int, b: int) -> bool:
-        """Tell whether one of two solids, given by number, holds the other one (`is_held_fast`)."""
-        pair = (min(a, b), max(a, b))
-        if pair not in self._known:
-            self._known[pair] = is_held_fast(self.graph, self.trimmed, *pair, self.gap_mm)
-        return self._known[pair]
+    if not (is_turned(graph, a) and is_turned(graph, b)):
+        return False
+    round_ = np.flatnonzero((graph.face_solid == a) & np.isin(graph.face_kind, ROUND_KINDS))
+    o, z = graph.face_frame[round_[0], 0], graph.face_frame[round_[0], 3]
+    bores, outs = (
+        [[one for one in _faces(graph, trimmed, solid, o, z, way) if one.is_cylinder] for solid in (a, b)]
+        for way in (-1, 1)
+    )
+    if not (all(bores) and all(outs)):
+        return False
+    ends = [(min(one.low for one in own), max(one.high for one in own)) for own in map(list.__add__, bores, outs)]
+    width = max(high - low for low, high in ends)
+    if max(abs(ends[0][k] - ends[1][k]) for k in (0, 1)) > SAME_WIDTH * width:
+        return False
+    return any(
+        abs(mine.most - seat.most) <= gap_mm for i, k in ((0, 1), (1, 0)) for mine in outs[i] for seat in bores[k]
+    )
 
 
 def is_held_fast(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap_mm: float) -> bool:

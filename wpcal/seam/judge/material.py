@@ -9,16 +9,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
+from itertools import chain
 
 import numpy as np
 
 from wpcal.brep.material import Material, find_solids_around
 from wpcal.brep.rays import START_MM
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.torch import USUAL_TORCH, TorchShape
+from wpcal.seam.torch import USUAL_TORCH, TorchShape, Tube
 
 WIRE_RADIUS_MM = 0.3
 """Half of the radius of a usual wire: in a joint of 60 degrees a whole wire touches both plates near the root."""
+NECK_STEP_MM = 10.0
+"""While the torch comes and goes along the wire, neck and body are felt at this step: less than their radius."""
 TOUCH_MM = 1e-3
 """A nozzle that touches a face along a line is free: it is felt this much nearer to its axis."""
 
@@ -29,6 +32,8 @@ class TorchPart(Enum):
     TIP = "tip"
     WIRE = "wire"
     NOZZLE = "nozzle"
+    NECK = "neck"
+    """Neck or body."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,8 +66,9 @@ def find_poses_in_material(
     *,
     start_mm: FloatArray | float = START_MM,
     more_mm: FloatArray | float = 0.0,
+    bend: FloatArray | None = None,
 ) -> PosesInMaterial:
-    """Find the poses at which the tip, the wire or the nozzle of a torch is inside material.
+    """Find the poses at which the tip, the wire, the nozzle or the neck of a torch is inside material.
 
     Parameters
     ----------
@@ -78,6 +84,8 @@ def find_poses_in_material(
         the tip is below the face of the bead; use `stations.BEAD_MM` there.
     more_mm : float or ndarray, shape (n,)
         How far beyond its length the torch is felt: it comes and goes along the wire.
+    bend : ndarray, shape (n, 3), optional
+        Unit directions towards which the neck bends. None: neck and body are not felt.
 
     Returns
     -------
@@ -91,10 +99,12 @@ def find_poses_in_material(
     """
     n = len(p)
     start = np.broadcast_to(np.asarray(start_mm, dtype=np.float64), n)
-    end = torch.length_mm + np.broadcast_to(np.asarray(more_mm, dtype=np.float64), n)
+    more = np.broadcast_to(np.asarray(more_mm, dtype=np.float64), n)
+    end = torch.wire_mm + torch.front_mm + more
     free = np.ones(n, dtype=bool)
     found: list[tuple[int, int, TorchPart]] = []
-    for part, rows, solids in _inside(material, p, back, torch, start, end, free):
+    necks = () if bend is None else _inside_neck(material, p, back, bend, torch, more, free)
+    for part, rows, solids in chain(_inside(material, p, back, torch, start, end, free), necks):
         for row, solid in zip(rows.tolist(), solids.tolist(), strict=True):
             if free[row]:
                 free[row] = False
@@ -123,3 +133,41 @@ def _inside(
         rows = np.flatnonzero(free)
         solids = material.tube_solids(p[rows], back[rows], low[rows], high[rows], radius)
         yield part, rows[solids >= 0], solids[solids >= 0]
+
+
+def _inside_neck(
+    material: Material,
+    p: FloatArray,
+    back: FloatArray,
+    bend: FloatArray,
+    torch: TorchShape,
+    more: FloatArray,
+    free: BoolArray,
+) -> Iterator[tuple[TorchPart, IntArray, IntArray]]:
+    """Yield the poses at which neck or body is inside solids, there and on the way along the wire; those still free."""
+    for far in np.arange(0.0, more.max(initial=0.0) + NECK_STEP_MM, NECK_STEP_MM):
+        for tube in torch.tubes:
+            rows = np.flatnonzero(free & (far < more + NECK_STEP_MM))
+            at = np.minimum(far, more[rows])[:, None]
+            start, way, length = place_tube(tube, p[rows] + (torch.wire_mm + at) * back[rows], back[rows], bend[rows])
+            zero = np.zeros(len(rows))
+            solids = material.tube_solids(start, way, zero, zero + length, tube.radius_mm - TOUCH_MM)
+            yield TorchPart.NECK, rows[solids >= 0], solids[solids >= 0]
+
+
+def place_tube(
+    tube: Tube, mouth: FloatArray, back: FloatArray, bend: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """Return starts and directions, shapes (n, 3), and the length (mm) of a piece of a torch at poses.
+
+    Parameters
+    ----------
+    tube : Tube
+    mouth : ndarray, shape (n, 3)
+        Middles of the mouths of the nozzles, mm.
+    back, bend : ndarray, shape (n, 3)
+        Unit directions in the same frame: along the wire to the torch, and towards which the neck bends.
+    """
+    axes = np.stack([bend, np.cross(back, bend), back], axis=2)
+    length = float(np.linalg.norm(tube.end - tube.start))
+    return mouth + axes @ tube.start, axes @ ((tube.end - tube.start) / length), length

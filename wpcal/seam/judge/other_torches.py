@@ -26,7 +26,7 @@ for a part, not one for each of 500 stretches inside a box. `--explain` asks for
 
 
 def with_other_torches(
-    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Sequence[Seam]], reach: Reach
+    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Sequence[Seam]], reach: Reach, *, least_mm: float
 ) -> list[list[Seam]]:
     """Return seams of which the longest that the torch does not reach name a shipped torch that reaches all of them.
 
@@ -38,9 +38,16 @@ def with_other_torches(
         Free stretches, and stretches with `Seam.blocked_by`.
     reach : Reach
         With the torch that does not reach them.
+    least_mm : float
+        No torch is advised for what is shorter than a seam has to be.
     """
     found = [list(pieces) for pieces in seams]
-    todo = [(row, at) for row, pieces in enumerate(found) for at, piece in enumerate(pieces) if piece.blocked_by]
+    todo = [
+        (row, at)
+        for row, pieces in enumerate(found)
+        for at, piece in enumerate(pieces)
+        if piece.blocked_by and piece.length_mm >= least_mm
+    ]
 
     def free_at(places: list[tuple[int, int]], own: Reach, wire_mm: float, few: int) -> list[tuple[int, int]]:
         tried = [replace(found[row][at], more_wire_mm=wire_mm - own.torch.wire_mm) for row, at in places]

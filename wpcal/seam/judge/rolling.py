@@ -15,6 +15,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.seam.find.built_up import is_turned
 from wpcal.seam.find.flare import TILT_SIN
 from wpcal.seam.find.flare_sections import face_pairs, find_roots, pipe_ranges
 
@@ -26,6 +27,8 @@ OPPOSITE_COS = -0.87
 """A body is held between two others if they touch it on opposite sides, within 30 degrees."""
 SHAFT_RATIO = 0.75
 """A shaft fills at least this share of a bore."""
+BULGE_MM = 0.5
+"""The tread of a wheel bulges by more than this beyond its sides: the round of an edge does not."""
 LENGTH_MM = 0.1
 """Bodies whose radius, and whose length, differ by less are equal."""
 
@@ -56,6 +59,28 @@ def find_rolling(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> dict
             words = f"is one of {len(group)} equal round bodies that touch others along lines only: rollers or stock"
             found |= dict.fromkeys(loose, words)
     return found
+
+
+def has_round_tread(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
+    """Tell whether a solid is a wheel by its shape: turned, with a bore, flat sides, and a tread that bulges.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    solid : int
+    """
+    faces = np.flatnonzero(graph.face_solid == solid)
+    kind, out = graph.face_kind[faces], graph.face_outward[faces]
+    tread = faces[(kind == SurfaceKind.TORUS) & (out > 0)]
+    has_bore = bool(((kind == SurfaceKind.CYLINDER) & (out < 0)).any())
+    if len(tread) == 0 or not has_bore or not (kind == SurfaceKind.PLANE).any() or not is_turned(graph, solid):
+        return False
+    o, z = graph.face_frame[tread[0], 0], graph.face_frame[tread[0], 3]
+    sides = faces[~np.isin(faces, tread)].tolist()
+    arm = np.concatenate([trimmed.p0[trimmed.start[face] : trimmed.start[face + 1]] for face in sides]) - o
+    widest = float(np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1).max())
+    return bool((graph.face_param[tread].sum(axis=1) > widest + BULGE_MM).any())
 
 
 def _line_touches(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> dict[int, list[tuple[int, FloatArray]]]:

@@ -83,7 +83,7 @@ def cut_where_unreached(
     for (row, seam), felt in zip(todo, left, strict=True):
         done[row].append(felt.lay_on(seam) if felt.is_free else _blocked(graph, seam, felt.solids))
     found = [_or_nothing(graph, seam, pieces) for seam, pieces in zip(seams, done, strict=True)]
-    return with_other_torches(graph, trimmed, found, options.reach)
+    return with_other_torches(graph, trimmed, found, options.reach, least_mm=options.min_length_mm)
 
 
 def _felt(

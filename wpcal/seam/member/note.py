@@ -15,6 +15,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import ErrorCode, InputError
 from wpcal.seam.member.fasteners import Fastener, find_fasteners
 from wpcal.seam.member.names import Hit, read_material, read_name
+from wpcal.seam.member.same_room import find_copies_of_solids
 from wpcal.seam.member.words import IRON, METALS, NOT_METAL, Kind
 from wpcal.seam.options import Judging, Play
 from wpcal.seam.rules import Rule
@@ -163,10 +164,12 @@ def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> M
     labels = [_labels(name, fact) for name, fact in zip(graph.solid_names, facts, strict=True)]
     said = _said(labels, judging)
     fasteners = find_fasteners(graph, trimmed)
+    copies = find_copies_of_solids(graph, trimmed)
     common = set.intersection(*(set(own) for own in labels)) if len(labels) > 1 else set()
     members = []
     for solid, name in enumerate(graph.solid_names):
-        own = _Evidence(name, facts[solid], common, fasteners.get(solid))
+        first = graph.solid_names[copies[solid]] if solid in copies else None
+        own = _Evidence(name, facts[solid], common, fasteners.get(solid), first)
         members.append(own.member(said[solid]))
     return Members(MemberNotes(judging, tuple(members)), fasteners)
 
@@ -182,12 +185,15 @@ class _Evidence:
     common : set of str
         Names that belong to all solids of the part: they say nothing about one of them.
     fastener : Fastener or None
+    copy_of : str or None
+        The earlier solid that fills the same room.
     """
 
     name: str
     facts: SolidFacts
     common: set[str]
     fastener: Fastener | None
+    copy_of: str | None = None
 
     def member(self, said: tuple[bool, str] | None) -> Member:
         written = [hit for hit in (read_material(text) for text in self.facts.materials) if hit is not None][:1]
@@ -198,7 +204,7 @@ class _Evidence:
             words = f"you said so ({'--weld' if can else '--not'} {pattern})"
             said_not = () if can else (Rule.SAID_NOT.found(f"{self.name} is not welded: {words}"),)
             return Member(self.name, "a member" if can else "not welded", said_not, (words,), metal, can)
-        if named and named[0].kind is Kind.WELD_NUT:
+        if named and named[0].kind is Kind.WELD_NUT and self.copy_of is None:
             return Member(self.name, Kind.WELD_NUT.value, (), (f"name: {named[0].word}",), metal)
         against = list(self._against(written, named))
         material = "; ".join(self.facts.materials)
@@ -212,6 +218,9 @@ class _Evidence:
 
     def _against(self, written: list[Hit], named: tuple[Hit, ...]) -> Iterator[tuple[Finding, str, str]]:
         """Yield the findings against welding a solid, what it is then taken for, and the evidence in words."""
+        if self.copy_of is not None:
+            words = f"fills the same room as {self.copy_of}"
+            yield Rule.SAME_ROOM.found(f"{self.name} {words}: only one of the two can be a member"), "a copy", words
         if self.fastener is not None:
             what = self.fastener.what
             yield Rule.FASTENER.found(f"{self.name} is {what}"), what, "shape and seat"

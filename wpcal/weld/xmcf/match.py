@@ -15,7 +15,7 @@ from wpcal.core.wording import listed
 from wpcal.seam.seam import Seam
 from wpcal.weld.place import place_of
 from wpcal.weld.record import StatedWeld
-from wpcal.weld.values import WeldKind, plain
+from wpcal.weld.values import PREPARATIONS, WeldKind, plain
 from wpcal.weld.xmcf.read import WeldSide, XmcfSeam
 
 NEAR_MM = 2.0
@@ -32,7 +32,11 @@ KINDS = {
     "flared_joint": WeldKind.FLARE_V,
 }
 """The weld that a type of seam stands for. An I-weld through sheets has none here: it is not welded with a torch."""
-V_SECTION = "V"
+GROOVES = {letters: kind for kind, letters in PREPARATIONS.items()} | {
+    "Y": WeldKind.SINGLE_V,
+    "HY": WeldKind.SINGLE_BEVEL,
+}
+"""The groove of a butt weld by its letters; Y and HY have a root face."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,10 +118,10 @@ def _values(weld: XmcfSeam, outward: FloatArray) -> tuple[dict[str, Any], list[s
     kind = KINDS.get(weld.kind)
     side = _side_towards(weld.sides, outward)
     if side is not None:
-        kind = WeldKind.SINGLE_V if kind is WeldKind.SQUARE and side.section.upper() == V_SECTION else kind
+        kind = GROOVES.get(side.section.upper(), kind) if kind is WeldKind.SQUARE else kind
         if side.throat_mm and kind is WeldKind.FILLET:
             values["throat_mm"] = side.throat_mm
-        if side.angle_deg and kind is WeldKind.SINGLE_V:
+        if side.angle_deg and kind in PREPARATIONS:
             values["groove_angle_deg"] = side.angle_deg
         if side.stitch is not None:
             values["stitch"] = plain(side.stitch)

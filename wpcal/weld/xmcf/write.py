@@ -11,7 +11,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.seam.seam import JointType, Seam, WeldType
 from wpcal.weld.seam_weld import SeamWeld
 from wpcal.weld.section import throat_of
-from wpcal.weld.values import WeldKind
+from wpcal.weld.values import PREPARATIONS, WeldKind
 
 VERSION = "3.1.1"
 TYPES = {
@@ -81,8 +81,8 @@ def _state(side: ET.Element, joint: ET.Element, seam: Seam, weld: SeamWeld, kind
     if kind in FILLETS and values.weld is WeldKind.FILLET and throat:
         side.set("section", "Fillet")
         side.set("thickness", _number(throat))
-    elif kind == "butt_joint" and values.weld is WeldKind.SINGLE_V:
-        side.set("section", "V")
+    elif kind == "butt_joint" and values.weld is not None and values.weld in PREPARATIONS:
+        side.set("section", PREPARATIONS[values.weld])
     if kind != FLARED:
         side.set("filler", "yes")
     if values.stitch is not None:

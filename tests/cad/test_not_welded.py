@@ -1,0 +1,137 @@
+"""Solids without a telling name that nobody welds, and beside each of them a like part that is welded."""
+
+from typing import Any
+
+import pytest
+from build123d import Align, Box, Cylinder, Pos, Rot, Torus, chamfer
+
+from cad.kernel.to_brep import to_brep
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.limits import Level
+from wpcal.seam.member.note import take_members
+from wpcal.seam.options import Judging
+from wpcal.seam.rules import Rule
+
+LOW = (Align.CENTER, Align.CENTER, Align.MIN)
+Solids = dict[str, Any]
+
+
+def tube(outer: float, inner: float, low: float, high: float) -> Any:
+    return Pos(0, 0, low) * (Cylinder(outer, high - low, align=LOW) - Cylinder(inner, high - low, align=LOW))
+
+
+def table(leg: Any) -> Solids:
+    """Return a table of 1200 x 700 mm: a top of 30 mm on four legs, and a bar between each two of them."""
+    solids: Solids = {"S1": Pos(0, 0, 700) * Box(1200, 700, 30, align=LOW)}
+    for x in (-1, 1):
+        for y in (-1, 1):
+            solids[f"L{x}{y}"] = Pos(500 * x, 250 * y, 0) * leg
+        solids[f"B{x}"] = Pos(500 * x, 0, 600) * Box(40, 430, 80, align=LOW)
+    return solids
+
+
+def framed(*, groove: bool) -> Solids:
+    """Return a frame of flat bar, one body, and a pane in it."""
+    frame = Box(500, 400, 30) - Box(420, 320, 40)
+    pane = Box(432, 332, 6) if groove else Box(420, 320, 6)
+    return {"S1": frame - pane, "S2": pane}
+
+
+def wheel(tread: Any) -> Solids:
+    """Return a wheel in a fork's side plate, on an axle."""
+    body = Cylinder(100, 40) + tread - Cylinder(12, 60)
+    return {"S1": body, "S2": Cylinder(12, 160)}
+
+
+def fork(x: float) -> Any:
+    """Return a casting: a foot with a round body and a boss."""
+    body = Box(120, 60, 24, align=LOW) + Pos(0, 0, 50) * Rot(90, 0, 0) * Cylinder(40, 60)
+    body += Pos(0, 0, 70) * Cylinder(15, 35, align=LOW)
+    return Pos(x, 0, 0) * (body - Pos(0, 0, 50) * Rot(90, 0, 0) * Cylinder(24, 70))
+
+
+def castings() -> Solids:
+    """Return a plate on which three castings stand, and a small bar."""
+    plate = Box(600, 200, 10, align=(Align.CENTER, Align.CENTER, Align.MAX))
+    return {
+        "P": plate,
+        **{f"C{k}": fork(180 * k) for k in (-1, 0, 1)},
+        "B": Pos(275, 60, 0) * Box(20, 20, 20, align=LOW),
+    }
+
+
+BASE = Box(240, 120, 10, align=(Align.CENTER, Align.CENTER, Align.MAX))
+HUB = {"S1": tube(60, 20, 0, 12), "S2": tube(20, 10, -20, 32)}
+BEARING = {"S1": tube(60, 40, 0, 30), "S2": tube(40, 30, 0.5, 29.5), "S3": tube(30, 20, 0, 30)}
+
+
+def blocks(size: float) -> Solids:
+    """Return a small block on a larger one, of so many mm."""
+    return {
+        "S1": Box(size, size, size / 2, align=LOW),
+        "S2": Pos(0, 0, size / 2) * Box(size / 2, size / 2, size, align=LOW),
+    }
+
+
+def web() -> Any:
+    return Box(200, 8, 80, align=LOW)
+
+
+def found(solids: Solids, **judging: Any) -> tuple[float, set[str], tuple[Seam, ...]]:
+    """Return the length of the accepted seams, the rules that speak against others, and all candidates."""
+    graph = to_brep([(name, shape.solid().wrapped) for name, shape in solids.items()])
+    seams = detect_seams(graph, SeamOptions(judging=Judging(**judging)))
+    rules = {one.rule for seam in seams if not seam.accepted for one in seam.findings}
+    return sum(seam.length_mm for seam in seams if seam.accepted), rules, seams
+
+
+@pytest.mark.parametrize(
+    ("solids", "rule", "welded"),
+    [
+        (framed(groove=True), Rule.CLOSED_IN, framed(groove=False)),
+        (BEARING, Rule.RING_IN_RING, HUB),
+        (table(Box(70, 70, 700, align=LOW)), Rule.TIMBER, table(tube(30, 27, 0, 700))),
+        (blocks(14.0), Rule.SMALLER_THAN_NOZZLE, blocks(70.0)),
+        (wheel(Torus(100, 20)), Rule.ROLLING, wheel(Cylinder(101, 40))),
+    ],
+    ids=["pane", "bearing", "table", "terminal", "wheel"],
+)
+def test_what_is_not_welded_is_told_by_its_shape(solids: Solids, rule: Rule, welded: Solids) -> None:
+    taken_mm, rules, _ = found(solids)
+    assert taken_mm == 0
+    assert rule.key in rules
+    taken_mm, rules, _ = found(welded)
+    assert taken_mm > 30
+    assert rule.key not in rules
+
+
+def test_your_word_and_generous_take_them() -> None:
+    solids = table(Box(70, 70, 700, align=LOW))
+    assert found(solids, weld=("*",))[0] == pytest.approx(found(solids, level=Level.GENEROUS)[0])
+    assert found(solids, weld=("*",))[0] > 1000
+
+
+def test_a_table_of_named_steel_is_welded() -> None:
+    solids = {f"steel bar {name}": shape for name, shape in table(Box(70, 70, 700, align=LOW)).items()}
+    assert found(solids)[0] > 1000
+
+
+def test_a_body_that_is_in_the_file_twice_is_welded_once() -> None:
+    once, _, _ = found({"plate": BASE, "web": web()})
+    copy = chamfer(web().edges().group_by()[-1], 2)
+    twice, _, seams = found({"plate": BASE, "web": web(), "Chamfer": copy})
+    assert once == pytest.approx(twice) == pytest.approx(400.0)
+    assert all("Chamfer" not in seam.solids for seam in seams if seam.accepted)
+    graph = to_brep([(name, shape.solid().wrapped) for name, shape in (("web", web()), ("Chamfer", copy))])
+    members = take_members(graph, TrimmedFaces.of(graph), Judging()).notes.members
+    assert [one.taken_as for one in members] == ["a member", "a copy"]
+    assert members[1].why == ("fills the same room as web",)
+
+
+def test_what_is_left_between_castings_is_doubted_with_them() -> None:
+    taken_mm, rules, _ = found(castings())
+    assert taken_mm == 0
+    assert Rule.LEFT_OVER.key in rules
+    alone = {name: shape for name, shape in castings().items() if name in ("P", "B")}
+    assert found(alone)[0] == pytest.approx(80.0)

@@ -1,0 +1,220 @@
+"""AS, read back by a parser that knows the language and nothing of the writer; and files as controllers write them."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from wpcal.audit.arc import arc_faults
+from wpcal.controllers.arc_settings import ArcSettings
+from wpcal.controllers.few_moves import fit_program
+from wpcal.controllers.kawasaki.arc import conditions
+from wpcal.controllers.kawasaki.read import frame_from_oat
+from wpcal.controllers.kawasaki.write import write_as
+from wpcal.controllers.program import ControllerSettings, build_program
+from wpcal.controllers.taught_program import read_taught_program
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.transform import RigidTransform
+from wpcal.results.folder import FinishedCalibration
+from wpcal.taught.user_frames import ProgramReading
+from wpcal.weld.place import place_of
+from wpcal.weld.rules import shipped_rules
+from wpcal.weld.seam_weld import weld_for
+
+ATOL_MM = 0.9e-5
+ATOL_DEG = 0.9e-6
+
+
+def values_of(text):
+    """Transformation values by name: positions and rotations."""
+    found = {}
+    for row in re.search(r"^\.TRANS\r?\n(.*?)^\.END", text, re.MULTILINE | re.DOTALL)[1].splitlines():
+        name, *cells = row.split()
+        v = np.array([float(cell) for cell in cells])
+        assert len(v) == 6
+        found[name] = v[:3], Rotation.from_euler("ZYZ", v[3:], degrees=True)
+    return found
+
+
+def parse(text):
+    """Positions and axes in the base of all programs called, in their order."""
+    values = values_of(text)
+    p_base, R_base = values["wp_part"]
+    programs = dict(re.findall(r"^\.PROGRAM (\w+)\(\)\r?\n(.*?)^\.END", text, re.MULTILINE | re.DOTALL))
+    main = next(iter(programs.values()))
+    positions, axes = [], []
+    for name in re.findall(r"CALL (\w+)", main):
+        assert "  BASE wp_part" in programs[name]
+        for point in re.findall(r"MOVE (\w+)", programs[name]):
+            p, R = values[point]
+            positions.append(R_base.apply(p) + p_base)
+            axes.append((R_base * R).as_matrix())
+    return positions, axes
+
+
+@given(seed=st.integers(0, 2**32))
+def test_what_is_written_is_read_back(make_program, assert_same_poses, assert_is_the_part, seed):
+    program = make_program(seed, names=("W1", "Rib 7/ä"))
+    (text,) = write_as(program).values()
+    p, R = parse(text)
+    assert_same_poses(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
+    assert_is_the_part(*values_of(text)["wp_part"], program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
+
+
+@pytest.mark.parametrize("a", [0.0, 1e-9, 1e-7, 1e-4, 90.0, 180.0 - 1e-7, 180.0])
+def test_a_tool_along_z_keeps_its_turn(make_program, assert_same_poses, a):
+    program = make_program(1, T_base_part=RigidTransform.identity(target="base", source="part"))
+    (path,) = program.paths
+    R = Rotation.from_euler("ZYZ", [[o, a, 33.3] for o in range(16)], degrees=True).as_matrix()
+    program = replace(program, paths=(replace(path, R_base=R),))
+    assert_same_poses(*parse(*write_as(program).values()), program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
+
+
+def test_names_have_fifteen_characters_and_stay_different(make_program):
+    program = make_program(names=("a very long name of a seam 1", "a very long name of a seam 2", "Wp_Part", "2"))
+    (text,) = write_as(program).values()
+    names = [name.lower() for name in values_of(text)] + re.findall(r"^\.PROGRAM (\w+)", text.lower(), re.MULTILINE)
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(r"[a-z][a-z0-9_.]{0,14}", name) for name in names)
+    with pytest.raises(InputError, match="AS names have up to 15 letters"):
+        write_as(make_program(controller=ControllerSettings(tool_name="a_torch_with_a_long_name"), safe_point=None))
+
+
+def half_circle(make_seam, *, accepted=True):
+    t = np.pi * np.linspace(0, 1, 33)
+    x = np.stack([-np.sin(t), np.cos(t), 0 * t], axis=1)
+    z = np.tile([0.0, 0.0, 1.0], (33, 1))
+    p = 80 * np.stack([np.cos(t), np.sin(t), 0 * t], axis=1)
+    return make_seam("W1", p, np.stack([x, np.cross(z, x), z], axis=2), accepted=accepted, frame="base")
+
+
+def welding(make_seam, **values):
+    seam = half_circle(make_seam)
+    stated = {"thickness_mm": 8.0, "position": "PB", "end_delay_s": 0.0, "crater": None, **values}
+    T = RigidTransform.identity(target="base", source="part")
+    weld = weld_for(seam, place_of(seam, T), shipped_rules(), user=stated)
+    finished = FinishedCalibration(T, (seam,), (None,), {})
+    return fit_program(build_program(finished, welds={"W1": weld}, arc=ArcSettings()))
+
+
+def test_a_seam_that_ends_in_an_arc_ends_the_weld_at_the_same_point(make_seam, tmp_path):
+    (text,) = write_as(welding(make_seam, job=4)).values()
+    along = text.split("; SEAM START")[1].split("; SEAM END")[0].split()
+    moves = [word for word in along if word.isupper() and "_" not in word]
+    assert moves == ["LWS", "C1WC", "C2WC", "LWE"]
+    assert along[-2] == along[-5]  # LWE to where C2WC ended
+    assert along[-1] == ",4"
+    assert arc_faults(text.encode(), tmp_path / "WPCAL.as") == []
+
+
+def test_equal_welds_share_a_condition_and_jobs_keep_theirs(make_seam):
+    program = welding(make_seam, leg_mm=12.0, job=1)
+    assert {name: (own.weld, own.lines) for name, own in conditions(program).items()} == {
+        "W1.p1": (1, ()),
+        "W1.p2": (1, ()),
+        "W1.p3": (1, ()),
+    }
+    program = welding(make_seam, leg_mm=12.0)
+    assert {own.weld for own in conditions(program).values()} == {1}
+    assert all(own.lines[0].startswith("  W1SET 1 = ") for own in conditions(program).values())
+
+
+TAUGHT = """.NETCONF 192.168.0.2
+.PROGRAM teach() #12
+; LMOVE not_a_move
+  BASE fix
+  TOOL torch
+  LMOVE v1
+  JMOVE V2 ;to the corner
+  BASE NULL
+  LMOVE v3
+  LMOVE v1x[1,2]
+  LMOVE shift.a + v5
+  JMOVE #home1
+.END
+.TRANS
+fix 100.000000 0.000000 0.000000 90.000000 0.000000 0.000000
+torch 0 0 300 0 0 0
+v1 10 20 -0.5 0 180 0
+v2 0 0 0 0.0 90.0 0.0
+v3 1 2 3 0 180 0 0 180
+v1x[1,2] 7 8 9 0 180 0
+v5 5 5 5 0 180 0
+.END
+.JOINTS
+#home1 0.0 10.0 -20.0 0.0 90.0 0.0
+.END
+"""
+
+
+def taught(tmp_path, text, **options):
+    path = tmp_path / "teach.as"
+    path.write_bytes(text.replace("\n", "\r\n").encode("latin-1"))
+    return read_taught_program(path, ProgramReading(**options))
+
+
+def test_taught_points_are_read_in_the_base_of_their_move(tmp_path):
+    points = taught(tmp_path, TAUGHT, points=("v1", "v2", "v3", "v1x[1,2]"))
+    np.testing.assert_allclose(points.p_base, [[80, 10, -0.5], [100, 0, 0], [1, 2, 3], [7, 8, 9]], rtol=0, atol=1e-9)
+    assert points.lines == (17, 18, 19, 20)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("v5", "line 21: .*is added to another transformation"),
+        ("home1", "line 24: .*stored as joint angles"),
+    ],
+)
+def test_a_point_that_is_no_place_is_named(tmp_path, name, message):
+    with pytest.raises(FormatError, match=message):
+        taught(tmp_path, TAUGHT, points=(name,))
+
+
+def test_values_without_a_program_are_in_the_robots_base(tmp_path):
+    text = ".TRANS\np1 1 2 3 0 180 0\n.END\n.PROGRAM a()\n  POINT p2 = TRANS(4, 5.5, 6, 0, 180, 0)\n.END\n"
+    points = taught(tmp_path, text)
+    np.testing.assert_allclose(points.p_base, [[1, 2, 3], [4, 5.5, 6]], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("v3 1 2 3 0 180 0 0 180", "v3 1 2 3 0 180", "line 19: v3: expected six numbers"),
+        ("fix 100.000000 0.000000 0.000000 90.000000 0.000000 0.000000\n", "", "the user frame as fix=X,Y,Z,O,A,T"),
+        ("  BASE fix\n", "", ""),
+        ("  LMOVE v3\n", "  LMOVE v3\n  LMOVE v1\n", "is used in the bases fix, null"),
+        ("  BASE fix\n  TOOL torch\n  LMOVE v1\n", "  LMOVE v1\n  BASE fix\n", "does not say the base"),
+    ],
+)
+def test_what_cannot_be_told_is_one_line(tmp_path, old, new, message):
+    assert old in TAUGHT
+    text = TAUGHT.replace(old, new)
+    if not message:  # no base but the robot's
+        np.testing.assert_allclose(taught(tmp_path, text, points=("v1",)).p_base, [[10, 20, -0.5]], rtol=0, atol=1e-9)
+        return
+    with pytest.raises(FormatError, match=message):
+        taught(tmp_path, text, points=("v1", "v3"))
+
+
+def test_a_file_without_programs_and_values_is_refused(tmp_path):
+    with pytest.raises(FormatError, match=r"has no \.PROGRAM"):
+        taught(tmp_path, "class A {}\n")
+
+
+def test_the_order_of_angles_is_z_y_z():
+    R = frame_from_oat([0, 0, 0, 10, 20, 30]).R
+    np.testing.assert_allclose(R, Rotation.from_euler("ZYZ", [10, 20, 30], degrees=True).as_matrix(), atol=1e-12)
+    with pytest.raises(InputError, match="expected 6 numbers"):
+        frame_from_oat([0, 0, 0])
+
+
+def test_our_own_file_is_read_as_taught_points(tmp_path, make_program):
+    program = make_program(3)
+    (text,) = write_as(program).values()
+    points = taught(tmp_path, text.replace("\r\n", "\n"))
+    np.testing.assert_allclose(points.p_base, program.paths[0].p_base, rtol=0, atol=ATOL_MM)

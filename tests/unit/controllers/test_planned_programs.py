@@ -1,0 +1,294 @@
+"""Programs of plans, read by patterns of the languages and checked by kinematics of their own."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.one_robot_cells import TEE, fixed_cell, pipe_ring, with_positioner, write_cell
+from wpcal.audit.programs import check_written
+from wpcal.controllers.arc_settings import ArcSettings
+from wpcal.controllers.planned_program import PlanOutput, build_planned_program
+from wpcal.controllers.program import ControllerSettings
+from wpcal.controllers.registry import controller_named
+from wpcal.controllers.tool_data import read_tool_data
+from wpcal.core.errors import FormatError, InputError
+from wpcal.formats.trajectory import joint_trajectory
+from wpcal.planning.cell.one_robot import Rail
+from wpcal.planning.cell.one_robot_file import read_one_robot
+from wpcal.planning.sequence.plan_sequence import plan_sequence
+from wpcal.planning.sequence.sequence_input import read_sequence_input
+from wpcal.planning.sequence.targets import SequenceTargets, WeldPosition
+from wpcal.planning.sequence.timeline import build_timeline
+from wpcal.robot.kinematics.arm import Coupling
+from wpcal.weld.find import find_welds
+from wpcal.weld.record import StatedWeld
+from wpcal.weld.rules import shipped_rules
+from wpcal.weld.runs import RunChoice
+
+yaml = pytest.importorskip("yaml", reason="pyyaml is not installed")
+pytest.importorskip("fcl", reason="python-fcl is not installed")
+pytest.importorskip("ompl", reason="ompl is not installed")
+
+NUMBER = r"[-+0-9.eE]+"
+WRITTEN_MM = 2e-3
+"""Angles with five decimals move a point at 2 m by less."""
+LANGUAGES = ("rapid", "krl", "inform", "fanuc")
+STATED = {"job": 3, "current_a": 200.0, "voltage_v": 24.0, "speed_mm_s": 7.0}
+
+
+@pytest.fixture(scope="module")
+def given():
+    """W2 with weld data, and W3 in two stitches."""
+    read = read_sequence_input(TEE, fixed_cell(), ["W2", "W3"])
+    T, seams = read.in_base(fixed_cell())
+    stated = [
+        StatedWeld("W2", None, STATED),
+        StatedWeld("W3", None, {**STATED, "stitch": {"length_mm": 40, "pitch_mm": 110, "offset_mm": 0}}),
+    ]
+    found = find_welds(seams, T, shipped_rules(), stated=stated, names={"W2", "W3"})
+    return read.with_welds(found.by_seam(), RunChoice(), 6.0)
+
+
+@pytest.fixture(scope="module")
+def sequence(tmp_path_factory, given):
+    record = with_positioner()
+    record["positioner"]["T_flange_part"] = {"xyz_mm": [-75, -50, 10], "rpy_deg": [0, 0, 0]}
+    cell = read_one_robot(write_cell(tmp_path_factory.mktemp("cell"), record))
+    return plan_sequence(cell, given.part, given.seams, SequenceTargets()).sequence
+
+
+def program_of(sequence, given, **more):
+    return build_planned_program(sequence, {each.name: each for each in given.seams}, PlanOutput(**more))
+
+
+def written(program, name):
+    """Return the files as one text; those of FANUC with the coupling that the mh6 does not have."""
+    if name == "fanuc":
+        joints = [joint.name for joint in program.arm.joints]
+        arm = dataclasses.replace(program.arm, couplings=(Coupling(joints[2], joints[1], 0.0),))
+        program = dataclasses.replace(program, arm=arm)
+    files = controller_named(name).write(program)
+    check_written(files, program, name=name)
+    return "\r\n".join(files.values())
+
+
+@pytest.fixture(scope="module")
+def dry(sequence, given):
+    program = program_of(sequence, given)
+    return program, {name: written(program, name) for name in LANGUAGES}
+
+
+def tip(cell, joints_deg):
+    q = np.concatenate([np.radians(joints_deg), np.zeros(len(cell.axis_names) - 6)])[None]
+    return np.linalg.inv(cell.base_places(q))[0] @ cell.tool_places(q)[0]
+
+
+def test_rapid_has_two_targets_for_a_straight_seam_and_all_axes(sequence, dry):
+    text = dry[1]["rapid"]
+    weld = re.findall(r"! ARC ON\r\n(.*?)! ARC OFF", text, re.DOTALL)
+    assert [block.count("Move") for block in weld] == [1, 1, 1]
+    assert text.count("MoveL") == 9  # start, weld and retract of three runs
+    joints = {
+        name: np.array([float(v) for v in a.split(",")])
+        for name, a in re.findall(r"jointtarget (\w+):=\[\[([^\]]*)\]", text)
+    }
+    first, last = min(joints), max(joints)
+    assert np.allclose(joints[first], np.degrees(sequence.cell.home[:6]), rtol=0, atol=1e-4)
+    assert np.allclose(joints[last], joints[first], rtol=0, atol=1e-4)
+    assert sorted(re.findall(r"MoveAbsJ (\w+)", text)) == sorted(joints)
+    targets = re.findall(r"robtarget \w+:=\[\[([^\]]*)\],\[([^\]]*)\],\[([^\]]*)\],\[([^\]]*)\]\]", text)
+    assert len(targets) == 9
+    for _, _, conf, outer in targets:
+        assert len(conf.split(",")) == 4
+        assert outer.count("9E+09") == 4  # two axes of the positioner
+
+
+def test_poses_of_rapid_agree_with_joints_of_inform(sequence, given, dry):
+    """The same targets as poses in one language and as joints in another one."""
+    poses = re.findall(r"robtarget \w+:=\[\[([^\]]*)\],\[([^\]]*)\]", dry[1]["rapid"])
+    program = dry[0]
+    jobs = controller_named("inform").write(program)
+    joints = []
+    for path in program.paths:
+        job = jobs[f"{path.seam.name.replace('.', '_').upper()}.jbi"]
+        rows = [[float(v) for v in row.split(",")] for row in re.findall(r"\nC\d{5}=([^\r]*)", job)]
+        assert job.count("\nEC0") == len(rows)
+        assert f"///NPOS {len(rows)},0,{len(rows)},0,0,0" in job
+        assert "///GROUP2 ST1" in job
+        joints += rows[1:]  # the first is the approach, to which a plan goes in joints
+    assert len(poses) == len(joints) == 9
+    for row, (place, turn) in zip(joints, poses, strict=True):
+        T = tip(sequence.cell, row)
+        assert np.allclose(T[:3, 3], [float(v) for v in place.split(",")], rtol=0, atol=10 * WRITTEN_MM)
+        w, x, y, z = (float(v) for v in turn.split(","))
+        R = Rotation.from_quat([x, y, z, w]).as_matrix()
+        assert np.allclose(T[:3, :3], R, rtol=0, atol=1e-5)
+
+
+def test_krl_states_status_turn_and_external_axes(dry):
+    text = dry[1]["krl"]
+    poses = re.findall(r"DECL E6POS \w+=\{([^}]*)\}", text)
+    assert len(poses) == 9
+    assert all(re.search(rf"S \d,T \d+,E1 {NUMBER},E2 {NUMBER}$", pose) for pose in poses)
+    axes = re.findall(r"DECL E6AXIS (\w+)=\{A1 ", text)
+    assert sorted(re.findall(r"PTP (WPJ\w+)", text)) == sorted(axes)
+    assert text.index("RUN IT") < text.index("PTP WPJ")
+    assert "BASE_DATA" not in text  # the part turns: the points are in the base of the robot
+
+
+def test_fanuc_has_joints_in_the_air_and_config_on_the_seams(dry):
+    program, texts = dry
+    text = texts["fanuc"]
+    assert text.count("CONFIG :") == 9
+    air = sum(map(len, program.planned.air))
+    assert len(re.findall(r"GP2:", text)) == air + 9
+    assert len(re.findall(r":J P\[\d+\] 50% FINE", text)) == air
+    assert "UF : 0" in text
+    assert text.count("DEFAULT_GROUP = 1,1,*,*,*;") == 4
+
+
+def test_fanuc_refuses_an_arm_without_the_coupling_of_its_third_joint(dry):
+    with pytest.raises(InputError, match="FANUC shows J3 against the horizontal"):
+        controller_named("fanuc").write(dry[0])
+
+
+def test_every_run_has_its_speed_and_dry_runs_say_so(dry):
+    program, texts = dry
+    assert sorted(path.seam.name for path in program.paths) == ["W2", "W3.s1", "W3.s2"]
+    for name, speed in (("rapid", "[7,"), ("krl", "$VEL.CP=0.007"), ("inform", "V=7.0"), ("fanuc", "7mm/sec")):
+        assert texts[name].count(speed) >= 3
+        assert "DRY RUN" in texts[name]
+        assert "checked against" in texts[name]
+    speeds = {path.speed_mm_s for path in program.paths}
+    assert speeds == {7.0}
+
+
+ARCS = {
+    "rapid": (r"ArcLStart (\w+)", r"ArcLEnd (\w+)"),
+    "krl": (r"ARC_START\(3\)", r"ARC_END\(\)"),
+    "inform": (r"ARCON ASF#\(3\)", r"ARCOF AEF#\(3\)"),
+    "fanuc": (r"Weld Start\[1,3\]", r"Weld End\[1,3\]"),
+}
+
+
+@pytest.mark.parametrize("name", LANGUAGES)
+def test_with_the_arc_on_every_run_starts_and_ends_it_once(sequence, given, name):
+    program = program_of(sequence, given, arc=ArcSettings())
+    text = written(program, name)  # the audit of arcs reads it
+    code = "\n".join(line for line in text.splitlines() if not line.startswith(";"))  # comments name functions too
+    for pattern in ARCS[name]:
+        assert len(re.findall(pattern, code)) == 3
+    assert "DRY RUN" not in text
+    assert "with the arc blocked" in " ".join(re.findall(r"[A-Za-z]+", text))
+
+
+def test_templates_of_a_shop_are_used_and_a_missing_name_is_one_line(tmp_path, sequence, given):
+    own = tmp_path / "rapid"
+    own.mkdir()
+    (own / "joint_move.txt").write_text("    myAbsJ {{ point }},{{ speed }},{{ tool }};\n", encoding="utf-8")
+    program = program_of(sequence, given, controller=ControllerSettings(templates=tmp_path))
+    text = written(program, "rapid")
+    assert "MoveAbsJ" not in text
+    assert text.count("myAbsJ wpJ") == sum(map(len, program.planned.air))
+    wrong = tmp_path / "wrong"
+    (wrong / "rapid").mkdir(parents=True)
+    (wrong / "rapid" / "joint_move.txt").write_text("{{ points }}\n", encoding="utf-8")
+    with pytest.raises(FormatError, match="there is no name 'points'"):
+        written(program_of(sequence, given, controller=ControllerSettings(templates=wrong)), "rapid")
+
+
+def test_on_a_rail_all_languages_state_it(given):
+    """Positions count from where the base is at 0 mm of the rail: the axis is a coordinated one."""
+    cell = given.placed(fixed_cell())
+    rail = Rail(np.array([0.0, 1.0, 0.0]), -300.0, 300.0, 500.0)
+    cell = dataclasses.replace(cell, rail=rail, home=np.append(cell.home, 200.0), touched_at=np.array([200.0]))
+    found = plan_sequence(cell, given.part, given.seams[:1], SequenceTargets()).sequence
+    program = program_of(found, given)
+    texts = {name: written(program, name) for name in LANGUAGES}
+    (path,) = program.paths
+    along = path.external[0, 0]
+    assert f"[{along:.5f}," in texts["rapid"]
+    assert f"E1 {along:.6f}}}" in texts["krl"]
+    assert f"BC00000={along:.4f}" in texts["inform"]
+    assert "RB1,BS1" in texts["inform"]
+    assert f"E1= {along:.3f}  mm" in texts["fanuc"]
+    q = np.concatenate([path.joints[1], [along]])[None]
+    T = np.linalg.inv(cell.T_world_base.matrix) @ cell.tool_places(q)[0]
+    assert np.allclose(T[:3, 3], path.p_base[1], rtol=0, atol=WRITTEN_MM)
+    assert not np.isclose(along, 0.0)
+
+
+def test_a_ring_is_welded_flat_by_turning_the_positioner(tmp_path, given):
+    """The fillet of a pipe on a plate in PA all round: only the positioner moves, and programs follow it."""
+    ring = pipe_ring(given.seams[0])
+    record = with_positioner()
+    record["positioner"]["T_flange_part"] = {"xyz_mm": [0, 0, 10], "rpy_deg": [0, 0, 0]}
+    cell = read_one_robot(write_cell(tmp_path, record))
+    found = plan_sequence(cell, None, [ring], SequenceTargets(position=WeldPosition.PA)).sequence
+    (piece,) = found.pieces
+    q = piece.candidate.q
+    assert abs(np.ptp(q[:, 7])) == pytest.approx(2.0 * np.pi)
+    assert np.ptp(q[:, :7], axis=0).max() < np.radians(0.1)
+    up = np.einsum("nij,njk->nik", cell.part_places(q)[:, :3, :3], piece.candidate.task.R)[:, 2]
+    assert np.degrees(np.arccos(up[:, 2].min())) < 1.0  # out of the joint is up everywhere
+    assert np.abs(up[:, 0]).max() < np.sin(np.radians(1.0))  # and the travel is level
+    program = build_planned_program(found, {"R1": ring})
+    rapid, krl = written(program, "rapid"), written(program, "krl")
+    assert 2 <= rapid.count("MoveC ") <= 3
+    assert '[FALSE,FALSE,"STN1",' in rapid
+    assert "ActUnit STN1;" in rapid
+    assert "$BASE=EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,WP_PART)" in krl
+    points = re.findall(r"robtarget R1_0\d+:=\[\[([^\]]*)\]", rapid)
+    radius = [np.hypot(*(float(v) for v in point.split(",")[:2])) for point in points]
+    assert np.allclose(radius, 60.0, rtol=0, atol=WRITTEN_MM)  # in the part, which the positioner carries
+    with pytest.raises(InputError, match="INFORM: the positioner turns along a seam"):
+        written(program, "inform")
+
+
+def test_the_trajectory_has_every_state_with_its_time(sequence):
+    line = build_timeline(sequence)
+    record = yaml.safe_load(joint_trajectory(sequence, line))
+    assert record["joint_names"] == list(sequence.cell.axis_names)
+    q = np.array([point["positions"] for point in record["points"]])
+    assert np.allclose(q, line.q, rtol=0, atol=1e-9)
+    times = [p["time_from_start"]["sec"] + 1e-9 * p["time_from_start"]["nanosec"] for p in record["points"]]
+    assert np.allclose(times, line.t_s, rtol=0, atol=1e-8)
+
+
+RAPID = "PERS tooldata tGun:=[TRUE,[[10,-20,330.5],[0.92388,0,0.382683,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];"
+KRL = "TOOL_DATA[3]={X 1.0,Y 2.0,Z 300.0,A 0.0,B 45.0,C 0.0}\nTOOL_DATA[4]={X 0,Y 0,Z 1,A 0,B 0,C 0}"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "tool", "place"),
+    [
+        ("a.mod", RAPID, None, [10, -20, 330.5]),
+        ("a.src", KRL, "3", [1, 2, 300]),
+        ("a.script", "  set_tcp(p[0.01,0,0.35,0,0.785398,0])", None, [10, 0, 350]),
+    ],
+)  # fmt: skip
+def test_tool_data_are_read_from_programs(tmp_path, name, text, tool, place):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    found = read_tool_data(path, tool)
+    assert np.allclose(found.t_mm, place, rtol=0, atol=1e-9)
+    assert np.allclose(found.R, Rotation.from_euler("y", 45, degrees=True).as_matrix(), rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "tool", "says"),
+    [
+        ("MODULE x\nENDMODULE", None, "no tool data"),
+        ("TOOL_DATA[3]={X 1,Y 2,Z 3,A 0,B 0,C 0}\n$TOOL={X 0,Y 0,Z 1,A 0,B 0,C 0}", None, "several tools: name one"),
+        ("TOOL_DATA[3]={X 1,Y 2,Z 3,A 0,B 0,C 0}", "7", "no tool '7'"),
+        ("tooldata t:=[TRUE,[[1,2,3],[5,0,0,0]]]", None, "the quaternion has length 5"),
+    ],
+)
+def test_tool_data_that_cannot_be_read_are_one_line(tmp_path, text, tool, says):
+    path = tmp_path / "a.mod"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=says):
+        read_tool_data(path, tool)

@@ -1,0 +1,130 @@
+"""Cuts against all cuts there are; reasons, and changes that were tried; wrong starts in one line."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+from tests.one_robot_cells import TEE, fixed_cell, with_positioner, write_cell
+from wpcal.core.errors import InputError
+from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.one_robot_file import read_one_robot
+from wpcal.planning.cell.robot_cell import Shape
+from wpcal.planning.sequence.cuts import Span, best_cuts
+from wpcal.planning.sequence.plan_sequence import plan_sequence
+from wpcal.planning.sequence.reasons import find_reason
+from wpcal.planning.sequence.remedies import RemedySearch
+from wpcal.planning.sequence.seam_search import SeamSearch
+from wpcal.planning.sequence.seam_task import seam_task
+from wpcal.planning.sequence.sequence_input import read_sequence_input
+from wpcal.planning.sequence.targets import SequenceTargets
+
+pytest.importorskip("fcl", reason="python-fcl is not installed")
+
+
+@pytest.fixture(scope="module")
+def given():
+    return read_sequence_input(TEE, fixed_cell(), ["W2", "W3"])
+
+
+def value_of(s, spans):
+    lengths = [s[b] - s[a] for a, b in spans]
+    return round(sum(lengths), 6), -len(lengths), round(min(lengths, default=np.inf), 6)
+
+
+def all_cuts(s, ways, least):
+    """Every set of pieces that follow one another, each within one way."""
+    n = len(s)
+    spans = [
+        (i, j)
+        for i in range(n)
+        for j in range(i + 1, n)
+        if s[j] - s[i] >= least - 1e-6 and any(a <= i and j <= b for a, b in ways)
+    ]
+
+    def extend(chosen, at):
+        yield chosen
+        for span in spans:
+            if span[0] >= at:
+                yield from extend([*chosen, span], span[1])
+
+    return extend([], 0)
+
+
+def test_cuts_are_the_best_of_all_there_are():
+    rng = np.random.default_rng(5)
+    for _ in range(60):
+        n = int(rng.integers(3, 8))
+        s = np.concatenate([[0.0], np.cumsum(rng.integers(1, 12, n - 1))]).astype(float)
+        ways = [Span(*sorted(rng.choice(n, 2, replace=False).tolist())) for _ in range(int(rng.integers(0, 4)))]
+        least = float(rng.choice([0.0, 6.0, 15.0]))
+        found = best_cuts(s, ways, least)
+        assert value_of(s, found) == max(value_of(s, cuts) for cuts in all_cuts(s, ways, least))
+        assert all(a[1] <= b[0] for a, b in itertools.pairwise(found))
+
+
+def test_a_rest_that_is_too_short_is_cut_longer():
+    """From the start 90 mm can be welded, and from 60 mm to the end: the last 10 mm are no piece of their own."""
+    s = np.arange(0.0, 101.0, 5.0)
+    (first, last) = best_cuts(s, [Span(0, 18), Span(12, 20)], 15.0)
+    assert s[first.last] - s[first.first] + s[last.last] - s[last.first] == 100.0
+    assert s[last.last] - s[last.first] >= 15.0
+
+
+def searched(given, cell):
+    search = SeamSearch(cell, OneRobotClearance(cell, given.part), SequenceTargets())
+    return search, seam_task(given.seams[0].seam)
+
+
+def test_a_move_that_is_told_was_tried_and_works(given):
+    cell = fixed_cell((1750.0, -100.0, 200.0))
+    search, task = searched(given, cell)
+    assert not search.whole(task)
+    assert "out of reach of" in find_reason(search, task)
+    found, is_searched = RemedySearch(search).find(task)
+    assert is_searched
+    (move,) = [each for each in found if any(each.move_mm)]
+    place = cell.T_world_base
+    moved = dataclasses.replace(
+        cell, T_world_base=dataclasses.replace(place, t_mm=place.t_mm + np.array([*move.move_mm, 0.0]))
+    )
+    plan = plan_sequence(moved, given.part, given.seams[:1], SequenceTargets()).sequence
+    assert plan.is_free
+    assert not plan.unwelded
+
+
+def test_a_body_in_the_way_is_named_with_its_place_and_a_change_that_was_tried(given):
+    """A plate over the seam: the torch body cannot come near, wherever the arm is."""
+    cell = given.placed(fixed_cell())
+    corners = np.array(list(itertools.product((600.0, 1200.0), (-400.0, 400.0), (240.0, 250.0))))
+    lid = Shape("lid", corners.mean(axis=0)[None], corners.mean(axis=0)[None], 280.0, hull=corners)
+    search, task = searched(given, dataclasses.replace(cell, bench=(lid,)))
+    assert not search.whole(task)
+    why = find_reason(search, task)
+    assert "lid" in why
+    assert " mm at best, at " in why
+
+
+def test_where_nothing_helps_it_is_said(given):
+    far, task = searched(given, fixed_cell((4000.0, 0.0, 200.0)))
+    remedies = RemedySearch(far)
+    assert remedies.find(task) == ((), True)
+
+
+def test_a_part_through_the_floor_is_one_line(given):
+    with pytest.raises(InputError, match=r"the part is through the floor, by \d+ mm: .*correct T_world_part"):
+        plan_sequence(fixed_cell((800.0, 0.0, -60.0)), given.part, given.seams[:1], SequenceTargets())
+
+
+def test_a_home_in_collision_is_told_with_one_that_is_free(tmp_path, given):
+    record = with_positioner()
+    record["positioner"]["T_world_base"]["xyz_mm"] = [1000, 0, 100]
+    record["positioner"]["home_deg"] = [-90, 0]
+    cell = read_one_robot(write_cell(tmp_path, record))
+    with pytest.raises(InputError, match=r"home is in collision: part and floor .* home is free with home_deg") as told:
+        plan_sequence(cell, given.part, given.seams[:1], SequenceTargets())
+    axes = [float(v) for v in str(told.value).split("home_deg [")[-1].split("]")[0].split(",")]
+    record["positioner"]["home_deg"] = axes
+    free = read_one_robot(write_cell(tmp_path, record))
+    assert OneRobotClearance(free, given.part).margins(free.home[None]).is_clear[0]

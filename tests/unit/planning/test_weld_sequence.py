@@ -1,0 +1,253 @@
+"""Weld sequences of one robot: the tee on the floor and in the air, judged by other kinematics and other distances."""
+
+import dataclasses
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+from tests.one_robot_cells import TEE, fixed_cell, one_robot_record, with_positioner, write_cell
+from tests.record_checks import check_record
+from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.records import to_json
+from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.one_robot_file import read_one_robot
+from wpcal.planning.sequence.order import Stop, find_order
+from wpcal.planning.sequence.place import Moved, map_places, place_svg
+from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
+from wpcal.planning.sequence.seam_task import seam_task
+from wpcal.planning.sequence.sequence_input import read_sequence_input
+from wpcal.planning.sequence.sequence_record import sequence_csv, sequence_record
+from wpcal.planning.sequence.targets import SequenceTargets, WeldOrder, WeldPosition
+from wpcal.planning.sequence.timeline import SequencePhase, build_timeline
+
+pytest.importorskip("fcl", reason="python-fcl is not installed")
+pytest.importorskip("ompl", reason="ompl is not installed")
+
+PATH_MM = 0.02
+"""Between points that are 5 mm apart a straight line in the joints leaves a straight seam by less."""
+
+
+@pytest.fixture(scope="module")
+def given():
+    return read_sequence_input(TEE, fixed_cell())
+
+
+@pytest.fixture(scope="module")
+def fixed(given):
+    cell = given.placed(fixed_cell())
+    return plan_sequence(cell, given.part, given.seams, SequenceTargets())
+
+
+@pytest.fixture(scope="module")
+def turned(given, tmp_path_factory):
+    """The tee on a positioner, flat side down on the table."""
+    record = with_positioner()
+    record["positioner"]["T_flange_part"] = {"xyz_mm": [-75, -50, 10], "rpy_deg": [0, 0, 0]}
+    cell = read_one_robot(write_cell(tmp_path_factory.mktemp("cell"), record))
+    return plan_sequence(cell, given.part, given.seams, SequenceTargets(position=WeldPosition.PA))
+
+
+def dh_forward(arm, q):
+    """The flange by the textbook product of matrices; nothing of `wpcal.robot` but the numbers of the table."""
+
+    def rotation(axis, angle):
+        c, s = np.cos(angle), np.sin(angle)
+        T = np.eye(4)
+        i, j = [k for k in range(3) if k != axis]
+        T[[i, i, j, j], [i, j, i, j]] = (c, s, -s, c) if axis == 1 else (c, -s, s, c)
+        return T
+
+    def shift(x, z):
+        T = np.eye(4)
+        T[0, 3], T[2, 3] = x, z
+        return T
+
+    T = arm.chain.T_base_dh0.matrix
+    for angle, (theta, d, a, alpha, beta) in zip(arm.model_angles(q), arm.chain.table.T, strict=True):
+        T = T @ rotation(2, angle + theta) @ shift(a, d) @ rotation(0, alpha) @ rotation(1, beta)
+    return T @ arm.chain.T_dhn_flange.matrix
+
+
+@pytest.mark.parametrize("name", ["fixed", "turned"])
+def test_the_wire_is_on_the_seam_at_every_point(name, request):
+    sequence = request.getfixturevalue(name).sequence
+    cell = sequence.cell
+    assert sequence.welded_mm == pytest.approx(316.0, abs=1.0)
+    assert not sequence.unwelded
+    for piece in sequence.pieces:
+        task = piece.candidate.task
+        for row in range(0, len(task), 5):
+            q = piece.candidate.q[row]
+            T_tip = cell.T_world_base.matrix @ dh_forward(cell.arm, q[:6]) @ cell.T_flange_tool.matrix
+            T_carrier = np.eye(4)
+            if cell.positioner is not None:
+                T_carrier = cell.positioner.T_world_base.matrix @ dh_forward(cell.positioner.arm, q[6:])
+            p = (T_carrier @ cell.T_part.matrix @ [*task.p[row], 1.0])[:3]
+            assert np.linalg.norm(T_tip[:3, 3] - p) < 1e-6
+            wire = (T_carrier @ cell.T_part.matrix)[:3, :3] @ task.R[row][:, 2]
+            assert T_tip[:3, 2] @ wire == pytest.approx(-1.0, abs=1e-9)  # no lean was needed
+
+
+@pytest.mark.parametrize("name", ["fixed", "turned"])
+def test_no_move_is_nearer_than_allowed_at_ten_times_finer_steps(name, request, given):
+    sequence = request.getfixturevalue(name).sequence
+    assert sequence.is_free
+    line = build_timeline(sequence)
+    clearance = OneRobotClearance(sequence.cell, given.part)
+    at = np.linspace(0, len(line) - 1, 10 * len(line))
+    row = np.minimum(at.astype(int), len(line) - 2)
+    fine = line.q[row] + (at - row)[:, None] * (line.q[row + 1] - line.q[row])
+    assert clearance.margins(fine).margin_mm.min() > -sequence.cell.d1_mm / 2
+    low, high = sequence.cell.limits
+    assert ((fine >= low - 1e-9) & (fine <= high + 1e-9)).all()
+    speed = np.abs(np.diff(line.q, axis=0)) / np.diff(line.t_s)[:, None]
+    assert (speed <= sequence.cell.speeds * (1 + 1e-9)).all()
+
+
+def test_the_arm_keeps_its_configuration_along_a_seam(fixed):
+    for piece in fixed.sequence.pieces:
+        q = piece.candidate.q[:, :6]
+        assert np.abs(np.diff(q, axis=0)).max() < np.radians(10.0)
+        assert (np.sign(q[:, 4]) == np.sign(q[0, 4])).all()
+
+
+def test_a_positioner_brings_every_seam_into_position(turned, fixed):
+    for piece in turned.sequence.pieces:
+        assert piece.candidate.off_position_rad <= np.radians(10.0)
+        assert np.ptp(piece.candidate.q[:, 6:], axis=0).max() == 0.0
+    assert not turned.sequence.out_of_position
+    lying = SequenceTargets(position=WeldPosition.PA)
+    flat = [lying.off_position(fixed.sequence.cell.part_places(p.candidate.q[:1])[0, :3, :3] @ p.candidate.task.R).max()
+            for p in fixed.sequence.pieces]  # fmt: skip
+    assert min(flat) > np.radians(40.0)  # on the floor the same seams are not in PA
+
+
+def test_the_sequence_starts_and_ends_at_home_and_welds_at_the_speed(fixed):
+    sequence, line = fixed.sequence, build_timeline(fixed.sequence)
+    assert np.array_equal(line.q[0], sequence.cell.home)
+    assert np.allclose(line.q[-1], sequence.cell.home, rtol=0, atol=1e-12)
+    assert (np.diff(line.t_s) > 0).all()
+    rows = [i for i, phase in enumerate(line.phase) if phase is SequencePhase.WELD and line.piece[i] == 0]
+    inside = [i for i in rows[1:] if not np.isnan(line.s_mm[i - 1])]
+    speed = [abs(line.s_mm[i] - line.s_mm[i - 1]) / (line.t_s[i] - line.t_s[i - 1]) for i in inside]
+    assert np.allclose(speed, sequence.pieces[0].speed_mm_s, rtol=0, atol=1e-9)
+    assert fixed.values[SequencePreference.BALANCED].time_s == pytest.approx(line.t_s[-1], rel=0.05)
+
+
+def test_the_records_are_of_their_schema_and_the_same_again(fixed, given):
+    line = build_timeline(fixed.sequence)
+    record = json.loads(to_json(sequence_record(fixed, line, no_program={"fanuc": "why"})))
+    check_record(record)
+    rows = sequence_csv(fixed.sequence, line).splitlines()
+    assert len(rows) == len(record["points"]) + 1
+    again = plan_sequence(fixed.sequence.cell, given.part, given.seams, SequenceTargets())
+    assert sequence_csv(again.sequence, build_timeline(again.sequence)).splitlines() == rows
+
+
+def test_a_part_out_of_reach_is_told_with_what_helps(given):
+    cell = fixed_cell((2300.0, 0.0, 200.0))
+    with pytest.raises(
+        GeometryError, match=r"no seam can be welded: seam W\d from 0 to \d+ mm .*out of reach of .* by \d+ mm"
+    ):
+        plan_sequence(cell, given.part, given.seams[:1], SequenceTargets())
+
+
+def test_a_home_in_collision_and_unknown_seams_are_one_line(given):
+    cell = dataclasses.replace(given.placed(fixed_cell()))
+    with pytest.raises(InputError, match=r"no seam 'W77'|unknown seam"):
+        read_sequence_input(TEE, cell, ["W77"])
+    inside = dataclasses.replace(cell, d1_mm=400.0)
+    with pytest.raises(InputError, match=r"home is in collision: .*write another home_deg"):
+        plan_sequence(inside, given.part, given.seams[:1], SequenceTargets())
+
+
+def test_points_are_added_where_frames_are_far_apart(given):
+    for seam in (each.seam for each in given.seams):
+        task = seam_task(seam)
+        assert np.diff(task.s_mm).max() <= 5.0 + 1e-9
+        assert task.is_source.sum() == len(seam.frames)
+        back = task.backwards()
+        assert np.allclose(back.p, task.p[::-1], rtol=0, atol=0)
+        assert np.allclose(np.linalg.det(back.R), 1.0, rtol=0, atol=1e-9)
+
+
+def test_the_best_order_of_few_stops_is_found():
+    rng = np.random.default_rng(2)
+    stops = [Stop(p[:1], p[:1] + 0.01, np.zeros(1), np.append(p[0], 0.0)) for p in rng.uniform(-1, 1, (6, 1, 2))]
+    found = find_order(stops, np.zeros(2), np.ones(2), WeldOrder.TIME)
+    import itertools
+
+    best = min(_seconds([stops[i] for i in order]) for order in itertools.permutations(range(6)))
+    assert found.seconds <= 1.1 * best
+    assert find_order(stops, np.zeros(2), np.ones(2), WeldOrder.LISTED).stops == (0, 1, 2, 3, 4, 5)
+    blocked = [(found.stops[0], 0, found.stops[1], 0)]
+    other = find_order(stops, np.zeros(2), np.ones(2), WeldOrder.TIME, blocked)
+    assert other.stops[:2] != found.stops[:2]
+    assert np.isfinite(other.seconds)
+
+
+def _seconds(stops):
+    at, total = np.zeros(2), 0.0
+    for stop in stops:
+        total += np.abs(stop.start[0] - at).max()
+        at = stop.end[0]
+    return total + np.abs(at).max()
+
+
+def test_skip_welding_goes_far_away_each_time():
+    stops = [Stop(np.zeros((1, 2)), np.zeros((1, 2)), np.zeros(1), np.array([100.0 * i, 0, 0])) for i in range(6)]
+    order = find_order(stops, np.zeros(2), np.ones(2), WeldOrder.SKIP).stops
+    assert sorted(order) == list(range(6))
+    assert min(abs(a - b) for a, b in itertools.pairwise(order[:3])) >= 2
+
+
+def _stop(x, y, rank=1):
+    return Stop(np.array([[x, y]]) / 100, np.array([[x, y]]) / 100, np.zeros(1), np.array([x, y, 0.0]), rank)
+
+
+def test_pairs_are_opposite_and_far_from_one_another():
+    places = [(100.0 * i, side) for i in range(4) for side in (-50.0, 50.0)]
+    stops = [_stop(*place) for place in places]
+    order = find_order(stops, np.zeros(2), np.ones(2), WeldOrder.PAIRS).stops
+    assert sorted(order) == list(range(8))
+    for a, b in zip(order[::2], order[1::2], strict=True):
+        assert np.allclose(stops[a].middle + stops[b].middle, [300.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("rule", [WeldOrder.TIME, WeldOrder.SKIP, WeldOrder.PAIRS])
+def test_tack_welds_are_first_and_a_bead_is_before_the_one_on_it(rule):
+    rng = np.random.default_rng(8)
+    ranks = [2, 1, 0, 1, 2, 0, 1]
+    stops = [_stop(*rng.uniform(0.0, 500.0, 2), rank) for rank in ranks]
+    order = find_order(stops, np.zeros(2), np.ones(2), rule).stops
+    assert [ranks[row] for row in order] == sorted(ranks)
+
+
+def test_a_cell_without_tool_data_is_one_line(tmp_path):
+    record = one_robot_record()
+    record["torch_robot"]["T_flange_tool"] = None
+    with pytest.raises(InputError, match="T_flange_tool is missing"):
+        read_one_robot(write_cell(tmp_path, record))
+
+
+def test_the_map_finds_a_place_for_a_part_out_of_reach(given):
+    cell = fixed_cell((1900.0, 0.0, 200.0))
+    found = map_places(cell, given.part, given.seams[:2], SequenceTargets(), range_mm=1200.0, step_mm=300.0)
+    assert found.now == 0.0
+    x, y, turn, share = found.best
+    assert share == 1.0
+    assert x <= -600.0
+    check_record(json.loads(to_json(found.to_record("a cell"))))
+    part = np.array([1900.0 + x, y, 200.0])
+    if turn == 0.0:
+        moved = fixed_cell(tuple(part))
+        plan = plan_sequence(moved, given.part, given.seams[:2], SequenceTargets())
+        assert plan.sequence.welded_mm > 0.0
+    picture = place_svg(found)
+    assert picture.count("<rect") == 1 + found.share.size
+    by_robot = map_places(
+        cell, given.part, given.seams[:2], SequenceTargets(), moved=Moved.ROBOT, range_mm=1200.0, step_mm=600.0
+    )
+    assert by_robot.best[0] >= 600.0

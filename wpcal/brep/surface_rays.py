@@ -1,0 +1,198 @@
+"""Where rays go through free-form surfaces: Newton's method from the cells whose boxes they meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.brep.surface_cells import SurfaceCells
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+
+NEWTON_ROUNDS = 12
+"""Most steps; from the middle of a cell, 5 were enough for all but rays that nearly touch the surface."""
+EXACT_MM = 1e-9
+"""A point of the surface that is this near to the ray is a crossing."""
+SHALLOW = 0.35
+"""A ray whose angle to the surface has a smaller sine may go through a cell twice: it is followed from both ends."""
+TOO_FAR = 1.0
+"""A ray that is not shallow misses a cell if the first step ends so many widths of the cell beyond it: normals in a
+cell turn too little for it to come back."""
+SLACK = 1e-6
+"""A crossing this far beyond a cell, relative to its width, counts: it may lie on the border of two cells."""
+SAME_MM = 1e-5
+"""Crossings of one ray and one face in one direction that are this near to each other are one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceHits:
+    """Crossings of rays and whole surfaces.
+
+    Parameters
+    ----------
+    row : ndarray of int, shape (h,)
+        The pair of a ray and a surface.
+    at_mm : ndarray, shape (h,)
+        Distance from the start of the ray.
+    uv : ndarray, shape (h, 2)
+    normal : ndarray, shape (h, 3)
+        du × dv, not of length 1.
+    """
+
+    row: IntArray
+    at_mm: FloatArray
+    uv: FloatArray
+    normal: FloatArray
+
+    def select(self, rows: IntArray | BoolArray) -> SurfaceHits:
+        """Return the crossings at `rows`: integers, or a mask of shape (h,)."""
+        return SurfaceHits(self.row[rows], self.at_mm[rows], self.uv[rows], self.normal[rows])
+
+
+def meet_rays(
+    cells: SurfaceCells, surface: IntArray, origins: FloatArray, rays: FloatArray, low: FloatArray, high: FloatArray
+) -> SurfaceHits:
+    """Find where rays go through the used parts of surfaces.
+
+    Parameters
+    ----------
+    cells : SurfaceCells
+    surface : ndarray of int, shape (k,)
+    origins, rays : ndarray, shape (k, 3)
+        Starts (mm) and unit directions in `part`.
+    low, high : ndarray, shape (k,)
+        Distances between which crossings are looked for, mm.
+
+    Returns
+    -------
+    SurfaceHits
+        A ray that only touches a surface may have none or two that coincide.
+    """
+    o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
+    with np.errstate(divide="ignore", invalid="ignore"):
+
+        def meets(row: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
+            enter, leave = _passage(o, d, low, high, row, box_low, box_high)
+            return np.asarray(leave >= enter, dtype=bool)
+
+        row, cell = cells.find_near(surface, meets)
+        corner_low, corner_high = (
+            np.take(corner, cell, axis=1) for corner in (cells.levels[0].low, cells.levels[0].high)
+        )
+        enter, leave = _passage(o, d, low, high, row, corner_low, corner_high)
+    row, cell, uv = _starts(cells, surface, origins, rays, row, cell, enter, leave)
+    found = _follow(cells, surface, origins, rays, row, cell, uv)
+    kept = (found.at_mm >= low[found.row]) & (found.at_mm <= high[found.row])
+    return _once(found.select(kept), rays)
+
+
+def _passage(
+    o: FloatArray,
+    d: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    row: IntArray,
+    box_low: FloatArray,
+    box_high: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Return between which distances rays are in boxes, one row per coordinate."""
+    enter, leave = low[row], high[row]
+    for k in range(3):
+        start, way = o[k][row], d[k][row]
+        a, b = (box_low[k] - start) / way, (box_high[k] - start) / way
+        enter, leave = np.maximum(enter, np.fmin(a, b)), np.minimum(leave, np.fmax(a, b))
+    return enter, leave
+
+
+def _starts(
+    cells: SurfaceCells,
+    surface: IntArray,
+    origins: FloatArray,
+    rays: FloatArray,
+    row: IntArray,
+    cell: IntArray,
+    enter: FloatArray,
+    leave: FloatArray,
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return pairs of a row and a cell with the (u, v) from which the ray is followed, of those that may meet."""
+    middle = (cells.low[cell] + cells.high[cell]) / 2
+    size = cells.high[cell] - cells.low[cell]
+    p, du, dv = cells.surfaces.evaluate(surface[row], middle)
+    step, _, rise = _newton_step(p, du, dv, origins[row], rays[row])
+    shallow = np.abs(rise) < SHALLOW
+    beyond = (np.abs(step) / size).max(axis=1) > 0.5 + TOO_FAR
+    steep = np.flatnonzero(~shallow & ~beyond)
+    low_rows = np.flatnonzero(shallow)
+    starts = [middle[steep] + np.clip(step[steep], -size[steep], size[steep]), middle[low_rows]]
+    for at in (enter, leave):
+        own = row[low_rows]
+        arm = origins[own] + at[low_rows, None] * rays[own] - p[low_rows]
+        way = _along_surface(arm, du[low_rows], dv[low_rows])
+        starts.append(middle[low_rows] + np.clip(way, -size[low_rows] / 2, size[low_rows] / 2))
+    which = np.concatenate([steep, low_rows, low_rows, low_rows])
+    return row[which], cell[which], np.concatenate(starts)
+
+
+def _follow(
+    cells: SurfaceCells,
+    surface: IntArray,
+    origins: FloatArray,
+    rays: FloatArray,
+    row: IntArray,
+    cell: IntArray,
+    uv: FloatArray,
+) -> SurfaceHits:
+    """Follow rays to their crossings within cells, by Newton's method."""
+    low, high = cells.low[cell], cells.high[cell]
+    size = high - low
+    at, normal, is_exact = np.full(len(row), np.nan), np.zeros((len(row), 3)), np.zeros(len(row), dtype=bool)
+    active = np.arange(len(row))
+    for _ in range(NEWTON_ROUNDS):
+        own = row[active]
+        p, du, dv = cells.surfaces.evaluate(surface[own], uv[active])
+        step, along, rise = _newton_step(p, du, dv, origins[own], rays[own])
+        arm = origins[own] + along[:, None] * rays[own] - p
+        done = np.einsum("ki,ki->k", arm, arm) <= EXACT_MM**2
+        at[active[done]], is_exact[active[done]] = along[done], True
+        normal[active[done]] = np.cross(du[done], dv[done])
+        left = np.flatnonzero(~done & (rise != 0))
+        active = active[left]
+        if len(active) == 0:
+            break
+        uv[active] = np.clip(uv[active] + step[left], low[active] - size[active], high[active] + size[active])
+    inside = ((uv >= low - SLACK * size) & (uv <= high + SLACK * size)).all(axis=1)
+    kept = np.flatnonzero(is_exact & inside)
+    return SurfaceHits(row[kept], at[kept], np.clip(uv[kept], low[kept], high[kept]), normal[kept])
+
+
+def _newton_step(
+    p: FloatArray, du: FloatArray, dv: FloatArray, origins: FloatArray, rays: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the step in (u, v) to where rays meet tangent planes, how far along rays, and the sine of the angle."""
+    n = np.cross(du, dv)
+    length = np.linalg.norm(n, axis=1)
+    rise = np.einsum("ki,ki->k", rays, n)
+    r = origins - p
+    along = -np.einsum("ki,ki->k", r, n) / np.where(rise == 0, 1.0, rise)
+    step = _along_surface(r + along[:, None] * rays, du, dv)
+    return step, along, rise / np.where(length > 0, length, 1.0)
+
+
+def _along_surface(arm: FloatArray, du: FloatArray, dv: FloatArray) -> FloatArray:
+    """Return the step in (u, v) that goes along an arm as far as the tangent plane lets it, shape (k, 2)."""
+    a, b, c = (np.einsum("ki,ki->k", x, y) for x, y in ((du, du), (du, dv), (dv, dv)))
+    f, g = np.einsum("ki,ki->k", du, arm), np.einsum("ki,ki->k", dv, arm)
+    det = a * c - b * b
+    det = np.where(det == 0, 1.0, det)
+    return np.stack([(c * f - b * g) / det, (a * g - b * f) / det], axis=1)
+
+
+def _once(found: SurfaceHits, rays: FloatArray) -> SurfaceHits:
+    """Return the crossings, those that were found from several cells or starts once."""
+    way = np.einsum("ki,ki->k", rays[found.row], found.normal) > 0
+    order = np.lexsort((found.at_mm, way, found.row))
+    row, at, way = found.row[order], found.at_mm[order], way[order]
+    is_first = (
+        (np.diff(row, prepend=-1) != 0) | (np.diff(way, prepend=False) != 0) | (np.diff(at, prepend=-1e9) > SAME_MM)
+    )
+    return found.select(order[is_first])

@@ -1,0 +1,270 @@
+"""`wpcal plan` with one robot: what it takes, writes and prints."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from wpcal.cli.export_options import ControllerFlags, PathFlags
+from wpcal.cli.option_groups import option
+from wpcal.cli.shared_help import ANGLE, ONLY_HELP
+from wpcal.cli.weld_options import ArcFlags
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from wpcal.cli.plan import WeldFlags
+    from wpcal.controllers.planned_program import PlanOutput
+    from wpcal.controllers.registry import Controller
+    from wpcal.core.arrays import FloatArray
+    from wpcal.planning.cell.one_robot import OneRobotCell
+    from wpcal.planning.sequence.plan_sequence import SequenceChoice
+    from wpcal.planning.sequence.sequence_input import SequenceInput
+    from wpcal.planning.sequence.targets import SequenceTargets
+    from wpcal.planning.sequence.timeline import Timeline
+    from wpcal.planning.sequence.weld_sequence import WeldSequence
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SequenceFlags:
+    """What is asked for with one robot."""
+
+    only: str | None = option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP}  [default: the accepted ones]")
+    position: str = option(
+        "--position",
+        type=click.Choice(["flat", "PA", "PB", "any"]),
+        default="flat",
+        show_default=True,
+        help="With one robot: the weld position that the positioner brings seams into; flat: PA, PB or between.",
+    )
+    position_tol_deg: float = option(
+        "--position-tol-deg",
+        type=ANGLE,
+        default=10.0,
+        show_default=True,
+        help="How far from the weld position a seam is still in position.",
+    )
+    order: str = option(
+        "--order",
+        type=click.Choice(["time", "listed", "skip", "pairs"]),
+        default="time",
+        show_default=True,
+        help="Order of the seams: least time, as listed, each far from the two before it (skip), or each followed by "
+        "the one opposite (pairs); the last two for less distortion. Tack welds come first, then bead by bead.",
+    )
+
+    formats: tuple[str, ...] = option(
+        "-f",
+        "--format",
+        multiple=True,
+        help="Language or maker, as rapid or abb; repeatable.  [default: all that can hold a plan]",
+    )
+    path: PathFlags
+    controller: ControllerFlags
+    arc: ArcFlags
+
+    def to_targets(self, weld: WeldFlags, *, seed: int) -> SequenceTargets:
+        """Return what a sequence is asked for, angles in radians."""
+        from wpcal.planning.sequence.targets import SequenceTargets, WeldOrder, WeldPosition
+
+        return SequenceTargets(
+            position=WeldPosition(self.position),
+            position_tol_rad=math.radians(self.position_tol_deg),
+            work_rad=math.radians(weld.work_angle_deg),
+            travel_rad=math.radians(weld.travel_angle_deg),
+            torch_range_rad=math.radians(weld.torch_range_deg),
+            order=WeldOrder(self.order),
+            speed_mm_s=weld.speed_mm_s,
+            seed=seed,
+        )
+
+
+def run_sequence(
+    cell: OneRobotCell,
+    result: Path,
+    output: Path,
+    targets: SequenceTargets,
+    flags: SequenceFlags,
+    *,
+    prefer: str,
+    force: bool,
+    as_json: bool,
+) -> int:
+    """Plan, write the folder and print what was found; 1 if a stretch is not welded or a move is not free."""
+    from wpcal.cli.progress import shown_progress
+    from wpcal.core.errors import InputError
+    from wpcal.core.records import new_directory, to_json, write_file
+    from wpcal.formats.trajectory import joint_trajectory
+    from wpcal.pages.sequence import build_sequence_page
+    from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
+    from wpcal.planning.sequence.sequence_input import read_sequence_input
+    from wpcal.planning.sequence.sequence_record import sequence_csv, sequence_record
+    from wpcal.planning.sequence.timeline import build_timeline
+    from wpcal.seam.names import split_names
+
+    writers = _writers(flags.formats)
+    names = None if flags.only is None else split_names(flags.only)
+    given = read_sequence_input(result, cell, names)
+    cell = given.placed(cell)
+    if not cell.torch:
+        raise InputError(
+            "the torch has no bodies: no collision of the torch can be found; list them in torch_robot.torch"
+        )
+    given, made = _with_welds(given, cell, flags, result, targets.speed_mm_s)
+    with shown_progress("starting") as progress:
+        choice = plan_sequence(
+            cell, given.part, given.seams, targets, prefer=SequencePreference(prefer), progress=progress
+        )
+    line = build_timeline(choice.sequence)
+    programs, refused = _programs(choice.sequence, given, made, writers)
+    files: dict[str, str] = {
+        "plan.json": to_json(sequence_record(choice, line, no_program=refused)),
+        "plan.csv": sequence_csv(choice.sequence, line),
+        "trajectory.yaml": joint_trajectory(choice.sequence, line),
+        "plan.html": build_sequence_page(choice, line, part_glb=given.part_glb),
+    }
+    with new_directory(output, overwrite=force) as folder:
+        for name, text in files.items():
+            write_file(folder / name, text, overwrite=True)
+    for language, texts in programs.items():
+        with new_directory(output / language, overwrite=force) as folder:
+            for name, data in texts.items():
+                write_file(folder / name, data, overwrite=True)
+    if as_json:
+        click.echo(files["plan.json"], nl=False)
+    else:
+        _show(choice, line, has_part=given.part is not None)
+        listed = [*files, *(f"{language}/ ({len(texts)})" for language, texts in programs.items())]
+        click.echo(f"wrote {', '.join(listed)} to {output}")
+        click.echo(
+            "the programs are a dry run: the arc stays off" if made.arc is None else "the programs switch the arc"
+        )
+    for name, why in refused.items():
+        click.echo(f"wpcal: no {name} program: {why}", err=True)
+    for gap in choice.sequence.unwelded:
+        click.echo(f"wpcal: {gap.describe()}", err=True)
+    is_whole = choice.sequence.is_free and not choice.sequence.unwelded
+    return 0 if is_whole and not (flags.formats and refused) else 1
+
+
+def _writers(formats: tuple[str, ...]) -> tuple[Controller, ...]:
+    """Return the controllers whose programs are asked for; by default all that can hold a plan.
+
+    Raises
+    ------
+    InputError
+        When a name is unknown, or its controller has no programs of plans.
+    """
+    from wpcal.controllers.registry import controller_named, controllers
+    from wpcal.core.errors import InputError
+
+    able = tuple(each for each in controllers() if each.takes_plans)
+    chosen = tuple({each.name: each for each in map(controller_named, formats)}.values())
+    for each in chosen:
+        if not each.takes_plans:
+            known = ", ".join(one.name for one in able)
+            raise InputError(f"{each.name}: no programs of plans are written in it; formats of plans: {known}")
+    return chosen or able
+
+
+def _with_welds(
+    given: SequenceInput, cell: OneRobotCell, flags: SequenceFlags, result: Path, speed_mm_s: float
+) -> tuple[SequenceInput, PlanOutput]:
+    """Return the seams with their weld data, and how the plan becomes programs."""
+    from wpcal.controllers.planned_program import PlanOutput
+    from wpcal.results.folder import CALIBRATION_FILE, read_record
+
+    T_base_part, seams = given.in_base(cell)
+    names = {each.name for each in given.seams}
+    welds, arc = flags.arc.read(seams, T_base_part, part_glb=given.part_glb, names=names)
+    folder = result if result.is_dir() else result.parent
+    is_calibrated = given.T_base_part is not None and (folder / CALIBRATION_FILE).exists()
+    record = read_record(folder, CALIBRATION_FILE) if is_calibrated else {}
+    output = PlanOutput(flags.path.to_tolerance(), flags.controller.to_settings(), arc, record)
+    return given if welds is None else given.with_welds(welds, flags.arc.choice(), speed_mm_s), output
+
+
+def _programs(
+    sequence: WeldSequence, given: SequenceInput, made: PlanOutput, writers: Sequence[Controller]
+) -> tuple[dict[str, Mapping[str, str | bytes]], dict[str, str]]:
+    """Return the files by language, read back and checked, and by language why there are none."""
+    from wpcal.audit.programs import check_written
+    from wpcal.controllers.planned_program import build_planned_program
+    from wpcal.core.errors import FormatError, InputError
+
+    try:
+        program = build_planned_program(sequence, {each.name: each for each in given.seams}, made)
+    except InputError as error:
+        return {}, {each.name: str(error) for each in writers}
+    files: dict[str, Mapping[str, str | bytes]] = {}
+    refused: dict[str, str] = {}
+    for each in writers:
+        try:
+            files[each.name] = each.write(program)
+            check_written(files[each.name], program, name=each.name)
+        except FormatError:
+            raise  # a template of the user
+        except InputError as error:
+            files.pop(each.name, None)
+            refused[each.name] = str(error)
+    return files, refused
+
+
+def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:
+    """Print the table of seams and the plans to choose from."""
+    from rich.table import Table
+
+    from wpcal.cli.console import plain_console
+    from wpcal.planning.sequence.sequence_record import checked_text, position_name
+
+    console, sequence = plain_console(), choice.sequence
+    table = Table(title=f"Seams in the order of welding: {sequence.cell.name}")
+    columns = ("", "seam", "mm", "external axes", "slope", "rotation", "off position", "mm/s", "least margin mm")
+    for heading in columns:
+        table.add_column(heading, justify="left" if heading in ("seam", "external axes") else "right")
+    for row, piece in enumerate(sequence.pieces, start=1):
+        candidate = piece.candidate
+        slope, rotation = position_name(sequence.cell, piece)
+        late = candidate.off_position_rad > sequence.targets.position_tol_rad
+        off = math.degrees(candidate.off_position_rad)
+        external = [_along(sequence.cell, axis, column) for axis, column in enumerate(candidate.q.T) if axis >= 6]
+        table.add_row(
+            f"{row}",
+            f"{piece.name}{' (reversed)' if candidate.is_reversed else ''}",
+            f"{candidate.task.length_mm:.0f}",
+            ", ".join(external),
+            f"{slope:.0f}",
+            "" if math.isnan(rotation) else f"{rotation:.0f}",
+            f"{off:.0f}{' !' if late else ''}",
+            f"{piece.speed_mm_s:.1f}{f' ({piece.slowed_by})' if piece.slowed_by else ''}",
+            f"{piece.check.margin_mm.min():.1f}",
+        )
+    console.print(table)
+    for preference, values in choice.values.items():
+        mark = "*" if preference is choice.chosen else " "
+        console.print(
+            f"{mark} {preference.value}: {values.position_deg:.1f} deg off position, "
+            f"torch {values.torch_deg:.1f} deg off, {values.motion_deg_per_mm:.3f} deg/mm, {values.time_s:.0f} s"
+        )
+    unwelded = sum(gap.to_mm - gap.from_mm for gap in sequence.unwelded)
+    console.print(
+        f"welded: {sequence.welded_mm:.0f} mm in {len(sequence.pieces)} pieces, {line.t_s[-1]:.0f} s; "
+        f"not welded: {unwelded:.0f} mm"
+    )
+    if sequence.out_of_position:
+        listed = ", ".join(piece.name for piece in sequence.out_of_position)
+        console.print(f"out of position (!), more than the tolerance: {listed}")
+    console.print(f"{'free' if sequence.is_free else 'NOT FREE'}: {checked_text(sequence)}")
+    if not has_part:
+        console.print("NOT CHECKED for collisions with the part: there is no part.glb beside the seams")
+
+
+def _along(cell: OneRobotCell, axis: int, column: FloatArray) -> str:
+    """Return an external axis as the table shows it: at rest, or from where to where it moves."""
+    unit, factor = (" mm", 1.0) if axis == cell.rail_axis else ("", 180.0 / math.pi)
+    start, end = factor * float(column[0]), factor * float(column[-1])
+    return f"{start:.0f}{unit}" if start == end else f"{start:.0f} to {end:.0f}{unit}"

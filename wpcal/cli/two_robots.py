@@ -1,0 +1,278 @@
+"""`wpcal plan` with two robots: what it takes, writes and prints."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from wpcal.cli.option_groups import option
+
+if TYPE_CHECKING:
+    from wpcal.cli.plan_sequence import SequenceFlags
+    from wpcal.controllers.two_robots import HeldWeld
+    from wpcal.planning.plan.coordinated import CoordinatedRun
+    from wpcal.planning.plan.plan import Plan
+    from wpcal.planning.plan.run import CellRun
+    from wpcal.planning.search.nsga2 import Nsga2Options
+    from wpcal.planning.search.obstacle import NoFeasiblePlanError
+    from wpcal.planning.search.pareto import Preference
+    from wpcal.planning.search.planning_result import PlanningResult
+    from wpcal.planning.search.problem import PlanningProblem
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwoRobotFlags:
+    """How the programs of two robots are written."""
+
+    joints: bool = option(
+        "--joints",
+        is_flag=True,
+        help="Programs of two robots as joint moves with a mark at every point of the seam, not as coordinated motion.",
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class TwoRobotRequest:
+    """What is planned with two robots.
+
+    Parameters
+    ----------
+    problem : PlanningProblem
+    seams_json : Path
+    output : Path
+        The folder.
+    joints : bool
+        Whether programs are joint moves.
+    preference : Preference
+        Which plan is written as programs.
+    genetic : Nsga2Options or None
+    programs : SequenceFlags
+        Languages, tolerance of the path, names in the controller, and the arc.
+    """
+
+    problem: PlanningProblem
+    seams_json: Path
+    output: Path
+    joints: bool
+    preference: Preference
+    genetic: Nsga2Options | None
+    programs: SequenceFlags
+
+
+def run_two_robots(asked: TwoRobotRequest, *, force: bool, as_json: bool) -> int:
+    """Plan, write the folder and print what was found; 1 if there is no feasible plan or its path is not free.
+
+    Raises
+    ------
+    InputError
+        When a file cannot be used, or arc instructions are asked for that cannot be written.
+    """
+    from wpcal.cli.progress import counted_progress
+    from wpcal.planning.cell.cell_check import check_cell
+    from wpcal.planning.search.obstacle import NoFeasiblePlanError
+    from wpcal.planning.search.plan_seam import plan_seam
+
+    problem, cell = asked.problem, asked.problem.cell
+    _refuse_options(asked)
+    _held_weld(asked, None)  # bad weld data is refused before the search
+    mesh = _read_mesh(asked.seams_json)
+    for issue in check_cell(cell):
+        if issue.code != "bases-too-near":  # the search refuses such a cell with the same words
+            click.echo(f"wpcal: odd cell: {issue.message}", err=True)
+    try:
+        with counted_progress("starting") as progress:
+            result = plan_seam(problem, genetic=asked.genetic, progress=progress)
+    except NoFeasiblePlanError as error:
+        return _write_failure(problem, error, asked.output, force=force, as_json=as_json)
+    return _write(asked, result, mesh, force=force, as_json=as_json)
+
+
+def _refuse_options(asked: TwoRobotRequest) -> None:
+    """Refuse options that programs of two robots do not have, before the search.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    from wpcal.controllers.registry import controller_named
+    from wpcal.core.errors import InputError
+
+    flags = asked.programs
+    for name in flags.formats:
+        controller_named(name)
+    if asked.joints and flags.arc.arc == "on":
+        raise InputError("programs of joint moves have no arc instructions: leave out --joints, or --arc on")
+    if flags.path.every_point:
+        raise InputError("two robots in coordinated motion have lines and arcs: use --joints for every point")
+    if flags.controller.templates is not None:
+        raise InputError("programs of two robots have no templates: leave out --template")
+
+
+@dataclass(frozen=True, slots=True)
+class Programs:
+    """The programs of a run.
+
+    Parameters
+    ----------
+    files : dict of str to str
+        Names and contents.
+    refusals : tuple of str
+        Why some languages have none.
+    motions : dict of str to CoordinatedRun
+        By language, the coordinated motion; none in programs of joint moves.
+    """
+
+    files: dict[str, str] = field(default_factory=dict)
+    refusals: tuple[str, ...] = ()
+    motions: dict[str, CoordinatedRun] = field(default_factory=dict)
+
+    def languages_of(self) -> list[tuple[str, CoordinatedRun]]:
+        """Return each motion once, with the languages that have it."""
+        found = list({id(one): one for one in self.motions.values()}.values())
+        return [(", ".join(name for name, one in self.motions.items() if one is motion), motion) for motion in found]
+
+
+def _held_weld(asked: TwoRobotRequest, plan: Plan | None) -> HeldWeld:
+    """Return what is welded: the seam in `part`, and its weld data in the position that a plan gives it.
+
+    Raises
+    ------
+    InputError
+        When a file cannot be used, or arc instructions are asked for without weld data.
+    """
+    from wpcal.controllers.two_robots import HeldWeld
+    from wpcal.core.transform import RigidTransform
+    from wpcal.moves import PathTolerance
+    from wpcal.planning.cell.robot_cell import part_in_world
+    from wpcal.planning.plan.seam_file import read_held_seams
+    from wpcal.seam.path.position import weld_positions
+
+    cell = asked.problem.cell
+    seams = read_held_seams(asked.seams_json, cell)
+    seam, position = seams[asked.problem.path.name], "-"
+    if plan is not None:
+        R = part_in_world(cell, plan.state.joints2)[:, :3, :3] @ seam.frames.R
+        position, _ = Counter(weld_positions(R, seam.weld).name).most_common(1)[0]
+    welds, arc = asked.programs.arc.read(
+        list(seams.values()),
+        RigidTransform.identity(target="base", source="part"),
+        part_glb=_read_mesh(asked.seams_json),
+        names={seam.name},
+        positions={} if position == "-" else {seam.name: (position, "plan.json")},
+    )
+    weld = None if welds is None else welds[seam.name]
+    return HeldWeld(seam=seam, tolerance=PathTolerance(asked.programs.path.path_tol_mm), weld=weld, arc=arc)
+
+
+def _programs(run: CellRun, held: HeldWeld, asked: TwoRobotRequest) -> Programs:
+    """Return the programs of a run that is free; none if it is not."""
+    from wpcal.controllers.registry import controller_named
+    from wpcal.controllers.two_robots import build_sync_program, possible_coordinated, possible_programs
+    from wpcal.planning.plan.plan import CollisionVerdict
+
+    if run.verdict is not CollisionVerdict.FREE:
+        return Programs()
+    cell, settings = asked.problem.cell, asked.programs.controller.to_settings()
+    settings = replace(settings, program_name=f"{settings.program_name}_{run.plan.seam}")
+    names = [controller_named(name).name for name in asked.programs.formats] or None
+    if asked.joints:
+        files, refusals = possible_programs(build_sync_program(run, cell, controller=settings), names)
+        return Programs(files, tuple(refusals))
+    files, refusals, motions = possible_coordinated(run, cell, held, controller=settings, languages=names)
+    return Programs(files, tuple(refusals), motions)
+
+
+def _describe(languages: str, found: CoordinatedRun) -> str:
+    """Say in one line how few moves a coordinated motion has, and how far it is from the seam and from the plan."""
+    from wpcal.moves import Arc
+
+    moves = found.moves
+    arcs = sum(isinstance(move, Arc) for move in moves.moves)
+    return (
+        f"{languages}: {len(moves.moves) - arcs} lines and {arcs} arcs in the part for {len(found.run.plan)} points; "
+        f"wire at most {moves.off_mm:.3f} mm and {math.degrees(moves.off_rad):.2f} deg off the seam, part at most "
+        f"{math.degrees(found.part_turned_rad):.2f} deg off the plan; checked again: {found.check.verdict.value}, "
+        f"{found.check.describe()}"
+    )
+
+
+def _read_mesh(seams_json: Path) -> bytes | None:
+    """Read the part's triangles if `wpcal calibrate` wrote them beside the seams.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is not such a mesh.
+    """
+    from wpcal.brep.mesh_glb import read_part_glb
+    from wpcal.core.input_file import read_bytes
+
+    path = seams_json.with_name("part.glb")
+    if not path.exists():
+        return None
+    mesh = read_bytes(path)
+    read_part_glb(mesh, path=str(path))
+    return mesh
+
+
+def _write(asked: TwoRobotRequest, result: PlanningResult, mesh: bytes | None, *, force: bool, as_json: bool) -> int:
+    from wpcal.cli.console import plain_console
+    from wpcal.cli.plan_tables import show_plans
+    from wpcal.core.records import new_directory, to_json, write_file
+    from wpcal.pages.plan import MethodFront, build_plan_page
+    from wpcal.planning.plan.plan import CollisionVerdict
+    from wpcal.planning.plan.run import build_run
+    from wpcal.planning.plan.run_record import run_csv, run_record
+    from wpcal.planning.plan.schedule import schedule_plan
+    from wpcal.planning.search.objectives import OBJECTIVES
+    from wpcal.planning.search.pareto_record import pareto_record
+
+    cell, preference = result.problem.cell, asked.preference
+    plans, chosen = result.front.plans, result.front.chosen(preference)
+    held = _held_weld(asked, plans[chosen])
+    speed = None if held.weld is None else held.weld.values.speed_mm_s
+    speed = speed or result.problem.speed_mm_s
+    runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=speed)) for one in plans]
+    run = runs[chosen]
+    programs = _programs(run, held, asked)
+    files = {"plan.json": to_json(run_record(run, cell, programs.motions)), "plan.csv": run_csv(run, cell)}
+    groups = (("ladder", result.ladder), ("nsga2", result.genetic))
+    fronts = [MethodFront(name, one.values, result.hypervolume_of(one)) for name, one in groups if one is not None]
+    files["plan.html"] = build_plan_page(runs, cell, OBJECTIVES, chosen=chosen, fronts=fronts, part_glb=mesh)
+    files |= programs.files
+    record = to_json(pareto_record(result, preference, runs, no_program=programs.refusals))
+    files["pareto.json"] = record
+    with new_directory(asked.output, overwrite=force) as folder:
+        for name, text in files.items():
+            write_file(folder / name, text, overwrite=True)
+    if as_json:
+        click.echo(record, nl=False)
+    else:
+        show_plans(result, preference, runs, plain_console())
+        for languages, motion in programs.languages_of():
+            plain_console().print(_describe(languages, motion))
+    for refusal in programs.refusals:
+        click.echo(f"wpcal: no program: {refusal}", err=True)
+    return 0 if run.verdict is CollisionVerdict.FREE else 1
+
+
+def _write_failure(
+    problem: PlanningProblem, error: NoFeasiblePlanError, output: Path, *, force: bool, as_json: bool
+) -> int:
+    """Write the reason why there is no plan, and print it in one line."""
+    from wpcal.core.records import new_directory, to_json, write_file
+    from wpcal.planning.search.pareto_record import failed_record
+
+    record = to_json(failed_record(problem, str(error), error.obstacle))
+    with new_directory(output, overwrite=force) as folder:
+        write_file(folder / "pareto.json", record, overwrite=True)
+    if as_json:
+        click.echo(record, nl=False)
+    click.echo(f"wpcal: {error}", err=True)
+    return 1

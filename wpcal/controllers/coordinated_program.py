@@ -1,0 +1,261 @@
+"""A program of two robots in coordinated motion before it is written in a language.
+
+Robot 1 welds on lines and arcs in the frame of the part, which robot 2 holds and moves. Both begin and end each move
+together. Everything about the weld itself (moves along the seam, labels, weld data) is a `WeldPath`, as for one robot.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from wpcal import __version__
+from wpcal.controllers.arc_settings import ArcSettings, arc_in_words, seam_marks
+from wpcal.controllers.describe import describe_path
+from wpcal.controllers.program import ControllerSettings, WeldPath
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.errors import InputError
+from wpcal.moves import Arc
+from wpcal.planning.cell.robot_cell import RobotCell
+from wpcal.planning.plan.coordinated import CoordinatedRun
+from wpcal.planning.plan.run import AIR_SPEED_MM_S
+from wpcal.robot.kinematics.posture import Posture, posture
+from wpcal.seam.seam import Seam
+from wpcal.weld.runs import WeldRun, weld_runs
+from wpcal.weld.seam_weld import SeamWeld
+
+ID_STEP = 10
+"""Between the numbers of marks, as people write them: a mark can be put between two."""
+SPEED_RESERVE = 1.5
+"""Of robot 2 above what it needs: the path of a joint move is longer than its chord."""
+NOT_CHECKED = "NOT CHECKED: cables, hoses, what the cell does not have, the way to the first point. RUN IT DRY FIRST"
+
+
+class CoordinatedStep(NamedTuple):
+    """One move of both robots.
+
+    Parameters
+    ----------
+    to : int
+        Row of the targets at its end.
+    via : int or None
+        Row of the target in the middle of an arc.
+    on_seam : bool
+        Whether the torch welds.
+    stops : bool
+        Whether both robots stop at the end.
+    mark : int
+        The number of the mark at its end, the same for both robots.
+    """
+
+    to: int
+    via: int | None
+    on_seam: bool
+    stops: bool
+    mark: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CoordinatedProgram:
+    """Targets of both robots and their common moves.
+
+    Parameters
+    ----------
+    cell : RobotCell
+        Arms, bases, the tool of robot 1, and the place of the part on the flange of robot 2.
+    path : WeldPath
+        Of robot 1, with m poses in `part` (not in `base`) and its angles there.
+    joints2 : ndarray, shape (m, 6)
+        Shown angles of robot 2 at the same poses, rad.
+    speed_mm_s, air_speed_mm_s : float
+        Of the torch in the part: along the seam, and to and from it.
+    notes : tuple of str
+        For a person to read first.
+    controller : ControllerSettings
+        The tool is that of robot 1. `frame_number` is the frame of the held part, where a language has one.
+    arc : ArcSettings or None
+        None for a dry run.
+
+    Raises
+    ------
+    InputError
+        When the path has no lines and arcs, or the arrays do not have one row for every pose.
+    """
+
+    cell: RobotCell
+    path: WeldPath
+    joints2: FloatArray
+    speed_mm_s: float
+    air_speed_mm_s: float
+    notes: tuple[str, ...]
+    controller: ControllerSettings = field(default_factory=ControllerSettings)
+    arc: ArcSettings | None = None
+
+    def __post_init__(self) -> None:
+        count = len(self.path)
+        if self.path.moves is None or self.path.joints is None:
+            raise InputError(f"seam {self.seam}: lines and arcs, and joints at their ends, are needed")
+        if not len(self.joints2) == len(self.path.joints) == count:
+            raise InputError(f"seam {self.seam}: {count} poses need as many joints of both robots")
+
+    @property
+    def seam(self) -> str:
+        """The name of the seam."""
+        return self.path.seam.name
+
+    @property
+    def joints1(self) -> FloatArray:
+        """Shown angles of robot 1 at the poses, shape (m, 6), rad."""
+        return np.zeros((0, 6)) if self.path.joints is None else self.path.joints
+
+    @property
+    def marks(self) -> tuple[str, str]:
+        """The comments at the start and at the end of the seam."""
+        return seam_marks(self.arc)
+
+    @property
+    def postures(self) -> tuple[Posture, Posture]:
+        """Postures of both arms at the poses."""
+        return posture(self.cell.arm1, self.joints1), posture(self.cell.arm2, self.joints2)
+
+    @property
+    def label_width(self) -> int:
+        """Digits of the number in a label, as in programs of `wpcal export`."""
+        return max(4, len(str(len(self.path))))
+
+    def steps(self, blend_mm: float) -> list[CoordinatedStep]:
+        """Return the common moves from the first pose on: to the start of the seam, along it, and away from it.
+
+        Parameters
+        ----------
+        blend_mm : float
+            As in `WeldPath.stops`.
+        """
+        first, rows = self.path.weld_rows.start, self.path.weld_rows
+        found = [CoordinatedStep(first, None, False, True, 0)]  # without length if there is no approach
+        for move, stops in zip(self.path.weld_moves, self.path.stops(blend_mm), strict=True):
+            via = first + move.via if isinstance(move, Arc) else None
+            found.append(CoordinatedStep(first + move.to, via, True, stops, 0))
+        if self.path.after:
+            found.append(CoordinatedStep(rows.stop, None, False, True, 0))
+        return [step._replace(mark=ID_STEP * number) for number, step in enumerate(found, 1)]
+
+    @property
+    def holder_speed_mm_s(self) -> float:
+        """The speed of robot 2 on its fastest move along the seam, of its flange or of the part, and a half more.
+
+        Both robots take the time of the slower one, which is then the torch.
+        """
+        assert self.path.moves is not None
+        ends = self.path.moves.ends
+        rows = self.path.weld_rows.start + ends
+        seconds = np.diff(self.path.moves.s_mm[ends]) / self.speed_mm_s
+        flange, part = self.cell.arm2.forward(self.joints2[rows]), self.part_in_base2()[rows]
+        ways = [np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1) for T in (flange, part)]
+        return float(max(SPEED_RESERVE * (np.max(ways, axis=0) / seconds).max(), self.air_speed_mm_s))
+
+    def tool_in_base1(self) -> FloatArray:
+        """Return the poses of the tool in the base of robot 1, shape (m, 4, 4), mm."""
+        return np.asarray(self.cell.arm1.forward(self.joints1) @ self.cell.T_flange1_tool.matrix)
+
+    def part_in_base2(self) -> FloatArray:
+        """Return the poses of the part in the base of robot 2, shape (m, 4, 4), mm."""
+        return np.asarray(self.cell.arm2.forward(self.joints2) @ self.cell.T_flange2_part.matrix)
+
+
+def build_coordinated_program(
+    found: CoordinatedRun,
+    seam: Seam,
+    *,
+    controller: ControllerSettings | None = None,
+    weld: SeamWeld | None = None,
+    arc: ArcSettings | None = None,
+) -> CoordinatedProgram:
+    """Return the program of a coordinated run.
+
+    Parameters
+    ----------
+    found : CoordinatedRun
+    seam : Seam
+        The seam of the plan, in `part`.
+    controller : ControllerSettings, optional
+        By default the program is named after the seam.
+    weld : SeamWeld, optional
+        Its weld data.
+    arc : ArcSettings, optional
+        How the arc is switched; None for a dry run.
+
+    Raises
+    ------
+    InputError
+        When the weld data has more than one bead or stretch: a plan is one bead along the whole seam.
+    """
+    run, cell = found.run, found.cell
+    ends = [q for q in (found.approach, found.retract) if q is not None]
+    T_tool = _tool_in_part(found, ends)
+    p, R = list(found.moves.p), list(found.moves.R)
+    joints1, joints2 = list(found.joints1), list(found.joints2)
+    if found.approach is not None:
+        p, R = [T_tool[0][:3, 3], *p], [R[0], *R]
+        joints1, joints2 = [found.approach, *joints1], [joints2[0], *joints2]
+    if found.retract is not None:
+        p, R = [*p, T_tool[-1][:3, 3]], [*R, R[-1]]
+        joints1, joints2 = [*joints1, found.retract], [*joints2, joints2[-1]]
+    path = WeldPath(
+        seam,
+        frozen(p),
+        frozen(R),
+        None,
+        before=int(found.approach is not None),
+        after=int(found.retract is not None),
+        joints=frozen(joints1),
+        moves=found.moves,
+        run=None if weld is None else _only_run(seam, weld),
+    )
+    return CoordinatedProgram(
+        cell=cell,
+        path=path,
+        joints2=frozen(joints2),
+        speed_mm_s=run.schedule.speed_mm_s,
+        air_speed_mm_s=AIR_SPEED_MM_S,
+        notes=_notes(found, path, arc),
+        controller=controller or ControllerSettings(program_name=f"WPCAL_{seam.name}"),
+        arc=arc,
+    )
+
+
+def _tool_in_part(found: CoordinatedRun, joints1: list[FloatArray]) -> list[FloatArray]:
+    """Return the poses of the tool in the part where the run begins and ends, each 4 by 4, mm."""
+    cell = found.cell
+    rows = [found.joints2[0]] * (found.approach is not None) + [found.joints2[-1]] * (found.retract is not None)
+    held = [cell.T_world_base2.matrix @ cell.arm2.forward(q[None])[0] @ cell.T_flange2_part.matrix for q in rows]
+    tools = [cell.T_world_base1.matrix @ cell.arm1.forward(q[None])[0] @ cell.T_flange1_tool.matrix for q in joints1]
+    return [np.linalg.inv(part) @ tool for part, tool in zip(held, tools, strict=True)]
+
+
+def _only_run(seam: Seam, weld: SeamWeld) -> WeldRun:
+    runs = weld_runs(seam, weld)
+    if len(runs) != 1 or runs[0].bead is not None or runs[0].seam.length_mm != seam.length_mm:
+        raise InputError(
+            f"weld {seam.name}: {len(runs)} beads or stretches; a plan of two robots is one bead along the whole seam: "
+            f"wpcal welds … --set {seam.name}:passes=1"
+        )
+    return replace(runs[0], seam=seam)
+
+
+def _notes(found: CoordinatedRun, path: WeldPath, arc: ArcSettings | None) -> tuple[str, ...]:
+    moves, turned = found.moves, math.degrees(found.part_turned_rad)
+    off = f"{moves.off_mm:.3f} mm and {math.degrees(moves.off_rad):.2f} deg"
+    return (
+        f"written by wpcal {__version__} from plan.json: coordinated motion, the part in the hand of robot 2",
+        f"seam {path.seam.name}: {describe_path(path)}",
+        found.run.schedule.describe(),
+        f"in the part the wire is at most {off} off the seam (allowed: {moves.most_mm:g} mm, 0.5 deg)",
+        f"the part is at most {turned:.2f} deg and {found.part_off_mm:.1f} mm from where the plan has it",
+        f"checked, with these moves: {found.check.verdict.value}; {found.check.describe()}",
+        arc_in_words(arc),
+        NOT_CHECKED,
+    )

@@ -1,0 +1,59 @@
+"""Jobs of an earlier export in the same folder: without care they are copied to the controller, too."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+
+from wpcal.controllers.taught_program import ENCODING
+from wpcal.core.input_file import read_bytes
+
+OURS = re.compile(r"written by wpcal\b")
+CALL = re.compile(r"^[ \t]*+(?:\d++:)?[ \t]*+CALL (?:JOB:)?(?P<name>[\w.]++)", re.MULTILINE)
+MOST_BYTES = 10_000_000
+"""Of a program that calls others; a larger file is not looked into."""
+
+
+@dataclass(frozen=True, slots=True)
+class EarlierJobs:
+    """Files of a folder that a new export does not write.
+
+    Parameters
+    ----------
+    ours : tuple of str
+        Jobs that the program of an earlier export calls: it is replaced, and nothing calls them any more.
+    others : tuple of str
+        Other files of the same kinds. Whose they are is not known.
+    """
+
+    ours: tuple[str, ...]
+    others: tuple[str, ...]
+
+
+def find_earlier_jobs(folder: Path, written: Collection[str]) -> EarlierJobs:
+    """Find the files of an earlier export.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the export; it may not exist.
+    written : collection of str
+        Names of the files of the new export.
+    """
+    if not folder.is_dir():
+        return EarlierJobs((), ())
+    suffixes = {Path(name).suffix.lower() for name in written}
+    there = {path.name: path for path in sorted(folder.iterdir()) if path.is_file() and not path.is_symlink()}
+    kept = {name: path for name, path in there.items() if name not in written and path.suffix.lower() in suffixes}
+    called: set[str] = set()
+    for name in written:
+        path = there.get(name)
+        if path is None or path.stat().st_size > MOST_BYTES:
+            continue
+        text = read_bytes(path).decode(ENCODING)
+        if OURS.search(text):
+            called |= {f"{match['name']}{path.suffix}" for match in CALL.finditer(text)}
+    ours = tuple(name for name in kept if name in called)
+    return EarlierJobs(ours, tuple(name for name in kept if name not in called))

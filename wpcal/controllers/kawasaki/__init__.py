@@ -1,0 +1,14 @@
+"""Kawasaki: AS programs."""
+
+from wpcal.controllers.registry import Controller
+
+AS = Controller(
+    name="as",
+    title="Kawasaki AS: NAME.as with programs, the part's frame and transformation values",
+    writer="wpcal.controllers.kawasaki.write:write_as",
+    suffixes=(".as",),
+    reader="wpcal.controllers.kawasaki.read:READER",
+    brands=("kawasaki",),
+    reads_back=True,
+    takes_arcs=True,
+)

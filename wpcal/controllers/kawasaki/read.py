@@ -1,0 +1,163 @@
+"""Taught points from a Kawasaki AS file (``.as``): transformation values of ``.TRANS`` and of ``POINT … = TRANS(…)``.
+
+A transformation value does not state its frame. It is relative to the ``BASE`` in effect where a move uses it. Without
+such a move it counts as relative to the robot's base, if the file sets no other base. Values of ``.JOINTS`` are joint
+angles. The case of names does not matter.
+
+References
+----------
+Files that controllers and post-processors wrote (docs/how-to/kawasaki.md).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.rotations import rotation_from_zyz
+from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import shown
+from wpcal.taught.programs import (
+    BASE,
+    ProgramPoint,
+    ProgramPoints,
+    ProgramReader,
+    coordinates,
+    joint_values,
+    unusable_point,
+)
+
+AXES = ("X", "Y", "Z", "O", "A", "T")
+NULL = "null"
+"""The transformation that changes nothing, as the language calls it."""
+_NAME = r"[A-Za-z][\w.]*+(?:\[[\d,]*+\])?+"
+_SECTION = re.compile(r"^\.(?P<name>[A-Za-z]++)\b")
+_VALUES = re.compile(rf"^(?P<name>#?{_NAME})[ \t]++(?P<values>\S.*)$")
+_POINT = re.compile(rf"^\s*+POINT\s++(?P<name>{_NAME})\s*+=\s*+TRANS\s*+\((?P<values>[^()]*+)\)", re.IGNORECASE)
+_SETTING = re.compile(rf"^\s*+(?P<key>BASE|TOOL)\s++(?P<name>{_NAME})", re.IGNORECASE)
+_MOVE = re.compile(r"^\s*+(?:[LJ]MOVE|C[12]MOVE|[LJ]W[SCE]|C[12]WC)\s++(?P<what>[^;\n]*+)", re.IGNORECASE)
+_WORD = re.compile(_NAME)
+ADDED = "is added to another transformation in a move; its own coordinates are not a place"
+
+
+@dataclass(slots=True)
+class _Use:
+    """In which frames the moves of a file use a point."""
+
+    bases: set[str] = field(default_factory=set)
+    tools: set[str] = field(default_factory=set)
+    is_added: bool = False
+
+
+@dataclass(slots=True)
+class _File:
+    """What a file holds: names are lower case in all but `rows`."""
+
+    rows: list[tuple[str, int, list[str]]] = field(default_factory=list)
+    joints: list[tuple[str, int, list[str]]] = field(default_factory=list)
+    uses: dict[str, _Use] = field(default_factory=dict)
+    bases: set[str] = field(default_factory=set)
+    tools: set[str] = field(default_factory=set)
+
+
+def read_as(text: str, path: str) -> ProgramPoints:
+    """Read the transformation values of a file.
+
+    Raises
+    ------
+    FormatError
+        When it has neither a section ``.TRANS`` nor ``.JOINTS`` nor a program, or a value is not six numbers.
+    """
+    found = _parsed(text)
+    if not re.search(r"^\.(?:PROGRAM|TRANS|JOINTS)\b", text, re.MULTILINE | re.IGNORECASE):
+        raise FormatError("has no .PROGRAM, .TRANS or .JOINTS", path=path)
+    poses = [(name, line, _pose(name, cells, path, line)) for name, line, cells in found.rows]
+    own = found.bases | found.tools
+    points = [_point(name, line, T, found) for name, line, T in poses if name.lower() not in own]
+    points += [_joints(name, line, cells) for name, line, cells in found.joints]
+    frames = {
+        name.lower(): T.relabelled(target="base", source="frame") for name, _, T in poses if name.lower() in found.bases
+    }
+    return ProgramPoints(tuple(sorted(points, key=lambda point: point.line)), frames)
+
+
+def _parsed(text: str) -> _File:
+    found, section, base, tool = _File(), "", "", ""
+    for number, line in enumerate(text.splitlines(), start=1):
+        head = _SECTION.match(line)
+        if head:
+            section, base, tool = head["name"].upper(), "", ""
+        elif section == "PROGRAM":
+            setting, move, point = _SETTING.match(line), _MOVE.match(line), _POINT.match(line)
+            if setting:
+                name = setting["name"].lower()
+                base, tool = (name, tool) if setting["key"].upper() == "BASE" else (base, name)
+                (found.bases if setting["key"].upper() == "BASE" else found.tools).add(name)
+            elif move:
+                _use(found, move["what"], base, tool)
+            elif point:
+                found.rows.append((point["name"], number, point["values"].split(",")))
+        elif section in ("TRANS", "JOINTS") and (value := _VALUES.match(line)):
+            rows = found.rows if section == "TRANS" else found.joints
+            rows.append((value["name"].lstrip("#"), number, re.split(r"[\s,]+", value["values"].strip())))
+    found.bases.discard(NULL)
+    found.tools.discard(NULL)
+    return found
+
+
+def _use(found: _File, what: str, base: str, tool: str) -> None:
+    """Note the point of a move: alone, or added to another transformation."""
+    place = re.sub(r",(?![^\[]*\]).*$", "", what).strip()
+    names = [name.lower() for name in _WORD.findall(place)]
+    for name in names:
+        use = found.uses.setdefault(name, _Use())
+        use.is_added |= name != place.lower()
+        use.bases.add(base)
+        use.tools.add(tool)
+
+
+def _pose(name: str, cells: Sequence[str], path: str, line: int) -> RigidTransform:
+    if len(cells) < len(AXES):
+        what = f"{name}: expected six numbers, got {shown(' '.join(cells).strip())}"
+        raise FormatError(what, path=path, line=line)
+    x, y, z, *angles = coordinates(list(zip(AXES, cells, strict=False)), name, path, line)  # then external axes
+    return RigidTransform(rotation_from_zyz(*np.radians(angles)), np.array([x, y, z]), "frame", "tool")
+
+
+def _point(name: str, line: int, T: RigidTransform, found: _File) -> ProgramPoint:
+    use = found.uses.get(name.lower(), _Use())
+    if use.is_added:
+        return unusable_point(name, line, ADDED)
+    bases = use.bases - {""}
+    if found.bases and ("" in use.bases or not use.bases):
+        what = f"is used where the file does not say the base, and the file sets {', '.join(sorted(found.bases))}"
+        return unusable_point(name, line, what)
+    if len(bases) > 1:
+        return unusable_point(name, line, f"is used in the bases {', '.join(sorted(bases))}")
+    frame = next(iter(bases), NULL)
+    at_flange = use.tools == {NULL}
+    return ProgramPoint(name, line, T.t_mm, T.R, BASE if frame == NULL else frame, at_flange)
+
+
+def _joints(name: str, line: int, cells: Sequence[str]) -> ProgramPoint:
+    return unusable_point(name, line, "is stored as joint angles", joint_values(cells[:6]))
+
+
+def frame_from_oat(values: Sequence[float]) -> RigidTransform:
+    """Return ``T_base_frame`` of x, y, z in mm and O, A, T in degrees, ``R = Rz(O) Ry(A) Rz(T)``.
+
+    Raises
+    ------
+    InputError
+        When these are not six numbers.
+    """
+    if len(values) != len(AXES):
+        raise InputError(f"expected 6 numbers, got {len(values)}")
+    return RigidTransform(rotation_from_zyz(*np.radians(values[3:])), np.asarray(values[:3]), "base", "frame")
+
+
+READER = ProgramReader(read_as, frame_from_oat, "X,Y,Z,O,A,T")

@@ -1,0 +1,97 @@
+"""What a planned program has besides its paths: joint moves between the seams, and the axes outside the arm.
+
+Between two joint targets the controller moves as the plan was checked. Positions on the seams state the joints and the
+external axes that the plan has there, so that nothing is left to the controller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.transform import RigidTransform
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointMoves:
+    """Joint moves, one after the other.
+
+    Parameters
+    ----------
+    joints : ndarray, shape (n, 6)
+        Where they lead: shown angles of the arm, rad.
+    external : ndarray, shape (n, e)
+        External axes there, rad, a rail in mm.
+    """
+
+    joints: FloatArray
+    external: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    def rows(self, first: int, last: int | None) -> JointMoves:
+        """Return some of them."""
+        return JointMoves(self.joints[first:last], self.external[first:last])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlannedMoves:
+    """The moves off the seams, and what a plan says about itself.
+
+    Parameters
+    ----------
+    air : tuple of JointMoves
+        Before each path, from home on, and after the last, to home: one more than paths. Those before a path end at its
+        approach.
+    rail : str or None
+        The name of the rail; its values are the first column of the external axes.
+    turning : tuple of str
+        The names of the positioner's axes: the other columns.
+    T_flange_tool : RigidTransform
+        z is the wire.
+    joint_percent : float
+        Of the largest joint speeds, in joint moves.
+    about : tuple of str
+        For a person to read in the header.
+    follows : bool
+        Whether the positioner turns along a seam. Positions are then in the part that it carries: what a program calls
+        the base is the flange of the positioner.
+    """
+
+    air: tuple[JointMoves, ...]
+    rail: str | None
+    turning: tuple[str, ...]
+    T_flange_tool: RigidTransform
+    joint_percent: float
+    about: tuple[str, ...]
+    follows: bool = False
+
+    @property
+    def axis_count(self) -> int:
+        """Number of external axes."""
+        return len(self.turning) + (self.rail is not None)
+
+    def numbered(self) -> Iterator[tuple[JointMoves, tuple[int, ...]]]:
+        """Yield the moves before each path and after the last, with the numbers of their targets, from 1 on."""
+        last = 0
+        for moves in self.air:
+            yield moves, tuple(range(last + 1, last + len(moves) + 1))
+            last += len(moves)
+
+    def external_texts(self, external: FloatArray, decimals: int) -> list[list[str]]:
+        """Return external axes of shape (n, e) as texts: a rail in mm, and degrees."""
+        rails = int(self.rail is not None)
+        turned = angle_texts(external[:, rails:], decimals)
+        along = (np.round(external[:, :rails], decimals) + 0.0).tolist()
+        return [[*(f"{v:.{decimals}f}" for v in mm), *deg] for mm, deg in zip(along, turned, strict=True)]
+
+
+def angle_texts(values: FloatArray, decimals: int) -> list[list[str]]:
+    """Return angles of shape (n, k), rad, as texts in degrees."""
+    return [
+        [f"{value:.{decimals}f}" for value in row] for row in (np.round(np.degrees(values), decimals) + 0.0).tolist()
+    ]

@@ -1,0 +1,213 @@
+"""The weld program of a plan: paths with the planned joints, and the moves between them.
+
+Approach, weld and retract are lines and arcs to poses, each with the joints and the external axes that the plan has
+there. Between them are joint moves, as they were checked against collision.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from wpcal.controllers.arc_settings import ArcSettings
+from wpcal.controllers.planned import JointMoves, PlannedMoves
+from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldPath, WeldProgram
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.errors import InputError
+from wpcal.core.transform import RigidTransform
+from wpcal.moves import MovePath, PathTolerance, fit_moves
+from wpcal.moves.fit import USUAL_TOLERANCE
+from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.sequence.sequence_input import PlannedSeam
+from wpcal.planning.sequence.sequence_record import checked_text
+from wpcal.planning.sequence.weld_sequence import AIR_SHARE, WeldPiece, WeldSequence
+from wpcal.robot.kinematics.inverse import TURN, solve_inverse
+from wpcal.seam.seam import SeamFrames
+
+WITHOUT_FRAME = 0
+"""The number of the user frame that is the base of the robot."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanOutput:
+    """How a plan becomes programs.
+
+    Parameters
+    ----------
+    tolerance : PathTolerance or None
+        Of lines and arcs; None for a line to every point of the seams.
+    controller : ControllerSettings
+    arc : ArcSettings or None
+        How the arc is switched; None for a dry run.
+    calibration : mapping
+        The record of ``calibration.json``; empty without a calibration.
+    """
+
+    tolerance: PathTolerance | None = USUAL_TOLERANCE
+    controller: ControllerSettings = field(default_factory=ControllerSettings)
+    arc: ArcSettings | None = None
+    calibration: Mapping[str, Any] = field(default_factory=dict)
+
+
+def build_planned_program(
+    sequence: WeldSequence, seams: Mapping[str, PlannedSeam], output: PlanOutput | None = None
+) -> WeldProgram:
+    """Return the weld program of a plan.
+
+    Parameters
+    ----------
+    sequence : WeldSequence
+    seams : mapping
+        What was planned, by name.
+    output : PlanOutput, optional
+
+    Raises
+    ------
+    InputError
+        When a move is not free.
+    """
+    if not sequence.is_free:
+        raise InputError("no program is written for a plan that is not free of collision")
+    output = output or PlanOutput()
+    cell = sequence.cell
+    turning = cell.axis_names[cell.first_turning :]
+    controller = replace(output.controller, frame_number=WITHOUT_FRAME) if turning else output.controller
+    follows = any(np.ptp(piece.candidate.q[:, cell.first_turning :], axis=0).any() for piece in sequence.pieces)
+    frame = _Frame(cell, follows=follows)
+    paths = tuple(_path(sequence, piece, seams[piece.candidate.task.name], output, frame) for piece in sequence.pieces)
+    air = tuple(JointMoves(*_split(path.q if row == 0 else path.q[1:])) for row, path in enumerate(sequence.air))
+    rail = None if cell.rail_axis is None else cell.axis_names[cell.rail_axis]
+    about = _about(sequence, rail)
+    planned = PlannedMoves(air, rail, turning, cell.T_flange_tool, 100.0 * AIR_SHARE, about, follows)
+    targets = sequence.targets
+    motion = MotionSettings(targets.approach_mm, targets.approach_mm, targets.speed_mm_s, targets.air_speed_mm_s)
+    checked = (f"checked against collision: all moves between home and home: {checked_text(sequence)}",)
+    return WeldProgram(
+        paths,
+        frame.T_base_part,
+        motion=motion,
+        controller=controller,
+        calibration=dict(output.calibration),
+        checked=checked,
+        arm=cell.arm,
+        tolerance=output.tolerance if any(path.moves is not None for path in paths) else None,
+        arc=output.arc,
+        planned=planned,
+    )
+
+
+def _about(sequence: WeldSequence, rail: str | None) -> tuple[str, ...]:
+    cell = sequence.cell
+    tool = cell.T_flange_tool
+    place = ", ".join(f"{value:.3f}" for value in tool.t_mm)
+    axis = ", ".join(f"{value:.4f}" for value in tool.R[:, 2])
+    lines = [
+        f"cell {cell.name}, robot {cell.arm.name}; {len(sequence.pieces)} runs, {sequence.welded_mm:.0f} mm",
+        f"tool centre point in the flange: {place} mm; the wire is along z of the tool, {axis} in the flange",
+    ]
+    lines += [f"NOT WELDED: {gap.seam} from {gap.from_mm:.0f} to {gap.to_mm:.0f} mm" for gap in sequence.unwelded]
+    lines.append("run the whole program: the way to a seam that is run alone is not checked")
+    if rail is not None:
+        lines.append("positions count from where the base is at 0 mm of the rail, set up as a coordinated axis")
+    return tuple(lines)
+
+
+def _split(q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return frozen(q[:, :JOINTS]), frozen(q[:, JOINTS:])
+
+
+class _Frame:
+    """What a program calls the base: that with a rail at 0 mm, or the flange of a positioner that turns in welds."""
+
+    def __init__(self, cell: OneRobotCell, *, follows: bool) -> None:
+        self.cell, self.follows = cell, follows
+
+    def places(self, q: FloatArray) -> FloatArray:
+        """Return its place in `world` for axes (n, k); shape (n, 4, 4), mm."""
+        if self.follows:
+            return self.cell.carrier_places(q)
+        still = q.copy()
+        if self.cell.rail_axis is not None:
+            still[:, self.cell.rail_axis] = 0.0
+        return self.cell.base_places(still)
+
+    @property
+    def T_base_part(self) -> RigidTransform:
+        """The frame in which positions are written, in this base."""
+        turns = self.cell.positioner is not None
+        if turns and not self.follows:
+            return RigidTransform.identity(target="base", source="part")
+        home = self.cell.home[None]
+        T = np.linalg.inv(self.places(home)[0]) @ self.cell.part_places(home)[0]
+        return RigidTransform.from_matrix(T, target="base", source="part")
+
+
+def _path(sequence: WeldSequence, piece: WeldPiece, of: PlannedSeam, output: PlanOutput, frame: _Frame) -> WeldPath:
+    cell, candidate = sequence.cell, piece.candidate
+    task, q = candidate.task, candidate.q
+    into = np.linalg.inv(frame.places(q))
+    T_part, T_tool = into @ cell.part_places(q), into @ cell.tool_places(q)
+    R_seam = T_part[:, :3, :3] @ task.R
+    p_seam = np.einsum("nij,nj->ni", T_part[:, :3, :3], task.p) + T_part[:, :3, 3]
+    own_point = task.is_source.copy()
+    own_point[[0, -1]] = True  # of a cut
+    rows = np.flatnonzero(own_point)  # between them the planned points are on chords, the seam is not
+    is_woven = of.run is not None and of.run.is_woven
+    tolerance = None if is_woven else output.tolerance  # a line to every point of a weave
+    moves = _moves(T_tool[rows], R_seam[rows], task.s_mm[rows], task.more_wire_mm, tolerance)
+    if moves is None:
+        T, joints = T_tool[rows], q[rows]
+    else:
+        near = np.stack([np.interp(moves.s_mm, task.s_mm, column) for column in q.T], axis=1)
+        T = np.zeros((len(moves.p), 4, 4))
+        T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = moves.R, moves.p, 1.0
+        T_base = np.linalg.inv(cell.base_places(near)) @ frame.places(near)
+        joints = _joints_at(cell, candidate.branch, T_base @ T, near)
+    ends = piece.states[[0, -1]]
+    T_ends = np.linalg.inv(frame.places(ends)) @ cell.tool_places(ends)
+    T = np.concatenate([T_ends[:1], T, T_ends[1:]])
+    angles, external = _split(np.concatenate([ends[:1], joints, ends[1:]]))
+    own = of.seam.frames
+    frames = SeamFrames(task.s_mm - task.s_mm[0], p_seam, R_seam, np.interp(task.s_mm, own.s_mm, own.angle_rad), "base")
+    seam = replace(
+        of.seam, name=piece.name, closed=False, length_mm=task.length_mm, frames=frames, lean_rad=None, spin_rad=None
+    )
+    u95 = None if of.u95_mm is None else np.interp(task.s_mm, own.s_mm, of.u95_mm)
+    return WeldPath(
+        seam,
+        frozen(T[:, :3, 3]),
+        frozen(T[:, :3, :3]),
+        u95,
+        joints=angles,
+        moves=moves,
+        run=of.run,
+        external=external,
+        speed_mm_s=piece.speed_mm_s / (1.0 if of.run is None else of.run.speed_ratio),
+    )
+
+
+def _moves(
+    T_tool: FloatArray, R_seam: FloatArray, s_mm: FloatArray, standoff_mm: float, tolerance: PathTolerance | None
+) -> MovePath | None:
+    if tolerance is None:
+        return None
+    return fit_moves(
+        T_tool[:, :3, 3],
+        T_tool[:, :3, :3],
+        s_mm=s_mm,
+        headings=R_seam[:, :, 0],
+        standoff_mm=standoff_mm,
+        tolerance=tolerance,
+        spin_is_free=False,
+    )
+
+
+def _joints_at(cell: OneRobotCell, branch: int, T_base_tool: FloatArray, near: FloatArray) -> FloatArray:
+    """Return all axes at poses of the tool in the base, in one branch and in the turns of axes nearby."""
+    found = solve_inverse(cell.arm, T_base_tool @ cell.T_flange_tool.inverse().matrix).joints[:, branch]
+    found = found + TURN * np.rint((near[:, :JOINTS] - found) / TURN)
+    return np.concatenate([found, near[:, JOINTS:]], axis=1)

@@ -1,0 +1,382 @@
+"""Distances between the bodies of a cell, with the part as its own triangles.
+
+All pairs are first bounded from below: bodies by capsules around their hulls, the part by a grid
+(`distance_field.DistanceField`). Only where a bound is not enough is the pair measured: hulls by FCL, capsules against
+triangles exactly. The margin that results is a lower bound of the true one, and it is positive only where all is clear.
+
+Which pairs are compared
+    * Bodies of the robot with each other, if at least four joints are between them; the torch counts as link 7.
+    * The robot with the positioner, but not the base with the frame of the positioner.
+    * The bench with links 2 to 6, the torch, and what the positioner moves.
+    * The part with links 1 to 6 and the torch. A part on a positioner also with the base, the bench and the frame of
+      the positioner.
+    * The floor with the links 2 to 6, the torch, and a part on a positioner.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from wpcal.brep.material import TriangleMaterial
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.bodies import JOINTS_BETWEEN, Body, BodyPairs, Owner
+from wpcal.planning.cell.clearance import pair_margins
+from wpcal.planning.cell.distance_field import DistanceField
+from wpcal.planning.cell.hull_cover import HullCover
+from wpcal.planning.cell.hulls import HullMeasure, convex_hull_object, import_fcl
+from wpcal.planning.cell.one_robot import CARRIER, TOOL, WORLD, OneRobotCell
+from wpcal.planning.cell.part_distance import part_distances
+from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.robot.kinematics.forward import Frames
+
+ROWS = 512
+"""States per batch: arrays of all places on all capsules stay at some MB."""
+ENOUGH_MM = 5.0
+"""A capsule that the grid calls too near is measured exactly up to this margin; beyond it, it is far enough."""
+MOST_OUTLINE = 60
+"""Corners of the part's convex hull; with more of them those of its box are compared with the faces of hulls."""
+SPACING_MM = 20.0
+"""Places on the axis of a capsule that are looked up in the grid are at most this far apart ..."""
+LEAST_PLACES = 3
+"""... and at least this many."""
+PART, FLOOR = "part", "floor"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Margins:
+    """Lower bounds of margins (distance minus safety distance) of n states.
+
+    Parameters
+    ----------
+    margin_mm : ndarray, shape (n,)
+        The least over all pairs; infinite if there are none.
+    pair : ndarray of int, shape (n,)
+        Number of the pair with the least margin, for `OneRobotClearance.names`.
+    """
+
+    margin_mm: FloatArray
+    pair: IntArray
+
+    @property
+    def is_clear(self) -> BoolArray:
+        """Whether every pair keeps its safety distance, shape (n,)."""
+        return np.asarray(self.margin_mm > 0.0)
+
+
+def one_robot_bodies(cell: OneRobotCell) -> tuple[Body, ...]:
+    """Return every body of a cell but the part: links of the robot, torch, positioner, bench."""
+    positioner = () if cell.positioner is None else cell.positioner.links
+    return (
+        *(Body(shape, Owner.ROBOT, shape.link, shape.link) for shape in cell.links),
+        *(Body(shape, Owner.ROBOT, JOINTS + 1, TOOL) for shape in cell.torch),
+        *(Body(shape, Owner.POSITIONER, shape.link, CARRIER + shape.link) for shape in positioner),
+        *(Body(shape, Owner.BENCH, 0, WORLD) for shape in cell.bench),
+    )
+
+
+def one_robot_pairs(cell: OneRobotCell) -> BodyPairs:
+    """Return the pairs of bodies without the part that can meet (the rule is at the head of this file)."""
+    bodies = one_robot_bodies(cell)
+    rows = [(i, j) for i in range(len(bodies)) for j in range(i + 1, len(bodies)) if _can_meet(bodies[i], bodies[j])]
+    first, second = (np.array([row[k] for row in rows], dtype=np.int64) for k in (0, 1))
+    return BodyPairs(bodies, first, second, np.full(len(rows), cell.d1_mm))
+
+
+def _can_meet(a: Body, b: Body) -> bool:
+    """Apply the rule to two bodies in the order of `one_robot_bodies`."""
+    if a.owner is Owner.ROBOT and b.owner is Owner.ROBOT:
+        return abs(a.link - b.link) >= JOINTS_BETWEEN
+    if a.owner is Owner.ROBOT and b.owner is Owner.POSITIONER:
+        return a.link + b.link > 0
+    if b.owner is Owner.BENCH:
+        return (a.owner is Owner.ROBOT and a.link > 1) or (a.owner is Owner.POSITIONER and a.link > 0)
+    return False
+
+
+def _meets_part(body: Body, cell: OneRobotCell) -> bool:
+    if body.owner is Owner.ROBOT:
+        return body.link > 0 or cell.positioner is not None
+    turns = cell.positioner is not None and len(cell.positioner.arm.joints) > 1
+    return turns and body.link == 0
+
+
+class OneRobotClearance:
+    """Measures a cell with its part. Grids and hulls are made once.
+
+    Parameters
+    ----------
+    cell : OneRobotCell
+        Its part's place must be known if a part is given.
+    part : TriangleMaterial or None
+        The part in its own frame; None: nothing is compared with a part.
+    """
+
+    def __init__(self, cell: OneRobotCell, part: TriangleMaterial | None) -> None:
+        self.cell, self.part = cell, part
+        self.pairs = one_robot_pairs(cell)
+        self._measure = HullMeasure.of_pairs(self.pairs) if len(self.pairs) else None
+        self._bodies = self.pairs.bodies
+        self._field = None if part is None else DistanceField.of_triangles(part.corners)
+        self._capsules = _PartCapsules.of(cell, self._bodies) if part is not None else None
+        self._floor = [row for row, body in enumerate(self._bodies) if _over_floor(body)]
+        self._outline = np.zeros((0, 3)) if part is None else _outline(part)
+        self._objects: dict[int | str, Any] = {}
+
+    def names(self, pair: int) -> tuple[str, str]:
+        """Return the names of the two bodies of a pair."""
+        m, n = len(self.pairs), len(self._bodies)
+        if pair < m:
+            return self.pairs.names(pair)
+        return (self._bodies[pair - m].name, PART) if pair < m + n else self._floor_names(pair - m - n)
+
+    def _floor_names(self, row: int) -> tuple[str, str]:
+        return (self._bodies[row].name if row < len(self._bodies) else PART), FLOOR
+
+    def margins(self, q: FloatArray) -> Margins:
+        """Return lower bounds of the margins of n states.
+
+        Parameters
+        ----------
+        q : ndarray, shape (n, k)
+            All axes, rad and mm.
+
+        Returns
+        -------
+        Margins
+        """
+        least, pair = np.full(len(q), np.inf), np.full(len(q), -1, dtype=np.int64)
+        for start in range(0, len(q), ROWS):
+            some = slice(start, start + ROWS)
+            frames = self.cell.frames(q[some])
+            for measure in (self._pairs_margins, self._floor_margins, self._part_margins):
+                found, which = measure(frames, least[some])
+                rows = np.broadcast_to(found, least[some].shape)
+                better = rows < least[some]
+                least[some] = np.where(better, rows, least[some])
+                pair[some] = np.where(better, which, pair[some])
+        return Margins(least, pair)
+
+    def _pairs_margins(self, frames: tuple[Frames, ...], _known: FloatArray) -> tuple[FloatArray, IntArray]:
+        if self._measure is None:
+            return np.array([np.inf]), np.array([-1])
+        bounds = pair_margins(self._measure.bounded, frames)
+        self._measure.raise_bounds(bounds, frames)
+        row = np.argmin(bounds, axis=0)
+        return np.asarray(bounds[row, np.arange(bounds.shape[1])]), row
+
+    def _part_margins(self, frames: tuple[Frames, ...], known: FloatArray) -> tuple[FloatArray, IntArray]:
+        if self.part is None or self._capsules is None or not len(self._capsules.body):
+            return np.array([np.inf]), np.array([-1])
+        capsules = self._capsules
+        p, q = capsules.in_part(frames, self.cell.part_row)
+        margin = self._grid_margins(p, q, capsules.radius_mm, capsules.needed_mm)
+        open_rows = np.broadcast_to(known > 0.0, len(margin)).copy()  # a state in collision anyway needs no more
+        near = (margin <= 0.0) & open_rows[:, None]
+        self._measure_capsules(
+            margin, np.argwhere(near & ~capsules.has_hull), p, q, capsules.radius_mm + capsules.needed_mm
+        )
+        open_rows &= ~((margin <= 0.0) & ~capsules.has_hull).any(axis=1)
+        for column in np.flatnonzero((near & capsules.has_hull).any(axis=0)).tolist():
+            rows = np.flatnonzero(near[:, column] & open_rows)
+            if not len(rows):
+                continue
+            margin[rows, column] = self._hull_margins(column, frames, rows)
+            open_rows[rows] = margin[rows, column] > 0.0
+        column = np.argmin(margin, axis=1)
+        return margin[np.arange(len(margin)), column], len(self.pairs) + capsules.body[column]
+
+    def capsule_margins(self, p: FloatArray, q: FloatArray, radius: FloatArray, needed: FloatArray) -> FloatArray:
+        """Return lower bounds of the margins of capsules from the part.
+
+        Parameters
+        ----------
+        p, q : ndarray, shape (n, c, 3)
+            Ends of the axes in the frame of the part, mm.
+        radius, needed : ndarray, shape (c,)
+            Radii and safety distances, mm.
+
+        Returns
+        -------
+        ndarray, shape (n, c)
+            mm; exact where it is below `ENOUGH_MM`.
+        """
+        margin = self._grid_margins(p, q, radius, needed)
+        self._measure_capsules(margin, np.argwhere(margin <= 0.0), p, q, radius + needed)
+        return margin
+
+    def _grid_margins(self, p: FloatArray, q: FloatArray, radius: FloatArray, needed: FloatArray) -> FloatArray:
+        """Return lower bounds of the margins of capsules from the part by the grid alone, shape (n, c), mm."""
+        assert self._field is not None
+        if not p.size:
+            return np.full(p.shape[:2], np.inf)
+        length = np.linalg.norm(q[0] - p[0], axis=1)
+        count = np.where(length > 0.0, np.maximum(LEAST_PLACES, np.ceil(length / SPACING_MM).astype(int) + 1), 1)
+        starts = np.concatenate([[0], np.cumsum(count)[:-1]])
+        own = np.repeat(np.arange(len(count)), count)
+        share = (np.arange(len(own)) - starts[own]) / np.maximum(count[own] - 1, 1)
+        places = p[:, own] + share[:, None] * (q - p)[:, own]
+        found = np.minimum.reduceat(self._field.at(places.reshape(-1, 3)).reshape(len(p), -1), starts, axis=1)
+        margin = found - length / np.maximum(count - 1, 1) / 2 - radius - needed
+        return np.asarray(margin, dtype=np.float64)
+
+    def _measure_capsules(
+        self, margin: FloatArray, which: IntArray, p: FloatArray, q: FloatArray, off_mm: FloatArray
+    ) -> None:
+        """Measure, in place, some capsules (state, column) against the triangles; `off_mm`: radii and distances."""
+        assert self.part is not None
+        if len(which):
+            rows, columns = which.T
+            out = off_mm[columns] + self.part.deflection_mm
+            exact, _ = part_distances(self.part, p[rows, columns], q[rows, columns], out + ENOUGH_MM)
+            margin[rows, columns] = np.minimum(exact - out, ENOUGH_MM)
+
+    def _hull_margins(self, column: int, frames: tuple[Frames, ...], rows: IntArray) -> FloatArray:
+        """Return the margins of the hull of one body from the part at some states, shape (len(rows),), mm."""
+        assert self._capsules is not None
+        assert self.part is not None
+        assert self._field is not None
+        fcl, number = import_fcl(), int(self._capsules.body[column])
+        body = self._bodies[number]
+        if number not in self._objects:
+            self._objects[number] = convex_hull_object(body.shape), HullCover.of_hull(body.shape.hull)
+        if PART not in self._objects:
+            self._objects[PART] = _mesh_object(self.part)
+        hull, cover = self._objects[number]
+        T = np.linalg.inv(frames[self.cell.part_row].at(rows).matrices()) @ frames[body.carrier].at(rows).matrices()
+        needed = float(self._capsules.needed_mm[column]) + self.part.deflection_mm
+        T = np.broadcast_to(T, (len(rows), 4, 4))
+        margin = cover.beyond_a_face(self._outline, T) - needed
+        near = np.flatnonzero(margin <= 0.0)
+        margin[near], meets = cover.settled(self._field, T[near], needed)
+        margin[near[meets]] = -needed
+        open_rows = near[~meets]
+        for row in open_rows[margin[open_rows] <= 0.0].tolist():
+            place = T[row]
+            hull.setTransform(fcl.Transform(place[:3, :3], place[:3, 3]))
+            found = fcl.distance(hull, self._objects[PART], fcl.DistanceRequest(), fcl.DistanceResult())
+            margin[row] = max(found, 0.0) - needed
+        return np.asarray(margin, dtype=np.float64)
+
+    def _floor_margins(self, frames: tuple[Frames, ...], _known: FloatArray) -> tuple[FloatArray, IntArray]:
+        first = len(self.pairs) + len(self._bodies)
+        level = self.cell.floor_z_mm + self.cell.d1_mm
+        found, which = [], []
+        for row in self._floor:
+            shape, frame = self._bodies[row].shape, frames[self._bodies[row].carrier]
+            ends = np.concatenate([shape.p, shape.q])
+            height = _lowest(frame, ends) - float(shape.radius_mm.max())
+            low = np.flatnonzero(height <= level) if len(shape.hull) else np.zeros(0, dtype=np.int64)
+            if len(low):  # the capsules are around the hull
+                height[low] = _lowest(frame.at(low), shape.hull)
+            found.append(height)
+            which.append(first + row)
+        if self.part is not None and self.cell.positioner is not None:
+            found.append(_lowest(frames[self.cell.part_row], _corners(self.part)))
+            which.append(first + len(self._bodies))
+        if not found:
+            return np.array([np.inf]), np.array([-1])
+        height = np.stack(np.broadcast_arrays(*found)) - level
+        row = np.argmin(height, axis=0)
+        return height[row, np.arange(height.shape[1])], np.array(which)[row]
+
+
+def _over_floor(body: Body) -> bool:
+    return body.owner is Owner.ROBOT and body.link > 1
+
+
+def _corners(part: TriangleMaterial) -> FloatArray:
+    """Return the corners of the part's box, shape (8, 3), mm."""
+    low, high = part.corners.min(axis=(0, 1)), part.corners.max(axis=(0, 1))
+    return np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+
+
+def _outline(part: TriangleMaterial) -> FloatArray:
+    """Return the corners of the part's convex hull, shape (m, 3), mm; those of its box if it is flat or intricate."""
+    points = part.corners.reshape(-1, 3)
+    try:
+        found = points[ConvexHull(points).vertices]
+    except QhullError:
+        return _corners(part)
+    return np.asarray(found, dtype=np.float64) if len(found) <= MOST_OUTLINE else _corners(part)
+
+
+def _lowest(frame: Frames, points: FloatArray) -> FloatArray:
+    """Return the height of the lowest of m points in n frames, shape (n,), mm."""
+    x, y, z = (axis[2][:, None] for axis in (frame.x, frame.y, frame.z))
+    heights = x * points[:, 0] + y * points[:, 1] + z * points[:, 2]
+    return np.asarray(heights.min(axis=1) + frame.p[2], dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _PartCapsules:
+    """The capsules that are compared with the part: their bodies, carriers, ends, radii and safety distances."""
+
+    body: IntArray
+    carriers: IntArray
+    p: FloatArray
+    q: FloatArray
+    radius_mm: FloatArray
+    needed_mm: FloatArray
+    has_hull: BoolArray
+
+    @classmethod
+    def of(cls, cell: OneRobotCell, bodies: tuple[Body, ...]) -> _PartCapsules:
+        rows = [row for row, body in enumerate(bodies) if _meets_part(body, cell)]
+        shapes = [bodies[row].shape for row in rows]
+        count = [len(shape.radius_mm) for shape in shapes]
+        needed = [
+            cell.d1_mm if bodies[row].carrier != TOOL or shape.to_part_mm is None else shape.to_part_mm
+            for row, shape in zip(rows, shapes, strict=True)
+        ]
+        body = np.repeat(np.array(rows, dtype=np.int64), count)
+        p, q = (np.concatenate([np.zeros((0, 3)), *(getattr(shape, end) for shape in shapes)]) for end in ("p", "q"))
+        radius = np.concatenate([np.zeros(0), *(shape.radius_mm for shape in shapes)])
+        carriers = np.array([bodies[row].carrier for row in body], dtype=np.int64)
+        hulled = np.repeat(np.array([len(shape.hull) > 0 for shape in shapes], dtype=bool), count)
+        return cls(body, carriers, p, q, radius, np.repeat(np.array(needed, dtype=np.float64), count), hulled)
+
+    def in_part(self, frames: tuple[Frames, ...], part_row: int) -> tuple[FloatArray, FloatArray]:
+        """Return the ends of the axes in the frame of the part at n states, shapes (n, c, 3), mm."""
+        n = max(frame.p.shape[1] for frame in frames)
+        part = frames[part_row]
+        R = np.broadcast_to(part.rotations(), (n, 3, 3))
+        origin = np.broadcast_to(part.p, (3, n))
+        carriers = sorted(set(self.carriers.tolist()))
+        ends = np.empty((2, n, len(self.body), 3))
+        for carrier in carriers:
+            columns = np.flatnonzero(self.carriers == carrier)
+            local = np.stack([self.p[columns], self.q[columns]])  # (2, c, 3)
+            frame = frames[carrier]
+            axes = np.stack([frame.x, frame.y, frame.z])  # (3, 3, n or 1)
+            world = np.einsum("kxn,eck->encx", axes, local) + frame.p.T[:, None]
+            ends[:, :, columns] = np.einsum("nji,encj->enci", R, world - origin.T[:, None])
+        return ends[0], ends[1]
+
+
+def _mesh_object(part: TriangleMaterial | None) -> Any:
+    """Return FCL's object of the part's triangles."""
+    assert part is not None
+    fcl = import_fcl()
+    mesh = fcl.BVHModel()
+    points = np.ascontiguousarray(part.corners.reshape(-1, 3))
+    mesh.beginModel(len(points), len(part.corners))
+    mesh.addSubModel(points, np.arange(len(points)).reshape(-1, 3))
+    mesh.endModel()
+    return fcl.CollisionObject(mesh, fcl.Transform())
+
+
+def tool_capsules(cell: OneRobotCell) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the torch's capsules: ends in `tool` (c, 3) twice, radii (c,) and distances from the part (c,), mm."""
+    bodies = tuple(Body(shape, Owner.ROBOT, JOINTS + 1, TOOL) for shape in cell.torch)
+    found = _PartCapsules.of(cell, bodies)
+    return found.p, found.q, found.radius_mm, found.needed_mm
+
+
+def fixed_part(cell: OneRobotCell) -> RigidTransform:
+    """Return ``T_world_part`` with all axes at home."""
+    return RigidTransform.from_matrix(cell.part_places(cell.home[None])[0], target="world", source="part")

@@ -1,0 +1,269 @@
+"""A run of both robots in coordinated motion: the torch on few lines and arcs in the part, the part in few moves.
+
+A controller that coordinates two robots keeps the torch on its line or arc in the frame of the part while robot 2 moves
+the part. Both robots begin and end a move together, and are at the same share of it at the same time. The deviation
+from the seam is therefore that of the lines and arcs alone. The joints between the marks are others than those of the
+plan: they are computed here as the controller computes them, and checked again.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.errors import GeometryError, InputError
+from wpcal.moves import Arc, MovePath, PathTolerance, fit_moves
+from wpcal.planning.cell.closed_chain import SeamPath
+from wpcal.planning.cell.robot_cell import CellState, RobotCell, part_in_world, tool_in_world
+from wpcal.planning.plan.holder_moves import HolderMove, HolderPath, HolderTolerance, differences
+from wpcal.planning.plan.plan import CollisionVerdict
+from wpcal.planning.plan.recheck import PathCheck, check_path
+from wpcal.planning.plan.run import CellRun, away_along_wire
+from wpcal.robot.kinematics.inverse import follow_path
+
+STEP_MM = 1.0
+"""Between computed states of the torch along the seam: joints interpolated between them are off by micrometres."""
+STEP_RAD = math.radians(2.0)
+"""The same for turns of the part or the torch."""
+REFINE = 2
+"""Parts into which these steps are divided for the check, which halves them further where bodies move far."""
+LARGEST_STEP_RAD = math.radians(20.0)
+"""Of a joint in one step: more is a change of the branch, or a pose that is nearly singular."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CoordinatedRun:
+    """A run in coordinated motion.
+
+    Parameters
+    ----------
+    run : CellRun
+        The planned run.
+    cell : RobotCell
+    moves : MovePath
+        The torch in `part`, k poses.
+    holder : HolderMove
+        How robot 2 moves from mark to mark.
+    joints1, joints2 : ndarray, shape (k, 6)
+        Shown angles at the poses, rad.
+    approach, retract : ndarray, shape (6,), or None
+        Angles of robot 1 where the straight way to the seam begins and that from it ends; robot 2 does not move there.
+        None: the run begins or ends on the seam.
+    state : CellState
+        N states with small steps, from the approach to the retract.
+    check : PathCheck
+        Of these states.
+    part_turned_rad, part_off_mm : float
+        Largest difference of the part from its planned path: its attitude, and the place of the weld point.
+    """
+
+    run: CellRun
+    cell: RobotCell
+    moves: MovePath
+    holder: HolderMove
+    joints1: FloatArray
+    joints2: FloatArray
+    approach: FloatArray | None
+    retract: FloatArray | None
+    state: CellState
+    check: PathCheck
+    part_turned_rad: float
+    part_off_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Attempt:
+    """What may be different from the plan: the turn of the torch about the wire, and the path of robot 2."""
+
+    spin_is_free: bool
+    holder: HolderTolerance
+
+
+ATTEMPTS = (
+    _Attempt(True, HolderTolerance()),
+    _Attempt(False, HolderTolerance()),
+    _Attempt(False, HolderTolerance(HolderTolerance().rad / 4.0, HolderTolerance().mm / 10.0)),
+)
+"""In the order of the number of moves: the first that is free is taken."""
+
+
+def coordinate_run(
+    run: CellRun,
+    cell: RobotCell,
+    path: SeamPath,
+    *,
+    holder: HolderMove = HolderMove.JOINTS,
+    arcs: bool = True,
+    tolerance: PathTolerance | None = None,
+) -> CoordinatedRun:
+    """Return a run with the fewest common moves of both robots that keep to the seam and to the planned positions.
+
+    Parameters
+    ----------
+    run : CellRun
+    cell : RobotCell
+    path : SeamPath
+        The seam of the plan, with its n points.
+    holder : HolderMove
+        How the controller moves robot 2.
+    arcs : bool
+        Whether the torch may move on arcs.
+    tolerance : PathTolerance, optional
+
+    Raises
+    ------
+    InputError
+        When no such motion is free, within the joint limits and within the joint speeds.
+    """
+    reason = ""
+    for attempt in ATTEMPTS:
+        try:
+            found = _coordinated(run, cell, path, holder, attempt, tolerance or PathTolerance(), arcs=arcs)
+        except GeometryError as error:
+            reason = str(error)
+            continue
+        if found.check.verdict is CollisionVerdict.FREE:
+            return found
+        reason = found.check.describe()
+    raise InputError(f"seam {run.plan.seam}: no coordinated motion near the plan is free: {reason}")
+
+
+def _coordinated(
+    run: CellRun,
+    cell: RobotCell,
+    path: SeamPath,
+    holder: HolderMove,
+    attempt: _Attempt,
+    tolerance: PathTolerance,
+    *,
+    arcs: bool,
+) -> CoordinatedRun:
+    plan = run.plan
+    part = HolderPath(cell, plan.s_mm, plan.state.joints2, path.p, holder, attempt.holder)
+    T = np.linalg.inv(part_in_world(cell, plan.state.joints2)) @ tool_in_world(cell, plan.state.joints1)
+    moves = fit_moves(
+        T[:, :3, 3],
+        T[:, :3, :3],
+        s_mm=plan.s_mm,
+        headings=path.R[:, :, 0],
+        tolerance=tolerance,
+        spin_is_free=attempt.spin_is_free,
+        arcs=arcs,
+        also=part.is_near,
+    )
+    places = _Places.along(moves, part)
+    joints2 = places.holder_joints(moves, part)
+    joints1 = places.torch_joints(moves, cell, joints2, plan.state.joints1[0])
+    _require_speeds(run, cell, np.concatenate([joints1, joints2], axis=1), places.s_mm)
+    T_planned = part_in_world(cell, part.joints_at(places.s_mm))
+    p_part = np.stack([np.interp(places.s_mm, plan.s_mm, column) for column in path.p.T], axis=1)
+    turned, off = differences(part_in_world(cell, joints2), T_planned, p_part)
+    before = away_along_wire(cell, joints1[0], joints2[0])[::-1]
+    after = away_along_wire(cell, joints1[-1], joints2[-1])
+    rows = np.clip(np.arange(len(before) + len(joints1) + len(after)) - len(before), 0, len(joints1) - 1)
+    state = CellState(np.concatenate([before, joints1, after]), joints2[rows])
+    return CoordinatedRun(
+        run=run,
+        cell=cell,
+        moves=moves,
+        holder=holder,
+        joints1=frozen(joints1[places.stated]),
+        joints2=frozen(joints2[places.stated]),
+        approach=before[0] if len(before) else None,
+        retract=after[-1] if len(after) else None,
+        state=state,
+        check=check_path(state, places.s_mm[rows], cell, refine=REFINE),
+        part_turned_rad=float(np.linalg.norm(turned, axis=1).max()),
+        part_off_mm=float(np.linalg.norm(off, axis=1).max()),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Places:
+    """Where the states of a run are: the move of each, the share of it, the length along the seam.
+
+    Parameters
+    ----------
+    move : ndarray of int, shape (m,)
+    share, s_mm : ndarray, shape (m,)
+    stated : ndarray of int, shape (k,)
+        The states at the poses of the moves.
+    """
+
+    move: IntArray
+    share: FloatArray
+    s_mm: FloatArray
+    stated: IntArray
+
+    @classmethod
+    def along(cls, moves: MovePath, part: HolderPath) -> _Places:
+        """Return the ends of all moves, the middles of arcs, and small steps between them."""
+        ends = moves.s_mm[moves.ends]
+        turn = np.linalg.norm(moves.arrays.turn, axis=1) + np.abs(np.diff(part.joints_at(ends), axis=0)).sum(axis=1)
+        counts = np.maximum(np.ceil(np.maximum(np.diff(ends) / STEP_MM, turn / STEP_RAD)), 2).astype(np.int64)
+        own: list[FloatArray] = []
+        stated = [0]
+        for number, (move, count) in enumerate(zip(moves.moves, counts.tolist(), strict=True)):
+            share = np.arange(count) / count
+            begin = sum(len(one) for one in own)
+            if isinstance(move, Arc):
+                middle = moves.arrays.select(np.array([number])).shares(moves.p[move.via][None])
+                share = np.union1d(share, middle)
+                stated.append(begin + int(np.searchsorted(share, middle[0])))
+            own.append(share)
+            stated.append(begin + len(share))
+        row = np.concatenate([*(np.full(len(one), number) for number, one in enumerate(own)), [len(own) - 1]])
+        share = np.concatenate([*own, [1.0]])
+        s = ends[row] + share * (ends[row + 1] - ends[row])
+        return cls(row, share, s, np.array(stated, dtype=np.int64))
+
+    def holder_joints(self, moves: MovePath, part: HolderPath) -> FloatArray:
+        """Return the angles of robot 2 at all states, shape (m, 6), rad."""
+        ends = moves.s_mm[moves.ends]
+        found = [
+            part.joints_between(ends[number], ends[number + 1], self.share[self.move == number])
+            for number in range(len(moves.moves))
+        ]
+        return np.concatenate(found)
+
+    def torch_joints(self, moves: MovePath, cell: RobotCell, joints2: FloatArray, near: FloatArray) -> FloatArray:
+        """Return the angles of robot 1 at all states, shape (m, 6), rad.
+
+        Raises
+        ------
+        GeometryError
+            When the arm does not reach a state, or changes its branch.
+        """
+        at = moves.arrays.select(self.move)
+        T = np.zeros((len(self.move), 4, 4))
+        T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = at.rotations(self.share), at.positions(self.share), 1.0
+        tool = cell.T_world_base1.inverse().matrix @ part_in_world(cell, joints2) @ T
+        joints1 = follow_path(cell.arm1, tool @ cell.T_flange1_tool.inverse().matrix, near)
+        steps = np.abs(np.diff(joints1, axis=0))
+        if steps.max(initial=0.0) > LARGEST_STEP_RAD:
+            row, joint = np.unravel_index(int(np.argmax(steps)), steps.shape)
+            what = f"joint {cell.arm1.joints[joint].name} of robot 1 jumps by {math.degrees(steps.max()):.0f} deg"
+            raise GeometryError(f"{what} at s = {self.s_mm[row]:.1f} mm")
+        return joints1
+
+
+def _require_speeds(run: CellRun, cell: RobotCell, joints: FloatArray, s_mm: FloatArray) -> None:
+    """Refuse a motion in which a joint would be faster than it can be.
+
+    Raises
+    ------
+    GeometryError
+        With the joint and the place.
+    """
+    step = np.diff(s_mm)
+    rate = np.abs(np.diff(joints, axis=0)) * (run.schedule.speed_mm_s / np.where(step > 0.0, step, np.inf))[:, None]
+    share = rate / cell.joint_speeds
+    if share.max(initial=0.0) > 1.0:
+        row, column = np.unravel_index(int(np.argmax(share)), share.shape)
+        robot, joint = divmod(int(column), joints.shape[1] // 2)
+        name = (cell.arm1, cell.arm2)[robot].joints[joint].name
+        what = f"joint {name} of robot {robot + 1} would need {100.0 * share.max():.0f} % of its speed"
+        raise GeometryError(f"{what} at s = {s_mm[row]:.1f} mm")

@@ -1,0 +1,185 @@
+"""Seams that cannot be welded whole: cut at the best places, and told where a stretch is left out.
+
+Ways are searched forwards from every place where one is needed, and backwards from the end of each of them, so that
+they overlap. Every part of a way is a way too. Among all cuts of these ways the one is taken that welds the most
+length, then in the fewest pieces, then with the longest shortest piece.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.planning.sequence.candidate import Candidate
+from wpcal.planning.sequence.reasons import find_reason
+from wpcal.planning.sequence.remedies import Help, RemedySearch
+from wpcal.planning.sequence.seam_search import SeamSearch
+from wpcal.planning.sequence.seam_task import SeamTask
+
+LEAST_PIECE_MM = 15.0
+"""A shorter piece is not worth a start and an end of the arc; a seam that is shorter itself is welded whole or not."""
+ROUND_OFF_MM = 1e-6
+"""Lengths that differ by less are equal."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unwelded:
+    """A stretch of a seam that is not welded.
+
+    Parameters
+    ----------
+    seam : str
+    from_mm, to_mm : float
+        Arc length along the seam.
+    why : str
+    help : tuple of Help
+        Changes with which it is welded, as a trial showed; empty if none was found.
+    is_searched : bool
+        Whether all kinds of changes were tried.
+    """
+
+    seam: str
+    from_mm: float
+    to_mm: float
+    why: str
+    help: tuple[Help, ...] = ()
+    is_searched: bool = True
+
+    def describe(self) -> str:
+        """Return one line for people."""
+        where = f"seam {self.seam} from {self.from_mm:.0f} to {self.to_mm:.0f} mm is not welded: {self.why}"
+        if self.help:
+            return f"{where}; tried, and it is welded with: {'; or '.join(each.text for each in self.help)}"
+        if self.is_searched:
+            return (
+                f"{where}; no remedy was found: the part turned, raised or lowered, the robot moved up to 600 mm, a "
+                "wider torch range, a slimmer torch"
+            )
+        return f"{where}; no remedy was searched, and those of other stretches do not help"
+
+
+class Span(NamedTuple):
+    """Points of a seam from one to another, both included."""
+
+    first: int
+    last: int
+
+
+class _Way(NamedTuple):
+    span: Span
+    candidate: Candidate
+
+
+def cut_seam(search: SeamSearch, task: SeamTask, remedies: RemedySearch) -> tuple[list[Candidate], list[Unwelded]]:
+    """Weld as much of a seam as possible, in as few pieces as possible.
+
+    Parameters
+    ----------
+    search : SeamSearch
+    task : SeamTask
+        A seam for which `SeamSearch.whole` found nothing.
+    remedies : RemedySearch
+
+    Returns
+    -------
+    pieces : list of Candidate
+        In the order of the seam; neighbours may share a point.
+    unwelded : list of Unwelded
+    """
+    ways = _ways(search, task)
+    spans = best_cuts(task.s_mm, [way.span for way in ways], min(LEAST_PIECE_MM, task.length_mm))
+    pieces = [_part(search, task, next(way for way in ways if _holds(way.span, span)), span) for span in spans]
+    ends = [0, *(row for span in spans for row in span), len(task) - 1]
+    gaps = [Span(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if b > a]
+    return pieces, [_told(search, task, gap, remedies) for gap in gaps]
+
+
+def best_cuts(s_mm: FloatArray, ways: Sequence[Span], least_mm: float) -> list[Span]:
+    """Return the pieces that weld the most length, then the fewest, then those with the longest shortest piece.
+
+    Parameters
+    ----------
+    s_mm : ndarray, shape (n,)
+        Arc length of the points, increasing.
+    ways : sequence of Span
+        Stretches that can be welded; every part of one can be welded, too.
+    least_mm : float
+        Of a piece.
+    """
+    n = len(s_mm)
+    reach = np.full(n, -1)
+    for first, last in ways:
+        reach[first : last + 1] = np.maximum(reach[first : last + 1], last)
+    # best from each point on: welded length, minus the number of pieces, length of the shortest
+    best: list[tuple[float, int, float]] = [(0.0, 0, np.inf)] * n
+    taken: list[int | None] = [None] * n
+    for i in range(n - 2, -1, -1):
+        best[i] = best[i + 1]
+        for j in range(i + 1, int(reach[i]) + 1):
+            length = float(s_mm[j] - s_mm[i])
+            if length < least_mm - ROUND_OFF_MM:
+                continue
+            welded, pieces, shortest = best[j]
+            value = (round(welded + length, 6), pieces - 1, round(min(shortest, length), 6))
+            if value > best[i]:
+                best[i], taken[i] = value, j
+    spans, at = [], 0
+    while at < n - 1:
+        to = taken[at]
+        if to is None:
+            at += 1
+        else:
+            spans.append(Span(at, to))
+            at = to
+    return spans
+
+
+def _holds(way: Span, span: Span) -> bool:
+    return way.first <= span.first and span.last <= way.last
+
+
+def _ways(search: SeamSearch, task: SeamTask) -> list[_Way]:
+    """Return ways forwards from every place where one is needed, and backwards from their ends."""
+    found: list[_Way] = []
+    n, start = len(task), 0
+    rungs = task.rungs().tolist()
+    while start < n - 1:
+        climb = search.longest(task.part_of(start, n - 1))
+        if climb.candidate is not None and climb.last > 0:
+            found.append(_Way(Span(start, start + climb.last), climb.candidate))
+        is_long = bool(found) and task.s_mm[found[-1].span.last] - task.s_mm[start] >= LEAST_PIECE_MM
+        if is_long and found[-1].span.first == start:
+            start = found[-1].span.last
+        else:
+            start = next((rung for rung in rungs if rung > start), n - 1)
+    if search.targets.work_rad or search.targets.travel_rad:
+        return found  # a torch that is pushed or leans is another way in the other direction
+    return [*found, *(way for one in found if (way := _backwards(search, task, one.span)) is not None)]
+
+
+def _backwards(search: SeamSearch, task: SeamTask, span: Span) -> _Way | None:
+    """Return the way that ends where another one ends, and begins as early as possible."""
+    if span.first == 0:
+        return None
+    climb = search.longest(task.part_of(0, span.last).backwards())
+    if climb.candidate is None or span.last - climb.last >= span.first:
+        return None
+    return _Way(Span(span.last - climb.last, span.last), replace(climb.candidate.backwards(), is_reversed=False))
+
+
+def _part(search: SeamSearch, task: SeamTask, way: _Way, span: Span) -> Candidate:
+    rows = slice(span.first - way.span.first, span.last - way.span.first + 1)
+    whole = way.candidate
+    return search.candidate(task.part_of(*span), whole.angles[rows], whole.q[rows], whole.branch)
+
+
+def _told(search: SeamSearch, task: SeamTask, gap: Span, remedies: RemedySearch) -> Unwelded:
+    stretch = task.part_of(*gap)
+    found, is_searched = remedies.find(stretch)
+    s = task.s_mm
+    why = find_reason(search, stretch)
+    return Unwelded(task.name, float(s[gap.first]), float(s[gap.last]), why, found, is_searched)

@@ -1,0 +1,252 @@
+"""Where the part or the robot should stand so that most length of the seams is reachable.
+
+Only the arm is looked at: limits, singular poses, and that one branch reaches a whole seam with the torch at its target
+angles. Collisions are not: a plan at the best place shows them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from wpcal.brep.material import TriangleMaterial
+from wpcal.core.arrays import FloatArray
+from wpcal.core.progress import Progress, no_progress
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.singularity import is_regular, is_within_turns
+from wpcal.planning.sequence.external import axes_of, external_axes, values_along
+from wpcal.planning.sequence.seam_task import SeamTask, seam_task
+from wpcal.planning.sequence.sequence_input import PlannedSeam
+from wpcal.planning.sequence.targets import SequenceTargets
+from wpcal.planning.sequence.torch_poses import TorchPoses, torch_poses
+from wpcal.robot.kinematics.inverse import solve_inverse
+from wpcal.robot.kinematics.opw import BRANCHES
+
+PLACE_SCHEMA = "wpcal/place/1"
+TURNS_DEG = (0.0, 90.0, 180.0, 270.0)
+"""Turns of the part about the vertical that are tried at every place."""
+MOST_AXES = 12
+"""Positions of the external axes that are tried per seam and place."""
+RUNGS = 3
+"""Points of a seam that are looked at: its ends and its middle."""
+
+
+CELL, LEFT, TOP, LETTER = 22, 70, 40, 7
+"""Sizes in the picture: of a place, of the margins, and of a letter."""
+
+
+class Moved(Enum):
+    """What is moved over the map."""
+
+    PART = "part"
+    ROBOT = "robot"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlaceMap:
+    """The reachable part of all seams over a grid of places.
+
+    Parameters
+    ----------
+    moved : Moved
+    x_mm, y_mm : ndarray, shapes (a,) and (b,)
+        Moves in `world` from where the cell has it.
+    turn_deg : ndarray, shape (a, b)
+        The best turn of the part about the vertical at each place; 0 where the robot is moved.
+    share : ndarray, shape (a, b)
+        Part of the length of all seams that is reachable, 0 to 1.
+    now : float
+        The same where the cell has it.
+    """
+
+    moved: Moved
+    x_mm: FloatArray
+    y_mm: FloatArray
+    turn_deg: FloatArray
+    share: FloatArray
+    now: float
+
+    @property
+    def best(self) -> tuple[float, float, float, float]:
+        """Move in x and y (mm), turn (deg) and share of the best place: of equally good ones, where most is around."""
+        good = self.share >= self.share.max() - 1e-9
+        padded = np.pad(self.share, 1)
+        around = sum(
+            padded[i : i + self.share.shape[0], j : j + self.share.shape[1]] for i in range(3) for j in range(3)
+        )
+        off = np.hypot(self.x_mm[:, None], self.y_mm)
+        rank = np.where(good, around - 1e-6 * off, -np.inf)
+        i, j = np.unravel_index(int(np.argmax(rank)), rank.shape)
+        return float(self.x_mm[i]), float(self.y_mm[j]), float(self.turn_deg[i, j]), float(self.share[i, j])
+
+    def to_record(self, cell: str) -> dict[str, Any]:
+        """Return the record ``wpcal/place/1``."""
+        x, y, turn, share = self.best
+        return {
+            "schema": PLACE_SCHEMA,
+            "cell": cell,
+            "moved": self.moved.value,
+            "now_share": self.now,
+            "best": {"x_mm": x, "y_mm": y, "turn_deg": turn, "share": share},
+            "x_mm": self.x_mm.tolist(),
+            "y_mm": self.y_mm.tolist(),
+            "turn_deg": self.turn_deg.tolist(),
+            "share": self.share.tolist(),
+        }
+
+
+def map_places(
+    cell: OneRobotCell,
+    part: TriangleMaterial | None,
+    seams: Sequence[PlannedSeam],
+    targets: SequenceTargets,
+    *,
+    moved: Moved = Moved.PART,
+    range_mm: float = 600.0,
+    step_mm: float = 100.0,
+    progress: Progress = no_progress,
+) -> PlaceMap:
+    """Measure how much of the seams is reachable over a grid of places.
+
+    Parameters
+    ----------
+    cell : OneRobotCell
+        With the part in its place. A part on a positioner is moved with it.
+    part : TriangleMaterial or None
+        In `part`, for the torch.
+    seams : sequence of PlannedSeam
+        In `part`.
+    targets : SequenceTargets
+    moved : Moved
+    range_mm, step_mm : float
+        Of the moves in x and y of `world`.
+    progress : Progress, optional
+
+    Returns
+    -------
+    PlaceMap
+    """
+    clearance = OneRobotClearance(cell, part)
+    tasks = [seam_task(seam.seam) for seam in seams]
+    poses = [_thinned(task, torch_poses(task, targets, clearance, tilted=False)) for task in tasks]
+    length = np.array([task.length_mm for task in tasks])
+    steps = round(range_mm / step_mm)
+    grid = np.asarray(step_mm * np.arange(-steps, steps + 1), dtype=np.float64)
+    turns = TURNS_DEG if moved is Moved.PART and cell.positioner is None else (0.0,)
+    share, best_turn = np.zeros((len(grid), len(grid))), np.zeros((len(grid), len(grid)))
+    middle = _middle(cell, tasks)
+    for turn in turns:
+        found = np.zeros((len(grid), len(grid)))
+        for number, (task, pose) in enumerate(zip(tasks, poses, strict=True), start=1):
+            progress(f"places: seam {number} of {len(tasks)}, part turned by {turn:g} deg")
+            found += length[number - 1] * _reached(_turned(cell, turn, middle), task, pose, targets, moved, grid)
+        better = found / length.sum() > share + 1e-9
+        best_turn = np.where(better, turn, best_turn)
+        share = np.where(better, found / length.sum(), share)
+        if turn == 0.0:
+            now = float(share[steps, steps])
+    return PlaceMap(moved, grid, grid, best_turn, share, now)
+
+
+def _middle(cell: OneRobotCell, tasks: Sequence[SeamTask]) -> FloatArray:
+    T = cell.part_places(cell.home[None])[0]
+    points = np.concatenate([task.p for task in tasks])
+    return np.asarray(T[:3, :3] @ ((points.min(axis=0) + points.max(axis=0)) / 2) + T[:3, 3])
+
+
+def _turned(cell: OneRobotCell, turn_deg: float, middle: FloatArray) -> OneRobotCell:
+    """Return the cell with a fixed part turned about the vertical through a point of `world`."""
+    if turn_deg == 0.0:
+        return cell
+    R = rotation_from_zyx(0.0, 0.0, np.radians(turn_deg))
+    T = RigidTransform(R, middle - R @ middle, "world", "carrier")
+    part = cell.T_part.relabelled(target="carrier", source="part")
+    return replace(cell, T_carrier_part=(T @ part).relabelled(target="carrier", source="part"))
+
+
+def _thinned(task: SeamTask, poses: TorchPoses) -> TorchPoses:
+    """Keep the poses at the ends and in the middle of a seam."""
+    m = len(poses.rungs)
+    rows = np.unique(np.linspace(0, m - 1, RUNGS).round().astype(int))
+    return TorchPoses(
+        poses.rungs[rows], poses.angles[rows], poses.T_part_tool[rows], poses.off_rad[rows], poses.is_free[rows]
+    )
+
+
+def _reached(
+    cell: OneRobotCell, task: SeamTask, poses: TorchPoses, targets: SequenceTargets, moved: Moved, grid: FloatArray
+) -> FloatArray:
+    """Return 1 where one branch reaches a seam from a place, shape (a, b)."""
+    values = external_axes(cell, task, targets).values[:MOST_AXES]
+    T_base_world = np.linalg.inv(cell.base_places(axes_of(cell, values[:, 0])))
+    along = np.repeat(values_along(values, task, poses.rungs), poses.is_free.shape[1], axis=1)
+    places = cell.part_places(axes_of(cell, along.reshape(along.shape[0] * along.shape[1], along.shape[2]))).reshape(
+        *along.shape[:2], 4, 4
+    )
+    T_part_flange = poses.T_part_tool.reshape(-1, 4, 4) @ cell.T_flange_tool.inverse().matrix
+    T_flange = T_base_world[:, None] @ (places @ T_part_flange)
+    sign = 1.0 if moved is Moved.PART else -1.0
+    found = np.zeros((len(grid), len(grid)))
+    for i, x in enumerate(grid):
+        moves = np.column_stack([np.full(len(grid), x), grid, np.zeros(len(grid))]) * sign
+        shift = np.einsum("cij,bj->bci", T_base_world[:, :3, :3], moves)
+        T = np.repeat(T_flange[None], len(grid), axis=0)
+        T[..., :3, 3] += shift[:, :, None]
+        joints = solve_inverse(cell.arm, T.reshape(-1, 4, 4)).joints
+        usable = is_within_turns(cell.arm, joints) & is_regular(cell.arm, joints)
+        usable = usable.reshape(len(grid), len(values), *poses.is_free.shape, BRANCHES) & poses.is_free[..., None]
+        found[i] = np.any(np.all(np.any(usable, axis=3), axis=2), axis=(1, 2))
+    return found
+
+
+def place_svg(found: PlaceMap) -> str:
+    """Return the map as an SVG picture: green where all seams are reachable, red where none is."""
+    a, b = found.share.shape
+    x_best, y_best, turn, share = found.best
+    best = int(np.argmin(np.abs(found.x_mm - x_best))), int(np.argmin(np.abs(found.y_mm - y_best)))
+    boxes = [_box(found, i, j) for i in range(a) for j in range(b)]
+    marks = [_mark(i, j, b, colour) for (i, j), colour in ((((a - 1) // 2, (b - 1) // 2), "#222"), (best, "#fff"))]
+    width, bottom = LEFT + CELL * a + 20, TOP + CELL * b
+    turned = f", turned by {turn:g} deg" if turn else ""
+    title = (
+        f"reachable length, {found.moved.value} moved: now {100 * found.now:.0f} % (dark circle), "
+        f"best {100 * share:.0f} % at x {x_best:g}, y {y_best:g} mm{turned} (white)"
+    )
+    texts = [
+        (LEFT, 24, title),
+        (LEFT, bottom + 22, f"x {found.x_mm[0]:g} … {found.x_mm[-1]:g} mm"),
+        (6, TOP + 14, f"y {found.y_mm[-1]:g}"),
+        (6, bottom - 4, f"y {found.y_mm[0]:g}"),
+    ]
+    width = max(width, LEFT + LETTER * len(title))
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {bottom + 60}" font-family="sans-serif" '
+        'font-size="13">',
+        f'<rect width="{width}" height="{bottom + 60}" fill="#fff"/>',
+        *boxes,
+        *marks,
+        *(f'<text x="{x}" y="{y}">{text}</text>' for x, y, text in texts),
+        "</svg>",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _box(found: PlaceMap, i: int, j: int) -> str:
+    value = found.share[i, j]
+    colour = f"hsl({120 * value:.0f},60%,{72 - 22 * value:.0f}%)"
+    says = f"x {found.x_mm[i]:g}, y {found.y_mm[j]:g} mm: {100 * value:.0f} %"
+    x, y = LEFT + CELL * i, TOP + CELL * (found.share.shape[1] - 1 - j)
+    return f'<rect x="{x}" y="{y}" width="{CELL}" height="{CELL}" fill="{colour}"><title>{says}</title></rect>'
+
+
+def _mark(i: int, j: int, rows: int, colour: str) -> str:
+    x, y = LEFT + CELL * (i + 0.5), TOP + CELL * (rows - 1 - j + 0.5)
+    return f'<circle cx="{x:g}" cy="{y:g}" r="7" fill="none" stroke="{colour}" stroke-width="3"/>'

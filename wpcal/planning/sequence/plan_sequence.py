@@ -1,0 +1,280 @@
+"""Plan a sequence: ways for every seam, cuts where a seam has none, the order, and the moves through the air."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from wpcal.brep.material import TriangleMaterial
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import GeometryError
+from wpcal.core.progress import Progress, no_progress
+from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.sequence.air_path import AirPath, AirPlanner
+from wpcal.planning.sequence.candidate import Candidate
+from wpcal.planning.sequence.cuts import Unwelded, cut_seam
+from wpcal.planning.sequence.motion_check import MotionChecker
+from wpcal.planning.sequence.order import Order, Stop, find_order
+from wpcal.planning.sequence.remedies import RemedySearch
+from wpcal.planning.sequence.seam_search import SeamSearch
+from wpcal.planning.sequence.seam_task import SeamTask, seam_task
+from wpcal.planning.sequence.sequence_input import PlannedSeam
+from wpcal.planning.sequence.start_check import require_sound_start
+from wpcal.planning.sequence.targets import SequenceTargets
+from wpcal.planning.sequence.weld_sequence import (
+    AIR_SHARE,
+    SequenceValues,
+    WeldPiece,
+    WeldSequence,
+    air_seconds,
+    sequence_values,
+)
+from wpcal.robot.kinematics.inverse import solve_inverse, turn_into_limits
+
+AIR_STEP_MM = 10.0
+"""Of approach and retract: between two states a straight line in the joints is nearly straight in space."""
+LARGEST_AIR_MOVE_RAD = math.radians(20.0)
+"""A step of 10 mm turns a joint by more only near a singular pose: the approach then begins after that pose."""
+REORDERS = 8
+"""How often another order is tried when no free way leads from one seam to the next."""
+OUT_OF_POSITION_S = 1000.0
+"""What a weld out of position costs in seconds: it is taken only where there is no other."""
+
+
+class SequencePreference(Enum):
+    """What the choice among the ways of each seam prefers: seconds per degree of each value."""
+
+    POSITION = "position"
+    SMOOTH = "smooth"
+    BALANCED = "balanced"
+
+    @property
+    def seconds_per_degree(self) -> tuple[float, float, float]:
+        """Seconds per degree off the weld position, per degree of the torch, and per degree/mm of joint motion."""
+        return {"position": (10.0, 1.0, 0.0), "smooth": (0.1, 0.2, 20.0), "balanced": (0.2, 0.2, 2.0)}[self.value]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SequenceChoice:
+    """The chosen sequence, and the values of the plans that it was chosen from, by preference."""
+
+    sequence: WeldSequence
+    values: dict[SequencePreference, SequenceValues]
+    chosen: SequencePreference
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ways:
+    """The ways to weld one stretch."""
+
+    name: str
+    candidates: tuple[Candidate, ...]
+
+
+def plan_sequence(
+    cell: OneRobotCell,
+    part: TriangleMaterial | None,
+    seams: Sequence[PlannedSeam],
+    targets: SequenceTargets,
+    *,
+    prefer: SequencePreference = SequencePreference.BALANCED,
+    progress: Progress = no_progress,
+) -> SequenceChoice:
+    """Plan how one robot welds seams.
+
+    Parameters
+    ----------
+    cell : OneRobotCell
+        With the part in its place.
+    part : TriangleMaterial or None
+        In `part`; without it no collision with the part is looked at.
+    seams : sequence of PlannedSeam
+    targets : SequenceTargets
+    prefer : SequencePreference
+        Which plan is worked out.
+    progress : Progress, optional
+
+    Returns
+    -------
+    SequenceChoice
+
+    Raises
+    ------
+    GeometryError
+        When no seam can be welded, or no free way leads from one to another.
+    InputError
+        When the part is through the floor, home is in collision, or an optional package is missing.
+    """
+    clearance = OneRobotClearance(cell, part)
+    require_sound_start(cell, clearance)
+    search = SeamSearch(cell, clearance, targets)
+    remedies = RemedySearch(search)
+    stretches: list[_Ways] = []
+    unwelded: list[Unwelded] = []
+    for number, seam in enumerate(seams, start=1):
+        progress(f"seam {seam.name}, {number} of {len(seams)}")
+        ways, gaps = _ways(search, seam, remedies)
+        stretches += ways
+        unwelded += gaps
+    if not stretches:
+        more = f"; and {len(unwelded) - 1} more" if len(unwelded) > 1 else ""
+        raise GeometryError(f"no seam can be welded: {unwelded[0].describe()}{more}")
+    progress("the order of the seams")
+    orders = {each: _order(cell, stretches, targets, each, ()) for each in SequencePreference}
+    values = {each: _values(cell, stretches, targets, order) for each, order in orders.items()}
+    sequence = _worked_out(search, stretches, unwelded, orders[prefer], prefer, progress)
+    return SequenceChoice(sequence, {**values, prefer: sequence.values}, prefer)
+
+
+def _ways(search: SeamSearch, seam: PlannedSeam, remedies: RemedySearch) -> tuple[list[_Ways], list[Unwelded]]:
+    task = seam_task(seam.seam, seam.speed_mm_s, seam.rank)
+    found = _both_directions(search, task, search.whole(task))
+    if found:
+        return [_Ways(task.name, tuple(found))], []
+    pieces, gaps = cut_seam(search, task, remedies)
+    one = len(pieces) == 1
+    names = [task.name if one else f"{task.name}{_letters(row)}" for row in range(len(pieces))]
+    return [
+        _Ways(name, tuple(_both_directions(search, None, [piece]))) for name, piece in zip(names, pieces, strict=True)
+    ], gaps
+
+
+def _letters(row: int) -> str:
+    """Return a, b, …, z, aa, …."""
+    return chr(97 + row) if row < 26 else _letters(row // 26 - 1) + chr(97 + row % 26)  # letters
+
+
+def _both_directions(search: SeamSearch, task: SeamTask | None, found: list[Candidate]) -> list[Candidate]:
+    """Add the ways in the other direction: the same poses, or a search of their own if the torch is pushed or drags."""
+    targets = search.targets
+    if targets.travel_rad == 0.0 and targets.work_rad == 0.0:
+        return [*found, *(candidate.backwards() for candidate in found)]
+    if task is None:
+        return found
+    back = [
+        Candidate(c.task, c.q, c.angles, c.branch, c.off_position_rad, c.off_torch_rad, is_reversed=True)
+        for c in search.whole(task.backwards())
+    ]
+    return [*found, *back]
+
+
+def _order(
+    cell: OneRobotCell,
+    stretches: Sequence[_Ways],
+    targets: SequenceTargets,
+    prefer: SequencePreference,
+    blocked: Sequence[tuple[int, int, int, int]],
+) -> Order:
+    position, torch, motion = prefer.seconds_per_degree
+    stops = []
+    for ways in stretches:
+        found = ways.candidates
+        off = np.degrees([candidate.off_position_rad for candidate in found])
+        cost = position * off + OUT_OF_POSITION_S * (off > math.degrees(targets.position_tol_rad))
+        cost = cost + torch * np.degrees([candidate.off_torch_rad for candidate in found])
+        cost = cost + motion * np.degrees([candidate.motion_rad_mm for candidate in found])
+        start, end = (np.array([candidate.q[row] for candidate in found]) for row in (0, -1))
+        stops.append(Stop(start, end, cost, found[0].task.middle, found[0].task.rank))
+    return find_order(stops, cell.home, AIR_SHARE * cell.speeds, targets.order, blocked)
+
+
+def _values(cell: OneRobotCell, stretches: Sequence[_Ways], targets: SequenceTargets, order: Order) -> SequenceValues:
+    """Return the values of a plan that is not worked out: straight moves between the welds."""
+    chosen = [stretches[stop].candidates[way] for stop, way in zip(order.stops, order.ways, strict=True)]
+    ends = [cell.home, *(row for c in chosen for row in (c.q[0], c.q[-1])), cell.home]
+    air = sum(float(air_seconds(cell, np.stack(ends[i : i + 2]))[0]) for i in range(0, len(ends), 2))
+    air += sum(2.0 * targets.approach_mm / targets.air_speed_mm_s for _ in chosen)
+    return sequence_values(cell, targets, chosen, air)
+
+
+def _worked_out(
+    search: SeamSearch,
+    stretches: Sequence[_Ways],
+    unwelded: list[Unwelded],
+    order: Order,
+    prefer: SequencePreference,
+    progress: Progress,
+) -> WeldSequence:
+    """Return a sequence with all its moves; another order is tried where no free way leads to the next seam."""
+    cell, targets = search.cell, search.targets
+    planner = AirPlanner(cell, search.checker, targets.seed)
+    pieces: dict[tuple[int, int], WeldPiece] = {}
+    ways: dict[tuple[int, int, int, int], AirPath] = {}
+    blocked: list[tuple[int, int, int, int]] = []
+    while True:
+        stops = list(zip(order.stops, order.ways, strict=True))
+        for stop, way in stops:
+            if (stop, way) not in pieces:
+                pieces[stop, way] = _piece(search, stretches[stop].name, stretches[stop].candidates[way])
+        ends = [
+            cell.home,
+            *(row for at in stops for row in (pieces[at].states[0], pieces[at].states[-1])),
+            cell.home,
+        ]
+        keys = [(*a, *b) for a, b in zip([(-1, 0), *stops], [*stops, (-1, 0)], strict=True)]
+        failed: tuple[tuple[int, int, int, int], str] | None = None
+        for row, key in enumerate(keys):
+            progress(f"moves through the air, {row + 1} of {len(keys)}")
+            if key in ways:
+                continue
+            try:
+                ways[key] = planner.path(ends[2 * row], ends[2 * row + 1])
+            except GeometryError as error:
+                failed = key, str(error)
+                break
+        if failed is None:
+            break
+        blocked.append(failed[0])
+        order = _order(cell, stretches, targets, prefer, blocked)
+        if len(blocked) > REORDERS or not math.isfinite(order.seconds):
+            one, two = ("home" if stop < 0 else stretches[stop].name for stop in (failed[0][0], failed[0][2]))
+            raise GeometryError(f"from {one} to {two}: {failed[1]}")
+    chosen = [pieces[at] for at in stops]
+    air = tuple(ways[key] for key in keys)
+    moving = sum(float(air_seconds(cell, path.q).sum()) for path in air)
+    moving += sum(_wire_seconds(cell, targets, piece) for piece in chosen)
+    values = sequence_values(cell, targets, [piece.candidate for piece in chosen], moving)
+    return WeldSequence(cell, targets, tuple(chosen), air, tuple(unwelded), values)
+
+
+def _wire_seconds(cell: OneRobotCell, targets: SequenceTargets, piece: WeldPiece) -> float:
+    return AIR_STEP_MM * (len(piece.before) + len(piece.after)) / targets.air_speed_mm_s
+
+
+def _piece(search: SeamSearch, name: str, candidate: Candidate) -> WeldPiece:
+    cell, targets = search.cell, search.targets
+    before = _back_along_wire(search.checker, candidate.q[0], targets.approach_mm)[::-1]
+    after = _back_along_wire(search.checker, candidate.q[-1], targets.approach_mm)
+    states = np.concatenate([before, candidate.q, after])
+    speed, slowed_by = candidate.weld_speed(cell, targets.speed_mm_s)
+    return WeldPiece(name, candidate, before, after, search.checker.check(states), speed, slowed_by)
+
+
+def _back_along_wire(checker: MotionChecker, q: FloatArray, distance_mm: float) -> FloatArray:
+    """Return states at steps away from a weld, against the wire, as far as they are reached and clear; (a, k)."""
+    cell = checker.cell
+    count = math.ceil(distance_mm / AIR_STEP_MM)
+    back = np.linspace(0.0, distance_mm, count + 1)[1:]
+    T = np.repeat(cell.arm.forward(q[None, :JOINTS]), count, axis=0)
+    T[:, :3, 3] -= back[:, None] * (T[0, :3, :3] @ cell.T_flange_tool.R[:, 2])
+    solved = solve_inverse(cell.arm, T).joints
+    found = [q[:JOINTS]]
+    for every in solved:
+        near = turn_into_limits(cell.arm, every, found[-1])
+        move = np.abs(near - found[-1]).max(axis=1)
+        if np.isnan(move).all() or np.nanmin(move) > LARGEST_AIR_MOVE_RAD:
+            break
+        found.append(near[int(np.nanargmin(move))])
+    states = np.concatenate([np.array(found), np.repeat(q[None, JOINTS:], len(found), axis=0)], axis=1)
+    if len(states) > 1:
+        checked = checker.check(states)
+        if not checked.is_free:
+            first = float(checked.at[np.argmax(checked.margin_mm <= 0.0)])
+            states = states[: max(math.ceil(first), 1)]
+    return states[1:]

@@ -1,0 +1,218 @@
+"""What would help where a stretch cannot be welded: changes that were tried, and with which it is welded.
+
+A change counts only if the whole stretch has a way in the changed cell: reach, limits, configuration and collisions,
+and home is free. The changes are tried kind by kind, the smallest first. A quick look at the reach sorts out most of
+them. The moves through the air to the stretch are not planned.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from itertools import islice
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.sequence.external import external_axes
+from wpcal.planning.sequence.seam_search import SeamSearch
+from wpcal.planning.sequence.seam_task import SeamTask
+from wpcal.planning.sequence.targets import SequenceTargets
+from wpcal.planning.sequence.torch_poses import TorchPoses, torch_poses
+
+TURNS_DEG = (15.0, -15.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0, 90.0, -90.0, 135.0, -135.0, 180.0)
+MOVES_MM = (100.0, 200.0, 300.0, 400.0, 600.0)
+RAISES_MM = (100.0, -100.0, 200.0, -200.0, 400.0, -400.0, 700.0)
+RANGES_DEG = (25.0, 35.0, 45.0)
+"""Changes that are tried, the smallest first."""
+SIDES = 8
+"""Directions in which the robot is moved."""
+SLIMMER = (0.8, 0.6)
+"""Other torches that are tried: their bodies are so much thinner. The wire and the tool centre point stay."""
+FULL_TRIES = 2
+"""Changes of one kind that are searched with all collisions: each takes as long as the search of a seam."""
+MOST_SEARCHED = 8
+"""Stretches for which changes are looked for. For the others only those are tried that helped before."""
+
+
+@dataclass(frozen=True, slots=True)
+class Help:
+    """A change with which a stretch is welded; it was tried.
+
+    Parameters
+    ----------
+    text : str
+    turn_deg : float
+        Of the part about the vertical.
+    move_mm : tuple of float
+        Of the robot in `world`: x and y.
+    raise_mm : float
+        Of the part, with its positioner.
+    torch_range_deg : float or None
+        How far the torch may leave its target angles.
+    torch_scale : float or None
+        Radius of another torch's bodies relative to those of this one.
+    """
+
+    text: str
+    turn_deg: float = 0.0
+    move_mm: tuple[float, float] = (0.0, 0.0)
+    raise_mm: float = 0.0
+    torch_range_deg: float | None = None
+    torch_scale: float | None = None
+
+
+@dataclass(slots=True)
+class RemedySearch:
+    """Looks for changes, and remembers those that helped.
+
+    Parameters
+    ----------
+    search : SeamSearch
+        Of the cell as it is.
+    """
+
+    search: SeamSearch
+    _worked: list[Help] = field(default_factory=list)
+    _searched: int = 0
+
+    def find(self, stretch: SeamTask) -> tuple[tuple[Help, ...], bool]:
+        """Return changes that help, and whether all kinds of changes were looked for.
+
+        Parameters
+        ----------
+        stretch : SeamTask
+            Without a way in the cell as it is.
+        """
+        found = [each for each in self._worked if self._welds(each, stretch)]
+        if found:
+            return tuple(found), True
+        if self._searched >= MOST_SEARCHED:
+            return (), False
+        self._searched += 1
+        poses = torch_poses(stretch, self.search.targets, self.search.clearance, tilted=True)
+        is_torch_free = bool(poses.is_free.any(axis=1).all())
+        for kind in _kinds(self.search.cell, is_torch_free=is_torch_free):
+            hopeful = (each for each in kind if not is_torch_free or self._is_hopeful(each, stretch, poses))
+            found += islice((each for each in islice(hopeful, FULL_TRIES) if self._welds(each, stretch)), 1)
+        self._worked += [each for each in found if each not in self._worked]
+        return tuple(found), True
+
+    def _is_hopeful(self, help_: Help, stretch: SeamTask, poses: TorchPoses) -> bool:
+        """Tell whether one branch reaches every rung, within limits and without singular poses."""
+        if help_.torch_range_deg is not None or help_.torch_scale is not None:
+            return True
+        cell = changed_cell(self.search.cell, help_, self._centre())
+        other = SeamSearch(cell, self.search.clearance, self.search.targets)
+        values = external_axes(cell, stretch, self.search.targets).values[:1]
+        _, usable = other.states(stretch, _fewer(poses), values)
+        return bool(np.asarray(usable.any(axis=2)).all(axis=1).any())
+
+    def _welds(self, help_: Help, stretch: SeamTask) -> bool:
+        """Tell whether the whole stretch has a way with a change, and home is free."""
+        cell = changed_cell(self.search.cell, help_, self._centre())
+        clearance = OneRobotClearance(cell, self.search.clearance.part)
+        if not clearance.margins(cell.home[None]).is_clear[0]:
+            return False
+        return bool(SeamSearch(cell, clearance, changed_targets(self.search.targets, help_)).whole(stretch))
+
+    def _centre(self) -> FloatArray:
+        """Return the middle of the part's box, mm in `part`; its origin without a part."""
+        part = self.search.clearance.part
+        if part is None:
+            return np.zeros(3)
+        return np.asarray((part.corners.min(axis=(0, 1)) + part.corners.max(axis=(0, 1))) / 2, dtype=np.float64)
+
+
+def _kinds(cell: OneRobotCell, *, is_torch_free: bool) -> Iterator[Iterator[Help]]:
+    """Yield the changes, kind by kind. If the torch itself is in the way, only another torch or other angles help."""
+    if is_torch_free:
+        yield (Help(f"the part turned by {turn:g} deg about the vertical", turn_deg=turn) for turn in TURNS_DEG)
+        yield (_moved(step, 2 * math.pi * side / SIDES) for step in MOVES_MM for side in range(SIDES))
+        yield (Help(f"the part {'raised' if up > 0 else 'lowered'} by {abs(up):g} mm", raise_mm=up) for up in RAISES_MM)
+    yield (Help(f"--torch-range-deg {most:g}", torch_range_deg=most) for most in RANGES_DEG)
+    nozzles = [float(shape.radius_mm.max()) for shape in cell.torch if shape.to_part_mm is not None]
+    if nozzles:
+        yield (_slimmer(max(nozzles), scale) for scale in SLIMMER)
+
+
+def _slimmer(radius_mm: float, scale: float) -> Help:
+    text = f"another torch, with a nozzle of {scale * radius_mm:.0f} mm radius instead of {radius_mm:.0f} mm"
+    return Help(f"{text}, and a body as much slimmer", torch_scale=scale)
+
+
+def _moved(step_mm: float, towards_rad: float) -> Help:
+    x, y = (float(np.round(step_mm * way(towards_rad))) + 0.0 for way in (math.cos, math.sin))
+    return Help(f"the robot moved by {x:.0f}, {y:.0f} mm in x, y of world", move_mm=(x, y))
+
+
+def changed_targets(targets: SequenceTargets, help_: Help) -> SequenceTargets:
+    """Return what a sequence is asked for after a change."""
+    if help_.torch_range_deg is None:
+        return targets
+    return replace(targets, torch_range_rad=max(targets.torch_range_rad, math.radians(help_.torch_range_deg)))
+
+
+def changed_cell(cell: OneRobotCell, help_: Help, centre: FloatArray) -> OneRobotCell:
+    """Return a cell after a change.
+
+    Parameters
+    ----------
+    cell : OneRobotCell
+    help_ : Help
+    centre : ndarray, shape (3,)
+        What the part turns about, mm in `part`.
+    """
+    if help_.turn_deg:
+        cell = _turned(cell, help_.turn_deg, centre)
+    if any(help_.move_mm):
+        place = cell.T_world_base
+        cell = replace(cell, T_world_base=replace(place, t_mm=place.t_mm + np.array([*help_.move_mm, 0.0])))
+    if help_.raise_mm:
+        cell = _raised(cell, help_.raise_mm)
+    if help_.torch_scale is not None:
+        scale = help_.torch_scale
+        slim = tuple(replace(shape, radius_mm=scale * shape.radius_mm, hull=np.zeros((0, 3))) for shape in cell.torch)
+        cell = replace(cell, torch=slim)
+    return cell
+
+
+def _raised(cell: OneRobotCell, up_mm: float) -> OneRobotCell:
+    up = np.array([0.0, 0.0, up_mm])
+    if cell.positioner is not None:
+        place = cell.positioner.T_world_base
+        return replace(cell, positioner=replace(cell.positioner, T_world_base=replace(place, t_mm=place.t_mm + up)))
+    part = cell.T_part
+    return replace(cell, T_carrier_part=replace(part, t_mm=part.t_mm + up))
+
+
+def _turned(cell: OneRobotCell, turn_deg: float, centre: FloatArray) -> OneRobotCell:
+    """Return the cell with the part turned about the vertical through a point of the part, in its carrier."""
+    T = cell.part_places(cell.home[None])[0]
+    pivot = np.asarray(T[:3, :3] @ centre + T[:3, 3], dtype=np.float64)
+    R = rotation_from_zyx(0.0, 0.0, np.radians(turn_deg))
+    T_turn = RigidTransform(R, pivot - R @ pivot, "world", "world")
+    T_world_carrier = RigidTransform.from_matrix(
+        cell.carrier_places(cell.home[None])[0], target="world", source="carrier"
+    )
+    part = cell.T_part.relabelled(target="carrier", source="part")
+    return replace(cell, T_carrier_part=T_world_carrier.inverse() @ T_turn @ T_world_carrier @ part)
+
+
+def _fewer(poses: TorchPoses) -> TorchPoses:
+    """Keep the poses at the target torch angles where there are free ones at every rung."""
+    on_target = poses.off_rad[0] == poses.off_rad.min()
+    if not poses.is_free[:, on_target].any(axis=1).all():
+        return poses
+    return TorchPoses(
+        poses.rungs,
+        poses.angles[:, on_target],
+        poses.T_part_tool[:, on_target],
+        poses.off_rad[:, on_target],
+        poses.is_free[:, on_target],
+    )

@@ -1,0 +1,267 @@
+"""How a seam can be welded: positions of the external axes, branches, torch angles and spins, by a ladder.
+
+For each position of the external axes the closed form gives all joints of all poses that are tried at the rungs of the
+seam. For the most promising branches the cheapest way over the rungs is filled in with straight lines in the torch
+angles, and every point of it is checked: limits, whole turns, singular poses, clearance. What fails is removed from the
+ladder, and the ladder is climbed again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.singularity import is_regular, is_within_turns
+from wpcal.planning.sequence.candidate import Candidate
+from wpcal.planning.sequence.external import ExternalAxes, axes_of, external_axes, values_along
+from wpcal.planning.sequence.ladder import cheapest_way
+from wpcal.planning.sequence.motion_check import MotionChecker
+from wpcal.planning.sequence.seam_task import SeamTask
+from wpcal.planning.sequence.targets import SequenceTargets
+from wpcal.planning.sequence.torch_poses import TorchPoses, tool_on_seam, torch_angles, torch_poses
+from wpcal.robot.kinematics.branch_path import Broken, continue_branch
+from wpcal.robot.kinematics.inverse import solve_inverse
+from wpcal.robot.kinematics.opw import BRANCHES
+
+MOST_CANDIDATES = 6
+"""Kept per seam: the order of seams chooses among them."""
+POSES_AT_ONCE = 8192
+"""Poses whose joints are solved together: 3 MB of joints."""
+TRIED = 6
+"""Branches and positions of the external axes that are climbed per batch."""
+CLIMBS = 12
+"""How often a ladder is climbed again after a state of its way was found to be unusable."""
+TILTED_AXES = 24
+"""Positions of the external axes that are tried with the torch off its target angles."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Climb:
+    """What a ladder gave: the last point of the seam that it reaches, and the way to there.
+
+    Parameters
+    ----------
+    last : int
+        Point of the seam; -1 if not even the first rung is reached.
+    candidate : Candidate or None
+        The way from the first point to `last`, if there is one of two points or more.
+    """
+
+    last: int
+    candidate: Candidate | None
+
+
+class SeamSearch:
+    """Searches ways to weld seams in one cell.
+
+    Parameters
+    ----------
+    cell : OneRobotCell
+    clearance : OneRobotClearance
+    targets : SequenceTargets
+    """
+
+    def __init__(self, cell: OneRobotCell, clearance: OneRobotClearance, targets: SequenceTargets) -> None:
+        self.cell, self.clearance, self.targets = cell, clearance, targets
+        self.checker = MotionChecker(cell, clearance)
+        speeds = cell.speeds[:JOINTS]
+        self.weights = speeds.min() / speeds if np.isfinite(speeds).all() else np.ones(JOINTS)
+
+    def whole(self, task: SeamTask) -> list[Candidate]:
+        """Return ways to weld a whole seam, the most promising first; empty if none was found."""
+        axes = external_axes(self.cell, task, self.targets)
+        for tilted in (False, True):
+            poses = torch_poses(task, self.targets, self.clearance, tilted=tilted)
+            if not poses.is_free.any(axis=1).all():
+                continue
+            found: list[Candidate] = []
+            for climb in self._climbs(task, poses, axes, whole=True):
+                if climb.candidate is not None and climb.last == len(task) - 1:
+                    found.append(climb.candidate)
+                if len(found) >= MOST_CANDIDATES:
+                    break
+            if found:
+                return found
+        return []
+
+    def longest(self, task: SeamTask) -> Climb:
+        """Return the way that welds a seam farthest from its first point."""
+        axes = external_axes(self.cell, task, self.targets)
+        best = Climb(-1, None)
+        for tilted in (False, True):
+            poses = torch_poses(task, self.targets, self.clearance, tilted=tilted)
+            for climb in self._climbs(task, poses, axes, whole=False):
+                if climb.candidate is not None and climb.last > best.last:
+                    best = climb
+            if best.last == len(task) - 1:
+                break
+        return best
+
+    def _climbs(self, task: SeamTask, poses: TorchPoses, axes: ExternalAxes, *, whole: bool) -> Iterator[Climb]:
+        """Yield what the ladders of the most promising branches give, batch by batch of external axes."""
+        m, K = poses.is_free.shape
+        most = len(axes) if poses.off_rad.max() == 0.0 else min(len(axes), TILTED_AXES)
+        size, reached = max(1, POSES_AT_ONCE // (m * K)), False
+        for start in range(0, most, size):
+            rows = np.arange(start, min(start + size, most))
+            if reached and axes.off_rad[rows].min() > self.targets.position_tol_rad:
+                return  # the rest is out of position
+            joints, usable = self.states(task, poses, axes.values[rows])
+            ways = np.asarray(usable.any(axis=2))  # (C, m, 8)
+            prefix = np.where(ways.all(axis=1), m, np.argmin(ways, axis=1))  # (C, 8)
+            fewest = usable.sum(axis=2).min(axis=1)
+            score = prefix * (K + 1) + np.where(prefix == m, fewest, 0)
+            score = np.where(prefix == m if whole else prefix >= 1, score, -1)
+            for index in np.argsort(-score, axis=None, kind="stable")[:TRIED]:
+                c, b = np.unravel_index(int(index), score.shape)
+                if score[c, b] < 0:
+                    break
+                state = joints[c, :, :, b], usable[c, :, :, b]
+                climb = self._climb(task, poses, axes.values[rows[c]], int(b), *state, whole=whole)
+                reached |= climb.last == len(task) - 1
+                yield climb
+
+    def states(self, task: SeamTask, poses: TorchPoses, values: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return the joints of all branches at poses of the torch, for C positions of the external axes.
+
+        Parameters
+        ----------
+        task : SeamTask
+        poses : TorchPoses
+            m rungs, K poses each.
+        values : ndarray, shape (C, 2, k - 6)
+            External axes at the start and at the end of the seam.
+
+        Returns
+        -------
+        joints : ndarray, shape (C, m, K, 8, 6)
+            rad; NaN where a branch does not reach.
+        usable : ndarray of bool, shape (C, m, K, 8)
+            Within limits, regular, and the torch free of the part.
+        """
+        m, K = poses.is_free.shape
+        along = np.repeat(values_along(values, task, poses.rungs), K, axis=1)
+        flange = self.flange_places(poses.T_part_tool.reshape(-1, 4, 4), along)
+        joints = solve_inverse(self.cell.arm, flange.reshape(-1, 4, 4)).joints.reshape(-1, m, K, BRANCHES, JOINTS)
+        usable = is_within_turns(self.cell.arm, joints) & is_regular(self.cell.arm, joints)
+        return joints, usable & poses.is_free[None, :, :, None]
+
+    def flange_places(self, T_part_tool: FloatArray, values: FloatArray) -> FloatArray:
+        """Return ``T_base_flange`` for n poses (n, 4, 4) and external axes (C, n, k - 6); shape (C, n, 4, 4), mm."""
+        T_part_flange = T_part_tool @ self.cell.T_flange_tool.inverse().matrix
+        some = values[:, :1] if (values == values[:, :1]).all() else values  # mostly they stand still
+        q = axes_of(self.cell, some.reshape(some.shape[0] * some.shape[1], some.shape[2]))
+        T_base_part = np.linalg.inv(self.cell.base_places(q)) @ self.cell.part_places(q)
+        return np.asarray(T_base_part.reshape(*some.shape[:2], 4, 4) @ T_part_flange, dtype=np.float64)
+
+    def _climb(
+        self,
+        task: SeamTask,
+        poses: TorchPoses,
+        values: FloatArray,
+        branch: int,
+        joints: FloatArray,
+        usable: BoolArray,
+        *,
+        whole: bool,
+    ) -> Climb:
+        usable = usable.copy()
+        best = Climb(-1, None)
+        for _ in range(CLIMBS):
+            way = cheapest_way(joints, usable, poses.off_rad, self.weights)
+            if len(way) <= 1 or (whole and len(way) < len(poses.rungs)):
+                return best
+            if int(poses.rungs[len(way) - 1]) <= best.last:
+                return best
+            filled, bad = self._filled(task, poses, values, branch, way)
+            if filled.last > best.last:
+                best = filled
+            if bad is None:
+                return best
+            rung = int(np.searchsorted(poses.rungs, bad))  # the rung at or after the first bad point
+            for row in {max(rung - 1, 0), min(rung, len(way) - 1)} if poses.rungs[rung] != bad else {rung}:
+                usable[row, way[row]] = False
+        return best
+
+    def _filled(
+        self, task: SeamTask, poses: TorchPoses, values: FloatArray, branch: int, way: list[int]
+    ) -> tuple[Climb, int | None]:
+        """Return the way with all points between the rungs as far as it is good, and the first point that is not."""
+        knots = poses.angles[np.arange(len(way)), way].copy()
+        knots[:, 2] = np.unwrap(knots[:, 2])
+        rungs = poses.rungs[: len(way)]
+        rows = np.arange(int(rungs[-1]) + 1)
+        angles = np.stack([np.interp(task.s_mm[rows], task.s_mm[rungs], column) for column in knots.T], axis=1)
+        found, bad = self.checked(task, angles, values, branch)
+        last = len(rows) - 1 if bad is None else bad - 1
+        if last < 1:
+            return Climb(-1, None), bad
+        short = task.part_of(0, last)
+        return Climb(last, self.candidate(short, angles[: last + 1], found[: last + 1], branch)), bad
+
+    def checked(
+        self, task: SeamTask, angles: FloatArray, values: FloatArray, branch: int
+    ) -> tuple[FloatArray, int | None]:
+        """Return all axes along the first points of a seam, and the first point that cannot be welded so.
+
+        Parameters
+        ----------
+        task : SeamTask
+        angles : ndarray, shape (n, 3)
+            Work, travel and spin at its first n points, rad.
+        values : ndarray, shape (2, k - 6)
+            External axes at the start and at the end of the seam.
+        branch : int
+
+        Returns
+        -------
+        q : ndarray, shape (n, k)
+            rad and mm; up to the point before the returned one.
+        bad : int or None
+        """
+        n = len(angles)
+        T = tool_on_seam(task, np.arange(n), angles)
+        external = values_along(values[None], task, np.arange(n))
+        joints = solve_inverse(self.cell.arm, self.flange_places(T, external)[0]).joints[:, branch]
+        path = continue_branch(self.cell.arm, joints, self.cell.home[:JOINTS])
+        end = n
+        while isinstance(path, Broken):
+            end = path.row
+            if end == 0:
+                return np.zeros((0, JOINTS + values.shape[1])), 0
+            path = continue_branch(self.cell.arm, joints[:end], self.cell.home[:JOINTS])
+        q = np.concatenate([path, external[0, :end]], axis=1)
+        good = is_regular(self.cell.arm, path)
+        if good.all():
+            good &= self.clearance.margins(q).is_clear
+        if not good.all():
+            end = int(np.argmin(good))
+        elif end > 1 and not (moves := self.checker.check(q)).is_free:
+            end = math.ceil(moves.at[np.argmax(moves.margin_mm <= 0.0)])
+        return q[:end], None if end == n else end
+
+    def candidate(self, task: SeamTask, angles: FloatArray, q: FloatArray, branch: int) -> Candidate:
+        """Return a way with what is said about it.
+
+        Parameters
+        ----------
+        task : SeamTask
+            n points.
+        angles : ndarray, shape (n, 3)
+            Work, travel and spin, rad.
+        q : ndarray, shape (n, k)
+            All axes, rad and mm.
+        branch : int
+        """
+        R_world_part = self.cell.part_places(q)[:, :3, :3]
+        off = float(self.targets.off_position(R_world_part @ task.R).max())
+        asked = torch_angles(task, np.arange(len(task)), self.targets)
+        torch = float(np.sqrt(((angles[:, :2] - asked) ** 2).sum(axis=1).mean()))
+        return Candidate(task, q, angles, branch, off, torch)

@@ -1,0 +1,134 @@
+"""The seams of a sequence, in the frame `part`: points close enough that a controller's linear moves are as planned."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.errors import InputError
+from wpcal.seam.seam import Seam
+
+STEP_MM, STEP_RAD = 5.0, math.radians(3.0)
+"""Between two points a seam is this short and turns this little: a joint then moves by some tenths of a degree."""
+RUNG_MM, RUNG_RAD = 40.0, math.radians(20.0)
+"""Between two rungs of a ladder; the torch angles change linearly from one to the next."""
+LEAST_RUNGS = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeamTask:
+    """One seam to weld, or a stretch of one.
+
+    Parameters
+    ----------
+    name : str
+    s_mm : ndarray, shape (n,)
+        Arc length, increasing, mm.
+    p, R : ndarray, shapes (n, 3) and (n, 3, 3)
+        Points (mm) and axes x (travel), y, z (out of the joint) in `part`.
+    lean_rad : ndarray, shape (n, 2)
+        Work and travel angle with which a straight torch is free there; zero where no lean is needed.
+    is_source : ndarray of bool, shape (n,)
+        Whether the point is one of the seam file.
+    weld : str
+        What is welded, for people: ``tee fillet``.
+    speed_mm_s : float or None
+        The speed that the weld data ask for; None: that of all seams.
+    rank : int
+        All seams of a lower rank are welded first.
+    more_wire_mm : float
+        The tool centre point stays back by this from the seam.
+    """
+
+    name: str
+    s_mm: FloatArray
+    p: FloatArray
+    R: FloatArray
+    lean_rad: FloatArray
+    is_source: BoolArray
+    weld: str = ""
+    speed_mm_s: float | None = None
+    rank: int = 1
+    more_wire_mm: float = 0.0
+
+    def __len__(self) -> int:
+        return len(self.s_mm)
+
+    @property
+    def length_mm(self) -> float:
+        """From the first point to the last."""
+        return float(self.s_mm[-1] - self.s_mm[0])
+
+    @property
+    def middle(self) -> FloatArray:
+        """Mean of the points, shape (3,), mm."""
+        return np.asarray(self.p.mean(axis=0), dtype=np.float64)
+
+    def rungs(self) -> IntArray:
+        """Return the points at which the search decides, first and last included, shape (m,)."""
+        turned = Rotation.from_matrix(np.swapaxes(self.R[:-1], 1, 2) @ self.R[1:]).magnitude()
+        way = np.diff(self.s_mm) / RUNG_MM + turned / RUNG_RAD
+        along = np.concatenate([[0.0], np.cumsum(way)])
+        count = max(LEAST_RUNGS, math.ceil(along[-1]) + 1)
+        return np.unique(np.searchsorted(along, np.linspace(0.0, along[-1], count) - 1e-9).clip(0, len(self) - 1))
+
+    def part_of(self, first: int, last: int) -> SeamTask:
+        """Return the stretch from one point to another, both included."""
+        rows = slice(first, last + 1)
+        return replace(
+            self,
+            s_mm=self.s_mm[rows],
+            p=self.p[rows],
+            R=self.R[rows],
+            lean_rad=self.lean_rad[rows],
+            is_source=self.is_source[rows],
+        )
+
+    def backwards(self) -> SeamTask:
+        """Return the same points in the other direction: x and y of the frames are turned about z."""
+        flip = np.diag([-1.0, -1.0, 1.0])
+        return replace(
+            self,
+            s_mm=(self.s_mm[0] + self.s_mm[-1] - self.s_mm)[::-1],
+            p=self.p[::-1],
+            R=(self.R @ flip)[::-1],
+            lean_rad=-self.lean_rad[::-1],
+            is_source=self.is_source[::-1],
+        )
+
+
+def seam_task(seam: Seam, speed_mm_s: float | None = None, rank: int = 1) -> SeamTask:
+    """Return a seam with points between those of the file where they are far apart.
+
+    Parameters
+    ----------
+    seam : Seam
+        With frames in `part`.
+    speed_mm_s : float, optional
+        That the weld data ask for.
+    rank : int
+        All seams of a lower rank are welded first.
+
+    Raises
+    ------
+    InputError
+        When it is given in another frame, or has fewer than two points.
+    """
+    frames = seam.frames
+    if frames.frame != "part" or len(frames) < 2:
+        raise InputError(f"seam {seam.name}: expected two or more frames in part, got {len(frames)} in {frames.frame}")
+    rotations = Rotation.from_matrix(frames.R)
+    turned = (rotations[:-1].inv() * rotations[1:]).magnitude()
+    parts = np.maximum(np.ceil(np.maximum(np.diff(frames.s_mm) / STEP_MM, turned / STEP_RAD)), 1.0).astype(int)
+    at = np.concatenate([*(row + np.arange(count) / count for row, count in enumerate(parts)), [len(parts)]])
+    number = np.arange(len(frames))
+    lean = np.zeros((len(frames), 2)) if seam.lean_rad is None else np.nan_to_num(seam.lean_rad)
+    s, p = np.interp(at, number, frames.s_mm), np.stack([np.interp(at, number, x) for x in frames.p.T], axis=1)
+    lean = np.stack([np.interp(at, number, column) for column in lean.T], axis=1)
+    R = Slerp(number, rotations)(at).as_matrix()
+    what = f"{seam.joint.value} {seam.weld.value}"
+    return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), what, speed_mm_s, rank, seam.more_wire_mm)

@@ -1,0 +1,187 @@
+"""What a sequence starts from: the seams of a result folder or a ``seams.json``, the part's triangles, its place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import read_bytes
+from wpcal.core.records import read_json
+from wpcal.core.robot_space import RobotSpace, common_space
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.seam.names import seams_named
+from wpcal.seam.record import SEAMS_SCHEMA, errors_from_record, seams_from_record
+from wpcal.seam.seam import Seam
+from wpcal.weld.runs import RunChoice, WeldRun, chosen_runs
+from wpcal.weld.seam_weld import SeamWeld
+
+SEAMS_FILE, PART_FILE = "seams.json", "part.glb"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlannedSeam:
+    """What is planned as one: a seam, or one bead along one stretch of it.
+
+    Parameters
+    ----------
+    seam : Seam
+        With n frames in `part`.
+    u95_mm : ndarray, shape (n,), or None
+        The 95 % error at the frames, mm.
+    run : WeldRun or None
+        What is laid; None without weld data.
+    """
+
+    seam: Seam
+    u95_mm: FloatArray | None = None
+    run: WeldRun | None = None
+
+    @property
+    def name(self) -> str:
+        """Of the run, else of the seam."""
+        return self.seam.name
+
+    @property
+    def speed_mm_s(self) -> float | None:
+        """The speed of the wire that the weld data ask for."""
+        speed = None if self.run is None else self.run.weld.values.speed_mm_s
+        return speed if speed is None or self.run is None else speed * self.run.speed_ratio
+
+    @property
+    def rank(self) -> int:
+        """Lower ranks are welded first: tack welds, then bead by bead."""
+        if self.run is None or self.run.bead is None:
+            return 0 if self.run is not None and self.run.is_tack else 1
+        return self.run.bead.number
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SequenceInput:
+    """Seams to weld and the part.
+
+    Parameters
+    ----------
+    seams : tuple of PlannedSeam
+        Chosen ones.
+    found : tuple of Seam
+        All of the file, with frames in `part`.
+    T_base_part : RigidTransform or None
+        Where the robot found the part; None if the seams were found without a calibration.
+    part : TriangleMaterial or None
+        In `part`; None if there is no ``part.glb``.
+    part_glb : bytes or None
+    """
+
+    seams: tuple[PlannedSeam, ...]
+    found: tuple[Seam, ...]
+    T_base_part: RigidTransform | None
+    part: TriangleMaterial | None
+    part_glb: bytes | None
+
+    def placed(self, cell: OneRobotCell) -> OneRobotCell:
+        """Return the cell with the part where the robot found it, or as the cell says.
+
+        Raises
+        ------
+        InputError
+            When neither is known.
+        """
+        found = cell if self.T_base_part is None else cell.with_touched_part(self.T_base_part)
+        _ = found.T_part  # refuses a part whose place is not known
+        return found
+
+    def in_base(self, cell: OneRobotCell) -> tuple[RigidTransform, tuple[Seam, ...]]:
+        """Return ``T_base_part`` and all seams with frames in the base: as the robot found them, else as at home.
+
+        Parameters
+        ----------
+        cell : OneRobotCell
+            With the part in its place.
+        """
+        T = self.T_base_part
+        if T is None:
+            home = cell.home[None]
+            place = np.linalg.inv(cell.base_places(home)[0]) @ cell.part_places(home)[0]
+            T = RigidTransform.from_matrix(place, target="base", source="part")
+        return T, tuple(replace(seam, frames=seam.frames.moved(T)) for seam in self.found)
+
+    def with_welds(self, welds: Mapping[str, SeamWeld], choice: RunChoice, speed_mm_s: float) -> SequenceInput:
+        """Return the same with weld data: every bead, stretch and tack weld is planned as a seam of its own.
+
+        Parameters
+        ----------
+        welds : mapping
+            By the names of the seams.
+        choice : RunChoice
+        speed_mm_s : float
+            Along a seam whose weld data states none.
+
+        Raises
+        ------
+        InputError
+            As `wpcal.weld.runs.chosen_runs` does.
+        """
+        seams = [(each.seam, welds[each.name], each.u95_mm) for each in self.seams]
+        runs = chosen_runs(seams, choice, speed_mm_s)
+        return replace(self, seams=tuple(PlannedSeam(run.seam, run.u95_mm, run) for run in runs))
+
+
+def read_sequence_input(result: Path, cell: OneRobotCell, names: Sequence[str] | None = None) -> SequenceInput:
+    """Read what is to be welded.
+
+    Parameters
+    ----------
+    result : Path
+        A folder with ``seams.json``, as `wpcal calibrate` and `wpcal seams` write it, or the file.
+    cell : OneRobotCell
+        Its robot must have the robot space in which frames in `base` were calibrated.
+    names : sequence of str, optional
+        Seams and ranges (``W1``, ``W5-W8``); None: the accepted ones.
+
+    Raises
+    ------
+    InputError
+        When a file cannot be opened, a name is unknown, or no seam is left.
+    FormatError
+        When a file breaks its format.
+    FrameError
+        When the seams were calibrated with a different model of the robot than the cell has.
+    """
+    path = result / SEAMS_FILE if result.is_dir() else result
+    record = read_json(path, schema=SEAMS_SCHEMA)
+    seams = seams_from_record(record, path=str(path))
+    known = [seam.name for seam in seams]
+    chosen = None if names is None else set(seams_named(names, known))
+    rows = [row for row, seam in enumerate(seams) if (seam.accepted if chosen is None else seam.name in chosen)]
+    if not rows:
+        raise InputError(f"{path}: none of the {len(known)} seams is accepted; name candidates with --only")
+    T_base_part = _place(record, seams, path, cell)
+    inverse = None if T_base_part is None else T_base_part.inverse()
+    in_part = tuple(
+        seam if inverse is None or seam.frames.frame == "part" else replace(seam, frames=seam.frames.moved(inverse))
+        for seam in seams
+    )
+    glb = path.with_name(PART_FILE)
+    raw = read_bytes(glb) if glb.exists() else None
+    part = None if raw is None else TriangleMaterial.of(read_part_glb(raw, path=str(glb)))
+    errors = errors_from_record(record)
+    planned = tuple(PlannedSeam(in_part[row], errors[row]) for row in rows)
+    return SequenceInput(planned, in_part, T_base_part, part, raw)
+
+
+def _place(record: dict[str, object], seams: Sequence[Seam], path: Path, cell: OneRobotCell) -> RigidTransform | None:
+    if record.get("T_base_part") is None:
+        if any(seam.frames.frame != "part" for seam in seams):
+            raise FormatError("seams are given in base, but T_base_part is missing", path=str(path))
+        return None
+    stated = RobotSpace.parse(str(record.get("robot_space", RobotSpace.NOMINAL.value)))
+    common_space(((str(path), stated), (f"the robot of the cell ({cell.arm.name})", cell.arm.space)))
+    return RigidTransform.from_matrix(record["T_base_part"], target="base", source="part")  # type: ignore[arg-type]

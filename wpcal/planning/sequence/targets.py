@@ -1,0 +1,118 @@
+"""What a sequence is asked for: weld position, torch angles, speeds, order."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.seam.path.position import weld_rotation, weld_slope
+
+SIDE_RAD = math.radians(45.0)
+"""Rotation of a horizontal fillet (PB)."""
+
+
+class WeldPosition(Enum):
+    """Which weld position is asked for (ISO 6947)."""
+
+    FLAT = "flat"
+    """PA, PB or between."""
+    PA = "PA"
+    PB = "PB"
+    ANY = "any"
+
+
+class WeldOrder(Enum):
+    """In which order seams are welded."""
+
+    TIME = "time"
+    """The shortest way between them."""
+    LISTED = "listed"
+    """As the file lists them."""
+    SKIP = "skip"
+    """Each seam far from the two before it: heat and shrinkage are spread, and opposite seams follow one another."""
+    PAIRS = "pairs"
+    """Each seam, then the one opposite: both pull the part the other way."""
+
+
+@dataclass(frozen=True, slots=True)
+class SequenceTargets:
+    """Targets of all seams.
+
+    Parameters
+    ----------
+    position : WeldPosition
+    position_tol_rad : float
+        A seam is in position if it is off by no more anywhere.
+    work_rad, travel_rad : float
+        Target torch angles (DESIGN §3).
+    torch_range_rad : float
+        Largest deviation from the target angles.
+    order : WeldOrder
+    speed_mm_s : float
+        Along the seam.
+    air_speed_mm_s : float
+        Of approach and retract.
+    approach_mm : float
+        Along the wire, before and after each seam.
+    seed : int
+        Of the random numbers of air moves.
+
+    Raises
+    ------
+    InputError
+        When a number is not positive or too large.
+    """
+
+    position: WeldPosition = WeldPosition.FLAT
+    position_tol_rad: float = math.radians(10.0)
+    work_rad: float = 0.0
+    travel_rad: float = 0.0
+    torch_range_rad: float = math.radians(15.0)
+    order: WeldOrder = WeldOrder.TIME
+    speed_mm_s: float = 6.0
+    air_speed_mm_s: float = 100.0
+    approach_mm: float = 50.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("speed_mm_s", "air_speed_mm_s", "approach_mm"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise InputError(f"{name}: expected a positive number, got {getattr(self, name):g}")
+        if not 0.0 < self.position_tol_rad <= math.radians(90.0):
+            got = math.degrees(self.position_tol_rad)
+            raise InputError(f"position tolerance: expected above 0 and at most 90 deg, got {got:g}")
+        if not 0.0 <= self.torch_range_rad <= math.radians(45.0):
+            got = math.degrees(self.torch_range_rad)
+            raise InputError(f"torch range: expected 0 to 45 deg, got {got:g}")
+        for name, target in (("work", self.work_rad), ("travel", self.travel_rad)):
+            if not abs(target) <= math.radians(45.0):
+                raise InputError(f"{name} angle: expected -45 to 45 deg, got {math.degrees(target):g}")
+
+    def off_position(self, R_world_seam: FloatArray) -> FloatArray:
+        """Return how far seam frames are from the asked weld position.
+
+        Parameters
+        ----------
+        R_world_seam : ndarray, shape (..., 3, 3)
+            Columns x (travel), y, z (out of the joint) in `world`.
+
+        Returns
+        -------
+        ndarray, shape (...)
+            rad; the larger of the slope and of what the rotation is off. 0 if any position is asked for.
+        """
+        travel, outward = R_world_seam[..., 0], R_world_seam[..., 2]
+        slope, rotation = weld_slope(travel), weld_rotation(travel, outward)
+        if self.position is WeldPosition.ANY:
+            return np.zeros_like(slope)
+        lean = np.abs(np.nan_to_num(rotation))
+        if self.position is WeldPosition.FLAT:
+            off = np.maximum(lean - SIDE_RAD, 0.0)
+        else:
+            off = lean if self.position is WeldPosition.PA else np.abs(lean - SIDE_RAD)
+        return np.maximum(np.abs(slope), off)

@@ -1,0 +1,121 @@
+"""Poses of the tool on a seam at a grid of torch angles and spins, and which of them leave the torch free of the part.
+
+Both depend on the part and the torch alone, so that they are found once per seam, whatever the positioner does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.planning.cell.closed_chain import COORDINATES, SPIN, TRAVEL, WORK, torch_on_seam
+from wpcal.planning.cell.one_robot_clearance import OneRobotClearance, tool_capsules
+from wpcal.planning.sequence.seam_task import SeamTask
+from wpcal.planning.sequence.targets import SequenceTargets
+
+SPINS = 16
+"""Turns about the wire that are tried: the torch body reaches every side of the seam within 11 degrees."""
+TILTS = (0.0, 0.5, -0.5, 1.0, -1.0)
+"""Deviations of the work and of the travel angle that are tried, in parts of their range."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TorchPoses:
+    """K poses at each of m rungs of a seam.
+
+    Parameters
+    ----------
+    rungs : ndarray of int, shape (m,)
+        Points of the seam.
+    angles : ndarray, shape (m, K, 3)
+        Work, travel and spin, rad.
+    T_part_tool : ndarray, shape (m, K, 4, 4)
+        mm.
+    off_rad : ndarray, shape (m, K)
+        Root of the squared deviations of work and travel from their targets.
+    is_free : ndarray of bool, shape (m, K)
+        Whether the torch keeps its distances from the part.
+    """
+
+    rungs: IntArray
+    angles: FloatArray
+    T_part_tool: FloatArray
+    off_rad: FloatArray
+    is_free: BoolArray
+
+
+def torch_angles(task: SeamTask, rows: IntArray, targets: SequenceTargets) -> FloatArray:
+    """Return the target work and travel angles at points of a seam, shape (k, 2), rad: the seam's leans come first."""
+    lean = task.lean_rad[rows]
+    asked = np.array([targets.work_rad, targets.travel_rad])
+    leans = np.asarray(lean.any(axis=1))[:, None]
+    return np.where(leans, lean, asked)
+
+
+def tool_on_seam(task: SeamTask, rows: IntArray, angles: FloatArray) -> FloatArray:
+    """Return ``T_part_tool``.
+
+    Parameters
+    ----------
+    task : SeamTask
+    rows : ndarray of int, shape (n,)
+        Its points.
+    angles : ndarray, shape (n, 3)
+        Work, travel and spin, rad.
+
+    Returns
+    -------
+    ndarray, shape (n, 4, 4)
+        mm.
+    """
+    coordinates = np.zeros((len(rows), COORDINATES))
+    coordinates[:, [WORK, TRAVEL, SPIN]] = angles
+    R = task.R[rows] @ torch_on_seam(coordinates)
+    T = np.zeros((len(rows), 4, 4))
+    T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R, task.p[rows] - task.more_wire_mm * R[:, :, 2], 1.0
+    return T
+
+
+def torch_poses(task: SeamTask, targets: SequenceTargets, clearance: OneRobotClearance, *, tilted: bool) -> TorchPoses:
+    """Return the poses that a search tries.
+
+    Parameters
+    ----------
+    task : SeamTask
+    targets : SequenceTargets
+    clearance : OneRobotClearance
+    tilted : bool
+        Whether the torch angles may leave their targets.
+
+    Returns
+    -------
+    TorchPoses
+    """
+    rungs = task.rungs()
+    tilts = np.array(TILTS if tilted and targets.torch_range_rad > 0.0 else (0.0,)) * targets.torch_range_rad
+    spins = 2 * np.pi * np.arange(SPINS) / SPINS
+    grid = np.stack(np.meshgrid(tilts, tilts, spins, indexing="ij"), axis=-1).reshape(-1, 3)
+    centre = np.column_stack([torch_angles(task, rungs, targets), np.zeros(len(rungs))])
+    angles = centre[:, None] + grid
+    rows = np.repeat(rungs, len(grid))
+    T = tool_on_seam(task, rows, angles.reshape(-1, 3))
+    shape = (len(rungs), len(grid))
+    free = torch_is_free(T, clearance).reshape(shape)
+    off = np.broadcast_to(np.hypot(grid[:, 0], grid[:, 1]), shape)
+    return TorchPoses(rungs, angles, T.reshape(*shape, 4, 4), off, free)
+
+
+def torch_is_free(T_part_tool: FloatArray, clearance: OneRobotClearance) -> BoolArray:
+    """Tell for poses of shape (n, 4, 4), mm, whether the torch keeps its distances from the part; shape (n,)."""
+    p, q, radius, needed = tool_capsules(clearance.cell)
+    if clearance.part is None or not len(radius):
+        return np.ones(len(T_part_tool), dtype=bool)
+    starts, ends = (
+        np.einsum("nij,cj->nci", T_part_tool[:, :3, :3], local) + T_part_tool[:, None, :3, 3] for local in (p, q)
+    )
+    hulled = np.concatenate([np.full(len(body.radius_mm), len(body.hull) > 0) for body in clearance.cell.torch])
+    margin = clearance.capsule_margins(starts, ends, radius, needed)
+    # around a hull the capsule is only a bound: the hull itself is measured at the end
+    return np.asarray(((margin > 0.0) | hulled).all(axis=1))

@@ -1,0 +1,148 @@
+"""`WeldSequence`: all seams that can be welded, in an order, with approach, retract and the moves between them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.sequence.air_path import AirPath
+from wpcal.planning.sequence.candidate import Candidate
+from wpcal.planning.sequence.cuts import Unwelded
+from wpcal.planning.sequence.motion_check import CheckedMove
+from wpcal.planning.sequence.order import axis_seconds
+from wpcal.planning.sequence.targets import SequenceTargets
+
+AIR_SHARE = 0.5
+"""Part of the joint speeds that moves through the air use: arms need some of the rest to speed up and slow down."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WeldPiece:
+    """One stretch with its approach and retract.
+
+    Parameters
+    ----------
+    name : str
+        The seam's, with a letter where the seam is welded in pieces.
+    candidate : Candidate
+    before, after : ndarray, shapes (a, k) and (b, k)
+        States on the wire's line before and after the stretch, in the order of travel; perhaps none.
+    check : CheckedMove
+        Of approach, stretch and retract.
+    speed_mm_s : float
+    slowed_by : str or None
+        The axis that does not allow the asked speed.
+    """
+
+    name: str
+    candidate: Candidate
+    before: FloatArray
+    after: FloatArray
+    check: CheckedMove
+    speed_mm_s: float
+    slowed_by: str | None
+
+    @property
+    def states(self) -> FloatArray:
+        """All axes of approach, stretch and retract, shape (a + n + b, k), rad and mm."""
+        return np.concatenate([self.before, self.candidate.q, self.after])
+
+    @property
+    def weld_s(self) -> float:
+        """Time of the weld, s."""
+        return self.candidate.task.length_mm / self.speed_mm_s
+
+
+@dataclass(frozen=True, slots=True)
+class SequenceValues:
+    """What plans are compared by; smaller is better.
+
+    Parameters
+    ----------
+    position_deg : float
+        Mean over the welded length of the largest distance of each piece from the asked weld position.
+    torch_deg : float
+        Root mean square deviation of the torch from its target angles.
+    motion_deg_per_mm : float
+        Root mean square of the joint rates along the seams.
+    time_s : float
+        Welds and moves between them; of a plan that is not worked out, straight moves at the same share of the speeds.
+    """
+
+    position_deg: float
+    torch_deg: float
+    motion_deg_per_mm: float
+    time_s: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WeldSequence:
+    """A complete plan.
+
+    Parameters
+    ----------
+    cell : OneRobotCell
+        With the part in its place.
+    targets : SequenceTargets
+    pieces : tuple of WeldPiece
+        In the order of welding.
+    air : tuple of AirPath
+        From home to the first piece, between pieces, and home: one more than pieces.
+    unwelded : tuple of Unwelded
+    values : SequenceValues
+    """
+
+    cell: OneRobotCell
+    targets: SequenceTargets
+    pieces: tuple[WeldPiece, ...]
+    air: tuple[AirPath, ...]
+    unwelded: tuple[Unwelded, ...]
+    values: SequenceValues
+
+    @property
+    def welded_mm(self) -> float:
+        """Length of all pieces, mm."""
+        return sum(piece.candidate.task.length_mm for piece in self.pieces)
+
+    @property
+    def out_of_position(self) -> tuple[WeldPiece, ...]:
+        """Pieces that are farther from the asked weld position than the tolerance."""
+        tol = self.targets.position_tol_rad
+        return tuple(piece for piece in self.pieces if piece.candidate.off_position_rad > tol)
+
+    @property
+    def is_free(self) -> bool:
+        """Whether every move is proved free of collision."""
+        return all(piece.check.is_free for piece in self.pieces) and all(path.check.is_free for path in self.air)
+
+
+def sequence_values(
+    cell: OneRobotCell, targets: SequenceTargets, chosen: list[Candidate], air_s: float
+) -> SequenceValues:
+    """Return what plans are compared by.
+
+    Parameters
+    ----------
+    cell : OneRobotCell
+    targets : SequenceTargets
+    chosen : list of Candidate
+        One or more.
+    air_s : float
+        Time of all moves between the welds.
+    """
+    length = np.array([candidate.task.length_mm for candidate in chosen])
+    share = length / length.sum()
+    position = float(share @ [math.degrees(candidate.off_position_rad) for candidate in chosen])
+    torch = math.sqrt(float(share @ [math.degrees(candidate.off_torch_rad) ** 2 for candidate in chosen]))
+    motion = math.sqrt(float(share @ [math.degrees(candidate.motion_rad_mm) ** 2 for candidate in chosen]))
+    weld = sum(c.task.length_mm / c.weld_speed(cell, targets.speed_mm_s)[0] for c in chosen)
+    return SequenceValues(position, torch, motion, weld + air_s)
+
+
+def air_seconds(cell: OneRobotCell, way: FloatArray) -> FloatArray:
+    """Return the time of every straight move between states (n, k) through the air, s, shape (n - 1,)."""
+    return axis_seconds(way[:-1], way[1:], AIR_SHARE * cell.speeds)

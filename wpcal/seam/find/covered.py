@@ -1,0 +1,158 @@
+"""Solids that fill room which another solid fills already: the same body twice, or one wholly inside another.
+
+A drawing may hold a body under two names, an earlier state of it, or a union beside what was united. Two bodies that
+fill the same room cannot both be members: one of them counts.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from wpcal.brep.boxes import BoxTree, boxes_of_solids
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.hits import find_hits
+from wpcal.brep.material import ExactMaterial, find_solids_around
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.issue import Issue
+
+LOOKS = ((8, 0.75), (200, 0.98))
+"""Points inside a solid that are looked at, and the share of them that is at least inside the other one. A plug that
+stands out by a tenth is told from a covered one with 200 points; a few points may be judged wrong."""
+LINES = 4
+"""Random lines per point: most lines through the box of a thin solid miss it."""
+BOX_MM = 0.1
+"""A solid that stands out of another one by more is not inside it; boxes of round faces are not exact."""
+STEP_NAME = re.compile(
+    r"(additive|subtractive|pad|pocket|chamfer|fillet|cut|fusion|union|common|boolean|body|solid|shape|compound|"
+    r"extru(de|sion)|sweep|pipe|loft|revol(ve|ution)|mirror(ed)?|pattern|array|draft|thickness|clone|copy|import(ed)?|"
+    r"feature|open cascade.*|s)[ _.:-]*\d*",
+    re.IGNORECASE,
+)
+"""Names that programs give to bodies, after the step that made them: ``Pad001``, ``Cut``, ``Solid 3``."""
+NAMED = 3
+"""So many solids are named in an issue."""
+
+
+def covered_by(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
+    """Return for each solid the solid that fills its room and counts instead of it, or -1.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    trimmed : TrimmedFaces
+        Of the same graph, or of one with fewer added edges.
+
+    Returns
+    -------
+    ndarray of int, shape (S,)
+        Of equal bodies, the first one counts. Looked for once: the answer is kept in `trimmed.known`.
+    """
+    found = trimmed.known.get(("covered", -1))
+    if found is None:
+        found = trimmed.known[("covered", -1)] = _find(graph, trimmed)
+    return np.asarray(found, dtype=np.int64)
+
+
+def covered_issues(graph: BrepGraph, trimmed: TrimmedFaces) -> tuple[Issue, ...]:
+    """Say which solids do not count because others fill their room.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    """
+    by = covered_by(graph, trimmed)
+    own = np.flatnonzero(by >= 0)
+    if len(own) == 0:
+        return ()
+    names = graph.solid_names
+    told = [f"{names[solid]} in {names[by[solid]]}" for solid in own[:NAMED].tolist()]
+    told += [f"and {len(own) - NAMED} more"] if len(own) > NAMED else []
+    count = "1 solid fills" if len(own) == 1 else f"{len(own)} solids fill"
+    words = f"{count} room that another solid fills, so one of the two gives no seams: {', '.join(told)}"
+    return (Issue("same-room", words, tuple(names[solid] for solid in own.tolist())),)
+
+
+def _find(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
+    inner, outer = _boxes_inside(graph, trimmed)
+    rng = np.random.default_rng(0)
+    for count, least in LOOKS:
+        solids = np.unique(inner)
+        owner, points = _points_inside(graph, trimmed, solids, count, rng)
+        row, around = find_solids_around(ExactMaterial(graph, trimmed), points)
+        size = len(graph.solid_names)
+        of = np.bincount(owner, minlength=size)
+        pairs, hits = np.unique(owner[row] * size + around, return_counts=True)
+        inside = np.zeros(len(inner), dtype=np.int64)
+        at = np.searchsorted(pairs, inner * size + outer)
+        known = at < len(pairs)
+        known[known] = pairs[at[known]] == (inner * size + outer)[known]
+        inside[known] = hits[at[known]]
+        kept = (inside >= least * of[inner]) & (of[inner] > 0)
+        inner, outer = inner[kept], outer[kept]
+    return _chosen(graph, inner, outer)
+
+
+def _boxes_inside(graph: BrepGraph, trimmed: TrimmedFaces) -> tuple[IntArray, IntArray]:
+    """Return the pairs of solids of which the box of the first is inside that of the second."""
+    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    one, other = BoxTree.of(low, high).meeting(low, high)
+    within = (low[one] >= low[other] - BOX_MM).all(axis=1) & (high[one] <= high[other] + BOX_MM).all(axis=1)
+    kept = (one != other) & within
+    return one[kept], other[kept]
+
+
+def _points_inside(
+    graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, count: int, rng: np.random.Generator
+) -> tuple[IntArray, FloatArray]:
+    """Return places inside solids, half way along random lines through them: their solids, and points (n, 3)."""
+    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    solid = np.repeat(solids, LINES * count)
+    way = rng.normal(size=(len(solid), 3))
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    through = low[solid] + (high - low)[solid] * rng.uniform(size=(len(solid), 3))
+    reach = np.linalg.norm(high - low, axis=1)[solid] + 1.0
+    start = through - reach[:, None] * way
+    hits = find_hits(graph, trimmed, start, way, length_mm=2.0 * reach, solid=solid)
+    first = np.flatnonzero((hits.way[:-1] < 0) & (hits.way[1:] > 0) & (hits.ray[:-1] == hits.ray[1:]))
+    ray, at = hits.ray[first], (hits.at_mm[first] + hits.at_mm[first + 1]) / 2
+    return solid[ray], start[ray] + at[:, None] * way[ray]
+
+
+def _chosen(graph: BrepGraph, inner: IntArray, outer: IntArray) -> IntArray:
+    """Return for each solid the one that counts instead of it: the outer one, and of two that are equal the first.
+
+    Of two equal ones, a name that a person gave goes before the name of a modelling step.
+    """
+    pairs = set(zip(inner.tolist(), outer.tolist(), strict=True))
+    rank = [(bool(STEP_NAME.fullmatch(name)), solid) for solid, name in enumerate(graph.solid_names)]
+    by = np.full(len(graph.solid_names), -1)
+    for one, other in sorted(pairs, key=lambda pair: rank[pair[1]], reverse=True):
+        if (other, one) not in pairs or rank[other] < rank[one]:
+            by[one] = other
+    for solid in range(len(by)):  # what counts instead is not covered itself
+        way = [solid]
+        while by[way[-1]] >= 0 and by[way[-1]] not in way:
+            way.append(int(by[way[-1]]))
+        by[way[:-1]] = way[-1]
+        by[way[-1]] = -1
+    return by
+
+
+def count_solids(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray) -> BoolArray:
+    """Tell which of some solids count; numbers below zero do.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    solids : ndarray of int, any shape
+
+    Returns
+    -------
+    ndarray of bool, same shape
+    """
+    return np.asarray((solids < 0) | (covered_by(graph, trimmed)[np.maximum(solids, 0)] < 0), dtype=bool)

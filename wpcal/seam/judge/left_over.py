@@ -1,0 +1,53 @@
+"""What is left in an assembly of castings and mouldings: a few contacts between bars and plates, rarely welds.
+
+A part whose joints are mostly between solids that were made in one piece is a machine, a device or a toy. Its few bars
+and plates are screwed on like the rest. In a weldment with one casting on it, most joints are between members.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from wpcal.seam.judge.evidence import BETWEEN_TWO, Judge, weighed
+from wpcal.seam.rules import Rule
+from wpcal.seam.seam import Seam
+
+MOST = 0.8
+"""Share of the length of all joints that has a solid made in one piece, from which on the rest is doubted."""
+
+
+def doubt_what_is_left(judge: Judge, seams: Sequence[Seam]) -> list[Seam]:
+    """Return the seams of a part; if most joints are between solids made in one piece, the others with a finding.
+
+    Parameters
+    ----------
+    judge : Judge
+        What is known about the part.
+    seams : sequence of Seam
+        All of the part, judged.
+    """
+    left = [row for row, seam in enumerate(seams) if seam.accepted and seam.source in BETWEEN_TWO]
+    left_mm = sum(seams[row].length_mm for row in left)
+    whole_mm = sum(seam.length_mm for seam in seams if _is_refused_as_whole(judge, seam))
+    if not left or whole_mm < MOST * (whole_mm + left_mm):
+        return list(seams)
+    words = (
+        f"{whole_mm:.0f} of {whole_mm + left_mm:.0f} mm of the joints that could be welded have a solid made in one "
+        "piece; this is one of the rest"
+    )
+    doubted = {row for row in left if not judge.both_said(seams[row])}
+    return [
+        weighed(seam, (*seam.findings, Rule.LEFT_OVER.found(words)), judge.level) if row in doubted else seam
+        for row, seam in enumerate(seams)
+    ]
+
+
+def _is_refused_as_whole(judge: Judge, seam: Seam) -> bool:
+    """Tell whether a seam would be accepted if its solids were not made in one piece."""
+    factors = [one.factor for one in seam.findings if one.rule == Rule.ONE_PIECE.key]
+    if seam.accepted or not factors or seam.inside or seam.blocked_by:
+        return False
+    confidence = seam.confidence
+    for factor in factors:
+        confidence /= factor
+    return confidence >= judge.level.value

@@ -1,0 +1,124 @@
+"""What the shapes of two solids, and of the whole part, say against a weld between them.
+
+It takes time to look at shapes. So each solid and each pair is looked at once, and only if nothing else refuses a
+candidate between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from wpcal.brep.boxes import boxes_of_solids
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.seam.find.built_up import is_turned
+from wpcal.seam.judge.closed_in import hold_each_other
+from wpcal.seam.judge.held_fast import is_held_fast, is_ring_in_ring
+from wpcal.seam.judge.rolling import has_round_tread
+from wpcal.seam.member.heavy_bars import find_bar, why_timber
+from wpcal.seam.member.note import Members
+from wpcal.seam.member.one_piece import OnePieces
+from wpcal.seam.rules import Rule
+from wpcal.seam.seam import Finding
+
+SMALLEST = 0.5
+"""A solid that is smaller than this share of the nozzle in all directions is a contact, a spring or a pin: the smallest
+weld nut has 9 mm."""
+THINNEST_MM = 0.5
+"""The thinnest sheet that is welded with an arc is about as thick."""
+
+
+@dataclass(slots=True, eq=False)
+class ShapeLooks:
+    """Findings by shape about solids, pairs of solids and the part; each is found when somebody asks.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    members : Members
+        What its solids are taken for by names, materials and seats.
+    gap_mm : float
+        Solids nearer than this touch.
+    nozzle_mm : float
+        Diameter of the torch's nozzle.
+    """
+
+    graph: BrepGraph
+    trimmed: TrimmedFaces
+    members: Members
+    gap_mm: float
+    nozzle_mm: float
+    _one_pieces: OnePieces = field(init=False)
+    _pairs: dict[tuple[int, int], tuple[Finding, ...]] = field(default_factory=dict)
+    _turned: dict[int, bool] = field(default_factory=dict)
+    _part: tuple[Finding, ...] | None = None
+
+    def __post_init__(self) -> None:
+        self._one_pieces = OnePieces(self.graph, self.trimmed)
+
+    def findings(self, solids: Sequence[int]) -> Iterator[Finding]:
+        """Yield the findings against a weld between two solids, given by number."""
+        said = [self.members[solid].said for solid in solids]
+        for solid, is_said in zip(solids, said, strict=True):
+            why = None if is_said else self._one_pieces.why(solid)
+            if why is not None:
+                name = self.graph.solid_names[solid]
+                yield Rule.ONE_PIECE.found(f"{name}: {why}", solid=name)
+        if not all(said):
+            a, b = sorted(solids)
+            if (a, b) not in self._pairs:
+                self._pairs[a, b] = tuple(self._of_pair(a, b))
+            yield from self._pairs[a, b]
+            if self._part is None:
+                self._part = tuple(self._of_part())
+            yield from self._part
+
+    def _of_pair(self, a: int, b: int) -> Iterator[Finding]:
+        pair = (self.graph, self.trimmed, a, b)
+        sizes = [self._size_mm(solid) for solid in (a, b)]
+        small, large = min(sizes), max(sizes)
+        if large < self.nozzle_mm or small < SMALLEST * self.nozzle_mm:
+            words = (
+                f"both solids fit in {large:.3g} mm" if large < self.nozzle_mm else f"one solid fits in {small:.3g} mm"
+            )
+            yield Rule.SMALLER_THAN_NOZZLE.found(f"{words}; the nozzle of the torch has {self.nozzle_mm:g} mm")
+        for solid in (a, b):
+            bar = find_bar(self.graph, self.trimmed, solid)
+            if bar is not None and bar.thick < THINNEST_MM:
+                words = f"{self.graph.solid_names[solid]} is {bar.thick:.2g} mm thick"
+                yield Rule.TOO_THIN.found(f"{words}: no arc welds less than {THINNEST_MM:g} mm")
+        for solid in (a, b):
+            if has_round_tread(self.graph, self.trimmed, solid):
+                yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} is a wheel: it has a bore and a round tread")
+        is_round = self._is_turned(a) or self._is_turned(b)
+        if is_round and is_held_fast(*pair, self.gap_mm):
+            yield Rule.HELD_FAST.found("one of the two is a ring between two shoulders of the other")
+        elif hold_each_other(*pair, self.gap_mm):
+            yield Rule.CLOSED_IN.found("no straight move takes the two apart: one was closed round the other")
+        elif is_round and is_ring_in_ring(*pair, self.gap_mm):
+            yield Rule.RING_IN_RING.found("a ring fills the bore of the other and ends with it on both sides")
+
+    def _of_part(self) -> Iterator[Finding]:
+        members = self.members.notes.members
+        if any(one.metal is not None and not one.findings for one in members):
+            return
+        why = why_timber(self.graph, self.trimmed, [k for k, one in enumerate(members) if not one.findings])
+        if why is not None:
+            yield Rule.TIMBER.found(why)
+
+    def _is_turned(self, solid: int) -> bool:
+        """Tell whether a solid may be a ring; asked once, not once per neighbour."""
+        if solid not in self._turned:
+            self._turned[solid] = is_turned(self.graph, solid)
+        return self._turned[solid]
+
+    def _size_mm(self, solid: int) -> float:
+        """Return the longest side of the box of a solid, mm."""
+        own = self.graph.face_solid == solid
+        box = tuple(corner[own] for corner in self.trimmed.face_box)
+        low, high = boxes_of_solids(np.zeros(int(own.sum()), dtype=np.int64), box, 1)
+        return float((high - low).max())

@@ -1,0 +1,176 @@
+"""Furniture, windows and doors: solid bars with slabs on them, or frames that were cut from solid bar in one piece.
+
+Whoever builds a frame of steel takes tube or rolled profile where a solid bar would weigh more than it carries. Nothing
+in a file without names says wood; the sections do. Solid bars alone are no evidence: many people draw a tube as a solid
+bar. So the part must have no hollow section and no thin plate, and either a slab on its bars that one person cannot
+lift, or several closed frames of solid bar.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.seam.find.built_up import OPPOSITE_COS, SKIN_MM, way_out
+
+STEEL_KG_M_MM2 = 7.85e-3
+"""Weight of a steel bar, kg per metre of length and mm² of section."""
+HEAVY_KG_M = 10.0
+"""A solid bar that would weigh as much as a tube of 80 x 80 x 4: from 36 x 36 mm on."""
+PLUMP = 4.0
+"""Thickness and width of a bar are less than this apart; a plate is wider."""
+SLENDER = 6.0
+"""A bar is longer than this, in widths."""
+THIN_MM = 9.0
+"""Steel parts with heavy bars have tubes, profiles, gussets or foot plates that are thinner."""
+FEWEST = 2
+"""One solid bar may be a shaft or a rail, one frame may be fused."""
+SPREAD = 3.0
+"""A body is a frame if its box is wider than this, in widths of its bar, across its longest side, too."""
+SLAB_MM, SLAB_MM2 = 25.0, 0.25e6
+"""A slab is thicker and larger than this: as steel it would weigh 49 kg. Foot plates and table tops of steel are
+thinner or smaller."""
+LARGEST_FACES, POINTS = 12, 12
+"""Planes of a solid that are looked at, the largest first, and points on each of them."""
+LEAST_SHARE = 0.1
+"""A thickness counts if so much of the plane surface has it or less: not a notch or a chamfer."""
+ACROSS_COS = 0.3
+"""Faces are across to each other within 17 degrees of square."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bar:
+    """The section of a solid that is bounded by planes, mm: thickness, width, and the two longest sides of its box.
+
+    The width of a board is infinite: too little of its surface is across to the rest to feel it.
+    """
+
+    thick: float
+    wide: float
+    long: float
+    across: float
+
+    @property
+    def kg_m(self) -> float:
+        """Weight per metre if it were of steel."""
+        return self.thick * self.wide * STEEL_KG_M_MM2
+
+    @property
+    def is_heavy(self) -> bool:
+        """Tell whether nobody would take a solid steel bar of this section for a frame."""
+        return self.kg_m >= HEAVY_KG_M and self.wide <= PLUMP * self.thick and self.long >= SLENDER * self.wide
+
+    @property
+    def is_frame(self) -> bool:
+        """Tell whether the solid is a frame of several such bars."""
+        return self.across >= SPREAD * self.wide
+
+    @property
+    def is_slab(self) -> bool:
+        """Tell whether the solid is a thick board of some size."""
+        return np.isinf(self.wide) and self.thick >= SLAB_MM and self.long * self.across >= SLAB_MM2
+
+
+def why_timber(graph: BrepGraph, trimmed: TrimmedFaces, solids: Iterable[int]) -> str | None:
+    """Tell why solids that touch each other are rather a frame of timber than a weldment; None if they may be one.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    solids : iterable of int
+        Those against which nothing speaks.
+    """
+    heavy, slabs = dict[int, Bar](), 0
+    for solid in solids:
+        bar = find_bar(graph, trimmed, solid)
+        if bar is not None and bar.thick < THIN_MM:
+            return None
+        if bar is not None and bar.is_heavy:
+            heavy[solid] = bar
+        slabs += bar is not None and bar.is_slab
+    frames = sum(bar.is_frame for bar in heavy.values())
+    if frames < FEWEST and (slabs == 0 or len(heavy) < FEWEST):
+        return None
+    solid, bar = max(heavy.items(), key=lambda item: item[1].kg_m)
+    return (
+        f"the part has no tube and no plate under {THIN_MM:g} mm, but {'closed frames' if frames else 'a slab'} and "
+        f"solid bars such as {graph.solid_names[solid]}, {bar.thick:.0f} x {bar.wide:.0f} mm, which would weigh "
+        f"{bar.kg_m:.0f} kg per metre as steel: it looks like timber"
+    )
+
+
+def find_bar(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Bar | None:
+    """Return the section of a solid whose surface is mostly plane; None for another one.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    solid : int
+
+    Notes
+    -----
+    The thickness is felt through the material, so that a ring of one section, such as the frame of a window, is a bar.
+    """
+    own = np.flatnonzero(graph.face_solid == solid)
+    flat = own[graph.face_kind[own] == SurfaceKind.PLANE]
+    if len(flat) == 0 or (graph.face_kind[own] >= SurfaceKind.NURBS).any():
+        return None
+    area = _areas(trimmed, flat)
+    chosen = np.argsort(-area)[:LARGEST_FACES]
+    flat, area = flat[chosen], area[chosen]
+    row, p = _points_on(trimmed, flat)
+    normal = (graph.face_frame[flat, 3] * graph.face_outward[flat][:, None])[row]
+    thick, other = way_out(graph, trimmed, solid, p - SKIN_MM * normal, -normal)
+    thick = np.where(np.einsum("ki,ki->k", normal, other) < OPPOSITE_COS, thick, np.inf)
+    weight = (area / np.maximum(np.bincount(row, minlength=len(flat)), 1))[row]
+    first = _least(thick, weight, float(area.sum()))
+    if first is None:
+        return None
+    across = np.abs(normal @ normal[first]) < ACROSS_COS
+    second = _least(np.where(across, thick, np.inf), weight, float(area.sum()))
+    wide = np.inf if second is None else float(thick[second])
+    low, high = (corner[own] for corner in trimmed.face_box)
+    box = np.sort(high.max(axis=0) - low.min(axis=0))
+    return Bar(float(thick[first]), wide, float(box[2]), float(box[1]))
+
+
+def _least(thick: FloatArray, weight: FloatArray, total: float) -> int | None:
+    """Return the point with the least thickness that `LEAST_SHARE` of the surface has, or less."""
+    order = np.argsort(thick)
+    reached = np.flatnonzero(np.cumsum(weight[order]) >= LEAST_SHARE * total)
+    if len(reached) == 0 or not np.isfinite(thick[order[reached[0]]]):
+        return None
+    return int(order[reached[0]])
+
+
+def _areas(trimmed: TrimmedFaces, faces: IntArray) -> FloatArray:
+    """Return the areas of planes, mm²."""
+    found = np.zeros(len(faces))
+    for row, face in enumerate(faces.tolist()):
+        own = slice(trimmed.start[face], trimmed.start[face + 1])
+        (u0, v0), (u1, v1) = trimmed.uv0[own].T, trimmed.uv1[own].T
+        found[row] = abs(float((u0 * v1 - u1 * v0).sum())) / 2
+    return found
+
+
+def _points_on(trimmed: TrimmedFaces, faces: IntArray) -> tuple[IntArray, FloatArray]:
+    """Return points spread over planes, and the row of the plane of each; the same ones in every run."""
+    graph, rng = trimmed.graph, np.random.default_rng(0)
+    row, uv = np.repeat(np.arange(len(faces)), POINTS), np.zeros((len(faces), POINTS, 2))
+    for k, face in enumerate(faces.tolist()):
+        known = trimmed.uv0[trimmed.start[face] : trimmed.start[face + 1]]
+        if len(known):
+            low, high = known.min(axis=0), known.max(axis=0)
+            uv[k] = low + rng.uniform(size=(POINTS, 2)) * (high - low)
+    places = uv.reshape(-1, 2)
+    inside = trimmed.contains(faces[row], places)
+    row, places = row[inside], places[inside]
+    o, x, y = (graph.face_frame[faces[row], k] for k in (0, 1, 2))
+    return row, o + places[:, :1] * x + places[:, 1:] * y
