@@ -13,6 +13,8 @@ from wpcal.brep.contact import CONTACT_GAP_MM
 LEAST_SEAM_MM = 5.0
 """Least length of an accepted seam, unless `SeamOptions.min_length_mm` says otherwise. A shorter run is a step in a
 machined part or a sliver: the end of an 8 mm plate is the shortest weld in use."""
+LENGTH_ROUND_OFF_MM = 1e-3
+"""A seam that is shorter by less is as long as it must be: kernels place vertices within this."""
 LEAST_CANDIDATE_MM = 1.0
 """A shorter contact is not even a candidate: an arc needs more to start."""
 LEAST_CHANGE_MM = 3.0

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 
 class JointType(Enum):
@@ -134,6 +137,8 @@ class SeamFrames:
     @property
     def rotations(self) -> Rotation:
         """The n rotations for SciPy, which converts them to any other form; each carries the seam's axes to `frame`."""
+        from scipy.spatial.transform import Rotation
+
         return Rotation.from_matrix(self.R)
 
     def rows(self, first: int, end: int) -> SeamFrames:
@@ -176,6 +181,24 @@ class Groove:
     depth_mm: float
     opening_mm: float
     root_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class Hiding:
+    """What a torch would reach of a seam if a solid beside it were not there.
+
+    Parameters
+    ----------
+    solid : str
+    length_mm : float
+        So much of the seam would be free.
+    is_loose : bool
+        No face of the solid is near another solid: it may be a fixture, or a part that is mounted later.
+    """
+
+    solid: str
+    length_mm: float
+    is_loose: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -346,6 +369,8 @@ class Seam:
     more_wire_mm : float
         How much longer than usual the wire must be, from its tip to the mouth of the nozzle, for the torch to reach the
         seam.
+    hiding : tuple of Hiding
+        What the torch would reach of a blocked stretch without one of the solids in its way.
     other_torch : OtherTorch or None
         A torch that reaches the seam, if the stated one does not.
     groove : Groove or None
@@ -378,6 +403,7 @@ class Seam:
     lean_rad: FloatArray | None = None
     spin_rad: FloatArray | None = None
     more_wire_mm: float = 0.0
+    hiding: tuple[Hiding, ...] = ()
     other_torch: OtherTorch | None = None
     groove: Groove | None = None
     wrap_of: str | None = None

@@ -20,11 +20,12 @@ from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.find.formed import are_bends, is_profile
 from wpcal.seam.find.play import is_play, with_play
 from wpcal.seam.find.tubes import THIN_WALL
+from wpcal.seam.judge.hiding import hiding_words
 from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.shape_looks import ShapeLooks
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
-from wpcal.seam.limits import GAP_ROUND_OFF_MM, THICKEST_MM, Level
+from wpcal.seam.limits import GAP_ROUND_OFF_MM, LENGTH_ROUND_OFF_MM, THICKEST_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_clamps, find_holes
 from wpcal.seam.member.note import Members, are_welded, take_members
 from wpcal.seam.options import ConcaveEdges, Play, Reach, SeamOptions
@@ -211,14 +212,14 @@ class Judge:
         """Yield the findings against a candidate."""
         solids = [self.number[name] for name in seam.solids]
         if seam.inside:
-            yield Rule.IN_MATERIAL.found(in_material_words(seam))
+            yield Rule.IN_MATERIAL.found(f"{in_material_words(seam)}{hiding_words(seam)}")
         elif seam.blocked_by:
             yield Rule.NOT_REACHED.found(f"{blocked_words(seam)}{assumed_words(self.reach)}")
         for solid in solids:
             yield from self.members[solid].findings
             if seam.source is SeamSource.FLARE and solid in self.rolling and not self.members[solid].said:
                 yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} {self.rolling[solid]}")
-        if seam.length_mm < self.min_length_mm:
+        if seam.length_mm < self.min_length_mm - LENGTH_ROUND_OFF_MM:
             least = f"the least length of a seam, {self.min_length_mm:g} mm"
             yield Rule.TOO_SHORT.found(f"{seam.length_mm:.1f} mm is shorter than {least}")
         if self.has_marks and seam.source is not SeamSource.MARKED:

@@ -5,7 +5,8 @@ Two seams are joined where their ends meet, if they join the same solids with th
 shorter than a seam of its own must be. A run round a whole member starts in the middle of its longest side: nobody
 starts a weld at a corner.
 
-Without ``--wrap`` only the four grooves round a tab that ends flush in its slot become one: that is one plug weld.
+Without ``--wrap`` only the four grooves round a tab that ends flush in its slot become one: that is one plug weld. And
+so do fillets round the foot of a small bar, all of whose sides are short: nobody strikes an arc for each of them.
 """
 
 from __future__ import annotations
@@ -14,10 +15,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.linked import near_pairs
 from wpcal.seam.chain import Chain
 from wpcal.seam.judge.evidence import Judge, is_judgement, judge_seams, weighed
 from wpcal.seam.judge.leans import feel_seams
@@ -64,7 +65,10 @@ def weld_round_corners(
     list of Seam
         Joined seams replace those that they are made of.
     """
-    links = _links(seams, _eligible(graph, trimmed, seams, judge)) if options.wrap else _round_tabs(seams)
+    if options.wrap:
+        links = _links(seams, _eligible(graph, trimmed, seams, judge))
+    else:
+        links = _round_tabs(seams) | _round_feet(graph, trimmed, seams, judge)
     for _ in range(ROUNDS):
         runs = [run for run in _walks(links) if len(run.ends) > 1]
         joined = with_frames(graph, [_joined(graph, seams, run) for run in runs], options)
@@ -107,6 +111,21 @@ def _round_tabs(seams: Sequence[Seam]) -> frozenset[Link]:
     return frozenset(link for run in round_tabs for link in run.links)
 
 
+def _round_feet(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], judge: Judge) -> frozenset[Link]:
+    """Return the links of fillets round feet all of whose sides are short."""
+    short = [row for row, seam in enumerate(seams) if _is_side(seam)]
+    if not any(seams[row].accepted for row in short):
+        return frozenset()
+    sides = [seams[row] for row in short]
+    rows = [short[row] for row in _eligible(graph, trimmed, sides, judge)]
+    return _links(seams, rows)
+
+
+def _is_side(seam: Seam) -> bool:
+    """Tell whether a seam may be one side of a small foot."""
+    return seam.weld is WeldType.FILLET and not seam.closed and seam.length_mm <= MOST_END_MM
+
+
 def _links(seams: Sequence[Seam], rows: list[int]) -> frozenset[Link]:
     """Return which ends meet at corners, the nearest first; each end meets one other."""
     if not rows:
@@ -114,7 +133,7 @@ def _links(seams: Sequence[Seam], rows: list[int]) -> frozenset[Link]:
     frames = [seams[row].frames for row in rows]
     p = np.concatenate([own.p[[0, -1]] for own in frames])
     out = np.concatenate([[-own.R[0, :, 0], own.R[-1, :, 0]] for own in frames])
-    pairs = cKDTree(p).query_pairs(LEAST_CHANGE_MM, output_type="ndarray").astype(np.int64)
+    pairs = near_pairs(p, LEAST_CHANGE_MM)
     a, b = pairs.T
     turn = np.arccos(np.clip(-np.einsum("ki,ki->k", out[a], out[b]), -1.0, 1.0))
     apart = np.linalg.norm(p[a] - p[b], axis=1)
