@@ -41,6 +41,7 @@ class Chain:
     def __init__(self, path: Path) -> None:
         root = ET.parse(path).getroot()
         self.joints = {joint.find("child").get("link"): joint for joint in root.findall("joint")}
+        self.steps: dict[str, tuple[str, Array, Array | None, int]] = {}
         self.names = [link.get("name") for link in root.findall("link")]
         moving = [joint for joint in self._in_order() if joint.get("type") in ("revolute", "continuous")]
         self.number = {joint.get("name"): row for row, joint in enumerate(moving)}
@@ -50,7 +51,8 @@ class Chain:
         ]
         tip = [name for name in ("tool0", "flange") if name in self.names]
         self.tip = tip[0] if tip else moving[-1].find("child").get("link")
-        self.base = self._pose("base", np.zeros(len(moving))) if "base" in self.names else np.eye(4)
+        base = self._pose("base", np.zeros(len(moving))) if "base" in self.names else np.eye(4)
+        self.from_base = np.linalg.inv(base)
         self.meshes = {}
         for link in root.findall("link"):
             mesh = link.find("collision/geometry/mesh")
@@ -76,21 +78,33 @@ class Chain:
         xyz, rpy = ([float(v) for v in origin.get(key, "0 0 0").split()] for key in ("xyz", "rpy"))
         return matrix(1000.0 * np.array(xyz), rpy)
 
+    def _step(self, link: str) -> tuple[str, Array, Array | None, int]:
+        """Return what carries a link: the link before it, the fixed place in it, the axis and the number of a joint."""
+        if link not in self.steps:
+            joint = self.joints[link]
+            place = np.eye(4) if joint.find("origin") is None else self._origin(joint.find("origin"))
+            number, axis = self.number.get(joint.get("name"), -1), None
+            if number >= 0:
+                axis = np.array([float(v) for v in joint.find("axis").get("xyz").split()])
+                axis /= np.linalg.norm(axis)
+            self.steps[link] = joint.find("parent").get("link"), place, axis, number
+        return self.steps[link]
+
     def _pose(self, link: str, q: Array) -> Array:
         T = np.eye(4)
         while link in self.joints:
-            joint = self.joints[link]
-            step = np.eye(4) if joint.find("origin") is None else self._origin(joint.find("origin"))
-            if joint.get("name") in self.number:
-                axis = np.array([float(v) for v in joint.find("axis").get("xyz").split()])
-                angle = q[self.number[joint.get("name")]]
-                step = step @ matrix([0, 0, 0], [0, 0, 0])
-                step[:3, :3] = step[:3, :3] @ Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix()
-            T, link = step @ T, joint.find("parent").get("link")
+            link, place, axis, number = self._step(link)
+            if axis is not None:
+                turn = np.eye(4)
+                x, y, z = axis
+                K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])  # Rodrigues
+                turn[:3, :3] += np.sin(q[number]) * K + (1 - np.cos(q[number])) * (K @ K)
+                T = turn @ T
+            T = place @ T
         return T
 
     def pose(self, link: str, q: Array) -> Array:
-        return np.linalg.inv(self.base) @ self._pose(link, q)
+        return self.from_base @ self._pose(link, q)
 
     def moved_by(self, link: str) -> int:
         """Return how many joints move a link."""
@@ -112,7 +126,7 @@ def bvh(points: Array, faces: Array) -> fcl.CollisionObject:
 class RealCell:
     """A cell of one robot with real meshes.
 
-    `couple` takes the shown joints to those of the URDF; the part is given as triangles (m, 3, 3) in its own frame.
+    The part is given as triangles (m, 3, 3) in its own frame.
     """
 
     def __init__(

@@ -1,5 +1,7 @@
 """Random pairs of states in three cluttered cells, judged by another kinematics and by the meshes themselves."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -41,6 +43,6 @@ def test_nearly_all_pairs_are_joined_and_no_mesh_meets_another(name, tmp_path):
         states = found.check.states
         count = FINER if row % LOOKED_AT == 0 else 1
         shares = np.arange(count) / count
-        for a, b in zip(states[:-1], states[1:], strict=True):
+        for a, b in itertools.pairwise(states):
             assert not [hit for share in shares if (hit := real.collision(a + share * (b - a)))]
     assert failed <= MOST_FAILED
