@@ -103,6 +103,7 @@ def refused_table(seams: Sequence[Seam]) -> Table:
     from wpcal.core.wording import listed
     from wpcal.seam.judge.doubted import would_be_taken
     from wpcal.seam.judge.evidence import ASSUMED_MARK
+    from wpcal.seam.judge.hiding import gained_words
 
     table = Table(title="Not taken as welds")
     for heading in ("seam", "joint", "joins"):
@@ -121,6 +122,8 @@ def refused_table(seams: Sequence[Seam]) -> Table:
                 assumed, _, after = rest.partition(")")
                 why, table.caption = before + after, f"{ASSUMED_MARK.strip(' (')} {assumed}"
             table.add_row(*cells, _sure(seam), why)
+    for told in gained_words([seam for seam in seams if not seam.accepted]):
+        table.caption = told if table.caption is None else f"{table.caption}; {told}"
     more = would_be_taken(seams)
     if more:
         told = f"only doubted, taken with --generous: {listed(seam.name for seam in more)}"

@@ -58,6 +58,8 @@ class TrimmedFaces:
         Edge parameters at the ends of each piece.
     known : dict
         What somebody has found out about solids, by subject and solid. It stays with the faces if edges are added.
+    hidden : frozenset of int
+        Solids that are as if they were not there: their faces have empty boxes, so nothing meets them.
     """
 
     graph: BrepGraph
@@ -70,6 +72,7 @@ class TrimmedFaces:
     t0: FloatArray
     t1: FloatArray
     known: dict[tuple[str, int], Any] = field(default_factory=dict, repr=False)
+    hidden: frozenset[int] = frozenset()
 
     @classmethod
     def of(cls, graph: BrepGraph) -> TrimmedFaces:
@@ -121,6 +124,8 @@ class TrimmedFaces:
             corners = patch_corners(graph.nurbs_surfaces[graph.face_nurbs[number]])
             low[number] = np.minimum(low[number], corners[0].min(axis=0))
             high[number] = np.maximum(high[number], corners[1].max(axis=0))
+        hidden = np.isin(graph.face_solid, list(self.hidden))
+        low[hidden], high[hidden] = np.inf, -np.inf
         return low, high
 
     @cached_property

@@ -29,6 +29,7 @@ from wpcal.seam.find.tube_frames import are_tube_frames
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
+from wpcal.seam.judge.hiding import with_hiding
 from wpcal.seam.judge.left_over import doubt_what_is_left
 from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
@@ -180,7 +181,7 @@ def _reached(
     graph: BrepGraph, trimmed: TrimmedFaces, found: CopiedSeams, options: SeamOptions, judge: Judge
 ) -> list[Seam]:
     """Judge seams by where a torch gets to them, too; those that are welded otherwise are cut where none does."""
-    seams = found.seams
+    seams = with_hiding(graph, trimmed, found.seams, options.reach)
     judged = judge_seams(graph, trimmed, seams, options, judge)
     inside = [replace(seam, lean_rad=np.full((len(seam.frames), 2), np.nan)) for seam in judged if seam.inside]
     felt = np.array([not seam.inside for seam in judged], dtype=bool)
@@ -192,8 +193,10 @@ def _reached(
     others = with_reach(graph, trimmed, [seams[i] for i in whole], options.reach)
     pieces |= {row: [seam] for row, seam in zip(whole.tolist(), others, strict=True)}
     pieces |= found.moved(np.setdiff1d(np.flatnonzero(felt), asked), pieces)
-    order = [*np.flatnonzero(felt & welded).tolist(), *np.flatnonzero(felt & ~welded).tolist()]
-    reached = [seam for row in order for seam in pieces[row]]
+    first, others = (
+        [piece for row in np.flatnonzero(felt & rows).tolist() for piece in pieces[row]] for rows in (welded, ~welded)
+    )
+    reached = [*with_hiding(graph, trimmed, first, options.reach), *others]
     told = [*inside, *judge_seams(graph, trimmed, reached, options, judge)]
     return doubt_what_is_left(judge, doubt_what_fixes_bolts(judge, trimmed, told))
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
+from wpcal.seam.judge.hiding import hiding_words
 from wpcal.seam.member.note import MemberNotes
 from wpcal.seam.rules import PRIOR, Rule
 from wpcal.seam.seam import Seam
@@ -143,7 +144,7 @@ def _reach(seam: Seam) -> str:
             if other is None
             else f"{other.name} reaches all of it with {other.wire_mm:g} mm of wire (--torch {other.name})"
         )
-    return f"reach: the torch is {', '.join(words)}"
+    return f"reach: the torch is {', '.join(words)}{hiding_words(seam)}"
 
 
 def _verdict(seam: Seam, notes: MemberNotes) -> str:

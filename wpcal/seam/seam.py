@@ -179,6 +179,24 @@ class Groove:
 
 
 @dataclass(frozen=True, slots=True)
+class Hiding:
+    """What a torch would reach of a seam if a solid beside it were not there.
+
+    Parameters
+    ----------
+    solid : str
+    length_mm : float
+        So much of the seam would be free.
+    is_loose : bool
+        No face of the solid is near another solid: it may be a fixture, or a part that is mounted later.
+    """
+
+    solid: str
+    length_mm: float
+    is_loose: bool
+
+
+@dataclass(frozen=True, slots=True)
 class OtherTorch:
     """A torch that comes with wpcal and reaches a seam which the stated torch does not reach.
 
@@ -346,6 +364,8 @@ class Seam:
     more_wire_mm : float
         How much longer than usual the wire must be, from its tip to the mouth of the nozzle, for the torch to reach the
         seam.
+    hiding : tuple of Hiding
+        What the torch would reach of a blocked stretch without one of the solids in its way.
     other_torch : OtherTorch or None
         A torch that reaches the seam, if the stated one does not.
     groove : Groove or None
@@ -378,6 +398,7 @@ class Seam:
     lean_rad: FloatArray | None = None
     spin_rad: FloatArray | None = None
     more_wire_mm: float = 0.0
+    hiding: tuple[Hiding, ...] = ()
     other_torch: OtherTorch | None = None
     groove: Groove | None = None
     wrap_of: str | None = None

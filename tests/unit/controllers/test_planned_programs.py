@@ -15,13 +15,13 @@ from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.tool_data import read_tool_data
 from wpcal.core.errors import FormatError, InputError
-from wpcal.formats.trajectory import joint_trajectory
+from wpcal.formats.trajectory import joint_trajectory, tesseract_states
 from wpcal.planning.cell.one_robot import Rail
 from wpcal.planning.cell.one_robot_file import read_one_robot
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets, WeldPosition
-from wpcal.planning.sequence.timeline import build_timeline
+from wpcal.planning.sequence.timeline import SequencePhase, build_timeline
 from wpcal.robot.kinematics.arm import Coupling
 from wpcal.weld.find import find_welds
 from wpcal.weld.record import StatedWeld
@@ -235,9 +235,10 @@ def test_a_ring_is_welded_flat_by_turning_the_positioner(tmp_path, given):
     up = np.einsum("nij,njk->nik", cell.part_places(q)[:, :3, :3], piece.candidate.task.R)[:, 2]
     assert np.degrees(np.arccos(up[:, 2].min())) < 1.0  # out of the joint is up everywhere
     assert np.abs(up[:, 0]).max() < np.sin(np.radians(1.0))  # and the travel is level
-    program = build_planned_program(found, {"R1": ring})
+    program = build_planned_program(found, {"R1": ring}, PlanOutput(has_part=False))
     rapid, krl = written(program, "rapid"), written(program, "krl")
     assert 2 <= rapid.count("MoveC ") <= 3
+    assert "NOT CHECKED for collisions with the part" in rapid
     assert '[FALSE,FALSE,"STN1",' in rapid
     assert "ActUnit STN1;" in rapid
     assert "$BASE=EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,WP_PART)" in krl
@@ -256,6 +257,15 @@ def test_the_trajectory_has_every_state_with_its_time(sequence):
     assert np.allclose(q, line.q, rtol=0, atol=1e-9)
     times = [p["time_from_start"]["sec"] + 1e-9 * p["time_from_start"]["nanosec"] for p in record["points"]]
     assert np.allclose(times, line.t_s, rtol=0, atol=1e-8)
+
+    names: dict[str, object] = {}
+    exec(tesseract_states(sequence, line), names)  # a module that was written here
+    assert names["JOINTS"] == list(sequence.cell.axis_names)
+    states = names["STATES"]
+    assert np.allclose([axes for _, axes, _ in states], line.q, rtol=0, atol=1e-9)
+    assert np.allclose([t for t, _, _ in states], line.t_s, rtol=0, atol=1e-8)
+    assert [burns for _, _, burns in states] == [phase is SequencePhase.WELD for phase in line.phase]
+    assert callable(names["build"])
 
 
 RAPID = "PERS tooldata tGun:=[TRUE,[[10,-20,330.5],[0.92388,0,0.382683,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];"

@@ -20,6 +20,7 @@ from wpcal.seam.find.concave import are_cut_outs, are_deeper
 from wpcal.seam.find.formed import are_bends, is_profile
 from wpcal.seam.find.play import is_play, with_play
 from wpcal.seam.find.tubes import THIN_WALL
+from wpcal.seam.judge.hiding import hiding_words
 from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.shape_looks import ShapeLooks
 from wpcal.seam.judge.stretches import in_material_words
@@ -211,7 +212,7 @@ class Judge:
         """Yield the findings against a candidate."""
         solids = [self.number[name] for name in seam.solids]
         if seam.inside:
-            yield Rule.IN_MATERIAL.found(in_material_words(seam))
+            yield Rule.IN_MATERIAL.found(f"{in_material_words(seam)}{hiding_words(seam)}")
         elif seam.blocked_by:
             yield Rule.NOT_REACHED.found(f"{blocked_words(seam)}{assumed_words(self.reach)}")
         for solid in solids:

@@ -20,6 +20,9 @@ from wpcal.seam.torch import USUAL_TORCH, TorchShape, Tube
 
 WIRE_RADIUS_MM = 0.3
 """Half of the radius of a usual wire: in a joint of 60 degrees a whole wire touches both plates near the root."""
+NEAR_ROOT_MM = 4.0
+"""Nearer to the tip only the axis of the wire is felt: in the root of an acute joint, such as the chamfer of a prepared
+edge, a wire touches the faces that it joins. At 4 mm a wire 7 degrees beside a face is free of it."""
 NECK_STEP_MM = 10.0
 """While the torch comes and goes along the wire, neck and body are felt at this step: less than their radius."""
 TOUCH_MM = 1e-3
@@ -128,7 +131,12 @@ def _inside(
     yield TorchPart.TIP, point, solid
     mouth = np.maximum(torch.wire_mm, start)
     nozzle_mm = torch.nozzle_radius_mm - TOUCH_MM
-    tubes = ((TorchPart.WIRE, start, mouth, WIRE_RADIUS_MM), (TorchPart.NOZZLE, mouth, end, nozzle_mm))
+    whole = np.clip(NEAR_ROOT_MM, start, mouth)
+    tubes = (
+        (TorchPart.WIRE, start, whole, TOUCH_MM),
+        (TorchPart.WIRE, whole, mouth, WIRE_RADIUS_MM),
+        (TorchPart.NOZZLE, mouth, end, nozzle_mm),
+    )
     for part, low, high, radius in tubes:
         rows = np.flatnonzero(free)
         solids = material.tube_solids(p[rows], back[rows], low[rows], high[rows], radius)

@@ -17,7 +17,7 @@ from wpcal.brep.mesh import usual_deflection_mm
 from wpcal.brep.near_groups import find_near_faces, first_faces, first_rows
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.judge.material import WIRE_RADIUS_MM
+from wpcal.seam.judge.material import NEAR_ROOT_MM, WIRE_RADIUS_MM
 from wpcal.seam.judge.torch_neck import are_necks_clear, bend_directions, neck_faces
 from wpcal.seam.torch import TorchShape
 
@@ -125,8 +125,13 @@ def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, i
     start, mouth = poses.start_mm, poses.mouth_mm
     wire_mm, nozzle_mm = felt_radii_mm(graph, poses.torch)
     around = _circle(poses.back, wire_mm, 4 if is_between else AROUND // 2)
-    wire = (poses.p + start[:, None] * poses.back)[:, None] + around
-    face = first_faces(graph, trimmed, poses.owner, wire, poses.back, mouth - start)
+    whole = np.clip(NEAR_ROOT_MM, start, mouth)
+    axis = (poses.p + start[:, None] * poses.back)[:, None]
+    wire = np.concatenate([axis, (poses.p + whole[:, None] * poses.back)[:, None] + around], axis=1)
+    lengths = np.repeat((mouth - whole)[:, None], wire.shape[1], axis=1)
+    lengths[:, 0] = mouth - start
+    rays = np.broadcast_to(poses.back[:, None], wire.shape)
+    face = first_faces(graph, trimmed, poses.owner, wire, rays, lengths)
     for stage in (_first_lines, _other_lines):  # most of what is in the way is met by the first few lines
         rows = np.flatnonzero(face < 0)
         left = poses.select(rows)

@@ -11,6 +11,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.seam.judge.hiding import hiding_words
 from wpcal.seam.judge.leans import STEP_MM, Felt, FeltAt, at_stations, feel_seams
 from wpcal.seam.judge.other_torches import with_other_torches
 from wpcal.seam.judge.stations import Stretch
@@ -270,4 +271,5 @@ def blocked_words(seam: Seam) -> str:
     names = ", ".join(seam.blocked_by)
     other = seam.other_torch
     better = "" if other is None else f"; {other.name} does, with {other.wire_mm:g} mm of wire (--torch {other.name})"
-    return f"the torch does not get there: with every lean it meets {names}, {place_words(seam)}{better}"
+    words = f"the torch does not get there: with every lean it meets {names}, {place_words(seam)}"
+    return f"{words}{better}{hiding_words(seam)}"

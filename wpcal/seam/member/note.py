@@ -13,9 +13,9 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.solid_facts import SolidFacts, facts_of
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import ErrorCode, InputError
+from wpcal.seam.find.covered import covered_by
 from wpcal.seam.member.fasteners import Fastener, find_fasteners
 from wpcal.seam.member.names import Hit, read_material, read_name
-from wpcal.seam.member.same_room import find_copies_of_solids
 from wpcal.seam.member.words import IRON, METALS, NOT_METAL, Kind
 from wpcal.seam.options import Judging, Play
 from wpcal.seam.rules import Rule
@@ -174,11 +174,11 @@ def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> M
     labels = [_labels(name, fact) for name, fact in zip(graph.solid_names, facts, strict=True)]
     said = _said(labels, judging)
     fasteners = find_fasteners(graph, trimmed)
-    copies = find_copies_of_solids(graph, trimmed)
+    instead = covered_by(graph, trimmed)
     common = set.intersection(*(set(own) for own in labels)) if len(labels) > 1 else set()
     members = []
     for solid, name in enumerate(graph.solid_names):
-        first = graph.solid_names[copies[solid]] if solid in copies else None
+        first = graph.solid_names[instead[solid]] if instead[solid] >= 0 else None
         own = _Evidence(name, facts[solid], common, fasteners.get(solid), first)
         members.append(own.member(said[solid]))
     return Members(MemberNotes(judging, tuple(members)), fasteners)
@@ -196,7 +196,7 @@ class _Evidence:
         Names that belong to all solids of the part: they say nothing about one of them.
     fastener : Fastener or None
     copy_of : str or None
-        The earlier solid that fills the same room.
+        The solid that fills its room and counts instead of it.
     """
 
     name: str
