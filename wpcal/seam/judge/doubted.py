@@ -37,14 +37,15 @@ def why_none_is_taken(seams: Sequence[Seam]) -> list[Issue]:
         names = tuple(sorted({plain_name(name) for name in seam.solids}))
         groups[names, seam.against[0] if seam.against else "it is not sure enough"].append(seam)
     ordered = sorted(groups.items(), key=lambda item: (-_length(item[1]), item[0]))
-    told = [
-        f"{' + '.join(names)} ({counted(len(own), 'seam')}, {_length(own):.0f} mm): {why}"
-        for (names, why), own in ordered[:MOST_GROUPS]
-    ]
+    told, said = list[str](), set[str]()
+    for (names, why), own in ordered[:MOST_GROUPS]:
+        reason = "the same" if why in said else why
+        told.append(f"{' + '.join(names)} ({counted(len(own), 'seam')}, {_length(own):.0f} mm): {reason}")
+        said.add(why)
     more = f"; and {counted(len(ordered) - MOST_GROUPS, 'other pair')}" if len(ordered) > MOST_GROUPS else ""
-    said = " ".join(f"--weld {_quoted(name)}" for name in ordered[0][0][0])
+    options = " ".join(f"--weld {_quoted(name)}" for name in ordered[0][0][0])
     found = f"no seam is taken, but {counted(len(doubted), 'candidate')} of {_length(doubted):.0f} mm might be welds"
-    what = f"--generous takes all of them, {said} those of the first pair"
+    what = f"--generous takes all of them, {options} those of the first pair"
     text = f"{found}: {'; '.join(told)}{more}. If they are welded: {what}"
     return [Issue("only-doubted", text, tuple(seam.name for seam in doubted))]
 
@@ -96,6 +97,8 @@ def _what_helps(seams: Sequence[Seam]) -> str:
         return (
             "Another torch may get there (--torch, wpcal torches); wpcal seams --explain NAME tells where it is stopped"
         )
+    if all(len(seam.solids) == 1 for seam in seams):
+        return "If they are welds: --concave always"
     names = " ".join(f"--weld {_quoted(name)}" for name in max(seams, key=lambda seam: seam.length_mm).solids)
     return f"If they are welded: {names}, or accept single ones in wpcal pick; --explain NAME tells more"
 
