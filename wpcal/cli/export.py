@@ -135,10 +135,11 @@ def _show(
     unjudged: list[str],
     as_json: bool,
 ) -> None:
-    from wpcal.controllers.describe import NOT_CHECKED, describe_moves
+    from wpcal.controllers.describe import NOT_CHECKED, describe_moves, describe_woven_data
 
     program = next(iter(forms.values()))
-    not_checked = "; ".join([NOT_CHECKED, *(f"NOT CHECKED: {what}" for what in unjudged)])
+    woven = describe_woven_data(path.run for path in program.paths)
+    not_checked = "; ".join([NOT_CHECKED, *(f"NOT CHECKED: {what}" for what in unjudged), *woven])
     if as_json:
         from wpcal.core.records import to_json
 

@@ -96,6 +96,7 @@ def run_sequence(
 ) -> int:
     """Plan, write the folder and print what was found; 1 if a stretch is not welded or a move is not free."""
     from wpcal.cli.progress import shown_progress
+    from wpcal.controllers.describe import describe_woven_data
     from wpcal.core.errors import InputError
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.formats.trajectory import joint_trajectory, tesseract_states
@@ -146,6 +147,8 @@ def run_sequence(
         click.echo(
             "the programs are a dry run: the arc stays off" if made.arc is None else "the programs switch the arc"
         )
+    for note in describe_woven_data(each.run for each in given.seams):
+        click.echo(f"wpcal: {note}", err=True)
     for name, why in refused.items() if flags.formats or not programs else ():
         click.echo(f"wpcal: no {name} program: {why}", err=True)
     for gap in choice.sequence.unwelded:

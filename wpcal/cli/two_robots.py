@@ -73,17 +73,20 @@ def run_two_robots(asked: TwoRobotRequest, *, force: bool, as_json: bool) -> int
         When a file cannot be used, or arc instructions are asked for that cannot be written.
     """
     from wpcal.cli.progress import counted_progress
+    from wpcal.controllers.coordinated_program import tacks_left_out
     from wpcal.planning.cell.cell_check import check_cell
     from wpcal.planning.search.obstacle import NoFeasiblePlanError
     from wpcal.planning.search.plan_seam import plan_seam
 
     problem, cell = asked.problem, asked.problem.cell
     _refuse_options(asked)
-    _held_weld(asked, None)  # bad weld data is refused before the search
+    held = _held_weld(asked, None)  # bad weld data is refused before the search
     mesh = _read_mesh(asked.seams_json)
     for issue in check_cell(cell):
         if issue.code != "bases-too-near":  # the search refuses such a cell with the same words
             click.echo(f"wpcal: odd cell: {issue.message}", err=True)
+    if held.weld is not None and held.weld.tacks_mm and asked.programs.arc.tacks != "off":
+        click.echo(f"wpcal: {tacks_left_out(held.weld)}", err=True)
     try:
         with counted_progress("starting") as progress:
             result = plan_seam(problem, genetic=asked.genetic, progress=progress)
@@ -115,6 +118,10 @@ def _refuse_options(asked: TwoRobotRequest) -> None:
         raise InputError("two robots in coordinated motion have lines and arcs: use --joints for every point")
     if flags.controller.templates is not None:
         raise InputError("programs of two robots have no templates: leave out --template")
+    if flags.arc.tacks == "only":
+        raise InputError("a plan of two robots is one bead along the whole seam: leave out --tacks only")
+    if flags.arc.weave == "points":
+        raise InputError("a plan of two robots has no weave of points: leave out --weave points")
 
 
 @dataclass(frozen=True, slots=True)

@@ -246,12 +246,19 @@ def _only_run(seam: Seam, weld: SeamWeld) -> WeldRun:
     return replace(runs[0], seam=seam)
 
 
+def tacks_left_out(weld: SeamWeld) -> str:
+    """Say that the tack welds of a weld are not in a plan of two robots."""
+    return f"tack welds of {weld.name} ({len(weld.tacks_mm)}) are not in this plan of two robots: weld them first"
+
+
 def _notes(found: CoordinatedRun, path: WeldPath, arc: ArcSettings | None) -> tuple[str, ...]:
     moves, turned = found.moves, math.degrees(found.part_turned_rad)
     off = f"{moves.off_mm:.3f} mm and {math.degrees(moves.off_rad):.2f} deg"
+    weld = None if path.run is None else path.run.weld
     return (
         f"written by wpcal {__version__} from plan.json: coordinated motion, the part in the hand of robot 2",
         f"seam {path.seam.name}: {describe_path(path)}",
+        *([] if weld is None or not weld.tacks_mm else [tacks_left_out(weld)]),
         found.run.schedule.describe(),
         f"in the part the wire is at most {off} off the seam (allowed: {moves.most_mm:g} mm, 0.5 deg)",
         f"the part is at most {turned:.2f} deg and {found.part_off_mm:.1f} mm from where the plan has it",

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from wpcal import __version__
 from wpcal.controllers.arc_settings import arc_in_words
 from wpcal.controllers.corners import find_turned_corners
 from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.core.wording import listed
 from wpcal.moves import Arc, Move
+from wpcal.weld.runs import WeldRun
 from wpcal.weld.values import WeldValues, describe_weld
 
 UNCHECKED = "NOT CHECKED for collisions with the part"
@@ -30,6 +32,7 @@ def describe(program: WeldProgram) -> list[str]:
     record, torch = program.calibration, program.torch
     source = "calibration.json and seams.json" if program.planned is None else "the plan in plan.json"
     lines = [f"written by wpcal {__version__} from {source}"]
+    woven = describe_woven_data(path.run for path in program.paths)
     if "verdict" in record:
         lines.append(f"calibration {record['verdict']}, tolerance {record['tolerance_mm']:g} mm")
         if "judgement" in record:
@@ -37,7 +40,7 @@ def describe(program: WeldProgram) -> list[str]:
     if program.planned is not None:
         lines += program.planned.about
         lines += [] if program.tolerance is None else [describe_moves(program)]
-        return [*lines, arc_in_words(program.arc), *program.checked, *PLAN_NOT_CHECKED]
+        return [*lines, arc_in_words(program.arc), *program.checked, *woven, *PLAN_NOT_CHECKED]
     lines += [
         f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
         f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
@@ -58,7 +61,27 @@ def describe(program: WeldProgram) -> list[str]:
             f"the arm {program.arm.name} follows all moves within its joint limits, in one branch: wrist {axis_1} "
             f"axis 1, {lower_arm} the lower arm"
         )
-    return [*lines, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), NOT_CHECKED]
+    return [*lines, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), *woven, NOT_CHECKED]
+
+
+def describe_woven_data(runs: Iterable[WeldRun | None]) -> list[str]:
+    """Say that data of the controller may not weave where the points already do; no line if there are none.
+
+    Parameters
+    ----------
+    runs : iterable of WeldRun or None
+    """
+    named = {}
+    for run in runs:
+        if run is not None and run.is_woven:
+            values = run.weld.values
+            data = (("weld_data", values.weld_data), ("job", values.job))
+            if words := [f"{name} {value}" for name, value in data if value is not None]:
+                named[run.weld.name] = f"{run.weld.name} ({', '.join(words)})"
+    if not named:
+        return []
+    what = "weaves of points: these data of the controller must have no weave of their own, or there are two"
+    return [f"NOT CHECKED: {what}: {listed(named.values())}"]
 
 
 def part_frame(program: WeldProgram) -> str:

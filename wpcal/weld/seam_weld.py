@@ -22,7 +22,7 @@ from wpcal.weld.place import Place
 from wpcal.weld.rules import Case, Row, RuleTable
 from wpcal.weld.section import Section, section_of
 from wpcal.weld.stitch import stretches
-from wpcal.weld.values import WeldValues, require_one_size, values_from_record
+from wpcal.weld.values import WeldKind, WeldValues, require_one_size, values_from_record
 
 RECOVERY = 0.95
 """Share of a solid wire that becomes weld: a few percent are lost as spatter and fume."""
@@ -212,7 +212,7 @@ def _take_depth(draft: _Draft, seam: Seam) -> None:
     thickness = draft.given.get("thickness_mm")
     if seam.weld is not WeldType.GROOVE or seam.joint is not JointType.BUTT or thickness is None:
         return
-    if draft.given.get("weld") != "square butt weld" or thickness <= BOTH_SIDES_MM:
+    if draft.given.get("weld") != WeldKind.SQUARE.value or thickness <= BOTH_SIDES_MM:
         draft.put("depth_mm", thickness, Source.RULE, "the thickness of the thinner plate")
 
 
@@ -236,7 +236,7 @@ def _take_speed(draft: _Draft, section: Section | None, row: Row | None) -> None
     """State wire feed and speed: the wire that is fed fills the section of a bead."""
     speed = None if row is None else row.values["speed_mm_s"]
     wire = draft.given.get("wire_mm")
-    bead = None if section is None else section.area_mm2 / (draft.given.get("passes") or 1)
+    bead = _bead_mm2(draft, section, row)
     wire_mm2 = None if wire is None else math.pi / 4.0 * wire * wire * RECOVERY
     if wire_mm2 is not None and "wire_feed_m_min" not in draft.origins:
         stated = draft.given.get("speed_mm_s")
@@ -245,11 +245,25 @@ def _take_speed(draft: _Draft, section: Section | None, row: Row | None) -> None
         elif row is not None and speed is not None and row.bead_mm2 is not None:
             draft.put("wire_feed_m_min", _feed(row.bead_mm2, speed, wire_mm2), Source.RULE, row.name)
     feed = draft.given.get("wire_feed_m_min")
-    if feed and bead and wire_mm2:
+    origin = draft.origins.get("wire_feed_m_min")
+    is_of_row = row is not None and origin is not None and origin.of == row.name and bead == row.bead_mm2
+    if feed and bead and wire_mm2 and not is_of_row:
         filling = round(feed * 1000.0 / 60.0 * wire_mm2 / bead, 1)
         draft.put("speed_mm_s", max(filling, 0.1), Source.RULE, "the wire feed fills the section")
     elif row is not None and speed is not None:
         draft.put("speed_mm_s", speed, Source.RULE, row.name)
+
+
+def _bead_mm2(draft: _Draft, section: Section | None, row: Row | None) -> float | None:
+    """Return the section of one bead.
+
+    A square butt is made by penetration and reinforcement: its bead is never smaller than that of the rules, however
+    narrow the gap is. Otherwise a narrow gap would ask for a speed at which nothing melts through.
+    """
+    bead = None if section is None else section.area_mm2 / (draft.given.get("passes") or 1)
+    if draft.given.get("weld") != WeldKind.SQUARE.value or row is None or row.bead_mm2 is None:
+        return bead
+    return max(bead or 0.0, row.bead_mm2)
 
 
 def _feed(bead_mm2: float, speed_mm_s: float, wire_mm2: float) -> float:

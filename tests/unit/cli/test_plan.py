@@ -71,8 +71,13 @@ def test_a_plan_is_written_whole(tmp_path, few_points, swept, capsys):
 def test_json_is_the_record_alone(tmp_path, few_points, swept, capsys):
     swept(SHOWN)
     out = tmp_path / "out"
-    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--json") == 0
-    assert capsys.readouterr().out == (out / "pareto.json").read_text(encoding="utf-8")
+    values = {"thickness_mm": 8, "passes": 1, "tacks": {"length_mm": 10, "pitch_mm": 90}}
+    welds = tmp_path / "welds.json"
+    welds.write_text(json.dumps({"schema": "wpcal/welds/1", "welds": [{"name": "W1", "values": values}]}))
+    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--json", "--welds", welds) == 0
+    told = capsys.readouterr()
+    assert told.out == (out / "pareto.json").read_text(encoding="utf-8")
+    assert "are not in this plan of two robots: weld them first" in told.err
 
 
 @pytest.mark.deep
@@ -214,6 +219,8 @@ def test_a_bad_cell_is_one_line_and_nothing_written(tmp_path, few_points, monkey
         (("--seam", "W1", "--arc", "on"), "arc instructions need weld data"),
         (("--seam", "W1", "--every-point"), "use --joints for every point"),
         (("--seam", "W1", "--template", "mine"), "have no templates"),
+        (("--seam", "W1", "--tacks", "only"), "leave out --tacks only"),
+        (("--seam", "W1", "--weave", "points"), "leave out --weave points"),
         (("--seam", "W1", "--path-tol-mm", "-1"), "path tolerance: expected a positive number"),
     ],
 )

@@ -333,6 +333,16 @@ def test_the_wire_of_a_weave_of_points_goes_faster_than_the_travel(exported):
     assert speed * 100 / way == pytest.approx(5.0, abs=0.01)  # along the seam of 100 mm
 
 
+@pytest.mark.parametrize(("options", "count"), [(("--weave", "points"), 1), ((), 0)])
+def test_data_of_the_controller_beside_a_weave_of_points_is_told(exported, options, count):
+    ended, folder = exported("rapid", *options, weave=WEAVES, speed_mm_s=5, leg_mm=12, passes=2, weld_data="wd5")
+    assert ended.returncode == 0, ended.stderr
+    header = " ".join(re.sub(r"\n\s*!", " ", (folder / "WPCAL.mod").read_text()).split())
+    for told in (header, ended.stderr):
+        said = re.findall(r"data of the controller must have no weave of their own, or there are two: (.*?\))", told)
+        assert said == ["W1 (weld_data wd5, job 7)"] * count
+
+
 def test_tacks_only_without_tacks_is_one_line(exported):
     ended, _ = exported("krl", "--tacks", "only")
     assert (ended.returncode, ended.stderr.count("wpcal: ")) == (2, 1)

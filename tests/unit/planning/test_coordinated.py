@@ -88,7 +88,8 @@ def programs(saddle, straight):
     found = {}
     for name, (cell, run, seam) in (("saddle", saddle), ("straight", straight)):
         for arc in (None, ArcSettings(4)):
-            held = HeldWeld(seam=seam, weld=None if arc is None else welded(seam), arc=arc)
+            tacks = {"tacks": {"length_mm": 8.0, "pitch_mm": 50.0}} if name == "straight" else {}
+            held = HeldWeld(seam=seam, weld=None if arc is None else welded(seam, **tacks), arc=arc)
             files, refusals, motions = possible_coordinated(run, cell, held)
             found[name, arc is not None] = by_language(files), refusals, motions
     return found
@@ -126,12 +127,13 @@ def test_the_arm_follows_what_was_read_without_a_jump(programs, saddle, straight
             assert np.degrees(np.abs(np.diff(joints, axis=0))).max() < 20.0, (which, name)
 
 
-def test_all_say_that_they_are_dry_or_not_and_what_was_checked(programs):
-    for (_, burns), (files, *_) in programs.items():
+def test_all_say_that_they_are_dry_or_not_what_was_checked_and_which_tack_welds_are_missing(programs):
+    for (which, burns), (files, *_) in programs.items():
         for own in files.values():
             text = re.sub(r"^ *\d+:", "", next(iter(own.values())), flags=re.MULTILINE)
             first = re.sub(r"[\r\n;!'\s]+", " ", text)
             assert ("DRY RUN" in first) != burns
+            assert ("tack welds of W1 (3) are not in this plan" in first) == (burns and which == "straight")
             assert "RUN IT DRY FIRST" in first
             assert re.search(r"checked, with these moves: free,? \d+ states checked", first)
 

@@ -73,6 +73,26 @@ def test_the_wire_that_is_fed_fills_the_section_of_every_bead(make_seam):
     assert len(weld(make_seam, {"leg_mm": 12.0}).beads) == 3
 
 
+@pytest.mark.parametrize("thickness", [1.0, 2.3, 3.2, 4.5, 6.0, 8.0, 25.0])
+@pytest.mark.parametrize("user", [{}, {"root_gap_mm": 0.3}, {"root_gap_mm": 4.0}, {"speed_mm_s": 5.0}])
+def test_a_square_butt_has_a_wire_feed_and_no_more_speed_than_its_row(make_seam, thickness, user):
+    """A gap of 0.3 mm is not filled at four times the speed: the plates would not melt through."""
+    seam = straight(make_seam, np.eye(3))
+    flat = replace(seam.frames, angle_rad=np.zeros(len(seam.frames)))
+    butt = replace(seam, joint=JointType.BUTT, weld=WeldType.GROOVE, frames=flat)
+    files = {"thickness_mm": (thickness, "part.glb"), "position": ("PA", "seams.json")}
+    values = weld_for(butt, PLACE, shipped_rules(), user=user, from_files=files).values
+    _, row = shipped_rules().values_for(Case(JointType.BUTT, WeldType.GROOVE, thickness, "PA"))["speed_mm_s"]
+    mm_per_a = values.wire_feed_m_min * 1000.0 / values.current_a * (values.wire_mm / 1.143) ** 2
+    if "speed_mm_s" not in user:
+        assert mm_per_a == pytest.approx(25.4, rel=0.03)  # of Miller: 1 inch per minute and ampere; the feed is rounded
+    filled = values.wire_feed_m_min * 1000.0 / 60.0 * math.pi / 4.0 * values.wire_mm**2 * RECOVERY
+    gap = values.root_gap_mm or 0.0
+    bead = max(row.bead_mm2, gap * (values.depth_mm or 0.0) / values.passes)
+    assert filled / values.speed_mm_s == pytest.approx(bead, rel=0.03)
+    assert values.speed_mm_s <= row.values["speed_mm_s"]
+
+
 def test_the_rules_cover_every_thickness_and_position_of_a_fillet():
     for thickness in (0.8, 1.4, 3.0, 4.5, 6.0, 10.0, 25.0):
         for position in ("PA", "PB", "PC", "PD", "PE", "PF", "PG"):
