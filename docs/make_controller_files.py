@@ -1,4 +1,4 @@
-"""Write the whole files of the T-joint into docs/how-to: each block of a page is what `wpcal export` writes.
+"""Write the whole files of the T-joint into docs/how-to: each block of a page is what wpcal writes.
 
 The line above a block gives the options of the command and the file:
 
@@ -15,6 +15,7 @@ import re
 import shlex
 import sys
 import tempfile
+from functools import cache
 from pathlib import Path
 
 from wpcal.cli.main import wpcal
@@ -22,28 +23,27 @@ from wpcal.cli.main import wpcal
 ROOT = Path(__file__).parents[1]
 PAGES = ROOT / "docs" / "how-to"
 BLOCK = re.compile(
-    r"^<!-- wpcal export (?P<folder>\S+) (?P<options>[^\n]*): (?P<file>\S+) -->\n+```text\n(?P<text>.*?)^```$",
+    r"^<!-- wpcal (?P<command>(?:export|plan) [^\n]*): (?P<file>\S+) -->\n+```text\n(?P<text>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
 
 
-def exported(folder: str, options: str, file: str) -> str:
-    """Run the command and return one of its files, with LF at the ends of lines."""
-    with tempfile.TemporaryDirectory() as out:
-        arguments = ["export", str(ROOT / folder), *shlex.split(options), "-o", out]
-        with contextlib.redirect_stdout(io.StringIO()):
-            wpcal.main(args=arguments, prog_name="wpcal", standalone_mode=False)
-        (path,) = Path(out).rglob(file)
-        return path.read_bytes().decode("utf-8").replace("\r\n", "\n")
+@cache
+def written(command: str) -> dict[str, str]:
+    """Run the command in the repository and return its files by name, with LF at the ends of lines."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(ROOT), contextlib.redirect_stdout(io.StringIO()):
+        out = Path(folder) / "out"
+        wpcal.main(args=[*shlex.split(command), "-o", str(out)], prog_name="wpcal", standalone_mode=False)
+        files = [path for path in out.rglob("*") if path.is_file() and path.suffix not in (".html", ".glb")]
+        return {path.name: path.read_bytes().decode("utf-8").replace("\r\n", "\n") for path in files}
 
 
 def renewed(page: str) -> str:
     """Return a page with all its blocks written anew."""
 
     def block(match: re.Match[str]) -> str:
-        folder, options, file = match["folder"], match["options"], match["file"]
-        text = exported(folder, options, file)
-        return f"<!-- wpcal export {folder} {options}: {file} -->\n\n```text\n{text.rstrip()}\n```"
+        command, file = match["command"], match["file"]
+        return f"<!-- wpcal {command}: {file} -->\n\n```text\n{written(command)[file].rstrip()}\n```"
 
     return BLOCK.sub(block, page)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -18,8 +19,11 @@ from wpcal.cli.option_groups import option_names, takes
 from wpcal.cli.program_options import ProgramFlags
 
 if TYPE_CHECKING:
+    from cad.pick.part import PickPart
     from cad.pick.server import PickServer
     from cad.pick.shared_seams import SharedSeams
+    from cad.workpiece.fit_taught import CalibrateOptions
+    from wpcal.seam.options import Judging
 
 NOT_CALIBRATE = (
     "part_step",
@@ -33,6 +37,9 @@ NOT_CALIBRATE = (
     *option_names(ProgramFlags),
 )
 """Arguments that are not copied to `wpcal calibrate`: it has others, or the saved table no longer needs them."""
+
+OF_SOLIDS = ("weld", "not_welded")
+"""What is said about solids is said in the page, too."""
 
 DEFAULT_TABLE = Path("taught.csv")
 
@@ -86,13 +93,12 @@ def pick(
     Save keeps the version before as FILE.bak. The page is served until Ctrl-C (code 0), to this machine only unless
     --host gives another of its addresses.
     """
-    from cad.cli.kernel_work import run_on_part
     from cad.pick.draft import draft_of
     from cad.pick.opening import find_table, start_table
     from cad.pick.page import build_pick_page
     from cad.pick.server import PickServer
     from cad.pick.session import PickSession
-    from cad.pick.shared_seams import start_seams
+    from cad.pick.shared_seams import joined, said_in, seams_file_of, start_seams
     from cad.step.open_text import require_step_file
     from wpcal.core.input_file import STDIN, read_bytes
 
@@ -108,23 +114,18 @@ def pick(
     if taught is not None and not is_other and found.raw is None and found.draft is None:
         read_bytes(taught)  # says why not
     initial = read_bytes(taught) if taught is not None and is_other else None
-    arguments = {"options": options.seams, "choice": replace(options.choice, edits=())}
-    part = run_on_part(
-        "cad.pick.part:read_pick_part",
-        part_step,
-        arguments,
-        what=f"reading {part_step}",
-        use_cache=not no_cache,
-        needs=(PART, MESH),
-    )
+    said = said_in(choice.seams_file or seams_file_of(part_step, out))
+    search = partial(_read_part, part_step, options, use_cache=not no_cache)
+    part, said_notes = _first_part(search, options.seams.judging, joined(options.seams.judging, said))
     session = PickSession(part, options, nominal, program)
-    seams, seam_notes = start_seams(session, part_step, out, given=choice.seams_file)
+    again = None if str(part_step) == STDIN else search  # standard input was read to its end
+    seams, seam_notes = start_seams(session, part_step, out, given=choice.seams_file, search=again)
     command = partial(calibrate_command, ctx, part_step, seams=seams)
     given, left_out = (None, ()) if initial is None else session.read(initial, name=str(taught))
     table, notes = start_table(
         found, part, part_step=part_step, given=given, given_name=str(taught), force=other_part, command=command
     )
-    notes = (*notes, *seam_notes)
+    notes = (*notes, *said_notes, *seam_notes)
     for note in (*(f"left out {point}" for point in left_out), *notes):
         click.echo(f"note: {note}", err=True)
     page = build_pick_page(session.part, options, notes=notes, revision=session.seams_revision)
@@ -136,6 +137,32 @@ def pick(
         if table.kept:
             click.echo(f"rows that are not in {table.out} are kept in {table.kept}; wpcal pick shows them again")
     return 0
+
+
+def _read_part(part_step: Path, options: CalibrateOptions, judging: Judging, *, use_cache: bool) -> PickPart:
+    """Read the part and find its seams, with what a person says about its solids."""
+    from cad.cli.kernel_work import run_on_part
+
+    asked = {"options": replace(options.seams, judging=judging), "choice": replace(options.choice, edits=())}
+    what, needs = f"reading {part_step}", (PART, MESH)
+    part: PickPart = run_on_part(
+        "cad.pick.part:read_pick_part", part_step, asked, what=what, use_cache=use_cache, needs=needs
+    )
+    return part
+
+
+def _first_part(
+    search: Callable[[Judging], PickPart], judging: Judging, kept: Judging
+) -> tuple[PickPart, tuple[str, ...]]:
+    """Read the part with what is said about solids, also in an earlier session, if it still has these solids."""
+    from wpcal.core.errors import ErrorCode, InputError
+
+    try:
+        return search(kept), ()
+    except InputError as error:
+        if error.code is not ErrorCode.SOLID_UNKNOWN or kept == judging:
+            raise
+        return search(judging), (f"{error}; what was said about solids in an earlier session is not used",)
 
 
 def serve(server: PickServer, part_name: str, *, browser: bool) -> None:
@@ -210,11 +237,14 @@ def require_table(out: Path, part_step: Path, *, is_asked: bool) -> None:
 
 def calibrate_command(ctx: click.Context, part_step: Path, taught: Path, *, seams: SharedSeams) -> str:
     """Return the line that calibrates from the saved table with the options and the decisions that were given here."""
+    from cad.pick.shared_seams import options_of
+
     given = [] if seams.used_file is None else ["--seams", str(seams.used_file)]
+    given += options_of(seams.judging)
     for parameter in ctx.command.params:
         name = parameter.name or ""
         is_given = ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
-        if isinstance(parameter, click.Option) and is_given and name not in NOT_CALIBRATE:
+        if isinstance(parameter, click.Option) and is_given and name not in (*NOT_CALIBRATE, *OF_SOLIDS):
             given += _as_typed(parameter, ctx.params[name])
     return shlex.join(["wpcal", "calibrate", str(part_step), str(taught), *given, "-o", "RESULT"])
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from cad.pick.part import PickPart
-from cad.pick.shared_seams import seams_of
+from cad.pick.shared_seams import seams_of, solids_of
 from cad.workpiece.fit_taught import CalibrateOptions
 from wpcal.pages.html import build_page, json_blob
 from wpcal.taught.columns import USES
@@ -36,14 +36,13 @@ def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequenc
         for item in part.touchables
         if item.feature.kind.is_point
     ]
-    solids = part.workpiece.member_notes
     data: dict[str, Any] = {
         "file": part.file_name,
         "notes": [*notes, *part.notes],
         "seams": shown["seams"],
         "seams_revision": revision,
         "join_mm": part.seam_options.most_join_mm,
-        "members": [] if solids is None else solids.to_record()["members"],
+        **solids_of(part),
         "choices": {"use": list(USES), "kind": list(KINDS)},
         "tolerance_mm": options.tolerance_mm,
     }

@@ -192,9 +192,8 @@ def build_app(session: PickSession, table: SharedTable, seams: SharedSeams, page
     """Return the application: ``GET /token/`` is the page; the actions take JSON by ``POST``.
 
     ``fit``, ``suggest`` and ``read`` are answered by the session. ``table``, ``keep``, ``save`` and ``open`` concern
-    the table that all windows share, ``seams`` and ``decide`` their decisions about seams. Answers are
-    ``{"answer": …}`` or ``{"fault": …}``, a record of
-    `cad.pick.session.fault_record`.
+    the table that all windows share, ``seams``, ``decide`` and ``solid`` their decisions about seams and
+    solids. Answers are ``{"answer": …}`` or ``{"fault": …}``, a record of `cad.pick.session.fault_record`.
     """
 
     async def show(_: Request) -> Response:
@@ -226,6 +225,7 @@ def build_app(session: PickSession, table: SharedTable, seams: SharedSeams, page
         "decide": lambda record: {
             "answer": seams.decide(_field(record, "decisions", list), revision=_field(record, "revision", int))
         },
+        "solid": lambda record: {"answer": seams.say(*_said_of(record), revision=_field(record, "revision", int))},
     }
     routes = [Route(f"/{token}/{name}", _endpoint(action), methods=["POST"]) for name, action in actions.items()]
     return Starlette(routes=[Route(f"/{token}/", show), *routes])
@@ -257,6 +257,15 @@ def _change_of(record: Any) -> dict[str, Any]:
         "table": Keyed.from_record(_field(record, "table", dict)),
         "conflicts": _texts(record, "conflicts"),
     }
+
+
+def _said_of(record: Any) -> tuple[str, bool | None]:
+    """Return the name of a solid, and whether it can be welded; None leaves it to the rules."""
+    words = {"weld": True, "not": False, "rules": None}
+    word = _field(record, "said", str)
+    if word not in words:
+        raise InputError(f"expected said as one of {', '.join(words)}, got {word!r}")
+    return _field(record, "solid", str), words[word]
 
 
 def _field(record: Any, name: str, kind: type, default: Any = None) -> Any:

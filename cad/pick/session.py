@@ -65,6 +65,12 @@ class PickSession:
             self.part = replace(self.part, seams=seams)
             self.seams_revision += 1
 
+    def use_part(self, part: PickPart) -> None:
+        """Take the same part with seams that were found anew."""
+        with self._busy:
+            self.part = part
+            self.seams_revision += 1
+
     def fit(self, rows: Rows) -> dict[str, Any]:
         """Fit the complete rows exactly as `wpcal calibrate` fits the saved file.
 

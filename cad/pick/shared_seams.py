@@ -5,21 +5,26 @@ A page sends decisions only. Seams, frames, material and reach come from the par
 
 from __future__ import annotations
 
+import shlex
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from cad.pick.draft import backup_of, bytes_of
 from cad.pick.part import PickPart
 from cad.pick.session import PickSession
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import sha256_of
-from wpcal.core.records import to_json, write_file
+from wpcal.core.records import read_json, to_json, write_file
 from wpcal.pages.report import seam_columns
 from wpcal.seam.edit import PlacedEdit, apply_edits, candidate_from_record, edit_from_record, read_edits
-from wpcal.seam.record import seams_record
+from wpcal.seam.options import Judging
+from wpcal.seam.record import SEAMS_SCHEMA, seams_record
 
+Search: TypeAlias = Callable[[Judging], PickPart]
+"""Finds the seams of the part anew, with what a person says about its solids."""
 SHOWN = (
     "name",
     "accepted",
@@ -57,6 +62,8 @@ class SharedSeams:
         The decisions at the start.
     given : Path or None
         The file from which they were read, if it is another one. It is never written: it may be a result.
+    search : callable, optional
+        Without it, nothing can be said about solids.
 
     Raises
     ------
@@ -71,8 +78,9 @@ class SharedSeams:
         *,
         edits: Sequence[PlacedEdit] = (),
         given: Path | None = None,
+        search: Search | None = None,
     ) -> None:
-        self.path, self._given = path, given
+        self.path, self._given, self._search = path, given, search
         self._session = session
         self._part: PickPart = session.part
         self._edits = tuple(edits)
@@ -86,6 +94,51 @@ class SharedSeams:
     def used_file(self) -> Path | None:
         """The file, if there are decisions that a calibration must know."""
         return (self._given or self.path) if self._edits else None
+
+    @property
+    def judging(self) -> Judging:
+        """What is said about solids, on the command line and in the page."""
+        return self._part.seam_options.judging
+
+    def say(self, solid: str, said: bool | None, *, revision: int) -> dict[str, Any]:
+        """Set whether a solid can be welded, find the seams anew, and keep that in the file.
+
+        Parameters
+        ----------
+        solid : str
+            Its name.
+        said : bool or None
+            None leaves it to the rules.
+        revision : int
+            The revision that the window shows. If it is not the present one, nothing is done.
+
+        Returns
+        -------
+        dict
+            As `decide`, and ``members`` and ``options``: the options of a command that say the same.
+
+        Raises
+        ------
+        InputError
+            If there is no such solid, or decisions about seams do not fit the seams that are found then.
+        """
+        with self._lock:
+            if revision != self._session.seams_revision:
+                return {**self._state(), "is_stale": True}
+            if self._search is None or solid not in self._part.graph.solid_names:
+                raise InputError(f"{solid}: nothing can be said about this solid here")
+            before, session = self._part, self._session
+            part = self._search(_with_said(self.judging, solid, said))
+            try:
+                self._part = part
+                session.use_part(part)
+                self._take(self._edits)
+            except InputError:
+                self._part = before
+                session.use_part(before)
+                self._take(self._edits)
+                raise
+            return {**self._state(), "warning": self._store()}
 
     def changes_since(self, revision: int) -> dict[str, Any]:
         """Return the revision, and the seams if the window has other ones."""
@@ -141,7 +194,8 @@ class SharedSeams:
 
     def _state(self) -> dict[str, Any]:
         name = "" if self.path is None else str(self.path)
-        return {"revision": self._session.seams_revision, "file": name, **seams_of(self._session.part)}
+        state = {"revision": self._session.seams_revision, "file": name, **seams_of(self._session.part)}
+        return state if self._search is None else {**state, **solids_of(self._session.part)}
 
     def _store(self) -> str:
         """Write the file. Return why that failed, or nothing."""
@@ -173,8 +227,49 @@ def seams_of(part: PickPart) -> dict[str, Any]:
     }
 
 
+def solids_of(part: PickPart) -> dict[str, Any]:
+    """Return what a page shows of the solids: ``members``, and ``options`` that say what was said about them."""
+    notes = part.workpiece.member_notes
+    members = [] if notes is None else notes.to_record()["members"]
+    return {"members": members, "options": shlex.join(options_of(part.seam_options.judging))}
+
+
+def options_of(judging: Judging) -> list[str]:
+    """Return the options of a command that say what is said about solids."""
+    pairs = [("--weld", name) for name in judging.weld] + [("--not", name) for name in judging.not_welded]
+    return [word for pair in pairs for word in pair]
+
+
+def said_in(path: Path) -> Judging:
+    """Return what a file of decisions says about solids; nothing if it cannot be read."""
+    try:
+        said = read_json(path, schema=SEAMS_SCHEMA).get("judging") or {}
+    except InputError:
+        return Judging()
+    weld, not_welded = (tuple(map(str, said.get(key) or ())) for key in ("weld", "not"))
+    return Judging(weld, not_welded)
+
+
+def joined(judging: Judging, before: Judging) -> Judging:
+    """Return what a command says about solids, and what was said before about others."""
+    known = {*judging.weld, *judging.not_welded}
+    weld, not_welded = (
+        (*own, *(name for name in earlier if name not in known))
+        for own, earlier in ((judging.weld, before.weld), (judging.not_welded, before.not_welded))
+    )
+    return replace(judging, weld=weld, not_welded=not_welded)
+
+
+def _with_said(judging: Judging, solid: str, said: bool | None) -> Judging:
+    weld, not_welded = (
+        (*(name for name in names if name != solid), *([solid] if said is own else []))
+        for names, own in ((judging.weld, True), (judging.not_welded, False))
+    )
+    return replace(judging, weld=weld, not_welded=not_welded)
+
+
 def start_seams(
-    session: PickSession, part_step: Path, out: Path, *, given: Path | None = None
+    session: PickSession, part_step: Path, out: Path, *, given: Path | None = None, search: Search | None = None
 ) -> tuple[SharedSeams, tuple[str, ...]]:
     """Return the shared seams of a picker, with the decisions of its file, and what a person must know about them.
 
@@ -186,6 +281,8 @@ def start_seams(
     given : Path, optional
         A file with decisions that the user named. Decisions in it that do not fit the part are an error; those of an
         earlier session are only left out.
+    search : callable, optional
+        As for `SharedSeams`.
 
     Raises
     ------
@@ -195,15 +292,15 @@ def start_seams(
     path = seams_file_of(part_step, out)
     if given is not None and given != path:
         is_hidden = f"{path}: its decisions about seams are not shown; the first change keeps it as {backup_of(path)}"
-        shared = SharedSeams(session, path, edits=read_edits(given), given=given)
+        shared = SharedSeams(session, path, edits=read_edits(given), given=given, search=search)
         return shared, (is_hidden,) if bytes_of(path) is not None else ()
     if bytes_of(path) is None:
-        return SharedSeams(session, path), ()
+        return SharedSeams(session, path, search=search), ()
     try:
         edits = read_edits(path)
-        shared = SharedSeams(session, path, edits=edits)
+        shared = SharedSeams(session, path, edits=edits, search=search)
     except InputError as error:
         if given is not None:
             raise
-        return SharedSeams(session, path), (f"{error}; its decisions about seams are not used",)
+        return SharedSeams(session, path, search=search), (f"{error}; its decisions about seams are not used",)
     return shared, (f"{path}: the seams are shown with the decisions in it",) if edits else ()

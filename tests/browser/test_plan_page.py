@@ -50,7 +50,7 @@ def test_all_seams_are_listed_and_what_is_not_welded_is_told(planned, page):
 
 
 def test_a_click_goes_to_a_seam_and_the_arm_moves_with_the_time(planned, page):
-    choice, line, _ = planned
+    _, line, _ = planned
     start = page.pixels()
     rows = page.page.locator("#front table").first.locator("tbody tr")
     rows.nth(1).click()

@@ -174,3 +174,27 @@ def test_the_picker_finds_ticks_and_decides_several_and_shows_the_solids(start: 
     click(opened, "Undo")
     opened.wait("document.querySelectorAll('#all-seams tr.dim').length === 4")
     assert opened.said == []
+
+
+def test_a_solid_is_said_to_be_welded_or_not_in_the_picker(start: Any, open_page: Any, tmp_path: Path) -> None:
+    """Said in one window, seen in both, kept for the next session, and told by the command that repeats it."""
+    picker = start(TEE, TEE.parent / "taught.csv", "-o", "t.csv")
+    opened, second = open_page(picker.url), open_page(picker.url)
+    page = opened.page
+    page.click("#seams .all summary")
+    page.select_option("[aria-label='web: weld or not']", "not")
+    said(opened, "web: not welded")
+    opened.wait("document.querySelectorAll('#all-seams tr.dim').length === 4")
+    assert "--not web" in page.inner_text("#members caption")
+    assert "you said so" in page.inner_text("#members tbody")
+    second.wait("document.querySelectorAll('#seams .refused tbody tr').length === 4")
+    page.click("#save")
+    opened.wait("document.querySelector('#save-state').textContent.startsWith('saved')")
+    assert "--not web" in page.inner_text("#save-state code")
+    again = open_page(start(TEE, "-o", "t.csv").url)
+    again.page.click("#seams .all summary")
+    assert again.page.input_value("[aria-label='web: weld or not']") == "not"
+    again.page.select_option("[aria-label='web: weld or not']", "rules")
+    said(again, "web: the rules decide")
+    again.wait("document.querySelectorAll('#all-seams tr.dim').length === 2")
+    assert opened.said == second.said == again.said == []

@@ -102,7 +102,7 @@ LANGUAGES: Mapping[str, _Language] = {
         move=r"^[ \t]*+(?:LIN|CIRC|PTP|SLIN|SCIRC|SPTP)\b",
         stop=r"^[ \t]*+END\b[ \t]*+$",
     ),
-    ".jbi": _language(r"^'", on=r"^ARCON\b", off=r"^ARCOF\b", move=r"^MOV[JLCS]\b", stop=r"^END\b"),
+    ".jbi": _language(r"^'", on=r"^ARCON\b", off=r"^ARCOF\b", move=r"^S?MOV[JLCS]\b", stop=r"^END\b"),
     ".script": _language(
         r"^[ \t]*+#",
         stated=r"standard digital output (\d{1,9}+) switches the arc",

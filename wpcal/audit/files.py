@@ -12,6 +12,7 @@ from wpcal.audit.programs import Surroundings, audit_program
 from wpcal.audit.read_back import is_weld_program
 from wpcal.audit.records import audit_record
 from wpcal.audit.tables import audit_table
+from wpcal.audit.two_robots import CHECKED, is_of_two_robots, two_robot_faults
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.errors import FormatError, InputError, WpcalError
@@ -122,11 +123,18 @@ class _Audit:
         if suffix == ".urdf":
             read_urdf(path)
             return FileAudit(str(path), "robot description")
-        if is_weld_program(path):
-            around = self._with_part(_result_folder_of(path.parent))
-            faults = audit_program(read_bytes(path), path, around)
-            return FileAudit(str(path), f"program ({suffix})", tuple(faults), str(around))
-        return _audit_of_arcs(path, self.around.arc_output)
+        return self._program(path) if is_weld_program(path) or has_arc_language(path) else None
+
+    def _program(self, path: Path) -> FileAudit:
+        """Audit a program; of a file whose poses are elsewhere, as in KRL, only the arc instructions."""
+        raw, suffix, output = read_bytes(path), path.suffix.lower(), self.around.arc_output
+        if is_of_two_robots(raw, path):
+            faults = two_robot_faults(raw, path, output)
+            return FileAudit(str(path), f"program of two robots ({suffix})", tuple(faults), CHECKED)
+        if not is_weld_program(path):
+            return FileAudit(str(path), f"program ({suffix})", tuple(arc_faults(raw, path, output)))
+        around = self._with_part(_result_folder_of(path.parent))
+        return FileAudit(str(path), f"program ({suffix})", tuple(audit_program(raw, path, around)), str(around))
 
     def _with_part(self, result: Path | None) -> Surroundings:
         """Add the part as calibrated; without it if its own files have faults, which their own audit lists."""
@@ -147,14 +155,6 @@ class _Audit:
         if finished.part_glb is not None and not is_corrected:  # corrected targets are not where the torch will be
             part = TriangleMaterial.of(read_part_glb(finished.part_glb), finished.T_base_part)
         return replace(self.around, T_base_part=finished.T_base_part, part=part, start_mm=start)
-
-
-def _audit_of_arcs(path: Path, output: int | None) -> FileAudit | None:
-    """Audit the arc instructions of a file whose poses are elsewhere, as in KRL; None for a kind of no language."""
-    if not has_arc_language(path):
-        return None
-    faults = arc_faults(read_bytes(path), path, output)
-    return FileAudit(str(path), f"program ({path.suffix.lower()})", tuple(faults))
 
 
 def _finished(folder: Path) -> FinishedCalibration:

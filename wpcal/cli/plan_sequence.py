@@ -139,12 +139,14 @@ def run_sequence(
         click.echo(files["plan.json"], nl=False)
     else:
         _show(choice, line, has_part=given.part is not None)
+        if programs and refused and not flags.formats:
+            click.echo(f"no program in {', '.join(refused)}: plan.json says why (no_program)")
         listed = [*files, *(f"{language}/ ({len(texts)})" for language, texts in programs.items())]
         click.echo(f"wrote {', '.join(listed)} to {output}")
         click.echo(
             "the programs are a dry run: the arc stays off" if made.arc is None else "the programs switch the arc"
         )
-    for name, why in refused.items():
+    for name, why in refused.items() if flags.formats or not programs else ():
         click.echo(f"wpcal: no {name} program: {why}", err=True)
     for gap in choice.sequence.unwelded:
         click.echo(f"wpcal: {gap.describe()}", err=True)
@@ -185,7 +187,7 @@ def _with_welds(
     folder = result if result.is_dir() else result.parent
     is_calibrated = given.T_base_part is not None and (folder / CALIBRATION_FILE).exists()
     record = read_record(folder, CALIBRATION_FILE) if is_calibrated else {}
-    output = PlanOutput(flags.path.to_tolerance(), flags.controller.to_settings(), arc, record)
+    output = PlanOutput(flags.path.to_tolerance(), flags.controller.to_settings(), arc, record, given.part is not None)
     return given if welds is None else given.with_welds(welds, flags.arc.choice(), speed_mm_s), output
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.controllers.arc_settings import ArcSettings
+from wpcal.controllers.describe import UNCHECKED
 from wpcal.controllers.planned import JointMoves, PlannedMoves
 from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldPath, WeldProgram
 from wpcal.core.arrays import FloatArray, frozen
@@ -45,12 +46,15 @@ class PlanOutput:
         How the arc is switched; None for a dry run.
     calibration : mapping
         The record of ``calibration.json``; empty without a calibration.
+    has_part : bool
+        Whether the moves were compared with the part.
     """
 
     tolerance: PathTolerance | None = USUAL_TOLERANCE
     controller: ControllerSettings = field(default_factory=ControllerSettings)
     arc: ArcSettings | None = None
     calibration: Mapping[str, Any] = field(default_factory=dict)
+    has_part: bool = True
 
 
 def build_planned_program(
@@ -85,14 +89,15 @@ def build_planned_program(
     planned = PlannedMoves(air, rail, turning, cell.T_flange_tool, 100.0 * AIR_SHARE, about, follows)
     targets = sequence.targets
     motion = MotionSettings(targets.approach_mm, targets.approach_mm, targets.speed_mm_s, targets.air_speed_mm_s)
-    checked = (f"checked against collision: all moves between home and home: {checked_text(sequence)}",)
+    checked = [f"checked against collision: all moves between home and home: {checked_text(sequence)}"]
+    checked += [] if output.has_part else [f"{UNCHECKED}: its shape was not beside the seams (part.glb)"]
     return WeldProgram(
         paths,
         frame.T_base_part,
         motion=motion,
         controller=controller,
         calibration=dict(output.calibration),
-        checked=checked,
+        checked=tuple(checked),
         arm=cell.arm,
         tolerance=output.tolerance if any(path.moves is not None for path in paths) else None,
         arc=output.arc,

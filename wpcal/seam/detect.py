@@ -19,6 +19,7 @@ from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
+from wpcal.seam.find.flush_sides import find_flush_sides
 from wpcal.seam.find.inner_joints import with_inner_joints
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
@@ -118,6 +119,8 @@ def find_candidates(
         n = len(beside)
         crossing = JoinedPieces(beside, (JointType.TEE,) * n, (WeldType.FILLET,) * n)
         found += build_seams(graph, crossing, options, SeamSource.SECTION)
+        flush = find_flush_sides(graph, trimmed, sections, gap_mm=gap_mm)
+        found += build_seams(graph, flush, options, SeamSource.SECTION)
     if options.concave is not ConcaveEdges.NEVER:
         concave, mitres = _inside_solids(graph, trimmed, joined, marked, options)
         concave = with_inner_joints(graph, trimmed, concave)

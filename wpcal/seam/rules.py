@@ -64,9 +64,10 @@ class Rule(Enum):
     SAID_NOT = RuleRow(0.01, "You said that a solid is not welded (`--not`).", "You know the part.", "your word")
     SAME_ROOM = RuleRow(
         0.05,
-        "A solid fills the same room as an earlier solid of the file.",
-        "It is a copy, such as the body before its last chamfer; only one of the two can be a member.",
-        "shape: equal boxes, and the same points inside",
+        "A solid fills room that another solid fills.",
+        "It is a copy, such as the body before its last chamfer, or lies inside the other one; only one of the two can "
+        "be a member.",
+        "shape: the same points inside",
     )
     NOT_METAL_WRITTEN = RuleRow(
         0.05,

@@ -171,7 +171,7 @@ def weld_for(
         is_placed = passes > 1 or groove is not None  # the one bead of a measured groove is at its root, too
         beads = place_beads(section, passes, first_side=first_side) if section is not None and is_placed else ()
         runs = stretches(values.stitch, seam.length_mm, closed=seam.closed)
-        tacks = () if values.tacks is None else stretches(values.tacks, seam.length_mm, closed=seam.closed)
+        tacks = _tacks(values, seam)
     except InputError as error:
         raise InputError(f"{what}: {error}") from None
     if section is None and passes > 1:
@@ -180,6 +180,18 @@ def weld_for(
             "size (leg_mm or throat_mm of a fillet; depth_mm and root_gap_mm or groove_angle_deg of a butt weld)"
         )
     return SeamWeld(seam.name, place, seam.joint, seam.weld, values, draft.origins, beads, runs, tacks)
+
+
+def _tacks(values: WeldValues, seam: Seam) -> tuple[tuple[float, float], ...]:
+    """Return the tack welds of a seam: lengths from its start."""
+    if values.tacks is None:
+        return ()
+    if values.tacks.length_mm >= seam.length_mm:
+        what = (
+            f"{values.tacks.length_mm:g} mm is as long as the seam of {seam.length_mm:.1f} mm; expected shorter welds"
+        )
+        raise InputError(f"tacks: {what}")
+    return stretches(values.tacks, seam.length_mm, closed=seam.closed)
 
 
 def _is_other_size(name: str, draft: _Draft) -> bool:

@@ -128,6 +128,12 @@ def test_the_audit_of_a_folder_reads_the_arcs(exported):
         ("val3", {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}}, "the language has no weave"),
         ("as", {"job": None, "current_a": None}, "AS: weld W1: without a job the values are written; state it"),
         ("as", {"job": None, "weave": {**DWELLS}}, "weave: a weld condition has no dwells"),
+        (
+            "as",
+            {"weave": {"shape": "sine", "width_mm": 3, "length_mm": 2}},
+            "weld condition 7 of the controller has the",
+        ),
+        ("as", {"tacks": {"length_mm": 400, "pitch_mm": 500}}, "tacks: 400 mm is as long as the seam of 100.0 mm"),
         ("as", {"job": None, "weave_data": "2"}, "weave_data: a weave needs width_mm and length_mm"),
         ("rapid", {"weld_data": "while"}, "weld_data 'while': RAPID names have up to 32"),
     ],

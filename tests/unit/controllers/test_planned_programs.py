@@ -235,9 +235,10 @@ def test_a_ring_is_welded_flat_by_turning_the_positioner(tmp_path, given):
     up = np.einsum("nij,njk->nik", cell.part_places(q)[:, :3, :3], piece.candidate.task.R)[:, 2]
     assert np.degrees(np.arccos(up[:, 2].min())) < 1.0  # out of the joint is up everywhere
     assert np.abs(up[:, 0]).max() < np.sin(np.radians(1.0))  # and the travel is level
-    program = build_planned_program(found, {"R1": ring})
+    program = build_planned_program(found, {"R1": ring}, PlanOutput(has_part=False))
     rapid, krl = written(program, "rapid"), written(program, "krl")
     assert 2 <= rapid.count("MoveC ") <= 3
+    assert "NOT CHECKED for collisions with the part" in rapid
     assert '[FALSE,FALSE,"STN1",' in rapid
     assert "ActUnit STN1;" in rapid
     assert "$BASE=EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,WP_PART)" in krl

@@ -4,8 +4,15 @@
 * KRL: the ANTLR grammar of J. Schlößin and T. Everett (LGPL-3.0): a clone of github.com/Roiki11/KRLparser, named by the
   environment variable WPCAL_KRL_PARSER, and `pip install antlr4-python3-runtime==4.9.2`.
 
-No such parser was found for TP (`.ls`), INFORM, URScript and VAL3 that runs from Python; `tests.moves_of_programs` and
-the readers of wpcal read these.
+For the others nothing was found in November 2026 that runs from Python and knows the instructions of a weld program:
+
+* TP (`.ls`): a language server in C# (L3gume/fanuc-lsp) and an analyser in C++ (kamilkozdro/FanucProgramAnalyze)
+  would have to be built; tp_plus only writes TP; the BNFC grammar of afeldman/acc has no moves and no positions.
+* URScript: the BNFC grammar of afeldman/acc has neither calls nor lists; Hirebotics/urscript-tools runs scripts in
+  URSim and does not parse them.
+* INFORM, VAL3 and AS: none.
+
+`tests.moves_of_programs` and the readers of wpcal read these.
 """
 
 import os

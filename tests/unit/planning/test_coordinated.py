@@ -10,6 +10,7 @@ import pytest
 
 from tests.coordinated_programs import READERS, Seam, faults, followed
 from tests.saddle import CELLS
+from wpcal.audit import audit_path
 from wpcal.controllers.arc_settings import ArcSettings
 from wpcal.controllers.two_robots import HeldWeld, possible_coordinated
 from wpcal.core.errors import InputError
@@ -210,6 +211,42 @@ def test_an_arc_instruction_that_is_missing_is_found(name, pattern, programs, st
     row = next(row for row, text in files.items() if re.search(pattern, text))
     by = {"ArcLStart": "MoveL", "ArcLEnd": "ArcL"}.get(pattern, "")
     assert faults({**files, row: re.sub(pattern, by, files[row])}, name, cell, planned(cell, run, seam)) != []
+
+
+AUDITED = {
+    "a fixed work object": ("rapid", r"FALSE,FALSE,", "FALSE,TRUE,", "does not move with a robot"),
+    "the work object of robot 1": ("rapid", r'"ROB_2"', '"ROB_1"', "in the hand of ROB_1"),
+    "a mark of robot 2": ("rapid", r"\n[^\n]*held_0002\\ID:=20[^\n]*", "", "mark 20 is not in WPCAL_W1_R2.mod"),
+    "the arc": ("rapid", r"ArcLEnd", "ArcL", "the arc is still on at the end of a seam"),
+    "another work object": ("rapid", r"(ID:=20.*?WObj:=)\w+", r"\1wobj1", "a move in wobj1"),
+    "a joint move in the seam": (
+        "inform",
+        r"SMOV(L C00004[^+]*)\+MOVJ C00005",
+        r"SMOV\1",
+        "without that of the master",
+    ),
+    "a position": ("inform", r"\nC00005=[^\n]*", "", "there is no position C00005"),
+    "the start of the arc": ("inform", r"ARCON[^\n]*\n", "", "a move along a seam without the arc"),
+    "coordination": ("fanuc", r"(L P\[3\][^;]*) COORD", r"\1", "without COORD"),
+    "a group": ("fanuc", r"(P\[3\]\{.*?)   GP2:.*?\};", r"\1};", "P[3] does not hold both groups"),
+    "a mark": ("krl", r'\$SYNC_ID\[\]="M20"', '$SYNC_ID[]="M21"', "mark M21 is not in"),
+    "a point": ("krl", r"(\nSLIN )W1_0002", r"\1W1_0009", "there is no point W1_0009"),
+}
+
+
+@pytest.mark.parametrize("fault", AUDITED)
+def test_the_audit_finds_what_does_not_fit_together(fault, programs, tmp_path):
+    name, pattern, by, words = AUDITED[fault]
+    files = programs["straight", True][0][name]
+    for file, text in files.items():
+        (tmp_path / file).write_bytes(text.encode())
+    clean = audit_path(tmp_path)
+    assert [one.faults for one in clean.files] == [()] * len(files)
+    assert all("two robots" in one.kind and "NOT compared with the part" in one.checked for one in clean.files)
+    row = next(row for row, text in files.items() if re.search(pattern, text, re.DOTALL))
+    (tmp_path / row).write_bytes(re.sub(pattern, by, files[row], count=1, flags=re.DOTALL).encode())
+    told = [fault.message for one in audit_path(tmp_path).files for fault in one.faults]
+    assert any(words in message for message in told), told
 
 
 def test_a_larger_tolerance_needs_fewer_moves(saddle):

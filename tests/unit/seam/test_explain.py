@@ -45,7 +45,7 @@ def test_a_bolted_seam_says_so_and_a_welded_one_says_what_it_joins(seams: tuple[
     assert explain_seam(graph, bolted, notes)["findings"][0]["rule"] == Rule.LINED_UP.key
     welded = next(seam for seam in seams if seam.accepted)
     chain = explain_seam(graph, welded, notes)["chain"]
-    assert "wall: plane of gusset; base: plane of plate; 90 degrees" in chain[1]
+    assert "fillet weld between plane of gusset and plane of plate, which open by 90 degrees" in chain[1]
     assert chain[-1] == "confidence 95%: at least the 50% that are asked (usual)"
 
 

@@ -124,7 +124,7 @@ def _torch(program: CoordinatedProgram, stem: str, arc: ArcData | None) -> tuple
         *jointtargets([f"{stem}_{START}"], program.joints1[:1]),
         *(
             f"  LOCAL CONST robtarget {label}:=[{text},{conf},{NO_EXTERNAL_AXES}];"
-            for label, text, conf in zip(labels, texts, confs, strict=True)
+            for label, text, conf in list(zip(labels, texts, confs, strict=True))[path.before :]  # the first is joints
         ),
     ]
     tool = own_name(program.controller.tool_name, NAMES, what="tool")

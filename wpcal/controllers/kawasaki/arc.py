@@ -70,7 +70,8 @@ def conditions(program: WeldProgram) -> Mapping[str, Conditions]:
     Raises
     ------
     InputError
-        When the weld data of a seam states neither a job nor current and voltage, or a weave that AS does not have.
+        When the weld data of a seam states neither a job nor current and voltage, a weave that AS does not have, or a
+        weave and a job.
     """
     if program.arc is None:
         return {}
@@ -82,6 +83,9 @@ def conditions(program: WeldProgram) -> Mapping[str, Conditions]:
 def _conditions(path: WeldPath, program: WeldProgram, welds: _Numbers, craters: _Numbers) -> Conditions:
     job, time_s = path.values.job, end_time_s(path)
     if job is not None:
+        if path.values.weave is not None or path.values.weave_data is not None:
+            why = f"weld condition {job} of the controller has the weave; state null, or no job"
+            raise refuse(path, "weave", language=LANGUAGE, why=why)
         return Conditions(job, job if time_s else None, ())
     current = needed(path, "current_a", language=LANGUAGE, why=VALUES)
     voltage = needed(path, "voltage_v", language=LANGUAGE, why=VALUES)

@@ -32,6 +32,7 @@ from wpcal.controllers.kuka.write import (
 from wpcal.controllers.naming import comment_lines, safe_names
 from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
 from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
 from wpcal.robot.kinematics.posture import Posture, posture
 
 BOTH = "'B0011'"
@@ -57,7 +58,7 @@ def write_coordinated_krl(program: CoordinatedProgram) -> dict[str, str]:
     Raises
     ------
     InputError
-        When a pose is in the overhead area, for which no source of S could be checked.
+        When plain KRL cannot hold the weld data.
     """
     name = program.controller.program_name
     module = safe_names([name], NAMES, room=len("_R1"))[name]
@@ -87,7 +88,7 @@ def _about(program: CoordinatedProgram, robot: int) -> list[str]:
 def _torch(program: CoordinatedProgram, labels: list[str]) -> tuple[list[str], list[str]]:
     """Return the data and the moves of robot 1."""
     path, frame = program.path, program.controller.frame_number
-    data = _data(program, labels, program.joints1, path.p_base, path.R_base, program.postures[0])
+    data = _data(program, labels, program.joints1, path.p_base, path.R_base, program.postures[0], first=path.before)
     start, *others = program.steps(BLEND_MM)
     first, last = (f"; {mark}" for mark in program.marks)
     lines = [
@@ -136,16 +137,31 @@ def _move(step: CoordinatedStep, names: list[str], mm_s: float) -> str:
 
 
 def _data(
-    program: CoordinatedProgram, names: list[str], joints: FloatArray, p: FloatArray, R: FloatArray, forms: Posture
+    program: CoordinatedProgram,
+    names: list[str],
+    joints: FloatArray,
+    p: FloatArray,
+    R: FloatArray,
+    forms: Posture,
+    *,
+    first: int = 0,
 ) -> list[str]:
-    """Declare where the part is held, where the robot begins, and its targets."""
+    """Declare where the part is held, where the robot begins, and its targets from the row `first` on."""
     held = rounded_frame(program.cell.T_flange2_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)
     frame = aggregates(held.t_mm[None], zyx_degrees(held.R, decimals=DEG_DECIMALS)[None])[0]
     axes = rounded(np.degrees(joints[0]), DEG_DECIMALS).tolist()
     start = ",".join(f"A{axis} {value:.{DEG_DECIMALS}f}" for axis, value in enumerate(axes, 1))
-    texts = zip(names, aggregates(p, zyx_degrees(R, decimals=DEG_DECIMALS)), status_and_turn(forms), strict=True)
+    texts = zip(names, aggregates(p, zyx_degrees(R, decimals=DEG_DECIMALS)), _forms(forms), strict=True)
     return [
         f"DECL FRAME PART_HELD={frame}",
         f"DECL E6AXIS {START}={{{start}}}",
-        *(f"DECL E6POS {name}={text[:-1]},S {status},T {turn}}}" for name, text, (status, turn) in texts),
+        *(f"DECL E6POS {name}={text[:-1]}{form}}}" for name, text, form in list(texts)[first:]),
     ]
+
+
+def _forms(forms: Posture) -> list[str]:
+    """Return S and T of every pose; empty where S is not known: SLIN and SCIRC ignore both, and go on from axes."""
+    try:
+        return [f",S {status},T {turn}" for status, turn in status_and_turn(forms)]
+    except InputError:
+        return [""] * len(forms)

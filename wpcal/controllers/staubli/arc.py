@@ -11,10 +11,16 @@ Staubli, VAL3 Reference Manual (dio, call, delay, waitEndMove).
 from __future__ import annotations
 
 from wpcal.controllers.arc_settings import ArcSettings
-from wpcal.controllers.arc_values import end_time_s, require_no_weave
-from wpcal.controllers.program import WeldPath
+from wpcal.controllers.switched_arc import ArcSwitch
 
-LANGUAGE = "VAL3"
+SWITCH = ArcSwitch(
+    language="VAL3",
+    start="call arcStart({job})",
+    end="call arcEnd()",
+    on="doArc=true",
+    off="doArc=false",
+    wait="delay({seconds})",
+)
 
 
 def how(arc: ArcSettings | None) -> str:
@@ -24,26 +30,3 @@ def how(arc: ArcSettings | None) -> str:
     if arc.output is not None:
         return f"and the dio doArc, linked to output {arc.output}, which switches the arc"
     return "and the programs arcStart(nJob) and arcEnd()"
-
-
-def start_lines(path: WeldPath, arc: ArcSettings) -> list[str]:
-    """Return the lines that start the arc.
-
-    Raises
-    ------
-    InputError
-        When the weld data states a weave, which an application cannot carry out.
-    """
-    require_no_weave(path, language=LANGUAGE)
-    switch = f"call arcStart({path.values.job or 0})" if arc.output is None else "doArc=true"
-    return [f"  {switch}", *_delay(path.values.start_delay_s or 0.0)]
-
-
-def end_lines(path: WeldPath, arc: ArcSettings) -> list[str]:
-    """Return the lines that end the arc."""
-    switch = "call arcEnd()" if arc.output is None else "doArc=false"
-    return [*_delay(end_time_s(path)), f"  {switch}"]
-
-
-def _delay(seconds: float) -> list[str]:
-    return [f"  delay({seconds:g})"] if seconds > 0.0 else []

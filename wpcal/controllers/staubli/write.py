@@ -20,7 +20,7 @@ from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_na
 from wpcal.controllers.post import Post
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, zyx_degrees
-from wpcal.controllers.staubli.arc import end_lines, how, start_lines
+from wpcal.controllers.staubli.arc import SWITCH, how
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
@@ -213,9 +213,12 @@ def _moves(path: WeldPath, name: str, tool: str, post: Post) -> list[str]:
     lines = post.air_move(f"{name}[0]", speed="mJoint" if is_joint else "mAir", joint=is_joint)
     for row in range(1, rows.start + 1):
         lines += post.air_move(f"{name}[{row}]", speed="mAir")
-    lines += ["  waitEndMove()", *post.weld_start(path, list if arc is None else partial(start_lines, path, arc))]
+    lines += [
+        "  waitEndMove()",
+        *post.weld_start(path, list if arc is None else partial(SWITCH.start_lines, path, arc)),
+    ]
     lines += _weld_moves(path, name, tool, motion=_motion_name(path, name))
-    lines += post.weld_end(path, list if arc is None else partial(end_lines, path, arc))
+    lines += post.weld_end(path, list if arc is None else partial(SWITCH.end_lines, path, arc))
     for row in range(rows.stop, count):
         lines += post.air_move(f"{name}[{row}]", speed="mAir")
     return [*lines, "  waitEndMove()"]

@@ -10,10 +10,16 @@ Universal Robots, The URScript Programming Language (set_standard_digital_out, s
 from __future__ import annotations
 
 from wpcal.controllers.arc_settings import ArcSettings
-from wpcal.controllers.arc_values import end_time_s, require_no_weave
-from wpcal.controllers.program import WeldPath
+from wpcal.controllers.switched_arc import ArcSwitch
 
-LANGUAGE = "URScript"
+SWITCH = ArcSwitch(
+    language="URScript",
+    start="arc_start({job})",
+    end="arc_end()",
+    on="set_standard_digital_out({output}, True)",
+    off="set_standard_digital_out({output}, False)",
+    wait="sleep({seconds})",
+)
 
 
 def how(arc: ArcSettings) -> str:
@@ -21,30 +27,3 @@ def how(arc: ArcSettings) -> str:
     if arc.output is not None:
         return f"standard digital output {arc.output} switches the arc"
     return "arc_start(job) and arc_end() are functions that you load before this program"
-
-
-def start_lines(path: WeldPath, arc: ArcSettings) -> list[str]:
-    """Return the lines that start the arc.
-
-    Raises
-    ------
-    InputError
-        When the weld data states a weave, which a script cannot carry out.
-    """
-    require_no_weave(path, language=LANGUAGE)
-    switch = f"arc_start({path.values.job or 0})" if arc.output is None else _output(arc.output, is_on=True)
-    return [f"  {switch}", *_sleep(path.values.start_delay_s or 0.0)]
-
-
-def end_lines(path: WeldPath, arc: ArcSettings) -> list[str]:
-    """Return the lines that end the arc."""
-    switch = "arc_end()" if arc.output is None else _output(arc.output, is_on=False)
-    return [*_sleep(end_time_s(path)), f"  {switch}"]
-
-
-def _output(number: int, *, is_on: bool) -> str:
-    return f"set_standard_digital_out({number}, {is_on})"
-
-
-def _sleep(seconds: float) -> list[str]:
-    return [f"  sleep({seconds:g})"] if seconds > 0.0 else []

@@ -20,7 +20,7 @@ from wpcal.controllers.naming import NameRules, comment_lines, safe_name
 from wpcal.controllers.post import Post
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded
-from wpcal.controllers.ur.arc import end_lines, how, start_lines
+from wpcal.controllers.ur.arc import SWITCH, how
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.core.transform import RigidTransform
@@ -108,9 +108,9 @@ def _moves(path: WeldPath, T_base_frame: RigidTransform, post: Post) -> list[str
     lines += post.air_move(way_to[0], speed=JOINT_LIMITS if is_joint else air, joint=is_joint)
     for pose in (*way_to[1:], along[0]):
         lines += post.air_move(pose, speed=air)
-    lines += post.weld_start(path, list if arc is None else partial(start_lines, path, arc))
+    lines += post.weld_start(path, list if arc is None else partial(SWITCH.start_lines, path, arc))
     lines += _weld_moves(path, along, weld)
-    lines += post.weld_end(path, list if arc is None else partial(end_lines, path, arc))
+    lines += post.weld_end(path, list if arc is None else partial(SWITCH.end_lines, path, arc))
     for pose in way_from:
         lines += post.air_move(pose, speed=air)
     return lines

@@ -22,7 +22,8 @@ from wpcal.planning.plan.holder_moves import HolderMove, HolderPath, HolderToler
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import PathCheck, check_path
 from wpcal.planning.plan.run import CellRun, away_along_wire
-from wpcal.robot.kinematics.inverse import follow_path
+from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.kinematics.inverse import TURN, follow_path
 
 STEP_MM = 1.0
 """Between computed states of the torch along the seam: joints interpolated between them are off by micrometres."""
@@ -164,6 +165,10 @@ def _coordinated(
     before = away_along_wire(cell, joints1[0], joints2[0])[::-1]
     after = away_along_wire(cell, joints1[-1], joints2[-1])
     rows = np.clip(np.arange(len(before) + len(joints1) + len(after)) - len(before), 0, len(joints1) - 1)
+    turns = [
+        _whole_turns(arm, q) for arm, q in ((cell.arm1, np.concatenate([before, joints1, after])), (cell.arm2, joints2))
+    ]
+    joints1, joints2, before, after = joints1 + turns[0], joints2 + turns[1], before + turns[0], after + turns[0]
     state = CellState(np.concatenate([before, joints1, after]), joints2[rows])
     return CoordinatedRun(
         run=run,
@@ -248,6 +253,28 @@ class _Places:
             what = f"joint {cell.arm1.joints[joint].name} of robot 1 jumps by {math.degrees(steps.max()):.0f} deg"
             raise GeometryError(f"{what} at s = {self.s_mm[row]:.1f} mm")
         return joints1
+
+
+def _whole_turns(arm: Arm, joints: FloatArray) -> FloatArray:
+    """Return whole turns to be added to joints so that they are as near to zero as possible: the poses stay the same.
+
+    Parameters
+    ----------
+    arm : Arm
+    joints : ndarray, shape (m, 6)
+        Shown angles along a run, rad.
+
+    Returns
+    -------
+    ndarray, shape (6,)
+        Multiples of a turn, rad; 0 where the limits do not allow it for the whole run.
+    """
+    low, high = arm.limits
+    least, most = joints.min(axis=0), joints.max(axis=0)
+    turn = -TURN * np.rint((least + most) / (2.0 * TURN))
+    if len(arm.couplings):  # a turn of one shown joint is not a turn of one axis
+        return np.zeros(joints.shape[1])
+    return np.where((least + turn >= low) & (most + turn <= high), turn, 0.0)
 
 
 def _require_speeds(run: CellRun, cell: RobotCell, joints: FloatArray, s_mm: FloatArray) -> None:

@@ -38,8 +38,10 @@ RUNGS = 3
 """Points of a seam that are looked at: its ends and its middle."""
 
 
-CELL, LEFT, TOP, LETTER = 22, 70, 40, 7
+CELL, LEFT, TOP, LETTER = 34, 70, 60, 7
 """Sizes in the picture: of a place, of the margins, and of a letter."""
+NOW, BEST = "#222", "#06c"
+"""Colours of the place in the cell file, and of the best one."""
 
 
 class Moved(Enum):
@@ -212,19 +214,19 @@ def place_svg(found: PlaceMap) -> str:
     x_best, y_best, turn, share = found.best
     best = int(np.argmin(np.abs(found.x_mm - x_best))), int(np.argmin(np.abs(found.y_mm - y_best)))
     boxes = [_box(found, i, j) for i in range(a) for j in range(b)]
-    marks = [_mark(i, j, b, colour) for (i, j), colour in ((((a - 1) // 2, (b - 1) // 2), "#222"), (best, "#fff"))]
+    marks = [_mark(i, j, b, colour) for (i, j), colour in ((((a - 1) // 2, (b - 1) // 2), NOW), (best, BEST))]
     width, bottom = LEFT + CELL * a + 20, TOP + CELL * b
     turned = f", turned by {turn:g} deg" if turn else ""
     title = (
-        f"reachable length, {found.moved.value} moved: now {100 * found.now:.0f} % (dark circle), "
-        f"best {100 * share:.0f} % at x {x_best:g}, y {y_best:g} mm{turned} (white)"
+        f"Reachable length in %, {found.moved.value} moved: now {100 * found.now:.0f} (black circle), "
+        f"best {100 * share:.0f} at x {x_best:g}, y {y_best:g} mm{turned} (blue circle)"
     )
     texts = [
         (LEFT, 24, title),
-        (LEFT, bottom + 22, f"x {found.x_mm[0]:g} … {found.x_mm[-1]:g} mm"),
-        (6, TOP + 14, f"y {found.y_mm[-1]:g}"),
-        (6, bottom - 4, f"y {found.y_mm[0]:g}"),
+        (LEFT, 44, "x and y of world, mm, from where the cell has it; collisions are not looked at"),
     ]
+    texts += [(LEFT + CELL * i + 2, bottom + 18, f"{x:g}") for i, x in enumerate(found.x_mm.tolist())]
+    texts += [(6, TOP + CELL * (b - 1 - j) + CELL // 2 + 5, f"{y:g}") for j, y in enumerate(found.y_mm.tolist())]
     width = max(width, LEFT + LETTER * len(title))
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {bottom + 60}" font-family="sans-serif" '
@@ -244,9 +246,10 @@ def _box(found: PlaceMap, i: int, j: int) -> str:
     colour = f"hsl({120 * value:.0f},60%,{72 - 22 * value:.0f}%)"
     says = f"x {found.x_mm[i]:g}, y {found.y_mm[j]:g} mm: {100 * value:.0f} %"
     x, y = LEFT + CELL * i, TOP + CELL * (found.share.shape[1] - 1 - j)
-    return f'<rect x="{x}" y="{y}" width="{CELL}" height="{CELL}" fill="{colour}"><title>{says}</title></rect>'
+    box = f'<rect x="{x}" y="{y}" width="{CELL}" height="{CELL}" fill="{colour}"><title>{says}</title></rect>'
+    return f'{box}<text x="{x + 4}" y="{y + CELL - 4}" font-size="9" fill="#444">{100 * value:.0f}</text>'
 
 
 def _mark(i: int, j: int, rows: int, colour: str) -> str:
     x, y = LEFT + CELL * (i + 0.5), TOP + CELL * (rows - 1 - j + 0.5)
-    return f'<circle cx="{x:g}" cy="{y:g}" r="7" fill="none" stroke="{colour}" stroke-width="3"/>'
+    return f'<circle cx="{x:g}" cy="{y:g}" r="8" fill="none" stroke="{colour}" stroke-width="3"/>'

@@ -17,6 +17,7 @@ from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.issue import Issue
+from wpcal.seam.find.same_room import find_same_rooms
 
 LOOKS = ((8, 0.75), (200, 0.98))
 """Points inside a solid that are looked at, and the share of them that is at least inside the other one. A plug that
@@ -93,7 +94,10 @@ def _find(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
         inside[known] = hits[at[known]]
         kept = (inside >= least * of[inner]) & (of[inner] > 0)
         inner, outer = inner[kept], outer[kept]
-    return _chosen(graph, inner, outer)
+    pairs = set(zip(inner.tolist(), outer.tolist(), strict=True))
+    for first, copy in find_same_rooms(graph, trimmed):
+        pairs |= {(first, copy), (copy, first)}
+    return _chosen(graph, pairs)
 
 
 def _boxes_inside(graph: BrepGraph, trimmed: TrimmedFaces) -> tuple[IntArray, IntArray]:
@@ -122,12 +126,11 @@ def _points_inside(
     return solid[ray], start[ray] + at[:, None] * way[ray]
 
 
-def _chosen(graph: BrepGraph, inner: IntArray, outer: IntArray) -> IntArray:
+def _chosen(graph: BrepGraph, pairs: set[tuple[int, int]]) -> IntArray:
     """Return for each solid the one that counts instead of it: the outer one, and of two that are equal the first.
 
     Of two equal ones, a name that a person gave goes before the name of a modelling step.
     """
-    pairs = set(zip(inner.tolist(), outer.tolist(), strict=True))
     rank = [(bool(STEP_NAME.fullmatch(name)), solid) for solid, name in enumerate(graph.solid_names)]
     by = np.full(len(graph.solid_names), -1)
     for one, other in sorted(pairs, key=lambda pair: rank[pair[1]], reverse=True):

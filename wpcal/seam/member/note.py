@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Any
@@ -13,9 +13,9 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.solid_facts import SolidFacts, facts_of
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import ErrorCode, InputError
+from wpcal.seam.find.covered import covered_by
 from wpcal.seam.member.fasteners import Fastener, find_fasteners
 from wpcal.seam.member.names import Hit, read_material, read_name
-from wpcal.seam.member.same_room import find_copies_of_solids
 from wpcal.seam.member.words import IRON, METALS, NOT_METAL, Kind
 from wpcal.seam.options import Judging, Play
 from wpcal.seam.rules import Rule
@@ -106,6 +106,16 @@ class MemberNotes:
         )
         return replace(self, members=members)
 
+    def with_whole(self, whys: Mapping[int, str]) -> MemberNotes:
+        """Return the notes of a part whose solids were made in one piece, with the reasons by number of the solid."""
+        members = tuple(
+            replace(one, taken_as=ONE_PIECE_WORDS, findings=(Rule.ONE_PIECE.found(whys[row]),), why=(whys[row],))
+            if row in whys and not one.findings and one.said is None
+            else one
+            for row, one in enumerate(self.members)
+        )
+        return replace(self, members=members)
+
     def to_record(self) -> dict[str, Any]:
         """Return the entries ``judging``, ``members`` and ``play`` of ``seams.json``."""
         said = self.judging
@@ -164,11 +174,11 @@ def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> M
     labels = [_labels(name, fact) for name, fact in zip(graph.solid_names, facts, strict=True)]
     said = _said(labels, judging)
     fasteners = find_fasteners(graph, trimmed)
-    copies = find_copies_of_solids(graph, trimmed)
+    instead = covered_by(graph, trimmed)
     common = set.intersection(*(set(own) for own in labels)) if len(labels) > 1 else set()
     members = []
     for solid, name in enumerate(graph.solid_names):
-        first = graph.solid_names[copies[solid]] if solid in copies else None
+        first = graph.solid_names[instead[solid]] if instead[solid] >= 0 else None
         own = _Evidence(name, facts[solid], common, fasteners.get(solid), first)
         members.append(own.member(said[solid]))
     return Members(MemberNotes(judging, tuple(members)), fasteners)
@@ -186,7 +196,7 @@ class _Evidence:
         Names that belong to all solids of the part: they say nothing about one of them.
     fastener : Fastener or None
     copy_of : str or None
-        The earlier solid that fills the same room.
+        The solid that fills its room and counts instead of it.
     """
 
     name: str

@@ -41,7 +41,8 @@ class Picker {
       onName: (name) => this.showName(name),
     });
     this.saving = new Saving(this, start.saves_to);
-    this.backend = new PickerSeams(data.seams_revision, (state) => this.editor.take(state));
+    const onSolids = (solids) => this.allSeams.takeSolids(solids);
+    this.backend = new PickerSeams(data.seams_revision, (state) => this.editor.take(state), onSolids);
     const onSeams = {
       onState: (state) => this.takeSeams(state),
       onSelect: (row) => {
@@ -52,7 +53,8 @@ class Picker {
     };
     this.editor = new SeamEditor({ seams: data.seams, frames }, this.backend, onSeams, data.join_mm);
     this.seamsBox = el("div", { class: "seam-tables" });
-    this.allSeams = new AllSeams(this.editor, data.members, (row) => this.focusSeam(row));
+    const said = { onSay: (solid, word) => this.saySolid(solid, word), options: data.options };
+    this.allSeams = new AllSeams(this.editor, data.members, (row) => this.focusSeam(row), said);
     this.tabulate(data.seams);
     this.layout = this.build();
     const { tolerance_mm: tolerance, seams } = data;
@@ -122,6 +124,15 @@ class Picker {
     this.scene.chooseSeam(this.editor.selected);
     this.show();
     if (this.rows.rows.length) this.fitting.ask();
+  }
+
+  /** A person says whether a solid can be welded. */
+  async saySolid(solid, word) {
+    this.editor.say(`finding the seams again: ${solid}`);
+    const warning = await this.backend.say(solid, word);
+    const done =
+      word === "rules" ? `${solid}: the rules decide` : `${solid}: ${word === "weld" ? "welded" : "not welded"}`;
+    this.editor.say(warning || done, warning ? "wrong" : "");
   }
 
   change() {

@@ -8,14 +8,28 @@ export class AllSeams {
    * @param {SeamEditor} editor  decides about the seams that are ticked
    * @param {object[]} members  what the solids are taken for
    * @param {function(number)} onChoose  gets the row of a seam
+   * @param {{onSay: function(string, string), options: string}} said  about solids (`memberTable`)
    */
-  constructor(editor, members, onChoose) {
-    this.editor = editor;
+  constructor(editor, members, onChoose, said) {
+    Object.assign(this, { editor, said });
     const onTick = (names, isOn) => editor.tick(names, isOn);
     this.list = new SeamList({ onChoose, onTick, members }, "all-seams");
-    this.solids = memberTable(members, (solid) => this.list.find(solid));
+    this.solids = this.table(members);
     const words = this.solids ? "search and tick seams; what the solids are taken for" : "search and tick seams";
     this.element = el("details", { class: "all", ontoggle: () => this.show() }, el("summary", {}, words));
+  }
+
+  table(members) {
+    return memberTable(members, (solid) => this.list.find(solid), this.said);
+  }
+
+  /** Something was said about a solid: shows what the solids are taken for now. */
+  takeSolids({ members, options }) {
+    this.said = { ...this.said, options };
+    const solids = this.table(members);
+    this.list.members = members;
+    if (this.solids?.isConnected) this.solids.replaceWith(solids);
+    this.solids = solids;
   }
 
   /** A long list costs nothing until somebody opens it. */

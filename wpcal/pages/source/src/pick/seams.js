@@ -8,9 +8,10 @@ export class PickerSeams {
   /**
    * @param {number} revision  of the seams in the page
    * @param {function({seams, frames})} onTheirs  another window decided something
+   * @param {function({members, options})} onSolids  what the solids are taken for
    */
-  constructor(revision, onTheirs) {
-    Object.assign(this, { revision, onTheirs, isAsking: false });
+  constructor(revision, onTheirs, onSolids) {
+    Object.assign(this, { revision, onTheirs, onSolids, isAsking: false });
     setInterval(() => document.hidden || this.look(), POLL_MS);
   }
 
@@ -33,15 +34,33 @@ export class PickerSeams {
     throw new Refusal("Another window changed the seams at the same moment. Here they are; decide again.");
   }
 
+  /**
+   * Says whether a solid can be welded; the seams are found anew, which may take as long as at the start.
+   *
+   * @returns {Promise<string>} why not, or why it is not kept, or nothing
+   */
+  async say(solid, said) {
+    this.isAsking = true;
+    const { answer, fault } = await post("solid", { solid, said, revision: this.revision });
+    this.isAsking = false;
+    if (fault) return fault.message;
+    this.takeTheirs(answer);
+    return answer.is_stale ? "Another window changed the seams at the same moment. Say it again." : answer.warning;
+  }
+
+  takeTheirs(answer) {
+    this.revision = answer.revision;
+    if (answer.members) this.onSolids(answer);
+    this.onTheirs(stateOf(answer));
+  }
+
   /** Shows the seams of the server, if they are others. */
   async look() {
     if (this.isAsking) return;
     this.isAsking = true;
     const { answer } = await post("seams", { revision: this.revision });
     this.isAsking = false;
-    if (!answer?.seams) return;
-    this.revision = answer.revision;
-    this.onTheirs(stateOf(answer));
+    if (answer?.seams) this.takeTheirs(answer);
   }
 }
 

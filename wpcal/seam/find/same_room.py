@@ -1,7 +1,7 @@
 """Solids that are in the file twice: two bodies that fill the same room cannot both be members.
 
 A file often holds a body before and after its last chamfer, or a part both by itself and in its assembly. Each contact
-then gives several equal seams. The first body of the file counts; the others are copies of it.
+then gives several equal seams. Which one of them counts, says `covered.covered_by`.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ NEAR_MM = 0.01
 """A point is on a face if it is this near."""
 
 
-def find_copies_of_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, int]:
-    """Find the solids that fill the same room as an earlier one.
+def find_same_rooms(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int, int]]:
+    """Find the pairs of solids that fill the same room.
 
     Parameters
     ----------
@@ -37,8 +37,8 @@ def find_copies_of_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, 
 
     Returns
     -------
-    dict
-        The number of the first solid in that room, by the number of each copy.
+    list of tuple of int
+        The first solid in a room, and another one.
     """
     count = len(graph.solid_names)
     low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, count)
@@ -54,7 +54,7 @@ def find_copies_of_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, 
         first = found.get(a, a)
         if b not in found and _fill_the_same(graph, trimmed, first, b):
             found[b] = first
-    return found
+    return sorted((first, copy) for copy, first in found.items())
 
 
 def _fill_the_same(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int) -> bool:
