@@ -107,8 +107,10 @@ def _answer(channel: IO[bytes], target: str, arguments: Mapping[str, Any], *, wa
     """Call the function and send its result, its error, or a defect as one frame."""
     from cad.kernel.frames import write_frame
     from cad.kernel.system_libraries import libgl_explained
+    from wpcal.collector import collect_rarely
     from wpcal.core.errors import KernelError, OutOfMemoryError, WpcalError
 
+    collect_rarely()
     progress = {"progress": lambda text: write_frame(channel, "progress", text)} if wants_progress else {}
     try:
         module, _, function = target.partition(":")

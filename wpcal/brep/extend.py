@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.nurbs import NurbsCurve
@@ -82,6 +81,8 @@ def interpolated(points: FloatArray) -> FreeEdge:
     points : ndarray, shape (n, 3)
         At least four points in `part`, mm.
     """
+    from scipy.interpolate import make_interp_spline
+
     s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     spline = make_interp_spline(s, points, k=3)
     curve = NurbsCurve(3, spline.t, spline.c, np.ones(len(spline.c)))

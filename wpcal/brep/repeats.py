@@ -12,8 +12,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from wpcal.brep.boxes import BoxTree, boxes_of_solids
 from wpcal.brep.extend import FreeEdge, add_edges
@@ -21,6 +19,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.linked import linked_groups
 
 SAME = 1e-10
 """Two groups are the same if their numbers (mm, rad, directions) differ by less: round-off of coordinates of 100 m.
@@ -108,8 +107,7 @@ def _groups(graph: BrepGraph, trimmed: TrimmedFaces, within_mm: float) -> Iterat
     count = len(graph.solid_names)
     low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, count)
     a, b = BoxTree.of(low, high).meeting(low - within_mm, high + within_mm)
-    near = coo_array((np.ones(len(a)), (a, b)), shape=(count, count))
-    number = connected_components(near, directed=False)[1].astype(np.int64)
+    number = linked_groups(count, a, b)
     of_face = number[graph.face_solid]
     owned = np.flatnonzero(graph.edge_solid >= 0)
     solids, faces = _divided(number, np.arange(count)), _divided(of_face, np.arange(graph.face_count))

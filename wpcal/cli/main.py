@@ -11,6 +11,7 @@ from wpcal import __version__
 from wpcal.cli.command_group import CommandsByEntryPoint
 from wpcal.cli.signals import Stopped, stopped_like_interrupted
 from wpcal.cli.streams import protect_streams
+from wpcal.collector import collect_rarely
 from wpcal.printable import printable
 
 EXIT_OUR_FAULT = 70
@@ -38,6 +39,7 @@ def run(arguments: list[str] | None = None) -> None:
     After a signal it is 128 and the number of the signal. Otherwise it is the result's, also if nobody can read what
     is printed.
     """
+    collect_rarely()
     output = protect_streams()
     code = _run(arguments)
     if output is not None:

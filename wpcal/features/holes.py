@@ -8,10 +8,11 @@ import numpy as np
 
 from wpcal.brep.graph import SurfaceKind
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.linked import linked_groups
 from wpcal.features.columns import NAMING_MM, FeatureColumns, first_rows, label_equal
 from wpcal.features.reference import FeatureKind, HoleForm, HoleStep
 from wpcal.features.rounds import faces_of
-from wpcal.features.walls import Coaxial, Ends, Walls, linked
+from wpcal.features.walls import Coaxial, Ends, Walls
 
 
 def find_holes(walls: Walls) -> FeatureColumns:
@@ -72,9 +73,9 @@ def _bodies(walls: Walls) -> IntArray:
     a, b = coaxial.row[pairs[takes_part[pairs].all(axis=1)]].T
     joined = coaxial.line[a] == coaxial.line[b]
     a, b = a[joined], b[joined]
-    label = linked(len(coaxial.faces), a, b)
+    label = linked_groups(len(coaxial.faces), a, b)
     first, second = _across_steps(coaxial, label, (coaxial.row >= 0) & hollow)
-    return linked(len(coaxial.faces), np.concatenate([a, first]), np.concatenate([b, second]))
+    return linked_groups(len(coaxial.faces), np.concatenate([a, first]), np.concatenate([b, second]))
 
 
 def _across_steps(coaxial: Coaxial, label: IntArray, takes_part: BoolArray) -> tuple[IntArray, IntArray]:

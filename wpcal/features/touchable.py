@@ -8,7 +8,6 @@ from enum import IntEnum
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from wpcal.brep.concavity import LEAST_TURN_SIN, are_concave
 from wpcal.brep.contact import CONTACT_GAP_MM
@@ -18,6 +17,7 @@ from wpcal.brep.rays import START_MM, is_blocked
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.linked import near_tree
 from wpcal.features.corners import LEAST_SPREAD
 from wpcal.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature
 
@@ -129,7 +129,7 @@ def _vertices(graph: BrepGraph, features: Sequence[ReferenceFeature]) -> IntArra
 
 def _within(points: FloatArray, places: FloatArray, radius: float) -> tuple[IntArray, IntArray]:
     """Return pairs of a place and a point within a distance of it, sorted by place, then point."""
-    near = cKDTree(places).query_ball_tree(cKDTree(points), radius)
+    near = near_tree(places).query_ball_tree(near_tree(points), radius)
     row = np.repeat(np.arange(len(places)), [len(found) for found in near])
     return row, np.array([number for found in near for number in sorted(found)], dtype=np.int64)
 

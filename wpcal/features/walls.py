@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.linked import linked_groups
 from wpcal.features.columns import AXIS_ROUND, NAMING_MM, first_rows, label_equal, positive_axes, sums
 
 FULL_TURN_RAD = 2 * np.pi - 1e-3
@@ -36,12 +35,6 @@ def sample_edges(graph: BrepGraph, edges: IntArray) -> FloatArray:
     """Return `EDGE_SAMPLES` parameters on each of m edges, ends included; shape (m, EDGE_SAMPLES)."""
     share = np.linspace(0.0, 1.0, EDGE_SAMPLES)
     return np.asarray(graph.edge_range[edges, :1] * (1 - share) + graph.edge_range[edges, 1:] * share)
-
-
-def linked(count: int, i: IntArray, j: IntArray) -> IntArray:
-    """Number the groups of 0 … count - 1 that pairs i, j, each of shape (m,), link together; shape (count,)."""
-    graph = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +106,7 @@ class Walls:
         place[faces] = np.arange(len(faces))
         left, right = graph.edge_faces[(graph.edge_faces >= 0).all(axis=1)].T
         join = (same[left] >= 0) & (same[left] == same[right])
-        label = linked(len(faces), place[left[join]], place[right[join]])
+        label = linked_groups(len(faces), place[left[join]], place[right[join]])
         of_face = np.full(graph.face_count, -1, dtype=np.int64)
         of_face[faces] = label
         return cls(coaxial, of_face, rows[first_rows(label)])

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from wpcal.calibrate.points.least_squares import kabsch
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.linked import near_tree
 from wpcal.core.progress import Progress
 from wpcal.core.transform import RigidTransform
 from wpcal.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature, feature_named
@@ -21,6 +21,9 @@ from wpcal.match.places import Places
 from wpcal.match.search import MOST_ANSWERS, Assignments, find_assignments
 from wpcal.match.symmetry import EXACT_MM, PartMotion, best_next_point
 from wpcal.taught.table import TaughtPoints
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 DECISIVE_ODDS = 1e5
 """An answer is taken when it is this many times as probable as all others together."""
@@ -309,7 +312,7 @@ class _Decision:
         """Say why it cannot be told, and what would settle it."""
         count = f"{len(weights)}" if self.found.complete else f"more than {MOST_ANSWERS}"
         said = [f"ambiguous: {count} answers fit the taught points within {self.sigma_mm:g} mm per axis"]
-        tree = cKDTree(self.places.p)
+        tree = near_tree(self.places.p)
         top = slice(0, COMPARED_ANSWERS)
         alike, motions = self._alike(tree, R[top], t[top])
         if motions:

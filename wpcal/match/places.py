@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.linked import linked_groups, near_pairs
 from wpcal.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature
 
 SAME_MM = 0.01
@@ -57,10 +55,8 @@ class Places:
         if not features:
             return cls(frozen(np.empty((0, 3))), (), ())
         p = np.array([feature.p_mm for feature in features])
-        i, j = cKDTree(p).query_pairs(SAME_MM, output_type="ndarray").T
-        graph = coo_array((np.ones(len(i)), (i, j)), shape=(len(p), len(p)))
-        count, label = connected_components(graph, directed=False)
-        groups: list[list[ReferenceFeature]] = [[] for _ in range(count)]
+        label = linked_groups(len(p), *near_pairs(p, SAME_MM).T)
+        groups: list[list[ReferenceFeature]] = [[] for _ in range(label.max() + 1)]
         for feature, group in zip(features, label, strict=True):
             groups[group].append(feature)
         ordered = [tuple(sorted(group, key=lambda f: SAID_FIRST.index(f.kind))) for group in groups]

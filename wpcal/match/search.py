@@ -16,20 +16,24 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 from scipy.special import chdtri
 
 from wpcal.calibrate.points.covariance import isotropic_covariance
 from wpcal.calibrate.points.least_squares import kabsch
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray, as_points, frozen
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.linked import near_tree
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.tangent import point_jacobian
 from wpcal.match.occupancy import Occupancy
 from wpcal.match.triangle import Triangle, choose_triangle, fit_triangles
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 MISS = 1e-6
 """Chance that the true assignment is left out. A wrong assignment that is the only answer is then at least as rare."""
@@ -161,7 +165,7 @@ class _Search:
             order.append(left[best])
             reach.append(reaches[best])
         occupancy = Occupancy.around(points, reach[0]) if reach else None
-        return cls(points, taught, limit, masks, triangle, tuple(order), tuple(reach), cKDTree(points), occupancy)
+        return cls(points, taught, limit, masks, triangle, tuple(order), tuple(reach), near_tree(points), occupancy)
 
     def run(self, progress: Progress) -> Assignments:
         found: list[IntArray] = []
@@ -229,7 +233,7 @@ class _Search:
         """Append every model point within reach of the predicted place of taught point k."""
         if len(rows) == 0:
             return np.empty((0, rows.shape[1] + 1), dtype=np.int64)
-        near = cKDTree(predicted).sparse_distance_matrix(self.tree, reach, output_type="ndarray")
+        near = near_tree(predicted).sparse_distance_matrix(self.tree, reach, output_type="ndarray")
         which, point = near["i"], near["j"]
         longer = np.column_stack([rows[which], point])
         return np.asarray(longer[self.masks[k, point]])

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from wpcal.calibrate.points.least_squares import kabsch
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import log_rotation
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 EXACT_MM = 0.01
 """A motion that carries features onto features this nearly is a symmetry of the model; STEP files round at 1e-3 mm."""

@@ -6,11 +6,11 @@ from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.linked import near_pairs
 from wpcal.seam.seam import SeamPieces
 
 SAME_POINT_MM = 0.01
@@ -100,8 +100,7 @@ def _ends(graph: BrepGraph, pieces: SeamPieces) -> tuple[FloatArray, FloatArray]
 
 def _links(p: FloatArray, out: FloatArray, group: IntArray, least_cos: float) -> dict[int, int]:
     """Pair ends that continue each other, the straightest pairs first; each end is paired once."""
-    near = cKDTree(p).query_pairs(SAME_POINT_MM, output_type="ndarray") if len(p) else np.zeros((0, 2), dtype=np.int64)
-    a, b = near[:, 0], near[:, 1]
+    a, b = near_pairs(p, SAME_POINT_MM).T
     straight = -np.einsum("ki,ki->k", out[a], out[b])
     fits = (group[a] == group[b]) & (straight >= least_cos)
     order = np.lexsort((b[fits], a[fits], np.round(-straight[fits], 9)))
@@ -119,7 +118,7 @@ def _add_bridges(
     ends = np.array([end for end in range(len(p)) if end not in link], dtype=np.int64)
     if len(ends) == 0:
         return
-    a, b = ends[cKDTree(p[ends]).query_pairs(bridges.join_mm, output_type="ndarray").astype(np.int64)].T
+    a, b = ends[near_pairs(p[ends], bridges.join_mm)].T
     way = p[b] - p[a]
     length = np.linalg.norm(way, axis=1)
     side = bridges.side.reshape(-1, 3)

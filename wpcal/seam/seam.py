@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 
 class JointType(Enum):
@@ -134,6 +137,8 @@ class SeamFrames:
     @property
     def rotations(self) -> Rotation:
         """The n rotations for SciPy, which converts them to any other form; each carries the seam's axes to `frame`."""
+        from scipy.spatial.transform import Rotation
+
         return Rotation.from_matrix(self.R)
 
     def rows(self, first: int, end: int) -> SeamFrames:

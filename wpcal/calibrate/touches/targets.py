@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
@@ -16,6 +16,10 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.calibrate.touches.touches import Nearest
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.linked import near_tree
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 GRID = 48
 """Samples each way on a free-form face for the annealer: on a face of 500 mm they lie 10 mm apart, and the tangent
@@ -250,7 +254,7 @@ class _Cloud:
         p, du, dv = graph.nearest_on_nurbs.surfaces.evaluate(np.full(len(grid), graph.face_nurbs[face]), grid)
         normal = np.cross(du, dv)
         normal *= graph.face_outward[face] / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-        tree = cKDTree(p)
+        tree = near_tree(p)
         spacing = float(np.asarray(tree.query(p, k=2)[0])[:, 1].max()) if len(p) > 1 else 0.0
         return cls(tree, p, normal, spacing)
 

@@ -6,7 +6,6 @@ from collections import defaultdict
 from itertools import pairwise
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from wpcal.brep.boxes import BoxTree
 from wpcal.brep.curves import arc_length, evaluate_edges
@@ -14,6 +13,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.linked import near_pairs
 from wpcal.seam.find.contact import CONTACT_SAMPLES
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.limits import LEAST_CANDIDATE_MM, NEAR_GAPS
@@ -267,7 +267,7 @@ def _twins(graph: BrepGraph, pieces: SeamPieces, *, near: float) -> IntArray:
         evaluate_edges(graph, pieces.edge, t)[0] for t in (pieces.t0, (pieces.t0 + pieces.t1) / 2, pieces.t1)
     )
     solids = solids_of(graph, pieces)
-    pairs = cKDTree(middle).query_pairs(near, output_type="ndarray").astype(np.int64)
+    pairs = near_pairs(middle, near)
     i, j = pairs[:, 0], pairs[:, 1]
     along = np.maximum(np.linalg.norm(start[i] - start[j], axis=1), np.linalg.norm(end[i] - end[j], axis=1))
     against = np.maximum(np.linalg.norm(start[i] - end[j], axis=1), np.linalg.norm(end[i] - start[j], axis=1))

@@ -10,12 +10,11 @@ from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.linked import linked_groups
 from wpcal.seam.find.facing import FacingFaces, find_facing
 from wpcal.seam.options import Play, SeamOptions
 
@@ -85,9 +84,7 @@ def _joints(graph: BrepGraph, facing: FacingFaces) -> IntArray:
             links += [(row, other) for other in rows if faces[other][0] in near and faces[other][1] in opposite]
     count = len(facing.first)
     i, j = np.array(links, dtype=np.int64).reshape(-1, 2).T
-    return np.asarray(
-        connected_components(coo_array((np.ones(len(i)), (i, j)), shape=(count, count)), directed=False)[1]
-    )
+    return linked_groups(count, i, j)
 
 
 def is_play(play: tuple[Play, ...], gap_mm: FloatArray) -> BoolArray:

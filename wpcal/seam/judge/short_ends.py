@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
@@ -20,6 +19,7 @@ from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.linked import near_pairs
 from wpcal.seam.judge.evidence import weighed
 from wpcal.seam.limits import LEAST_CANDIDATE_MM, LEAST_CHANGE_MM, Level
 from wpcal.seam.path.cut import parameters_at, spans_of
@@ -93,7 +93,7 @@ def _pairs(seams: Sequence[Seam]) -> tuple[IntArray, IntArray, IntArray]:
     if len(rows) == 0:
         return none, none, none
     ends = np.concatenate([seams[row].frames.p[[0, -1]] for row in rows.tolist()])
-    near = cKDTree(ends).query_pairs(LEAST_CHANGE_MM, output_type="ndarray").astype(np.int64)
+    near = near_pairs(ends, LEAST_CHANGE_MM)
     near = np.concatenate([near, near[:, ::-1]])
     short, beside = rows[near[:, 0] // 2], rows[near[:, 1] // 2]
     length = np.array([seam.length_mm for seam in seams])

@@ -15,10 +15,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.linked import near_pairs
 from wpcal.seam.chain import Chain
 from wpcal.seam.judge.evidence import Judge, is_judgement, judge_seams, weighed
 from wpcal.seam.judge.leans import feel_seams
@@ -133,7 +133,7 @@ def _links(seams: Sequence[Seam], rows: list[int]) -> frozenset[Link]:
     frames = [seams[row].frames for row in rows]
     p = np.concatenate([own.p[[0, -1]] for own in frames])
     out = np.concatenate([[-own.R[0, :, 0], own.R[-1, :, 0]] for own in frames])
-    pairs = cKDTree(p).query_pairs(LEAST_CHANGE_MM, output_type="ndarray").astype(np.int64)
+    pairs = near_pairs(p, LEAST_CHANGE_MM)
     a, b = pairs.T
     turn = np.arccos(np.clip(-np.einsum("ki,ki->k", out[a], out[b]), -1.0, 1.0))
     apart = np.linalg.norm(p[a] - p[b], axis=1)

@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.linked import linked_groups, near_pairs, near_tree
 from wpcal.seam.member.fasteners import BORE_RATIO, COAXIAL_MM, COAXIAL_SIN, LARGEST_RADIUS_MM, Fastener
 
 LARGEST_HOLE_MM = LARGEST_RADIUS_MM * BORE_RATIO[1]
@@ -148,12 +146,13 @@ def _count(sectors: BoolArray, own: IntArray) -> int:
 def _alike(place: FloatArray, solid: IntArray) -> list[IntArray]:
     """Return groups of rows of one solid at the same place, within `COAXIAL_MM`."""
     n = len(place)
-    pairs = cKDTree(place).query_pairs(COAXIAL_MM, output_type="ndarray") if n else np.zeros((0, 2), dtype=np.int64)
+    if n == 0:
+        return []
+    pairs = near_pairs(place, COAXIAL_MM)
     pairs = pairs[solid[pairs[:, 0]] == solid[pairs[:, 1]]]
-    linked = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    count, label = connected_components(linked, directed=False)
+    label = linked_groups(n, *pairs.T)
     order = np.argsort(label, kind="stable")
-    return np.split(order, np.searchsorted(label[order], np.arange(1, count))) if n else []
+    return np.split(order, np.searchsorted(label[order], np.arange(1, label.max() + 1)))
 
 
 def _slots(
@@ -161,7 +160,7 @@ def _slots(
 ) -> list[tuple[int, int, IntArray]]:
     """Return the slots: two half rounds of one solid that bulge away from each other, the nearest such pairs."""
     found, taken = [], set[int]()
-    tree = cKDTree(np.array([foot[own[0]] for own in halves]).reshape(-1, 3))
+    tree = near_tree(np.array([foot[own[0]] for own in halves]).reshape(-1, 3))
     for a, first in enumerate(halves):
         i = int(first[0])
         best = None
@@ -282,7 +281,7 @@ def _coaxial(holes: Holes) -> list[tuple[int, int]]:
     if len(holes) < 2:
         return []
     scaled = np.column_stack([(holes.o + holes.end) / 2, holes.z * (COAXIAL_MM / COAXIAL_SIN)])
-    tree = cKDTree(scaled)
+    tree = near_tree(scaled)
     pairs = set(map(tuple, tree.query_pairs(3 * COAXIAL_MM, output_type="ndarray").tolist()))
     reach = np.linalg.norm(holes.end - holes.o, axis=1) / 2
     for slot in np.flatnonzero(reach > 0).tolist():

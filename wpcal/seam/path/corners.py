@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
@@ -147,6 +146,8 @@ def _turned(
     row, t = _on_pieces(graph, run, s)
     along = Stations(np.array([0, len(s)]), row, t, s)
     exact = seam_frames(graph, run, along)
+    from scipy.spatial.transform import Rotation
+
     R = exact.R.copy()
     for low, high in reaches:
         rows = np.flatnonzero((s >= low) & (s <= high))
@@ -160,6 +161,8 @@ def _places(graph: BrepGraph, run: SeamPieces, low: float, high: float, a: float
     """Return lengths between `low` and `high` at which the torch turns by equal steps, with both ends of the corner."""
     row, t = _on_pieces(graph, run, np.array([low, high]))
     ends = seam_frames(graph, run, Stations(np.array([0, 2]), row, t, np.array([low, high])))
+    from scipy.spatial.transform import Rotation
+
     turn = float((Rotation.from_matrix(ends.R[1]) * Rotation.from_matrix(ends.R[0]).inv()).magnitude())
     before, after = (
         max(1, int(np.ceil(turn * side / (high - low) / CORNER_STEP_RAD - EXACT_STEPS))) for side in (a - low, high - b)
