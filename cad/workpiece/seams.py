@@ -20,11 +20,11 @@ from wpcal.seam import ConcaveEdges, Seam, SeamOptions
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.explain import explain_seam
 from wpcal.seam.explained_svg import explained_svg
-from wpcal.seam.find.built_up import left_out
+from wpcal.seam.find.built_up import find_whole_solids, left_out
 from wpcal.seam.find.covered import covered_issues
 from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.find.play import with_play
-from wpcal.seam.judge.doubted import why_none_is_taken
+from wpcal.seam.judge.doubted import why_none_is_taken, why_nothing_is_found
 from wpcal.seam.judge.other_torches import with_other_torches
 from wpcal.seam.member.note import MemberNotes, take_members
 from wpcal.seam.names import seams_named
@@ -118,8 +118,11 @@ def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Fo
     found = find_part_seams(graph, trimmed, options, cross=partial(_cross, workpiece), mark=mark)
     issues = (*found.issues, *covered_issues(graph, trimmed))
     if not found.seams and options.concave is ConcaveEdges.AUTO:
-        issues = (*issues, *left_out(found.graph, replace(trimmed, graph=found.graph)))
-    issues = (*issues, *why_none_is_taken(found.seams))
+        whole = replace(trimmed, graph=found.graph)
+        issues = (*issues, *left_out(found.graph, whole))
+        notes = notes.with_whole({solid: why for solid, _, why in find_whole_solids(found.graph, whole)})
+    told = why_nothing_is_found(found.seams, len(graph.solid_names), options.gap_for(graph))
+    issues = (*issues, *why_none_is_taken(found.seams), *told)
     is_wider = found.graph.edge_count > graph.edge_count
     return _Found(found.seams, found.graph if is_wider else None, notes.with_shapes(found.seams), issues)
 
@@ -184,4 +187,6 @@ def _explained(
     thick_mm = plate_thicknesses(seam.frames, ExactMaterial(workpiece.graph, workpiece.trimmed))
     record = explain_seam(workpiece.graph, seam, notes, thick_mm)
     title = f"{seam.name} of {file_name}: {seam.joint.value}, {' + '.join(seam.solids)}, {seam.confidence:.0%}"
-    return Explained(record, explained_svg(workpiece.graph, workpiece.trimmed, seam, title, reach.torch))
+    return Explained(
+        record, explained_svg(workpiece.graph, workpiece.trimmed, seam, title, reach.torch, record["section"])
+    )

@@ -8,6 +8,8 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
+from wpcal.core.wording import counted
+from wpcal.seam.judge.evidence import is_judgement
 from wpcal.seam.judge.hiding import hiding_words
 from wpcal.seam.member.note import MemberNotes
 from wpcal.seam.rules import PRIOR, Rule
@@ -65,7 +67,7 @@ def explain_seam(
         "least_confidence": notes.judging.level.value,
         "start_confidence": PRIOR[seam.source],
         "section": section,
-        "chain": [*_chain(graph, seam), _section_words(section), *seam.reasons, _verdict(seam, notes)],
+        "chain": [*_chain(graph, seam), _section_words(section), *_other_reasons(seam), _verdict(seam, notes)],
         "findings": findings,
         "members": [member.to_record() for member in members],
     }
@@ -74,16 +76,21 @@ def explain_seam(
 def _chain(graph: BrepGraph, seam: Seam) -> list[str]:
     """Say in words where a seam comes from, what it joins, and how a torch gets to it."""
     least, mean, largest = seam.gap_mm
-    angle = np.degrees(seam.frames.angle_rad)
+    opening = 180.0 - np.degrees(seam.frames.angle_rad)
     faces = [_faces(graph, own) for own in (seam.pieces.wall, seam.pieces.base)]
     run = "closed loop" if seam.closed else "run"
     return [
-        f"found as: {seam.source.value}; {run} of {seam.length_mm:.1f} mm in {len(seam.pieces)} pieces",
-        f"joint: {seam.joint.value}, weld: {seam.weld.value}; wall: {faces[0]}; base: {faces[1]}; "
-        f"{_span(float(angle.min()), float(angle.max()), 'degrees')} between their outward normals",
+        f"found as: {seam.source.value}; {run} of {seam.length_mm:.1f} mm in {counted(len(seam.pieces), 'piece')}",
+        f"joint: {seam.joint.value}, {seam.weld.value} weld between {faces[0]} and {faces[1]}, which open by "
+        f"{_span(float(opening.min()), float(opening.max()), 'degrees')}",
         f"gap: {least:.3f} to {largest:.3f} mm, {mean:.3f} mm on average",
         _reach(seam),
     ]
+
+
+def _other_reasons(seam: Seam) -> list[str]:
+    """Return what else was noted about a seam: not where it comes from, nor how a torch gets there."""
+    return [str(text) for text in seam.reasons if not is_judgement(text, seam.source)]
 
 
 def _section(graph: BrepGraph, seam: Seam, thick_mm: tuple[float | None, float | None]) -> dict[str, Any]:
@@ -132,7 +139,7 @@ def _reach(seam: Seam) -> str:
     none = np.isnan(lean).any(axis=1)
     straight = ~none & (np.abs(np.nan_to_num(lean)).max(axis=1) < 0.5)
     most = float(np.abs(np.nan_to_num(lean)).max())
-    words = [f"straight at {int(straight.sum())} of {len(lean)} stations"]
+    words = [f"straight at {int(straight.sum())} of {counted(len(lean), 'place')}"]
     if (~none & ~straight).any():
         words.append(f"leaning by up to {most:.0f} degrees at {int((~none & ~straight).sum())}")
     if none.any():

@@ -69,3 +69,46 @@ def test_axes_have_one_name_each(tmp_path):
     names = read_one_robot(path).axis_names
     assert len(set(names)) == len(names)
     assert names[6].startswith("positioner_")
+
+
+@pytest.fixture(scope="module")
+def ends(cluttered):
+    """Pairs of random states that a way leads between; in this cell some states are shut in by the pillars."""
+    cell, checker = cluttered
+    q = random_axes(cell, 60, seed=6)
+    return q[checker.clearance.margins(q).is_clear][:16].reshape(8, 2, -1)[[1, 0, 3, 4, 7]]
+
+
+def test_moves_between_random_states_are_found_and_proved(cluttered, ends):
+    cell, checker = cluttered
+    planner = AirPlanner(cell, checker)
+    found = [planner.path(a, b) for a, b in ends]
+    again = AirPlanner(cell, checker).path(*ends[0])
+    assert np.array_equal(found[0].q, again.q)  # seeded: the same move again
+    assert {path.found_by for path in found} == {"straight", "roadmap"}
+    for path, pair in zip(found, ends, strict=True):
+        assert np.array_equal(path.q[[0, -1]], pair)
+        assert path.check.is_free
+        low, high = cell.limits
+        assert ((path.q >= low) & (path.q <= high)).all()
+
+
+def test_what_the_roadmap_does_not_find_is_searched_by_the_planner_of_ompl(cluttered, ends, monkeypatch):
+    cell, checker = cluttered
+    monkeypatch.setattr("wpcal.planning.sequence.roadmap.MOST_ROUNDS", 0)
+    found = AirPlanner(cell, checker).path(*ends[4])
+    assert found.found_by == "rrt-connect"
+    assert found.check.is_free
+
+
+def test_a_share_of_a_move_ends_before_the_first_collision(cluttered):
+    cell, checker = cluttered
+    q = random_axes(cell, 80, seed=7)
+    a, b = q[:40], q[40:]
+    share = checker.free_shares(a, b, whole=False)
+    whole = checker.free_shares(a, b, whole=True)
+    assert ((whole == 1.0) == (share == 1.0)).all()
+    for row in range(len(a)):
+        assert (whole[row] == 1.0) == checker.is_free(a[row], b[row])
+        if 0.0 < share[row] < 1.0:
+            assert checker.is_free(a[row], a[row] + share[row] * (b[row] - a[row]))

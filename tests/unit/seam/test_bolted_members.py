@@ -9,7 +9,7 @@ from wpcal.brep.solid_facts import SolidFacts
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
 from wpcal.seam import Seam, SeamOptions, detect_seams
-from wpcal.seam.judge.doubted import why_none_is_taken, would_be_taken
+from wpcal.seam.judge.doubted import why_none_is_taken, why_nothing_is_found, would_be_taken
 from wpcal.seam.limits import Level
 from wpcal.seam.member.clamped import find_clamps, find_holes
 from wpcal.seam.member.note import Member, take_members
@@ -134,3 +134,16 @@ def test_a_part_on_which_all_is_doubted_says_what_would_take_it() -> None:
     assert set(told.ids) == {seam.name for seam in would_be_taken(seams)}
     assert welded(seams_of("holes-in-line", weld=("high", "low"))) == {("high", "low"): 200.0}
     assert why_none_is_taken(seams_of("one-hole-in-line")) == []
+
+
+def test_a_part_without_a_seam_says_why_in_one_line_and_what_would_change_it() -> None:
+    seams = seams_of("one-hole-in-line", not_welded=("*",))
+    (told,) = why_nothing_is_found(seams, 2, 0.5)
+    assert told.code == "no-seam"
+    assert "you said that a solid is not welded" in told.message
+    assert "--weld" in told.message
+    assert why_nothing_is_found(seams_of("one-hole-in-line"), 2, 0.5) == []
+    (told,) = why_nothing_is_found((), 3, 0.5)
+    assert "no two of the 3 solids touch" in told.message
+    assert "--gap-mm" in told.message
+    assert why_nothing_is_found((), 1, 0.5) == []

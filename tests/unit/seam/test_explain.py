@@ -45,7 +45,7 @@ def test_a_bolted_seam_says_so_and_a_welded_one_says_what_it_joins(seams: tuple[
     assert explain_seam(graph, bolted, notes)["findings"][0]["rule"] == Rule.LINED_UP.key
     welded = next(seam for seam in seams if seam.accepted)
     chain = explain_seam(graph, welded, notes)["chain"]
-    assert "wall: plane of gusset; base: plane of plate; 90 degrees" in chain[1]
+    assert "fillet weld between plane of gusset and plane of plate, which open by 90 degrees" in chain[1]
     assert chain[-1] == "confidence 95%: at least the 50% that are asked (usual)"
 
 
@@ -61,7 +61,10 @@ def test_the_verdict_names_the_level_that_was_asked() -> None:
 def test_the_picture_holds_the_seam_inside_its_frame(seams: tuple[Seam, ...]) -> None:
     graph = saved_graph("gusset-with-holes")
     seam = next(seam for seam in seams if seam.accepted)
-    root = ET.fromstring(explained_svg(graph, TrimmedFaces.of(graph), seam, "a < b", USUAL_TORCH))
+    trimmed = TrimmedFaces.of(graph)
+    notes = take_members(graph, trimmed, Judging()).notes
+    section = explain_seam(graph, seam, notes)["section"]
+    root = ET.fromstring(explained_svg(graph, trimmed, seam, "a < b", USUAL_TORCH, section))
     lines = [line for line in root.iter("{http://www.w3.org/2000/svg}polyline") if line.get("stroke") == SEAM]
     assert len(lines) == 1
     points = np.array([pair.split(",") for pair in (lines[0].get("points") or "").split()], dtype=float)

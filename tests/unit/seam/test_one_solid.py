@@ -34,7 +34,7 @@ def test_what_was_milled_from_a_block_has_another_surface(name: str) -> None:
 def test_a_part_without_a_seam_says_why_and_what_to_do() -> None:
     (told,) = left_out(*trimmed("pockets"))
     assert told.code == "one-piece"
-    assert "concave edges of S0 are not taken for welds" in told.message
+    assert "inner corners, none taken for a weld" in told.message
     assert "--concave always" in told.message
     assert left_out(*trimmed("plain-block")) == []
     assert len(accepted("pockets", concave=ConcaveEdges.ALWAYS)) > 4

@@ -37,12 +37,15 @@ class DistanceField:
         Lower bounds, mm, not negative.
     box : ndarray, shape (2, 3)
         The part's own box, mm.
+    slack_mm : float
+        A distance is at most its bound and this.
     """
 
     low: FloatArray
     cell_mm: float
     bound_mm: FloatArray
     box: FloatArray
+    slack_mm: float
 
     @classmethod
     def of_triangles(cls, corners: FloatArray) -> DistanceField:
@@ -64,7 +67,7 @@ class DistanceField:
         # half a diagonal from the place to its centre, half one and a sample from the marked centre to the surface
         slack = cell * math.sqrt(3.0) + cell / 2
         bound = np.asarray(np.maximum(distance_transform_edt(empty) * cell - slack, 0.0), dtype=np.float64)
-        return cls(low, cell, bound, box)
+        return cls(low, cell, bound, box, slack + cell * math.sqrt(3.0))
 
     def at(self, points: FloatArray) -> FloatArray:
         """Return lower bounds of the distances of points from the surface.
@@ -79,10 +82,27 @@ class DistanceField:
         ndarray, shape (n,)
             mm.
         """
+        return self.between(points)[0]
+
+    def between(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return bounds of the distances of points from the surface.
+
+        Parameters
+        ----------
+        points : ndarray, shape (n, 3)
+            In the frame of the triangles, mm.
+
+        Returns
+        -------
+        least, most : ndarray, shape (n,)
+            mm; `most` is infinite outside the grid.
+        """
         index = np.floor((points - self.low) / self.cell_mm).astype(np.int64)
         shape = np.array(self.bound_mm.shape)
         inside = ((index >= 0) & (index < shape)).all(axis=1)
         i, j, k = np.clip(index, 0, shape - 1).T
         off = np.maximum(np.maximum(self.box[0] - points, points - self.box[1]), 0.0)
         beside = np.sqrt((off**2).sum(axis=1))
-        return np.asarray(np.maximum(beside, np.where(inside, self.bound_mm[i, j, k], 0.0)), dtype=np.float64)
+        grid = self.bound_mm[i, j, k]
+        least = np.maximum(beside, np.where(inside, grid, 0.0))
+        return np.asarray(least, dtype=np.float64), np.where(inside, grid + self.slack_mm, np.inf)

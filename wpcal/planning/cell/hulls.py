@@ -19,11 +19,13 @@ from scipy.spatial import ConvexHull, QhullError
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
-from wpcal.planning.cell.bodies import Body, BodyPairs, body_frames, body_pairs
+from wpcal.planning.cell.bodies import Body, BodyPairs, Owner, body_frames, body_pairs
 from wpcal.planning.cell.clearance import STATES, Clearance, pair_margins
 from wpcal.planning.cell.robot_cell import CellState, RobotCell, Shape
 from wpcal.robot.kinematics.forward import Frames
 
+PLANE_DIGITS = 9
+"""Planes of triangles of one face are equal to this many decimals (mm for what is off by a kilometre)."""
 FCL_MM = 1e-4
 """Subtracted from every distance by FCL: ten times the largest error of its iteration seen for capsules (1e-5 mm)."""
 
@@ -104,12 +106,16 @@ def _volume(capsule: tuple[FloatArray, FloatArray, float]) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HullMeasure:
-    """The pairs of a cell, the same pairs with a capsule around every hull, and FCL's objects of bodies with hulls."""
+    """The pairs of a cell, the same pairs with a capsule around every hull, and FCL's objects of bodies with hulls.
+
+    `walls` has the planes of the second body of a pair if it is a hull in `world`: a flat one is far from its capsule.
+    """
 
     pairs: BodyPairs
     bounded: BodyPairs
     has_hull: BoolArray
     objects: dict[int, list[tuple[Any, FloatArray, FloatArray]]]
+    walls: dict[int, FloatArray]
 
     @classmethod
     def of_pairs(cls, pairs: BodyPairs) -> HullMeasure:
@@ -119,7 +125,7 @@ class HullMeasure:
         met = np.unique(np.concatenate([pairs.first[has_hull], pairs.second[has_hull]]))
         objects = {int(row): fcl_objects(pairs.bodies[row].shape) for row in met}
         bounded = tuple(_bounded(body) if hull else body for body, hull in zip(pairs.bodies, hulled, strict=True))
-        return cls(pairs, replace(pairs, bodies=bounded), has_hull, objects)
+        return cls(pairs, replace(pairs, bodies=bounded), has_hull, objects, _walls(pairs, bounded))
 
     def least_margins(self, frames: tuple[Frames, ...]) -> tuple[FloatArray, IntArray]:
         """Return the least margin of every state and the row of its pair."""
@@ -148,6 +154,14 @@ class HullMeasure:
         frames : tuple of Frames
             At the n states.
         """
+        for k, planes in self.walls.items():
+            rows = np.flatnonzero(bounds[k] <= 0.0)
+            if len(rows):
+                shape = self.bounded.bodies[self.pairs.first[k]].shape
+                frame = frames[self.pairs.bodies[self.pairs.first[k]].carrier].at(rows)
+                off = np.minimum(*(planes[:, :3] @ frame.point(end) for end in (shape.p[0], shape.q[0]))).T
+                out = (off + planes[:, 3]).max(axis=1) - shape.radius_mm[0] - self.pairs.safety_mm[k]
+                bounds[k, rows] = np.maximum(bounds[k, rows], out)
         close = (bounds <= 0.0) & self.has_hull[:, None]
         states = np.flatnonzero(close.any(axis=0)).tolist()
         places = [(frame.rotations(), frame.p.T) for frame in frames] if states else []
@@ -164,11 +178,29 @@ class HullMeasure:
         return min(_fcl_distance(one, other) for one in a for other in b)
 
     def _placed(self, body: int, places: list[tuple[FloatArray, FloatArray]]) -> list[Any]:
-        fcl = import_fcl()
+        Transform = import_fcl().Transform
         R, p = places[self.pairs.bodies[body].carrier]
-        for shape, R_local, p_local in self.objects[body]:
-            shape.setTransform(fcl.Transform(R @ R_local, R @ p_local + p))
-        return [shape for shape, _, _ in self.objects[body]]
+        objects = self.objects[body]
+        if self.pairs.bodies[body].shape.hull.size:  # given in the frame of the body
+            objects[0][0].setTransform(Transform(R, p))
+            return [objects[0][0]]
+        for shape, R_local, p_local in objects:
+            shape.setTransform(Transform(R @ R_local, R @ p_local + p))
+        return [shape for shape, _, _ in objects]
+
+
+def _walls(pairs: BodyPairs, bounded: tuple[Body, ...]) -> dict[int, FloatArray]:
+    """Return the planes of the second body of each pair where it is a hull of the bench, and the first one capsule."""
+    planes = {
+        row: np.unique(np.round(ConvexHull(body.shape.hull).equations, PLANE_DIGITS), axis=0)
+        for row, body in enumerate(pairs.bodies)
+        if body.owner is Owner.BENCH and len(body.shape.hull)
+    }
+    return {
+        k: planes[int(second)]
+        for k, (first, second) in enumerate(zip(pairs.first, pairs.second, strict=True))
+        if int(second) in planes and len(bounded[first].shape.radius_mm) == 1
+    }
 
 
 def _bounded(body: Body) -> Body:

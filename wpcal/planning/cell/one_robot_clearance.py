@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -26,6 +27,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import JOINTS_BETWEEN, Body, BodyPairs, Owner
 from wpcal.planning.cell.clearance import pair_margins
 from wpcal.planning.cell.distance_field import DistanceField
+from wpcal.planning.cell.hull_cover import HullCover
 from wpcal.planning.cell.hulls import HullMeasure, convex_hull_object, import_fcl
 from wpcal.planning.cell.one_robot import CARRIER, TOOL, WORLD, OneRobotCell
 from wpcal.planning.cell.part_distance import part_distances
@@ -36,6 +38,8 @@ ROWS = 512
 """States per batch: arrays of all places on all capsules stay at some MB."""
 ENOUGH_MM = 5.0
 """A capsule that the grid calls too near is measured exactly up to this margin; beyond it, it is far enough."""
+MOST_OUTLINE = 60
+"""Corners of the part's convex hull; with more of them those of its box are compared with the faces of hulls."""
 SPACING_MM = 20.0
 """Places on the axis of a capsule that are looked up in the grid are at most this far apart ..."""
 LEAST_PLACES = 3
@@ -120,6 +124,7 @@ class OneRobotClearance:
         self._field = None if part is None else DistanceField.of_triangles(part.corners)
         self._capsules = _PartCapsules.of(cell, self._bodies) if part is not None else None
         self._floor = [row for row, body in enumerate(self._bodies) if _over_floor(body)]
+        self._outline = np.zeros((0, 3)) if part is None else _outline(part)
         self._objects: dict[int | str, Any] = {}
 
     def names(self, pair: int) -> tuple[str, str]:
@@ -167,15 +172,23 @@ class OneRobotClearance:
     def _part_margins(self, frames: tuple[Frames, ...], known: FloatArray) -> tuple[FloatArray, IntArray]:
         if self.part is None or self._capsules is None or not len(self._capsules.body):
             return np.array([np.inf]), np.array([-1])
-        p, q = self._capsules.in_part(frames, self.cell.part_row)
-        margin = self.capsule_margins(p, q, self._capsules.radius_mm, self._capsules.needed_mm)
-        open_rows = known > 0.0  # a state that is in collision anyway needs no more
-        for i, c in np.argwhere((margin <= 0.0) & open_rows[:, None] & self._capsules.has_hull):
-            if open_rows[i]:
-                margin[i, c] = self._hull_margin(int(self._capsules.body[c]), frames, int(i), c)
-                open_rows[i] = margin[i, c] > 0.0
+        capsules = self._capsules
+        p, q = capsules.in_part(frames, self.cell.part_row)
+        margin = self._grid_margins(p, q, capsules.radius_mm, capsules.needed_mm)
+        open_rows = np.broadcast_to(known > 0.0, len(margin)).copy()  # a state in collision anyway needs no more
+        near = (margin <= 0.0) & open_rows[:, None]
+        self._measure_capsules(
+            margin, np.argwhere(near & ~capsules.has_hull), p, q, capsules.radius_mm + capsules.needed_mm
+        )
+        open_rows &= ~((margin <= 0.0) & ~capsules.has_hull).any(axis=1)
+        for column in np.flatnonzero((near & capsules.has_hull).any(axis=0)).tolist():
+            rows = np.flatnonzero(near[:, column] & open_rows)
+            if not len(rows):
+                continue
+            margin[rows, column] = self._hull_margins(column, frames, rows)
+            open_rows[rows] = margin[rows, column] > 0.0
         column = np.argmin(margin, axis=1)
-        return margin[np.arange(len(margin)), column], len(self.pairs) + self._capsules.body[column]
+        return margin[np.arange(len(margin)), column], len(self.pairs) + capsules.body[column]
 
     def capsule_margins(self, p: FloatArray, q: FloatArray, radius: FloatArray, needed: FloatArray) -> FloatArray:
         """Return lower bounds of the margins of capsules from the part.
@@ -192,7 +205,12 @@ class OneRobotClearance:
         ndarray, shape (n, c)
             mm; exact where it is below `ENOUGH_MM`.
         """
-        assert self.part is not None
+        margin = self._grid_margins(p, q, radius, needed)
+        self._measure_capsules(margin, np.argwhere(margin <= 0.0), p, q, radius + needed)
+        return margin
+
+    def _grid_margins(self, p: FloatArray, q: FloatArray, radius: FloatArray, needed: FloatArray) -> FloatArray:
+        """Return lower bounds of the margins of capsules from the part by the grid alone, shape (n, c), mm."""
         assert self._field is not None
         if not p.size:
             return np.full(p.shape[:2], np.inf)
@@ -204,49 +222,65 @@ class OneRobotClearance:
         places = p[:, own] + share[:, None] * (q - p)[:, own]
         found = np.minimum.reduceat(self._field.at(places.reshape(-1, 3)).reshape(len(p), -1), starts, axis=1)
         margin = found - length / np.maximum(count - 1, 1) / 2 - radius - needed
-        rows, columns = np.nonzero(margin <= 0.0)
-        if len(rows):
-            out = radius[columns] + needed[columns] + self.part.deflection_mm
-            exact, _ = part_distances(self.part, p[rows, columns], q[rows, columns], out + ENOUGH_MM)
-            margin[rows, columns] = np.minimum(exact - out, ENOUGH_MM)
         return np.asarray(margin, dtype=np.float64)
 
-    def _hull_margin(self, body: int, frames: tuple[Frames, ...], row: int, column: int) -> float:
-        """Return the margin of a hull from the part."""
-        shape = self._bodies[body].shape
-        fcl = import_fcl()
-        T_world_part, T_world_body = (
-            frames[k].matrices()[min(row, frames[k].p.shape[1] - 1)]
-            for k in (self.cell.part_row, self._bodies[body].carrier)
-        )
-        T = np.linalg.inv(T_world_part) @ T_world_body
-        if body not in self._objects:
-            self._objects[body] = convex_hull_object(shape)
-        if PART not in self._objects:
-            self._objects[PART] = _mesh_object(self.part)
-        hull = self._objects[body]
-        hull.setTransform(fcl.Transform(T[:3, :3], T[:3, 3]))
-        found = fcl.distance(hull, self._objects[PART], fcl.DistanceRequest(), fcl.DistanceResult())
+    def _measure_capsules(
+        self, margin: FloatArray, which: IntArray, p: FloatArray, q: FloatArray, off_mm: FloatArray
+    ) -> None:
+        """Measure, in place, some capsules (state, column) against the triangles; `off_mm`: radii and distances."""
+        assert self.part is not None
+        if len(which):
+            rows, columns = which.T
+            out = off_mm[columns] + self.part.deflection_mm
+            exact, _ = part_distances(self.part, p[rows, columns], q[rows, columns], out + ENOUGH_MM)
+            margin[rows, columns] = np.minimum(exact - out, ENOUGH_MM)
+
+    def _hull_margins(self, column: int, frames: tuple[Frames, ...], rows: IntArray) -> FloatArray:
+        """Return the margins of the hull of one body from the part at some states, shape (len(rows),), mm."""
         assert self._capsules is not None
         assert self.part is not None
-        return float(max(found, 0.0) - self._capsules.needed_mm[column] - self.part.deflection_mm)
+        assert self._field is not None
+        fcl, number = import_fcl(), int(self._capsules.body[column])
+        body = self._bodies[number]
+        if number not in self._objects:
+            self._objects[number] = convex_hull_object(body.shape), HullCover.of_hull(body.shape.hull)
+        if PART not in self._objects:
+            self._objects[PART] = _mesh_object(self.part)
+        hull, cover = self._objects[number]
+        T = np.linalg.inv(frames[self.cell.part_row].at(rows).matrices()) @ frames[body.carrier].at(rows).matrices()
+        needed = float(self._capsules.needed_mm[column]) + self.part.deflection_mm
+        T = np.broadcast_to(T, (len(rows), 4, 4))
+        margin = cover.beyond_a_face(self._outline, T) - needed
+        near = np.flatnonzero(margin <= 0.0)
+        margin[near], meets = cover.settled(self._field, T[near], needed)
+        margin[near[meets]] = -needed
+        open_rows = near[~meets]
+        for row in open_rows[margin[open_rows] <= 0.0].tolist():
+            place = T[row]
+            hull.setTransform(fcl.Transform(place[:3, :3], place[:3, 3]))
+            found = fcl.distance(hull, self._objects[PART], fcl.DistanceRequest(), fcl.DistanceResult())
+            margin[row] = max(found, 0.0) - needed
+        return np.asarray(margin, dtype=np.float64)
 
     def _floor_margins(self, frames: tuple[Frames, ...], _known: FloatArray) -> tuple[FloatArray, IntArray]:
         first = len(self.pairs) + len(self._bodies)
+        level = self.cell.floor_z_mm + self.cell.d1_mm
         found, which = [], []
         for row in self._floor:
-            body = self._bodies[row]
-            frame = frames[body.carrier]
-            points = body.shape.hull if len(body.shape.hull) else np.concatenate([body.shape.p, body.shape.q])
-            off = 0.0 if len(body.shape.hull) else float(body.shape.radius_mm.max())
-            found.append(_lowest(frame, points) - off)
+            shape, frame = self._bodies[row].shape, frames[self._bodies[row].carrier]
+            ends = np.concatenate([shape.p, shape.q])
+            height = _lowest(frame, ends) - float(shape.radius_mm.max())
+            low = np.flatnonzero(height <= level) if len(shape.hull) else np.zeros(0, dtype=np.int64)
+            if len(low):  # the capsules are around the hull
+                height[low] = _lowest(frame.at(low), shape.hull)
+            found.append(height)
             which.append(first + row)
         if self.part is not None and self.cell.positioner is not None:
             found.append(_lowest(frames[self.cell.part_row], _corners(self.part)))
             which.append(first + len(self._bodies))
         if not found:
             return np.array([np.inf]), np.array([-1])
-        height = np.stack(np.broadcast_arrays(*found)) - self.cell.floor_z_mm - self.cell.d1_mm
+        height = np.stack(np.broadcast_arrays(*found)) - level
         row = np.argmin(height, axis=0)
         return height[row, np.arange(height.shape[1])], np.array(which)[row]
 
@@ -261,10 +295,21 @@ def _corners(part: TriangleMaterial) -> FloatArray:
     return np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
 
 
+def _outline(part: TriangleMaterial) -> FloatArray:
+    """Return the corners of the part's convex hull, shape (m, 3), mm; those of its box if it is flat or intricate."""
+    points = part.corners.reshape(-1, 3)
+    try:
+        found = points[ConvexHull(points).vertices]
+    except QhullError:
+        return _corners(part)
+    return np.asarray(found, dtype=np.float64) if len(found) <= MOST_OUTLINE else _corners(part)
+
+
 def _lowest(frame: Frames, points: FloatArray) -> FloatArray:
     """Return the height of the lowest of m points in n frames, shape (n,), mm."""
-    axes = np.stack([frame.x[2], frame.y[2], frame.z[2]], axis=1)  # (n, 3)
-    return np.asarray((axes @ points.T).min(axis=1) + frame.p[2], dtype=np.float64)
+    x, y, z = (axis[2][:, None] for axis in (frame.x, frame.y, frame.z))
+    heights = x * points[:, 0] + y * points[:, 1] + z * points[:, 2]
+    return np.asarray(heights.min(axis=1) + frame.p[2], dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,9 +1,10 @@
-"""Moves through the air: straight in the axes where that is free, else found by RRT-Connect, shortened and checked.
+"""Moves through the air: straight in the axes where that is free, else found in a roadmap, shortened and proved.
 
-The planner is OMPL (Sucan, Moll, Kavraki: The Open Motion Planning Library, 2012; BSD), the optional package `ompl`,
-imported when the first move needs it. Its random numbers are seeded and it ends after a number of trials, never after a
-time, so that the same cell gives the same moves. The axes are scaled by the motion they cause, so that a length is
-nearly the way of the outermost body. Every move that is returned was proved by `MotionChecker`.
+The roadmap (`roadmap.Roadmap`) is kept for all moves of a plan. What is not found there is searched by RRT-Connect of
+OMPL (Sucan, Moll, Kavraki: The Open Motion Planning Library, 2012; BSD), the optional package `ompl`. All random
+numbers are seeded, and a search ends after a number of trials, never after a time, so that the same cell gives the same
+moves. The axes are scaled by the motion they cause, so that a length is nearly the way of the outermost body. Every
+move that is returned was proved by `MotionChecker`.
 
 References
 ----------
@@ -21,15 +22,18 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.sequence.motion_check import CheckedMove, MotionChecker
+from wpcal.planning.sequence.order import LEAST_GAIN_S, axis_seconds
+from wpcal.planning.sequence.roadmap import TRUST, Roadmap
 
-MOST_TRIALS = 3000
+MOST_TRIALS = 800
 """Trials of the planner before it gives up."""
 RANGE = 0.6
 """Longest branch of its trees: 600 mm of motion of the outermost body."""
 SCALE_MM = 1000.0
 """One unit of the scaled axes."""
-SHORTCUTS = 16
-"""Trials to shorten a way."""
+ROUNDS, SHORTCUTS = 5, 10
+"""Rounds in which a way is shortened, and shortcuts of each kind per round: between its states, and between places on
+it that are drawn at random."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +46,7 @@ class AirPath:
         Straight moves in the axes lead from state to state, rad and mm.
     check : CheckedMove
     found_by : str
-        ``straight`` or ``rrt-connect``.
+        ``straight``, ``roadmap`` or ``rrt-connect``.
     """
 
     q: FloatArray
@@ -63,6 +67,7 @@ class AirPlanner:
 
     def __init__(self, cell: OneRobotCell, checker: MotionChecker, seed: int = 0) -> None:
         self.cell, self.checker, self.seed = cell, checker, seed
+        self._roadmap = Roadmap(cell, checker, seed)
         self._scale = np.maximum(checker.per_axis, 1e-3) / SCALE_MM
 
     def path(self, start: FloatArray, end: FloatArray) -> AirPath:
@@ -82,17 +87,18 @@ class AirPlanner:
         GeometryError
             When an end is in collision, or no way was found.
         InputError
-            When a straight move is not free and `ompl` is not installed.
+            When nothing is found in the roadmap and `ompl` is not installed.
         """
         self._require_clear(start, end)
-        check = self.checker.check(np.stack([start, end]))
-        if check.is_free:
-            return AirPath(np.stack([start, end]), check, "straight")
-        for between in self._by_home(start, end):
-            way = np.stack([start, *between, end])
-            check = self.checker.check(way)
-            if check.is_free:
-                return self._shortened(way, "straight")
+        for between in ([], *self._by_home(start, end)):
+            states = np.stack([start, *between, end])
+            if (self.checker.free_shares(states[:-1], states[1:], whole=True, trust=TRUST) == 1.0).all():
+                check = self.checker.check(states)
+                if check.is_free:
+                    return AirPath(states, check, "straight") if not between else self._shortened(states, "straight")
+        way = self._roadmap.way(start, end)
+        if way is not None:
+            return self._shortened(way, "roadmap")
         return self._shortened(self._planned(start, end), "rrt-connect")
 
     def _by_home(self, start: FloatArray, end: FloatArray) -> list[list[FloatArray]]:
@@ -117,35 +123,39 @@ class AirPlanner:
                 )
 
     def _shortened(self, way: FloatArray, found_by: str) -> AirPath:
-        """Leave out states, and cut corners at random places, as long as all stays free."""
+        """Cut corners as long as all stays free: of many shortcuts that are checked together, those that save most."""
         rng = np.random.default_rng(self.seed)
-        way = self._fewer(way)
-        for _ in range(SHORTCUTS if len(way) > 2 else 0):
-            length = np.linalg.norm(np.diff(way, axis=0) * self._scale, axis=1)
-            along = np.concatenate([[0.0], np.cumsum(length)])
-            a, b = np.sort(rng.uniform(0.0, along[-1], 2))
-            i, j = (int(np.clip(np.searchsorted(along, x) - 1, 0, len(way) - 2)) for x in (a, b))
-            if i == j:
+        for _ in range(ROUNDS if len(way) > 2 else 0):
+            along = np.concatenate([[0.0], np.cumsum(self._seconds(way))])
+            from_to = np.sort(rng.uniform(0.0, along[-1], (SHORTCUTS, 2)), axis=1)
+            jumps = [(along[i], along[j]) for i in range(len(way)) for j in range(i + 2, len(way))]
+            jumps.sort(key=lambda jump: jump[0] - jump[1])  # the farthest first
+            from_to = np.concatenate([np.reshape(jumps[:SHORTCUTS], (-1, 2)), from_to])
+            a, b = (np.stack([np.interp(t, along, axis) for axis in way.T], axis=1) for t in from_to.T)
+            saved = from_to[:, 1] - from_to[:, 0] - axis_seconds(a, b, self.cell.speeds)
+            rows = np.flatnonzero(saved > LEAST_GAIN_S)
+            rows = rows[self.checker.free_shares(a[rows], b[rows], whole=True, trust=TRUST) == 1.0]
+            if not len(rows):
                 continue
-            p, q = (
-                way[row] + (x - along[row]) / max(length[row], 1e-12) * (way[row + 1] - way[row])
-                for row, x in ((i, a), (j, b))
-            )
-            if self.checker.is_free(p, q):
-                way = np.concatenate([way[: i + 1], [p, q], way[j + 1 :]])
-        way = self._fewer(way)
+            taken: list[int] = []
+            for row in rows[np.argsort(-saved[rows], kind="stable")].tolist():
+                if all(from_to[row, 0] >= from_to[k, 1] or from_to[row, 1] <= from_to[k, 0] for k in taken):
+                    taken.append(row)
+            taken = [k for k in taken if self.checker.is_free(a[k], b[k])]
+            if not taken:
+                continue
+            inside = [((along > from_to[k, 0]) & (along < from_to[k, 1])) for k in taken]
+            keep = ~np.any(inside, axis=0)
+            t = np.concatenate([along[keep], from_to[taken].ravel()])
+            q = np.concatenate([way[keep], *([a[k], b[k]] for k in taken)])
+            _, first = np.unique(np.round(t, 9), return_index=True)
+            way = q[first]
+            if len(way) == 2:
+                break
         return AirPath(way, self.checker.check(way), found_by)
 
-    def _fewer(self, way: FloatArray) -> FloatArray:
-        """Leave out states that are not needed, the farthest jump first."""
-        kept, row = [way[0]], 0
-        while row < len(way) - 1:
-            step = next(
-                k for k in range(len(way) - 1, row, -1) if k == row + 1 or self.checker.is_free(way[row], way[k])
-            )
-            kept.append(way[step])
-            row = step
-        return np.array(kept)
+    def _seconds(self, way: FloatArray) -> FloatArray:
+        return axis_seconds(way[:-1], way[1:], self.cell.speeds)
 
     def _planned(self, start: FloatArray, end: FloatArray) -> FloatArray:
         base, geometric, util = import_ompl()
@@ -206,7 +216,7 @@ def import_ompl() -> tuple[Any, Any, Any]:
         from ompl import base, geometric, util  # noqa: PLC0415  # an optional package, needed where a way is blocked
     except ImportError:
         raise InputError(
-            "a straight move between two seams is blocked, and the search for another needs the package ompl: "
+            "no free way was found in the roadmap, and the search for another needs the package ompl: "
             "pip install 'wpcal[planning]'"
         ) from None
     return base, geometric, util

@@ -20,6 +20,8 @@ from wpcal.planning.cell.robot_cell import JOINTS
 
 FIRST_STEP_MM = 150.0
 """Steps of the first round: most of a move is this far from everything."""
+LONG_STEP_MM = 800.0
+"""The same where many moves are tried of which few are free: most are given up in the first round."""
 LEAST_FREE_MM = 1.0
 """A step is also proved with this free distance at both ends where the safety distances are smaller: states are clear
 beyond their safety distance, and no cell should have a smaller one."""
@@ -143,6 +145,47 @@ class MotionChecker:
         share = (np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
         q = states[row] + share[:, None] * (states[row + 1] - states[row])
         return np.append(row + share, float(len(parts))), np.concatenate([q, states[-1:]])
+
+    def free_shares(self, a: FloatArray, b: FloatArray, *, whole: bool, trust: float = 1.0) -> FloatArray:
+        """Return how much of each of many straight moves is free, all measured together.
+
+        Parameters
+        ----------
+        a, b : ndarray, shape (n, k)
+            Starts and ends, rad and mm.
+        whole : bool
+            A move that is not free to its end counts as 0: nothing more of it is measured.
+        trust : float
+            How much farther than proved free a body may move between two measured states: 1 is a proof.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            0 where the start is not clear, 1 where the whole move is free.
+        """
+        motion = self.motion_mm(a, b)
+        parts = np.maximum(np.ceil(motion / (LONG_STEP_MM if whole else FIRST_STEP_MM)), 1.0).astype(int) + 1
+        move = np.repeat(np.arange(len(a)), parts)
+        first = np.cumsum(parts) - parts
+        t = (np.arange(len(move)) - first[move]) / (parts - 1)[move]
+        margin = self.clearance.margins(a[move] + t[:, None] * (b - a)[move]).margin_mm
+        while True:
+            hit = np.full(len(a), np.inf)
+            np.minimum.at(hit, move[margin <= 0.0], t[margin <= 0.0])
+            keep = (hit[move] == np.inf) if whole else (t < hit[move])
+            move, t, margin = move[keep], t[keep], margin[keep]
+            near, free = move[1:] == move[:-1], margin + self._free_mm
+            wide = near & ((t[1:] - t[:-1]) * motion[move[1:]] > trust * (free[1:] + free[:-1]))
+            if not wide.any():
+                break
+            own, at = move[1:][wide], (t[1:] + t[:-1])[wide] / 2
+            found = self.clearance.margins(a[own] + at[:, None] * (b - a)[own]).margin_mm
+            move, t, margin = (np.concatenate(pair) for pair in ((move, own), (t, at), (margin, found)))
+            order = np.lexsort([t, move])
+            move, t, margin = move[order], t[order], margin[order]
+        share = np.zeros(len(a))
+        np.maximum.at(share, move, t)
+        return share
 
     def is_free(self, a: FloatArray, b: FloatArray) -> bool:
         """Tell whether the straight move between two states of shape (k,) is free."""

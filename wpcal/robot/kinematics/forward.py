@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.chain import MDHChain
 
@@ -34,6 +34,10 @@ class Frames(NamedTuple):
         """Return the frames `transform` further on: each times ``T``."""
         x, y, z = ((self.x * c[0] + self.y * c[1] + self.z * c[2]) for c in transform.R.T)
         return Frames(x, y, z, self.point(transform.t_mm))
+
+    def at(self, rows: IntArray) -> Frames:
+        """Return frames of shape (3, n) at some of the n states; frames that stand still, (3, 1), stay as they are."""
+        return self if self.p.shape[1] == 1 else Frames(*(axis[:, rows] for axis in self))
 
     def rotations(self) -> FloatArray:
         """Return rotation matrices, shape (..., 3, 3)."""

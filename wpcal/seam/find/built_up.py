@@ -19,6 +19,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.issue import Issue
+from wpcal.core.wording import counted
 from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.tubes import find_tubes
 
@@ -85,20 +86,34 @@ def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
     list of Issue
         One for each solid with concave edges that looks as if made as one piece, the solid with most edges first.
     """
+    told = []
+    for solid, count, why in find_whole_solids(graph, trimmed):
+        name = graph.solid_names[solid]
+        corners = counted(count, "inner corner")
+        text = f"{name} has {corners}, none taken for a weld: {why}. If they are welds: --concave always"
+        told.append(Issue("one-piece", text, (name,)))
+    return told
+
+
+def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int, int, str]]:
+    """Find the solids with concave edges that look as if made as one piece, at most `MOST_TOLD`.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+
+    Returns
+    -------
+    list of tuple
+        Number of the solid, how many concave edges it has, and why it is not a weldment.
+    """
     solid_of = graph.face_solid[find_concave_edges(graph).pieces.wall]
     solids, counts = np.unique(solid_of, return_counts=True)
-    found = []
-    for solid, count in sorted(zip(solids.tolist(), counts.tolist(), strict=True), key=lambda pair: -pair[1])[
-        :MOST_TOLD
-    ]:
-        why = why_one_piece(graph, trimmed, solid)
-        if why is not None:
-            name = graph.solid_names[solid]
-            told = (
-                f"{count} concave edges of {name} are not taken for welds: {why}; if they are welds: --concave always"
-            )
-            found.append(Issue("one-piece", told, (name,)))
-    return found
+    most = np.argsort(-counts, kind="stable")[:MOST_TOLD]
+    pairs = zip(solids[most].tolist(), counts[most].tolist(), strict=True)
+    asked = [(solid, count, why_one_piece(graph, trimmed, solid)) for solid, count in pairs]
+    return [(solid, count, why) for solid, count, why in asked if why is not None]
 
 
 def is_turned(graph: BrepGraph, solid: int, *, but: BoolArray | None = None) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Any
@@ -103,6 +103,16 @@ class MemberNotes:
             if one.solid not in found or one.findings
             else replace(one, taken_as=ONE_PIECE_WORDS, findings=(found[one.solid],), why=(found[one.solid].text,))
             for one in self.members
+        )
+        return replace(self, members=members)
+
+    def with_whole(self, whys: Mapping[int, str]) -> MemberNotes:
+        """Return the notes of a part whose solids were made in one piece, with the reasons by number of the solid."""
+        members = tuple(
+            replace(one, taken_as=ONE_PIECE_WORDS, findings=(Rule.ONE_PIECE.found(whys[row]),), why=(whys[row],))
+            if row in whys and not one.findings and one.said is None
+            else one
+            for row, one in enumerate(self.members)
         )
         return replace(self, members=members)
 
