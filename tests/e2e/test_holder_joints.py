@@ -74,7 +74,7 @@ def test_what_was_touched_can_be_planned(tmp_path: Path) -> None:
     done = run_wpcal("calibrate", SADDLE, taught, "-o", out, "--cell", CELL, "--holder-joints", joints)
     assert (done.returncode, done.stderr) == (0, "")
     assert read_cell(out / "cell.json").T_flange2_part.is_close(cell.T_flange2_part, atol_mm=FILE_MM, atol_rad=FILE_MM)
-    done = run_wpcal("plan", out / "cell.json", out / "seams.json", "--seam", "W1", "-o", tmp_path / "plan")
+    done = run_wpcal("plan", out / "cell.json", out, "--seam", "W1", "-f", "abb", "-o", tmp_path / "plan")
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads((tmp_path / "plan" / "plan.json").read_text())["freedom"] == "free"
     assert 'id="blob-part"' in (tmp_path / "plan" / "plan.html").read_text(encoding="utf-8")

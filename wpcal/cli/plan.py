@@ -169,7 +169,9 @@ def plan(
     from wpcal.planning.plan.seam_file import read_seam_path
     from wpcal.planning.search.pareto import Preference
     from wpcal.planning.search.problem import PlanningProblem
+    from wpcal.results.folder import SEAMS_FILE
 
+    seams_json = seams_json / SEAMS_FILE if seams_json.is_dir() else seams_json
     problem = PlanningProblem(cell, read_seam_path(seams_json, seam, cell), weld.to_targets(), weld.speed_mm_s)
     request = TwoRobotRequest(
         problem, seams_json, output, two_robots.joints, Preference(prefer), genetic.to_options(), sequence

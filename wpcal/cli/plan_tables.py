@@ -47,4 +47,3 @@ def show_plans(result: PlanningResult, preference: Preference, runs: Sequence[Ce
     console.print(f"chosen (*, {preference.value}): {run.schedule.describe()}; {run.verdict.value}")
     if run.check is not None:
         console.print(run.check.describe())
-    console.print(run.tip.describe(run.schedule.speed_mm_s))

@@ -101,11 +101,14 @@ def _refuse_options(asked: TwoRobotRequest) -> None:
         If there is one.
     """
     from wpcal.controllers.registry import controller_named
+    from wpcal.controllers.two_robots import coordinated_languages, sync_languages
     from wpcal.core.errors import InputError
 
     flags = asked.programs
+    known, what = (sync_languages(), "joint") if asked.joints else (coordinated_languages(), "coordinated")
     for name in flags.formats:
-        controller_named(name)
+        if controller_named(name).name not in known:
+            raise InputError(f"{name} has no {what} programs of two robots; these have: {', '.join(known)}")
     if asked.joints and flags.arc.arc == "on":
         raise InputError("programs of joint moves have no arc instructions: leave out --joints, or --arc on")
     if flags.path.every_point:
@@ -190,12 +193,11 @@ def _programs(run: CellRun, held: HeldWeld, asked: TwoRobotRequest) -> Programs:
 
 def _describe(languages: str, found: CoordinatedRun) -> str:
     """Say in one line how few moves a coordinated motion has, and how far it is from the seam and from the plan."""
-    from wpcal.moves import Arc
+    from wpcal.controllers.describe import counted_moves
 
     moves = found.moves
-    arcs = sum(isinstance(move, Arc) for move in moves.moves)
     return (
-        f"{languages}: {len(moves.moves) - arcs} lines and {arcs} arcs in the part for {len(found.run.plan)} points; "
+        f"{languages}: {counted_moves(moves.moves)} in the part for {len(found.run.plan)} points; "
         f"wire at most {moves.off_mm:.3f} mm and {math.degrees(moves.off_rad):.2f} deg off the seam, part at most "
         f"{math.degrees(found.part_turned_rad):.2f} deg off the plan; checked again: {found.check.verdict.value}, "
         f"{found.check.describe()}"
@@ -255,6 +257,8 @@ def _write(asked: TwoRobotRequest, result: PlanningResult, mesh: bytes | None, *
         click.echo(record, nl=False)
     else:
         show_plans(result, preference, runs, plain_console())
+        if not programs.motions:  # the programs are joint moves, or there are none
+            plain_console().print(run.tip.describe(run.schedule.speed_mm_s))
         for languages, motion in programs.languages_of():
             plain_console().print(_describe(languages, motion))
     for refusal in programs.refusals:

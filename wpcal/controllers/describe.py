@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from wpcal import __version__
 from wpcal.controllers.arc_settings import arc_in_words
 from wpcal.controllers.corners import find_turned_corners
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.moves import Arc
+from wpcal.moves import Arc, Move
 from wpcal.weld.values import WeldValues, describe_weld
 
 UNCHECKED = "NOT CHECKED for collisions with the part"
@@ -113,6 +114,11 @@ def _settings(values: WeldValues) -> list[str]:
 def _count(path: WeldPath) -> str:
     if path.moves is None:
         return f"{path.weld_count} points"
-    arcs = sum(isinstance(move, Arc) for move in path.weld_moves)
-    counts = ((len(path.weld_moves) - arcs, "line"), (arcs, "arc"))
+    return counted_moves(path.weld_moves)
+
+
+def counted_moves(moves: Sequence[Move]) -> str:
+    """Return how many lines and arcs there are, in words."""
+    arcs = sum(isinstance(move, Arc) for move in moves)
+    counts = ((len(moves) - arcs, "line"), (arcs, "arc"))
     return " and ".join(f"{count} {what}{'s' if count > 1 else ''}" for count, what in counts if count)

@@ -64,6 +64,11 @@ def sync_languages() -> tuple[str, ...]:
     return tuple(controller.name for controller in controllers() if controller.sync_writer is not None)
 
 
+def coordinated_languages() -> tuple[str, ...]:
+    """Return the names of the controllers that can hold coordinated motion."""
+    return tuple(controller.name for controller in controllers() if controller.coordinated_writer is not None)
+
+
 def write_programs(program: SyncProgram, languages: Sequence[str] | None = None) -> dict[str, str]:
     """Return the files of a program: names and contents.
 
@@ -160,8 +165,7 @@ def possible_coordinated(
     files: dict[str, str] = {}
     refusals: list[str] = []
     motions: dict[str, CoordinatedRun] = {}
-    known = [one.name for one in controllers() if one.coordinated_writer is not None]
-    for each in map(controller_named, languages or known):
+    for each in map(controller_named, languages or coordinated_languages()):
         kind = (HolderMove.LINE if each.holder_on_line else HolderMove.JOINTS, each.coordinates_arcs)
         try:
             if kind not in runs:
@@ -173,7 +177,8 @@ def possible_coordinated(
             files |= each.write_coordinated(program)
             motions[each.name] = found
         except InputError as error:
-            refusals.append(f"{each.name}: {error}")
+            own = str(error)
+            refusals.append(own if own.lower().startswith(each.name) else f"{each.name}: {own}")
     return files, refusals, motions
 
 

@@ -125,7 +125,7 @@ def test_a_plan_in_an_odd_cell_says_so_once_and_in_its_records(tmp_path, few_poi
 def test_tip_and_speed_between_points_are_in_the_table_and_in_the_record(tmp_path, few_points, swept, capsys):
     swept(SHOWN)
     out = tmp_path / "out"
-    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out) == 0
+    assert call("plan", CELL, few_points, "--seam", "W1", "-o", out, "--joints") == 0
     shown = " ".join(capsys.readouterr().out.split())
     found = json.loads((out / "plan.json").read_text(encoding="utf-8"))["between_points"]
     assert f"tip up to {found['largest_tip_error_mm']:.2f} mm off the line from point to point" in shown
@@ -208,13 +208,21 @@ def test_a_bad_cell_is_one_line_and_nothing_written(tmp_path, few_points, monkey
         (("--seam", "W7"), "no seam 'W7'; the file has W1"),
         (("--seam", "W1", "--slope-deg", "60"), "slope: 60 deg is outside its range 30"),
         (("--seam", "W1", "--speed-mm-s", "0"), "--speed-mm-s"),
+        (("--seam", "W1", "-f", "ur"), "ur has no coordinated programs of two robots; these have: fanuc, inform"),
+        (("--seam", "W1", "-f", "kuka", "--joints"), "kuka has no joint programs of two robots; these have: inform"),
+        (("--seam", "W1", "-f", "karel"), "unknown controller 'karel'"),
+        (("--seam", "W1", "--arc", "on"), "arc instructions need weld data"),
+        (("--seam", "W1", "--every-point"), "use --joints for every point"),
+        (("--seam", "W1", "--template", "mine"), "have no templates"),
+        (("--seam", "W1", "--path-tol-mm", "-1"), "path tolerance: expected a positive number"),
     ],
 )
 def test_wrong_use_is_one_line_and_nothing_written(tmp_path, few_points, capsys, arguments, says):
     out = tmp_path / "out"
-    assert call("plan", CELL, few_points, *arguments, "-o", out) == 2
-    assert says in capsys.readouterr().err
-    assert not out.exists()
+    for result in (few_points, few_points.parent):  # the seams, or the folder that has them
+        assert call("plan", CELL, result, *arguments, "-o", out) == 2
+        assert says in capsys.readouterr().err
+        assert not out.exists()
 
 
 def test_a_seam_file_of_another_version_is_refused(tmp_path, capsys):
