@@ -115,6 +115,9 @@ def _missing(plan: dict[str, Any], points: list[dict[str, Any]], seams_json: Pat
         told = sum(gap["to_mm"] - gap["from_mm"] for gap in plan["unwelded"] if gap["seam"] == seam["name"])
         welded = sum(abs(piece["to_mm"] - piece["from_mm"]) for piece in own)
         reached = max(s, default=0.0) - min(s, default=0.0)
+        first = next((row for row, point in enumerate(points) if point["seam"] in names), 0)
+        if first and points[first]["phase"] == "weld" and len(s) > 1:  # no approach: the move before ends on the seam
+            reached += abs(s[1] - s[0])
         if welded + told < seam["length_mm"] - 0.5 or (not told and reached < seam["length_mm"] - 0.5):
             found.append(f"{seam['name']}: {welded:.0f} of {seam['length_mm']:.0f} mm welded, {told:.0f} mm told")
     return found
