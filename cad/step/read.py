@@ -138,6 +138,10 @@ class StepPart:
         """The file's bytes as read, without a byte order mark: the kernel refuses one."""
         return self.source.text
 
+    def without_shapes(self) -> StepPart:
+        """Return what is known without the kernel: the text, and what is odd in it."""
+        return replace(self, solids=(), marks=(), document=None)
+
     def build123d_shapes(self) -> list[Any]:
         """Return the solids as build123d shapes with label and colour; the first call imports build123d (2 to 5 s)."""
         import build123d
