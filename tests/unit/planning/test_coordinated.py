@@ -12,6 +12,8 @@ from tests.coordinated_programs import READERS, Seam, faults, followed
 from tests.saddle import CELLS
 from wpcal.audit import audit_path
 from wpcal.controllers.arc_settings import ArcSettings
+from wpcal.controllers.coordinated_program import build_coordinated_program
+from wpcal.controllers.registry import controller_named
 from wpcal.controllers.two_robots import HeldWeld, possible_coordinated
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
@@ -134,6 +136,16 @@ def test_all_say_that_they_are_dry_or_not_and_what_was_checked(programs):
             assert ("DRY RUN" in first) != burns
             assert "RUN IT DRY FIRST" in first
             assert re.search(r"checked, with these moves: free,? \d+ states checked", first)
+
+
+def test_a_run_without_room_for_approach_and_retract_begins_and_ends_on_the_seam(straight, programs):
+    cell, run, seam = straight
+    for name, motion in programs["straight", False][2].items():
+        bare = dataclasses.replace(motion, approach=None, retract=None)
+        program = build_coordinated_program(bare, seam)
+        assert len(program.path) == len(motion.moves)
+        own = dict(controller_named(name).write_coordinated(program))
+        assert faults(own, name, cell, planned(cell, run, seam)) == [], name
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of pyparsing, in rapidchecker
