@@ -26,10 +26,11 @@ from cad.step.open_text import read_step_text
 from cad.step.part21 import Part21File
 from cad.step.products import find_roots, unit_name
 from cad.step.solids import LeafShapes, leaf_shapes
-from cad.step.xcaf_tree import Leaf, StepTree, merged_layers, usable_name
+from cad.step.xcaf_tree import Leaf, StepTree, Use, merged_layers, usable_name
 from wpcal.brep.mesh import Rgb
 from wpcal.brep.solid_facts import SolidFacts
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.given_names import is_given_name
 from wpcal.core.input_file import MOST_STEP_MB, read_bytes, sha256_of
 from wpcal.core.issue import Issue
 
@@ -47,7 +48,8 @@ class StepSolid:
     Parameters
     ----------
     name : str
-        The product's name as written. Further solids of the same name are called ``name#2``, ``name#3``, … A solid
+        The name of the body, or else of its product, as written. A name that a program gave, such as ``Body1``, gives
+        way to that of the product. Further solids of the same name are called ``name#2``, ``name#3``, … A solid
         without a name is called by its number: ``S4`` is the fourth.
     path : tuple of str
         Names of the instances from the root down.
@@ -135,6 +137,10 @@ class StepPart:
     def text(self) -> bytes:
         """The file's bytes as read, without a byte order mark: the kernel refuses one."""
         return self.source.text
+
+    def without_shapes(self) -> StepPart:
+        """Return what is known without the kernel: the text, and what is odd in it."""
+        return replace(self, solids=(), marks=(), document=None)
 
     def build123d_shapes(self) -> list[Any]:
         """Return the solids as build123d shapes with label and colour; the first call imports build123d (2 to 5 s)."""
@@ -280,7 +286,7 @@ def _placed_solids(
         bodies = prepared[leaf.entry].bodies
         for shape, own in zip(bodies, _own_attributes(leaf, bodies, tree), strict=True):
             number += 1
-            name = _unique_name(own.name or leaf.use.name or f"S{number}", taken)
+            name = _unique_name(_best_name(own.name, leaf.use) or f"S{number}", taken)
             placed = shape.Moved(leaf.use.location)
             layers = merged_layers(leaf.use.layers, own.layers)
             color = leaf.use.color or own.color
@@ -316,6 +322,13 @@ def _own_attributes(leaf: Leaf, bodies: tuple[Any, ...], tree: StepTree) -> list
     if len(found) == len(face_colors) == 1 and found[0].color is None:
         found[0] = replace(found[0], color=face_colors.pop())
     return found
+
+
+def _best_name(own: str, use: Use) -> str:
+    """Return the name of a body that a person gave to it, or else to the nearest product that is not the whole part."""
+    above = (own, use.name, *reversed(use.products[1:]))
+    given = (name for name in above if name and is_given_name(name))
+    return next(given, own or use.name)
 
 
 def _unique_name(name: str, taken: set[str]) -> str:

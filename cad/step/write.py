@@ -90,11 +90,14 @@ def write_moved_step(
     Appending takes as long as copying the file. Checking takes as long as reading it did.
     """
     curves = tuple(SeamCurve(name, frozen(points), color) for name, points, color in seams)
+    with kernel_call(f"writing {path}"):
+        before = take_inventory(part.document)
+    # the shapes are not needed any more; if nobody else holds them, their memory is free for what is read again
+    part = part.without_shapes()
     job = _Job(part, T_base_part, f"{Path(part.file_name).stem} calibrated", curves)
     ways = (job.baked, job.appended, job.from_document) if bake else (job.appended, job.from_document)
     issues: list[Issue] = []
     with kernel_call(f"writing {path}"):
-        before = take_inventory(part.document)
         for way in ways:
             try:
                 text, added = way(before)

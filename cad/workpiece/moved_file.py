@@ -29,7 +29,7 @@ def write_moved(
     if file.cache.kernel:
         from cad.step.write import write_moved_step
 
-        return write_moved_step(file.step, T_base_part, path, bake=bake, seams=seams)
+        return write_moved_step(file.hand_over_step(), T_base_part, path, bake=bake, seams=seams)
     from cad.kernel.child import run_in_child
 
     arguments = {"name": file.file_name, "data": file.data, "T_base_part": T_base_part, "path": path}

@@ -187,4 +187,6 @@ def _explained(
     thick_mm = plate_thicknesses(seam.frames, ExactMaterial(workpiece.graph, workpiece.trimmed))
     record = explain_seam(workpiece.graph, seam, notes, thick_mm)
     title = f"{seam.name} of {file_name}: {seam.joint.value}, {' + '.join(seam.solids)}, {seam.confidence:.0%}"
-    return Explained(record, explained_svg(workpiece.graph, workpiece.trimmed, seam, title, reach.torch))
+    return Explained(
+        record, explained_svg(workpiece.graph, workpiece.trimmed, seam, title, reach.torch, record["section"])
+    )

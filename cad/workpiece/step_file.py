@@ -109,6 +109,15 @@ class StepFile:
             from cad.step.read import read_step
         return read_step(self.path, data=self.data)
 
+    def hand_over_step(self) -> StepPart:
+        """Return the file as the kernel reads it, and keep nothing of it here: `step` would read the file again.
+
+        The shapes of a large part take as much memory as all else together.
+        """
+        part = self.step
+        del self.__dict__["step"]
+        return part
+
     @cached_property
     def content(self) -> PartContent:
         """The faces and edges; errors as for `step`."""

@@ -214,7 +214,8 @@ class WeldPath:
         way_to = [f"{stem}_to{number:02d}" for number in range(1, self.before)]
         along = [f"{stem}_{number:0{width}d}" for number in range(1, self.weld_count + 1)]
         way_from = [f"{stem}_up{number:02d}" for number in range(1, self.after)]
-        return [*way_to, f"{stem}_appr", *along, f"{stem}_retr", *way_from]
+        approach, retract = [f"{stem}_appr"][: self.before], [f"{stem}_retr"][: self.after]
+        return [*way_to, *approach, *along, *retract, *way_from]
 
 
 def poses_in(p_base: FloatArray, R_base: FloatArray, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:

@@ -65,6 +65,13 @@ class CopiedSeams:
         mover = np.repeat(np.arange(-1, len(movers)), [len(seams), *(len(of) for of in rows)])
         return cls((*seams, *moved), np.concatenate([own, *rows]), movers, mover)
 
+    def like(self, count: int) -> IntArray:
+        """Return, for each of `count` solids, the solid that it is a copy of, or itself; shape (count,)."""
+        like = np.arange(count)
+        for mover in self.movers:
+            like[mover.copy.group.solids] = mover.copy.first.solids
+        return like
+
     def moved(self, rows: IntArray, of_first: Mapping[int, Sequence[Seam]]) -> dict[int, list[Seam]]:
         """Return, by row, what was made of the first of each copied seam, moved to its copy.
 
@@ -122,6 +129,7 @@ class Mover:
                 reasons=tuple(text.told_of(names) if isinstance(text, NamedSolids) else text for text in seam.reasons),
                 inside=_named(seam.inside, names),
                 blocked_by=_named(seam.blocked_by, names),
+                hiding=tuple(replace(one, solid=names[one.solid]) for one in seam.hiding),
             )
             for seam, (k0, k1), (n0, n1) in zip(seams, of_piece, of_frame, strict=True)
         ]

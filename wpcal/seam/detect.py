@@ -156,7 +156,7 @@ def judge_candidates(
         Of this graph.
     """
     has_marks = any(seam.source is SeamSource.MARKED for seam in found.seams)
-    judge = Judge.of(graph, trimmed, options, has_marks=has_marks)
+    judge = Judge.of(graph, trimmed, options, has_marks=has_marks, like=found.like(len(graph.solid_names)))
     judged = _reached(graph, trimmed, found, options, judge)
     judged = weld_round_corners(graph, trimmed, judged, options, judge)
     judged.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from html import escape
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.seam.seam import Seam
+from wpcal.seam.section_svg import SIZE, draw_section
 from wpcal.seam.torch import TorchShape
 
 WIDTH, HEIGHT, MARGIN = 900.0, 640.0, 40.0
@@ -25,8 +28,15 @@ NOZZLE_MM = 25.0
 """How much of the nozzle is drawn, at the middle of the seam."""
 
 
-def explained_svg(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, title: str, torch: TorchShape) -> str:
-    """Draw a seam with what it joins.
+def explained_svg(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    seam: Seam,
+    title: str,
+    torch: TorchShape,
+    section: Mapping[str, Any],
+) -> str:
+    """Draw a seam with what it joins, and beside it the section across its middle.
 
     Parameters
     ----------
@@ -37,6 +47,8 @@ def explained_svg(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, title: st
     title : str
     torch : TorchShape
         With its usual wire.
+    section : mapping
+        ``section`` of `explain.explain_seam`.
 
     Returns
     -------
@@ -64,7 +76,7 @@ def explained_svg(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, title: st
     lines += [(TORCH, 2.0, tip) for tip in tips]
     lines.append((TORCH, 1.2, _nozzle(p[len(p) // 2], seam.frames.R[len(p) // 2], torch)))
     flat = [(colour, width, line @ view.T) for colour, width, line in lines]
-    return _svg(flat, title, seam)
+    return _svg(flat, title, seam, draw_section(graph, trimmed, seam, torch, section))
 
 
 def _view(seam: Seam) -> FloatArray:
@@ -100,13 +112,14 @@ def _nozzle(p: FloatArray, R: FloatArray, torch: TorchShape) -> FloatArray:
     return np.stack(outline)
 
 
-def _svg(lines: list[tuple[str, float, FloatArray]], title: str, seam: Seam) -> str:
+def _svg(lines: list[tuple[str, float, FloatArray]], title: str, seam: Seam, section: list[str]) -> str:
     every = np.concatenate([line for _, _, line in lines])
     low, size = every.min(axis=0), np.maximum(np.ptp(every, axis=0), 1e-6)
     scale = min((WIDTH - 2 * MARGIN) / size[0], (HEIGHT - 3 * MARGIN) / size[1])
+    whole = WIDTH + SIZE + 2 * MARGIN
     out = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" font-family="sans-serif">',
-        f'<rect width="{WIDTH:g}" height="{HEIGHT:g}" fill="white"/>',
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {whole:g} {HEIGHT:g}" font-family="sans-serif">',
+        f'<rect width="{whole:g}" height="{HEIGHT:g}" fill="white"/>',
         f'<text x="{MARGIN:g}" y="26" font-size="16">{escape(title)}</text>',
     ]
     for colour, width, line in lines:
@@ -117,4 +130,4 @@ def _svg(lines: list[tuple[str, float, FloatArray]], title: str, seam: Seam) -> 
     for number, (colour, word) in enumerate(words):
         x = MARGIN + 150 * number
         out.append(f'<text x="{x:g}" y="46" font-size="13" fill="{colour}">{escape(word)}</text>')
-    return "\n".join([*out, "</svg>", ""])
+    return "\n".join([*out, f'<g transform="translate({WIDTH:g},0)">', *section, "</g>", "</svg>", ""])

@@ -12,6 +12,8 @@ from tests.coordinated_programs import READERS, Seam, faults, followed
 from tests.saddle import CELLS
 from wpcal.audit import audit_path
 from wpcal.controllers.arc_settings import ArcSettings
+from wpcal.controllers.coordinated_program import build_coordinated_program
+from wpcal.controllers.registry import controller_named
 from wpcal.controllers.two_robots import HeldWeld, possible_coordinated
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
@@ -136,6 +138,16 @@ def test_all_say_that_they_are_dry_or_not_what_was_checked_and_which_tack_welds_
             assert ("tack welds of W1 (3) are not in this plan" in first) == (burns and which == "straight")
             assert "RUN IT DRY FIRST" in first
             assert re.search(r"checked, with these moves: free,? \d+ states checked", first)
+
+
+def test_a_run_without_room_for_approach_and_retract_begins_and_ends_on_the_seam(straight, programs):
+    cell, run, seam = straight
+    for name, motion in programs["straight", False][2].items():
+        bare = dataclasses.replace(motion, approach=None, retract=None)
+        program = build_coordinated_program(bare, seam)
+        assert len(program.path) == len(motion.moves)
+        own = dict(controller_named(name).write_coordinated(program))
+        assert faults(own, name, cell, planned(cell, run, seam)) == [], name
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of pyparsing, in rapidchecker
@@ -265,11 +277,10 @@ def test_a_part_that_would_collide_between_the_marks_is_refused(saddle):
     cell, run, seam = saddle
     near = tool_in_world(cell, run.plan.state.joints1[40:41])[0, :3, 3] + [0, 0, 60]
     blocked = dataclasses.replace(cell, bench=(*cell.bench, Shape("clamp", [near], [near], [25.0])))
-    with pytest.raises(InputError, match=r"seam W1: no coordinated motion near the plan is free: .* clamp"):
-        coordinate_run(run, blocked, SeamPath.of_frames("W1", seam.frames))
-    held = HeldWeld(seam=seam)
-    files, refusals, motions = possible_coordinated(run, blocked, held)
-    assert (files, motions, len(refusals)) == ({}, {}, 4)
+    languages = ("rapid", "inform")  # of one motion: the search is not repeated
+    files, refusals, motions = possible_coordinated(run, blocked, HeldWeld(seam=seam), languages=languages)
+    assert (files, motions, len(refusals)) == ({}, {}, 2)
+    assert re.match(r"rapid: seam W1: no coordinated motion near the plan is free: .* clamp", refusals[0])
 
 
 def test_a_joint_that_would_be_too_fast_is_named(saddle):

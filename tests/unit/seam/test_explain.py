@@ -61,7 +61,10 @@ def test_the_verdict_names_the_level_that_was_asked() -> None:
 def test_the_picture_holds_the_seam_inside_its_frame(seams: tuple[Seam, ...]) -> None:
     graph = saved_graph("gusset-with-holes")
     seam = next(seam for seam in seams if seam.accepted)
-    root = ET.fromstring(explained_svg(graph, TrimmedFaces.of(graph), seam, "a < b", USUAL_TORCH))
+    trimmed = TrimmedFaces.of(graph)
+    notes = take_members(graph, trimmed, Judging()).notes
+    section = explain_seam(graph, seam, notes)["section"]
+    root = ET.fromstring(explained_svg(graph, trimmed, seam, "a < b", USUAL_TORCH, section))
     lines = [line for line in root.iter("{http://www.w3.org/2000/svg}polyline") if line.get("stroke") == SEAM]
     assert len(lines) == 1
     points = np.array([pair.split(",") for pair in (lines[0].get("points") or "").split()], dtype=float)

@@ -53,6 +53,10 @@ class ExternalAxes:
     def __len__(self) -> int:
         return len(self.off_rad)
 
+    def first(self, most: int | None) -> ExternalAxes:
+        """Return the most promising ones; None: all."""
+        return ExternalAxes(self.values[:most], self.off_rad[:most])
+
 
 def axes_of(cell: OneRobotCell, values: FloatArray) -> FloatArray:
     """Return all axes with the arm at home and external axes of shape (C, k - 6); shape (C, k), rad and mm."""

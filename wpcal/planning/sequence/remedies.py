@@ -36,8 +36,11 @@ SLIMMER = (0.8, 0.6)
 """Other torches that are tried: their bodies are so much thinner. The wire and the tool centre point stay."""
 FULL_TRIES = 2
 """Changes of one kind that are searched with all collisions: each takes as long as the search of a seam."""
-MOST_SEARCHED = 8
-"""Stretches for which changes are looked for. For the others only those are tried that helped before."""
+QUICK_AXES = 4
+"""Positions of the external axes that are tried with a change: the most promising ones."""
+MOST_SEARCHED, MOST_WITH_POSITIONER = 6, 2
+"""Stretches for which changes are looked for: a positioner multiplies what is tried. For the others only those are
+tried that helped before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +95,8 @@ class RemedySearch:
         found = [each for each in self._worked if self._welds(each, stretch)]
         if found:
             return tuple(found), True
-        if self._searched >= MOST_SEARCHED:
+        most = MOST_SEARCHED if self.search.cell.positioner is None else MOST_WITH_POSITIONER
+        if self._searched >= most:
             return (), False
         self._searched += 1
         poses = torch_poses(stretch, self.search.targets, self.search.clearance, tilted=True)
@@ -119,7 +123,9 @@ class RemedySearch:
         clearance = OneRobotClearance(cell, self.search.clearance.part)
         if not clearance.margins(cell.home[None]).is_clear[0]:
             return False
-        return bool(SeamSearch(cell, clearance, changed_targets(self.search.targets, help_)).whole(stretch))
+        search = SeamSearch(cell, clearance, changed_targets(self.search.targets, help_))
+        is_torch = help_.torch_range_deg is not None or help_.torch_scale is not None
+        return bool(search.whole(stretch, QUICK_AXES, (True,) if is_torch else (False,)))
 
     def _centre(self) -> FloatArray:
         """Return the middle of the part's box, mm in `part`; its origin without a part."""

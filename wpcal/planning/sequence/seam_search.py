@@ -9,7 +9,7 @@ ladder, and the ladder is climbed again.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,10 +74,21 @@ class SeamSearch:
         speeds = cell.speeds[:JOINTS]
         self.weights = speeds.min() / speeds if np.isfinite(speeds).all() else np.ones(JOINTS)
 
-    def whole(self, task: SeamTask) -> list[Candidate]:
-        """Return ways to weld a whole seam, the most promising first; empty if none was found."""
-        axes = external_axes(self.cell, task, self.targets)
-        for tilted in (False, True):
+    def whole(
+        self, task: SeamTask, most_axes: int | None = None, tilts: Sequence[bool] = (False, True)
+    ) -> list[Candidate]:
+        """Return ways to weld a whole seam, the most promising first; empty if none was found.
+
+        Parameters
+        ----------
+        task : SeamTask
+        most_axes : int, optional
+            Positions of the external axes that are tried; by default all.
+        tilts : sequence of bool
+            Whether the torch may leave its target angles: what is tried, in this order.
+        """
+        axes = external_axes(self.cell, task, self.targets).first(most_axes)
+        for tilted in tilts:
             poses = torch_poses(task, self.targets, self.clearance, tilted=tilted)
             if not poses.is_free.any(axis=1).all():
                 continue

@@ -6,8 +6,6 @@ fill the same room cannot both be members: one of them counts.
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 
 from wpcal.brep.boxes import BoxTree, boxes_of_solids
@@ -16,6 +14,7 @@ from wpcal.brep.hits import find_hits
 from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.given_names import is_given_name
 from wpcal.core.issue import Issue
 from wpcal.seam.find.same_room import find_same_rooms
 
@@ -26,13 +25,6 @@ LINES = 4
 """Random lines per point: most lines through the box of a thin solid miss it."""
 BOX_MM = 0.1
 """A solid that stands out of another one by more is not inside it; boxes of round faces are not exact."""
-STEP_NAME = re.compile(
-    r"(additive|subtractive|pad|pocket|chamfer|fillet|cut|fusion|union|common|boolean|body|solid|shape|compound|"
-    r"extru(de|sion)|sweep|pipe|loft|revol(ve|ution)|mirror(ed)?|pattern|array|draft|thickness|clone|copy|import(ed)?|"
-    r"feature|open cascade.*|s)[ _.:-]*\d*",
-    re.IGNORECASE,
-)
-"""Names that programs give to bodies, after the step that made them: ``Pad001``, ``Cut``, ``Solid 3``."""
 NAMED = 3
 """So many solids are named in an issue."""
 
@@ -131,7 +123,7 @@ def _chosen(graph: BrepGraph, pairs: set[tuple[int, int]]) -> IntArray:
 
     Of two equal ones, a name that a person gave goes before the name of a modelling step.
     """
-    rank = [(bool(STEP_NAME.fullmatch(name)), solid) for solid, name in enumerate(graph.solid_names)]
+    rank = [(not is_given_name(name), solid) for solid, name in enumerate(graph.solid_names)]
     by = np.full(len(graph.solid_names), -1)
     for one, other in sorted(pairs, key=lambda pair: rank[pair[1]], reverse=True):
         if (other, one) not in pairs or rank[other] < rank[one]:

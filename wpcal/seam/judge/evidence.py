@@ -178,8 +178,26 @@ class Judge:
     play: tuple[Play, ...]
 
     @classmethod
-    def of(cls, graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, *, has_marks: bool) -> Judge:
-        """Find the members, holes and bolts of a part. `has_marks`: whether edges of the part are marked as seams."""
+    def of(
+        cls,
+        graph: BrepGraph,
+        trimmed: TrimmedFaces,
+        options: SeamOptions,
+        *,
+        has_marks: bool,
+        like: IntArray | None = None,
+    ) -> Judge:
+        """Find the members, holes and bolts of a part.
+
+        Parameters
+        ----------
+        graph, trimmed, options :
+            The part, and how it is judged.
+        has_marks : bool
+            Whether edges of the part are marked as seams.
+        like : ndarray of int, shape (S,), optional
+            For each of the S solids, the one that is looked at in its place (`ShapeLooks.like`); by default itself.
+        """
         number = {name: solid for solid, name in enumerate(graph.solid_names)}
         members, holes = take_members(graph, trimmed, options.judging), find_holes(graph, trimmed)
         hole_of_face = {int(face): row for row, own in enumerate(holes.face) for face in own}
@@ -191,7 +209,8 @@ class Judge:
         known = (graph, number, members, rolling, holes, hole_of_face, dict(clamps))
         play = with_play(graph, trimmed, options).play or ()
         options_of = (gap_mm, min_mm, level, has_marks, options.reach)
-        looks = ShapeLooks(graph, trimmed, members, gap_mm, 2.0 * options.reach.torch.nozzle_radius_mm)
+        alike = np.arange(len(number)) if like is None else like
+        looks = ShapeLooks(graph, trimmed, members, gap_mm, 2.0 * options.reach.torch.nozzle_radius_mm, alike)
         return cls(*known, *options_of, looks, play)
 
     def clamps_of(self, a: int, b: int) -> list[Clamp]:

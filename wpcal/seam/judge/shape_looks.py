@@ -6,14 +6,16 @@ candidate between them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from wpcal.brep.boxes import boxes_of_solids
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import IntArray
 from wpcal.seam.find.built_up import is_turned
 from wpcal.seam.judge.closed_in import hold_each_other
 from wpcal.seam.judge.held_fast import is_held_fast, is_ring_in_ring
@@ -45,6 +47,9 @@ class ShapeLooks:
         Solids nearer than this touch.
     nozzle_mm : float
         Diameter of the torch's nozzle.
+    like : ndarray of int, shape (S,)
+        For each solid of a group that the part holds several times, the same solid in the first such group, which is
+        looked at for all of them (`wpcal.seam.copies`); for any other solid, itself.
     """
 
     graph: BrepGraph
@@ -52,9 +57,10 @@ class ShapeLooks:
     members: Members
     gap_mm: float
     nozzle_mm: float
+    like: IntArray
     _one_pieces: OnePieces = field(init=False)
     _pairs: dict[tuple[int, int], tuple[Finding, ...]] = field(default_factory=dict)
-    _turned: dict[int, bool] = field(default_factory=dict)
+    _known: dict[tuple[object, ...], Any] = field(default_factory=dict)
     _part: tuple[Finding, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -78,8 +84,7 @@ class ShapeLooks:
             yield from self._part
 
     def _of_pair(self, a: int, b: int) -> Iterator[Finding]:
-        pair = (self.graph, self.trimmed, a, b)
-        sizes = [self._size_mm(solid) for solid in (a, b)]
+        sizes = [self._once(_size_mm, solid) for solid in (a, b)]
         small, large = min(sizes), max(sizes)
         if large < self.nozzle_mm or small < SMALLEST * self.nozzle_mm:
             words = (
@@ -87,19 +92,19 @@ class ShapeLooks:
             )
             yield Rule.SMALLER_THAN_NOZZLE.found(f"{words}; the nozzle of the torch has {self.nozzle_mm:g} mm")
         for solid in (a, b):
-            bar = find_bar(self.graph, self.trimmed, solid)
+            bar = self._once(find_bar, solid)
             if bar is not None and bar.thick < THINNEST_MM:
                 words = f"{self.graph.solid_names[solid]} is {bar.thick:.2g} mm thick"
                 yield Rule.TOO_THIN.found(f"{words}: no arc welds less than {THINNEST_MM:g} mm")
         for solid in (a, b):
-            if has_round_tread(self.graph, self.trimmed, solid):
+            if self._once(has_round_tread, solid):
                 yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} is a wheel: it has a bore and a round tread")
-        is_round = self._is_turned(a) or self._is_turned(b)
-        if is_round and is_held_fast(*pair, self.gap_mm):
+        is_round = any(self._once(_is_turned, solid) for solid in (a, b))
+        if is_round and self._once(is_held_fast, a, b):
             yield Rule.HELD_FAST.found("one of the two is a ring between two shoulders of the other")
-        elif hold_each_other(*pair, self.gap_mm):
+        elif self._once(hold_each_other, a, b):
             yield Rule.CLOSED_IN.found("no straight move takes the two apart: one was closed round the other")
-        elif is_round and is_ring_in_ring(*pair, self.gap_mm):
+        elif is_round and self._once(is_ring_in_ring, a, b):
             yield Rule.RING_IN_RING.found("a ring fills the bore of the other and ends with it on both sides")
 
     def _of_part(self) -> Iterator[Finding]:
@@ -110,15 +115,23 @@ class ShapeLooks:
         if why is not None:
             yield Rule.TIMBER.found(why)
 
-    def _is_turned(self, solid: int) -> bool:
-        """Tell whether a solid may be a ring; asked once, not once per neighbour."""
-        if solid not in self._turned:
-            self._turned[solid] = is_turned(self.graph, solid)
-        return self._turned[solid]
+    def _once(self, look: Callable[..., Any], *solids: int) -> Any:
+        """Return what a look at one solid, or at two that touch, finds; asked once for all their copies."""
+        first = tuple(self.like[list(solids)].tolist())
+        if (look, *first) not in self._known:
+            gap = (self.gap_mm,) if len(solids) == 2 else ()
+            self._known[look, *first] = look(self.graph, self.trimmed, *first, *gap)
+        return self._known[look, *first]
 
-    def _size_mm(self, solid: int) -> float:
-        """Return the longest side of the box of a solid, mm."""
-        own = self.graph.face_solid == solid
-        box = tuple(corner[own] for corner in self.trimmed.face_box)
-        low, high = boxes_of_solids(np.zeros(int(own.sum()), dtype=np.int64), box, 1)
-        return float((high - low).max())
+
+def _is_turned(graph: BrepGraph, _: TrimmedFaces, solid: int) -> bool:
+    """Tell whether a solid may be a ring."""
+    return is_turned(graph, solid)
+
+
+def _size_mm(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> float:
+    """Return the longest side of the box of a solid, mm."""
+    own = graph.face_solid == solid
+    box = tuple(corner[own] for corner in trimmed.face_box)
+    low, high = boxes_of_solids(np.zeros(int(own.sum()), dtype=np.int64), box, 1)
+    return float((high - low).max())
