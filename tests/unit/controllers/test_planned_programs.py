@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from tests.one_robot_cells import TEE, fixed_cell, pipe_ring, with_positioner, write_cell
 from wpcal.audit.programs import check_written
 from wpcal.controllers.arc_settings import ArcSettings
+from wpcal.controllers.describe import describe
 from wpcal.controllers.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.registry import controller_named
@@ -26,7 +27,7 @@ from wpcal.robot.kinematics.arm import Coupling
 from wpcal.weld.find import find_welds
 from wpcal.weld.record import StatedWeld
 from wpcal.weld.rules import shipped_rules
-from wpcal.weld.runs import RunChoice
+from wpcal.weld.runs import RunChoice, Tacks, WeaveBy
 
 yaml = pytest.importorskip("yaml", reason="pyyaml is not installed")
 pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -183,6 +184,23 @@ def test_with_the_arc_on_every_run_starts_and_ends_it_once(sequence, given, name
         assert len(re.findall(pattern, code)) == 3
     assert "DRY RUN" not in text
     assert "with the arc blocked" in " ".join(re.findall(r"[A-Za-z]+", text))
+
+
+def test_a_plan_has_the_tack_welds_of_export_first_and_names_data_beside_a_weave_of_points():
+    read = read_sequence_input(TEE, fixed_cell(), ["W2"])
+    T, seams = read.in_base(fixed_cell())
+    extra = {"tacks": {"length_mm": 10, "pitch_mm": 110}, "weave": {"shape": "zigzag", "width_mm": 4, "length_mm": 10}}
+    found = find_welds(seams, T, shipped_rules(), stated=[StatedWeld("W2", None, {**STATED, **extra})], names={"W2"})
+    welds = found.by_seam()
+    for tacks, names in ((Tacks.OFF, ["W2"]), (Tacks.ONLY, ["W2.t1", "W2.t2"])):
+        assert [each.name for each in read.with_welds(welds, RunChoice(tacks), 6.0).seams] == names
+    planned = read.with_welds(welds, RunChoice(weave=WeaveBy.POINTS), 6.0)
+    sequence = plan_sequence(fixed_cell(), planned.part, planned.seams, SequenceTargets()).sequence
+    program = program_of(sequence, planned)
+    assert [path.seam.name.partition(".t")[0] for path in program.paths] == ["W2"] * 3
+    assert program.paths[2].seam.name == "W2"
+    header = "\n".join(describe(program))
+    assert "data of the controller must have no weave of their own, or there are two: W2 (job 3)" in header
 
 
 def test_templates_of_a_shop_are_used_and_a_missing_name_is_one_line(tmp_path, sequence, given):
