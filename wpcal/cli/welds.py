@@ -108,7 +108,7 @@ def welds(
         names={seam.name for seam in chosen.seams},
         stated_in=str(output) if output is not None and output.exists() else "--set",
     )
-    record = welds_record(found.welds, found.left, table)
+    record = welds_record(found.welds, (*found.left, *found.not_chosen), table)
     if output is not None:
         write_file(output, to_json(record), overwrite=True)
     if write_rules is not None:
@@ -116,6 +116,8 @@ def welds(
     if write_xmcf is not None:
         write_file(write_xmcf, xmcf_text(chosen.seams, T_part_base, found.by_seam()), overwrite=False)
     notes = [*found.notes, *(() if taken is None else taken.notes)]
+    what = "is not accepted or not chosen; its values are kept under without_seam"
+    notes += [f"{one.name} {what}" for one in found.not_chosen]
     if as_json:
         click.echo(to_json({**record, "notes": notes}), nl=False)
     else:

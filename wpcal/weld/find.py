@@ -41,11 +41,14 @@ class FoundWelds:
         What is not obvious, one line each.
     left : tuple of StatedWeld
         Welds with values of the user whose seam is not there.
+    not_chosen : tuple of StatedWeld
+        Welds with values of the user whose seam is there, but not among the chosen ones.
     """
 
     welds: tuple[SeamWeld, ...]
     notes: tuple[str, ...]
     left: tuple[StatedWeld, ...]
+    not_chosen: tuple[StatedWeld, ...] = ()
 
     def by_seam(self) -> dict[str, SeamWeld]:
         """Return the welds by the names of their seams."""
@@ -100,11 +103,12 @@ def find_welds(
     notes = [*paired.notes, *(f"{one.name} has no seam now; its values are kept under without_seam" for one in left)]
     mesh = None if part_glb is None else read_part_glb(part_glb)
     material = None if mesh is None else TriangleMaterial.of(mesh, T_base_part)
-    welds = []
+    welds, not_chosen = [], []
     for seam, (_, place) in zip(seams, places, strict=True):
-        if names is not None and seam.name not in names:
-            continue
         own = stated[paired.rows[seam.name]] if seam.name in paired.rows else StatedWeld(seam.name, None, {})
+        if names is not None and seam.name not in names:
+            not_chosen += [replace(own, name=seam.name, place=place)] if own.user else []
+            continue
         try:
             groove = None if mesh is None else measure_groove(seam, mesh, T_base_part)
             planned = (positions or {}).get(seam.name)
@@ -121,7 +125,7 @@ def find_welds(
         for weld in welds
         if weld.values.weld is WeldKind.SQUARE and weld.origins["weld"].source is Source.MODEL
     ]
-    return FoundWelds(tuple(welds), tuple(notes), left)
+    return FoundWelds(tuple(welds), tuple(notes), left, tuple(not_chosen))
 
 
 def _weld(

@@ -226,6 +226,20 @@ def test_values_of_a_seam_that_is_gone_are_kept(finished_folder, tmp_path):
     assert json.loads(file.read_text())["without_seam"] == [{"name": "W7", "place": gone, "values": {"job": 3}}]
 
 
+def test_values_of_a_seam_that_is_not_chosen_are_kept(finished_folder, tmp_path):
+    folder, file = finished_folder(), tmp_path / "welds.json"
+    assert run_here("welds", folder, "-o", file, "--set", "W1:leg_mm=4").returncode == 0
+    ended = run_here("welds", folder, "-o", file, "--only", "Kehlnaht Ü/3")
+    assert "W1 is not accepted or not chosen; its values are kept under without_seam" in ended.stderr
+    (kept,) = json.loads(file.read_text())["without_seam"]
+    assert (kept["name"], kept["values"]) == ("W1", {"leg_mm": 4})
+    ended = run_here("welds", folder, "-o", file)
+    assert "without_seam" not in ended.stderr
+    record = json.loads(file.read_text())
+    assert record["without_seam"] == []
+    assert {weld["name"]: weld["values"].get("leg_mm") for weld in record["welds"]}["W1"] == 4
+
+
 @pytest.mark.parametrize(
     ("welds", "message"),
     [
