@@ -56,8 +56,8 @@ class Unwelded:
             return f"{where}; tried, and it is welded with: {'; or '.join(each.text for each in self.help)}"
         if self.is_searched:
             return (
-                f"{where}; no remedy was found: the part turned, raised or lowered, the robot moved up to 600 mm, a "
-                "wider torch range, a slimmer torch"
+                f"{where}; no remedy was found: the part turned, raised, lowered or farther from its table, the robot "
+                "moved up to 600 mm, a wider torch range, a slimmer torch"
             )
         return f"{where}; no remedy was searched, and those of other stretches do not help"
 

@@ -28,6 +28,7 @@ from wpcal.planning.sequence.torch_poses import TorchPoses, torch_poses
 TURNS_DEG = (15.0, -15.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0, 90.0, -90.0, 135.0, -135.0, 180.0)
 MOVES_MM = (100.0, 200.0, 300.0, 400.0, 600.0)
 RAISES_MM = (100.0, -100.0, 200.0, -200.0, 400.0, -400.0, 700.0)
+FARTHER_MM = (150.0, 300.0, 500.0)
 RANGES_DEG = (25.0, 35.0, 45.0)
 """Changes that are tried, the smallest first."""
 SIDES = 8
@@ -36,7 +37,7 @@ SLIMMER = (0.8, 0.6)
 """Other torches that are tried: their bodies are so much thinner. The wire and the tool centre point stay."""
 FULL_TRIES = 2
 """Changes of one kind that are searched with all collisions: each takes as long as the search of a seam."""
-QUICK_AXES = 4
+QUICK_AXES = 12
 """Positions of the external axes that are tried with a change: the most promising ones."""
 MOST_SEARCHED, MOST_WITH_POSITIONER = 6, 2
 """Stretches for which changes are looked for: a positioner multiplies what is tried. For the others only those are
@@ -56,6 +57,8 @@ class Help:
         Of the robot in `world`: x and y.
     raise_mm : float
         Of the part, with its positioner.
+    from_table_mm : float
+        Of the part along z of the carrier: away from the table of its positioner.
     torch_range_deg : float or None
         How far the torch may leave its target angles.
     torch_scale : float or None
@@ -66,6 +69,7 @@ class Help:
     turn_deg: float = 0.0
     move_mm: tuple[float, float] = (0.0, 0.0)
     raise_mm: float = 0.0
+    from_table_mm: float = 0.0
     torch_range_deg: float | None = None
     torch_scale: float | None = None
 
@@ -137,6 +141,11 @@ class RemedySearch:
 
 def _kinds(cell: OneRobotCell, *, is_torch_free: bool) -> Iterator[Iterator[Help]]:
     """Yield the changes, kind by kind. If the torch itself is in the way, only another torch or other angles help."""
+    if is_torch_free and cell.positioner is not None:
+        yield (
+            Help(f"the part {far:g} mm farther from the table of its positioner", from_table_mm=far)
+            for far in FARTHER_MM
+        )
     if is_torch_free:
         yield (Help(f"the part turned by {turn:g} deg about the vertical", turn_deg=turn) for turn in TURNS_DEG)
         yield (_moved(step, 2 * math.pi * side / SIDES) for step in MOVES_MM for side in range(SIDES))
@@ -181,6 +190,9 @@ def changed_cell(cell: OneRobotCell, help_: Help, centre: FloatArray) -> OneRobo
         cell = replace(cell, T_world_base=replace(place, t_mm=place.t_mm + np.array([*help_.move_mm, 0.0])))
     if help_.raise_mm:
         cell = _raised(cell, help_.raise_mm)
+    if help_.from_table_mm:
+        part = cell.T_part
+        cell = replace(cell, T_carrier_part=replace(part, t_mm=part.t_mm + np.array([0.0, 0.0, help_.from_table_mm])))
     if help_.torch_scale is not None:
         scale = help_.torch_scale
         slim = tuple(replace(shape, radius_mm=scale * shape.radius_mm, hull=np.zeros((0, 3))) for shape in cell.torch)

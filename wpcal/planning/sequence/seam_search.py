@@ -185,6 +185,7 @@ class SeamSearch:
     ) -> Climb:
         usable = usable.copy()
         best = Climb(-1, None)
+        seen: set[int] = set()
         for _ in range(CLIMBS):
             way = cheapest_way(joints, usable, poses.off_rad, self.weights)
             if len(way) <= 1 or (whole and len(way) < len(poses.rungs)):
@@ -197,9 +198,26 @@ class SeamSearch:
             if bad is None:
                 return best
             rung = int(np.searchsorted(poses.rungs, bad))  # the rung at or after the first bad point
-            for row in {max(rung - 1, 0), min(rung, len(way) - 1)} if poses.rungs[rung] != bad else {rung}:
+            rows = {max(rung - 1, 0), min(rung, len(way) - 1)} if poses.rungs[rung] != bad else {rung}
+            for row in rows:
                 usable[row, way[row]] = False
+            for row in rows - seen:  # where one pose fails, its neighbours mostly do: all of the rung in one call
+                usable[row] &= self._is_clear(task, int(poses.rungs[row]), joints[row], usable[row], values)
+            seen |= rows
+            if whole and not usable[sorted(rows)].any(axis=1).all():
+                return best
         return best
+
+    def _is_clear(
+        self, task: SeamTask, point: int, joints: FloatArray, usable: BoolArray, values: FloatArray
+    ) -> BoolArray:
+        """Return which of the usable states of one rung are clear of all bodies; shape (K,)."""
+        rows = np.flatnonzero(usable)
+        external = values_along(values[None], task, np.array([point]))[0]
+        q = np.concatenate([joints[rows], np.repeat(external, len(rows), axis=0)], axis=1)
+        clear = np.zeros(len(usable), dtype=np.bool_)
+        clear[rows] = self.clearance.margins(q).is_clear
+        return clear
 
     def _filled(
         self, task: SeamTask, poses: TorchPoses, values: FloatArray, branch: int, way: list[int]

@@ -131,6 +131,7 @@ def _help(each: Help) -> dict[str, Any]:
         "turn_deg": each.turn_deg,
         "move_mm": list(each.move_mm),
         "raise_mm": each.raise_mm,
+        "from_table_mm": each.from_table_mm,
         "torch_range_deg": each.torch_range_deg,
         "torch_scale": each.torch_scale,
     }
