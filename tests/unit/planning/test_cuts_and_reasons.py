@@ -14,7 +14,7 @@ from wpcal.planning.cell.robot_cell import Shape
 from wpcal.planning.sequence.cuts import Span, best_cuts
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.reasons import find_reason
-from wpcal.planning.sequence.remedies import RemedySearch
+from wpcal.planning.sequence.remedies import Help, RemedySearch, changed_cell
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import seam_task
 from wpcal.planning.sequence.sequence_input import read_sequence_input
@@ -128,3 +128,12 @@ def test_a_home_in_collision_is_told_with_one_that_is_free(tmp_path, given):
     record["positioner"]["home_deg"] = axes
     free = read_one_robot(write_cell(tmp_path, record))
     assert OneRobotClearance(free, given.part).margins(free.home[None]).is_clear[0]
+
+
+def test_a_part_farther_from_the_table_turns_with_the_positioner(tmp_path):
+    cell = read_one_robot(write_cell(tmp_path, with_positioner()))
+    farther = changed_cell(cell, Help("", from_table_mm=150.0), np.zeros(3))
+    q = cell.home[None].copy()
+    q[0, -2:] = np.radians([40.0, 70.0])
+    moved = farther.part_places(q)[0, :3, 3] - cell.part_places(q)[0, :3, 3]
+    np.testing.assert_allclose(moved, 150.0 * cell.carrier_places(q)[0, :3, 2], atol=1e-9)
