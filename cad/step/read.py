@@ -11,6 +11,7 @@ import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -282,11 +283,13 @@ def _placed_solids(
 ) -> Iterator[StepSolid]:
     taken: set[str] = set()
     number = 0
+    levels = zip(*(leaf.use.products for leaf in leaves), strict=False)
+    whole = sum(1 for _ in takewhile(lambda names: len(set(names)) == 1, levels))
     for leaf in leaves:
         bodies = prepared[leaf.entry].bodies
         for shape, own in zip(bodies, _own_attributes(leaf, bodies, tree), strict=True):
             number += 1
-            name = _unique_name(_best_name(own.name, leaf.use) or f"S{number}", taken)
+            name = _unique_name(_best_name(own.name, leaf.use, whole) or f"S{number}", taken)
             placed = shape.Moved(leaf.use.location)
             layers = merged_layers(leaf.use.layers, own.layers)
             color = leaf.use.color or own.color
@@ -324,9 +327,12 @@ def _own_attributes(leaf: Leaf, bodies: tuple[Any, ...], tree: StepTree) -> list
     return found
 
 
-def _best_name(own: str, use: Use) -> str:
-    """Return the name of a body that a person gave to it, or else to the nearest product that is not the whole part."""
-    above = (own, use.name, *reversed(use.products[1:]))
+def _best_name(own: str, use: Use, whole: int) -> str:
+    """Return the name of a body that a person gave to it, or else to the nearest product that is not the whole part.
+
+    The first `whole` products hold all bodies of the file.
+    """
+    above = (own, use.name, *reversed(use.products[whole:]))
     given = (name for name in above if name and is_given_name(name))
     return next(given, own or use.name)
 
