@@ -41,8 +41,12 @@ BETWEEN_MM = 2.0
 """Between two stations the torch is felt at this step: less than the thinnest sheet that is welded as a rib."""
 TO_OTHER_SIDE_DEG = 36.0
 """A lean that changes by more goes from one side to the other, past whatever stands between."""
+QUICK_TURN_DEG = 10.0
+"""Between frames at the corner of a run the torch is felt too where its direction turns by more: the nozzle swings."""
+CORNER_COS = np.cos(np.radians(1.0))
+"""Frames that turn by more from one to the next go round a corner."""
 TURN_STEP_DEG = 2.5
-"""Where the torch goes to the other side, it is felt at this step, however near the stations are."""
+"""Where the torch turns so much, it is felt at this step, however near the stations are."""
 APPROACH_MM = 50.0
 """At the ends of a seam the torch comes and goes along the wire by so much, so it is felt that much farther out."""
 
@@ -326,7 +330,7 @@ def _solids_between(
 ) -> IntArray:
     """Return the solid that the torch meets between each station and the next, -1 for none; shape (n,).
 
-    Between stations that are near to each other it is felt only where it goes to the other side.
+    Between stations that are near to each other it is felt only where it goes to the other side, or turns quickly.
     """
     n = len(own)
     if stations is FeltAt.SOME:
@@ -340,7 +344,13 @@ def _solids_between(
     turn = turned(np.diff(spin, append=spin[-1:]))
     turn_deg = np.degrees(np.abs(np.diff(np.nan_to_num(lean_rad), axis=0, append=0)).max(axis=1))
     turn_deg = np.maximum(turn_deg, np.degrees(np.abs(turn)))
-    far = np.zeros(n, dtype=bool) if stations is FeltAt.DENSE else step > BETWEEN_MM
+    if stations is FeltAt.FRAMES:
+        cos, ahead = (np.einsum("ij,ij->i", way, np.roll(way, -1, axis=0)) for way in (back, own.R[:, :, 0]))
+        swing_deg = np.where(ahead < CORNER_COS, np.degrees(np.arccos(np.clip(cos, -1.0, 1.0))), 0.0)
+        far = (step > BETWEEN_MM) | (swing_deg > QUICK_TURN_DEG)
+        turn_deg = np.maximum(turn_deg, swing_deg)
+    else:
+        far = np.zeros(n, dtype=bool)
     rows = np.flatnonzero(joined & (far | (turn_deg > TO_OTHER_SIDE_DEG)) & ~are_steps_clear(graph, trimmed, leant))
     counts = np.ceil(np.maximum(step[rows] / BETWEEN_MM, turn_deg[rows] / TURN_STEP_DEG)).astype(int) - 1
     at = np.repeat(rows, counts)
