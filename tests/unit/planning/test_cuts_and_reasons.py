@@ -64,6 +64,12 @@ def test_cuts_are_the_best_of_all_there_are():
         assert all(a[1] <= b[0] for a, b in itertools.pairwise(found))
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_round_off_is_no_reason_for_a_cut(seed):
+    s = np.concatenate([[0.0], np.cumsum(np.random.default_rng(seed).uniform(1.0, 3.0, 300))])
+    assert len(best_cuts(s, [Span(0, 131), Span(100, 300)], 15.0)) == 2
+
+
 def test_a_rest_that_is_too_short_is_cut_longer():
     """From the start 90 mm can be welded, and from 60 mm to the end: the last 10 mm are no piece of their own."""
     s = np.arange(0.0, 101.0, 5.0)

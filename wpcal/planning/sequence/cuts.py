@@ -111,20 +111,22 @@ def best_cuts(s_mm: FloatArray, ways: Sequence[Span], least_mm: float) -> list[S
         Of a piece.
     """
     n = len(s_mm)
+    s = np.rint(s_mm / ROUND_OFF_MM).astype(np.int64).tolist()  # whole numbers: pieces in a row add up exactly
+    least = round(least_mm / ROUND_OFF_MM) - 1
     reach = np.full(n, -1)
     for first, last in ways:
         reach[first : last + 1] = np.maximum(reach[first : last + 1], last)
     # best from each point on: welded length, minus the number of pieces, length of the shortest
-    best: list[tuple[float, int, float]] = [(0.0, 0, np.inf)] * n
+    best: list[tuple[int, int, float]] = [(0, 0, np.inf)] * n
     taken: list[int | None] = [None] * n
     for i in range(n - 2, -1, -1):
         best[i] = best[i + 1]
         for j in range(i + 1, int(reach[i]) + 1):
-            length = float(s_mm[j] - s_mm[i])
-            if length < least_mm - ROUND_OFF_MM:
+            length = s[j] - s[i]
+            if length < least:
                 continue
             welded, pieces, shortest = best[j]
-            value = (round(welded + length, 6), pieces - 1, round(min(shortest, length), 6))
+            value = (welded + length, pieces - 1, min(shortest, length))
             if value > best[i]:
                 best[i], taken[i] = value, j
     spans, at = [], 0
