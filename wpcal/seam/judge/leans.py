@@ -42,9 +42,7 @@ BETWEEN_MM = 2.0
 TO_OTHER_SIDE_DEG = 36.0
 """A lean that changes by more goes from one side to the other, past whatever stands between."""
 QUICK_TURN_DEG = 10.0
-"""Between frames at the corner of a run the torch is felt too where its direction turns by more: the nozzle swings."""
-CORNER_COS = np.cos(np.radians(1.0))
-"""Frames that turn by more from one to the next go round a corner."""
+"""Between frames of a run the torch is felt too where its direction turns by more: at corners the nozzle swings."""
 TURN_STEP_DEG = 2.5
 """Where the torch turns so much, it is felt at this step, however near the stations are."""
 APPROACH_MM = 50.0
@@ -56,6 +54,8 @@ class FeltAt(Enum):
 
     FRAMES = "frames"
     """Frames of the seams: the torch comes and goes at both ends, and is felt between them."""
+    RUN = "run"
+    """Frames of runs round corners: the same, and the torch is felt between them wherever it turns quickly."""
     DENSE = "dense"
     """So near to each other that each may become the end of a seam: the torch is felt on its approach everywhere, and
     between stations only where its lean goes to the other side."""
@@ -280,7 +280,7 @@ def _straight(seams: Sequence[Seam], torch: TorchShape, stations: FeltAt) -> Tor
     last = np.cumsum(counts) - 1
     if stations is FeltAt.DENSE:
         more[:] = APPROACH_MM
-    elif stations is FeltAt.FRAMES:
+    elif stations in (FeltAt.FRAMES, FeltAt.RUN):
         more[np.concatenate([last, last - np.array(counts) + 1])] = APPROACH_MM
     p = np.concatenate([seam.frames.p for seam in seams])
     R = np.concatenate([seam.frames.R for seam in seams])
@@ -330,7 +330,8 @@ def _solids_between(
 ) -> IntArray:
     """Return the solid that the torch meets between each station and the next, -1 for none; shape (n,).
 
-    Between stations that are near to each other it is felt only where it goes to the other side, or turns quickly.
+    Between stations that are near to each other it is felt only where it goes to the other side; in runs, also where it turns
+    quickly.
     """
     n = len(own)
     if stations is FeltAt.SOME:
@@ -344,13 +345,12 @@ def _solids_between(
     turn = turned(np.diff(spin, append=spin[-1:]))
     turn_deg = np.degrees(np.abs(np.diff(np.nan_to_num(lean_rad), axis=0, append=0)).max(axis=1))
     turn_deg = np.maximum(turn_deg, np.degrees(np.abs(turn)))
-    if stations is FeltAt.FRAMES:
-        cos, ahead = (np.einsum("ij,ij->i", way, np.roll(way, -1, axis=0)) for way in (back, own.R[:, :, 0]))
-        swing_deg = np.where(ahead < CORNER_COS, np.degrees(np.arccos(np.clip(cos, -1.0, 1.0))), 0.0)
-        far = (step > BETWEEN_MM) | (swing_deg > QUICK_TURN_DEG)
+    far = np.zeros(n, dtype=bool) if stations is FeltAt.DENSE else step > BETWEEN_MM
+    if stations is FeltAt.RUN:
+        cos = np.einsum("ij,ij->i", back, np.roll(back, -1, axis=0))
+        swing_deg = np.degrees(np.arccos(np.clip(cos, -1.0, 1.0)))
+        far |= swing_deg > QUICK_TURN_DEG
         turn_deg = np.maximum(turn_deg, swing_deg)
-    else:
-        far = np.zeros(n, dtype=bool)
     rows = np.flatnonzero(joined & (far | (turn_deg > TO_OTHER_SIDE_DEG)) & ~are_steps_clear(graph, trimmed, leant))
     counts = np.ceil(np.maximum(step[rows] / BETWEEN_MM, turn_deg[rows] / TURN_STEP_DEG)).astype(int) - 1
     at = np.repeat(rows, counts)
