@@ -330,8 +330,8 @@ def _solids_between(
 ) -> IntArray:
     """Return the solid that the torch meets between each station and the next, -1 for none; shape (n,).
 
-    Between stations that are near to each other it is felt only where it goes to the other side; in runs, also where it turns
-    quickly.
+    Between stations that are near to each other it is felt only where it goes to the other side; in runs, also where
+    it turns quickly.
     """
     n = len(own)
     if stations is FeltAt.SOME:
