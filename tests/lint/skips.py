@@ -6,7 +6,7 @@ MOST_SKIPS = {
     "published controller files are not beside the repository": 11,
     "no disk can be mounted": 1,
     "the sample files of xMCF are not here": 2,
-    "rapidchecker is not installed": 3,
+    "rapidchecker is not installed": 4,
     "WPCAL_KRL_PARSER does not name a folder with krlParser.py": 2,
     "root writes into a folder that nobody may write to": 1,
 }
