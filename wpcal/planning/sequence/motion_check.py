@@ -59,7 +59,7 @@ class MotionChecker:
     def __init__(self, cell: OneRobotCell, clearance: OneRobotClearance) -> None:
         self.cell, self.clearance = cell, clearance
         self._per_axis = motion_per_axis(cell, clearance)
-        self.per_axis = self._per_axis.max(axis=0, initial=0.0)
+        self.per_axis: FloatArray = self._per_axis.max(axis=0, initial=0.0)
         self._free_mm = np.maximum(clearance.least_safety_mm, LEAST_FREE_MM)
 
     def motion_mm(self, a: FloatArray, b: FloatArray) -> FloatArray:
