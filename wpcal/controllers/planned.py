@@ -59,8 +59,10 @@ class PlannedMoves:
     about : tuple of str
         For a person to read in the header.
     follows : bool
-        Whether the positioner turns along a seam. Positions are then in the part that it carries: what a program calls
-        the base is the flange of the positioner.
+        Whether the positioner turns along a seam.
+    is_carried : bool
+        Whether positions are then in the part that it carries: what a program calls the base is the flange of the
+        positioner. Otherwise they are in the base of the robot, and the moves along such a seam are lines.
     """
 
     air: tuple[JointMoves, ...]
@@ -70,6 +72,7 @@ class PlannedMoves:
     joint_percent: float
     about: tuple[str, ...]
     follows: bool = False
+    is_carried: bool = True
 
     @property
     def axis_count(self) -> int:
