@@ -1,10 +1,18 @@
 """Touch sensing: searches of the torch towards the part, the plan of them, and what a controller stored."""
 
 from wpcal.searches.plan import Contact, Search, SearchKind, TouchPlan
-from wpcal.searches.results import Outcome, SearchResult, SearchResults
+from wpcal.searches.results import (
+    STORED_NUMBERS,
+    Outcome,
+    SearchResult,
+    SearchResults,
+    fingerprint_of,
+    halves_of,
+)
 from wpcal.searches.setup import TouchSetup
 
 __all__ = [
+    "STORED_NUMBERS",
     "Contact",
     "Outcome",
     "Search",
@@ -13,4 +21,6 @@ __all__ = [
     "SearchResults",
     "TouchPlan",
     "TouchSetup",
+    "fingerprint_of",
+    "halves_of",
 ]
