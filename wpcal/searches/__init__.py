@@ -1,6 +1,7 @@
 """Touch sensing: searches of the torch towards the part, the plan of them, and what a controller stored."""
 
-from wpcal.searches.plan import Contact, Search, SearchKind, TouchPlan
+from wpcal.searches.plan import Contact, SeamPrediction, Search, SearchKind, TouchPlan
+from wpcal.searches.record import plan_from_record, read_touch_plan, touches_csv, touches_record
 from wpcal.searches.results import (
     STORED_NUMBERS,
     Outcome,
@@ -15,6 +16,7 @@ __all__ = [
     "STORED_NUMBERS",
     "Contact",
     "Outcome",
+    "SeamPrediction",
     "Search",
     "SearchKind",
     "SearchResult",
@@ -23,4 +25,8 @@ __all__ = [
     "TouchSetup",
     "fingerprint_of",
     "halves_of",
+    "plan_from_record",
+    "read_touch_plan",
+    "touches_csv",
+    "touches_record",
 ]
