@@ -134,7 +134,7 @@ class Robot:
         self.T_base_flange, self.is_home = None, True
 
     def move(self, T_base_tool: Array, T_flange_tool: Array, *, is_line: bool = True) -> None:
-        """Go to a pose on a line, turning evenly: the part must not be in the way. Without a line only its end counts."""
+        """Go to a pose on a line, turning evenly. The part must not be in the way, without a line at its end only."""
         goal = T_base_tool @ inverse(T_flange_tool)
         start, self.T_base_flange = self.T_base_flange, goal
         self._stands_at_touch = False
