@@ -137,7 +137,7 @@ class TouchPost(Blocks):
     program: TouchProgram
 
     def sensing(self, *, on: bool, signal: str, enable: str) -> list[str]:
-        """Return what switches the sensing on before a search, or off after it.
+        """Return what switches the sensing on before a search, and waits until the signal is true, or off after it.
 
         Parameters
         ----------
@@ -145,7 +145,8 @@ class TouchPost(Blocks):
         signal, enable : str
             The input and the output as the language writes them; no output: empty.
         """
-        return self.lines("touch_on" if on else "touch_off", signal=signal, enable=enable)
+        hold_s = self.program.setup.hold_s
+        return self.lines("touch_on" if on else "touch_off", signal=signal, enable=enable, hold_s=hold_s)
 
 
 def describe_touches(program: TouchProgram, *, signal: str, results: Sequence[str]) -> list[str]:
@@ -192,7 +193,20 @@ def _in_words(search: Search) -> str:
     return f"{search.target}{of}, {search.contact.value} of the wire, {search.stroke_mm:.1f} mm along ({towards})"
 
 
-def number_of(text: str, *, default: int, what: str, language: str, most: int) -> int:
+def refuse_package(program: TouchProgram, language: str) -> None:
+    """Refuse a package in a language without one.
+
+    Raises
+    ------
+    InputError
+        For `with_package`.
+    """
+    if program.setup.with_package:
+        what = f"{language}: wpcal writes no searches of a touch-sensing package"
+        raise InputError(f"{what}: with_package = false in the touch setup")
+
+
+def number_of(text: str, *, default: int, what: str, language: str, most: int, least: int = 1) -> int:
     """Return the number of an input or output of a language that numbers them.
 
     Parameters
@@ -204,8 +218,8 @@ def number_of(text: str, *, default: int, what: str, language: str, most: int) -
     what : str
         The key, for the message.
     language : str
-    most : int
-        The largest number.
+    most, least : int
+        The largest and the smallest number.
 
     Raises
     ------
@@ -214,6 +228,6 @@ def number_of(text: str, *, default: int, what: str, language: str, most: int) -
     """
     if not text.strip():
         return default
-    if not text.strip().isascii() or not text.strip().isdigit() or not 1 <= int(text) <= most:
-        raise InputError(f"{what} = {text!r} of the touch setup: {language} numbers it: expected 1 to {most}")
+    if not text.strip().isascii() or not text.strip().isdigit() or not least <= int(text) <= most:
+        raise InputError(f"{what} = {text!r} of the touch setup: {language} numbers it: expected {least} to {most}")
     return int(text)

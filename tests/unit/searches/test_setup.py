@@ -23,7 +23,8 @@ def test_template_has_every_key_with_its_default_and_a_sentence(tmp_path: Path) 
         assert written == ({k.name: getattr(value, k.name) for k in fields(value)} if is_dataclass(value) else value)
     lines = setup_template().splitlines()
     top = [n for n, line in enumerate(lines) if " = " in line and not line.startswith("#")][: len(record) - 5]
-    assert all(lines[n - 1].startswith("# ") and lines[n - 1].endswith(".") for n in top)
+    assert all(lines[n - 1].startswith("# ") for n in top)
+    assert all(lines[n - 1].endswith(".") for n in top)
 
 
 @pytest.mark.parametrize(
@@ -48,7 +49,8 @@ def test_a_wrong_setup_is_one_line(tmp_path: Path, text: str, message: str) -> N
     file.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
         read_touch_setup(file)
-    assert message in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_a_signal_may_be_typed_as_a_number(tmp_path: Path) -> None:
