@@ -9,4 +9,5 @@ URSCRIPT = Controller(
     touch_writer="wpcal.controllers.ur.touch:write_touch_urscript",
     brands=("ur", "universal-robots"),
     takes_arcs=True,
+    takes_plans=True,
 )
