@@ -298,7 +298,14 @@ def unjudged_arcs(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
 
 
 def first_without_match(p: FloatArray, R: FloatArray, other_p: FloatArray, other_R: FloatArray) -> int | None:
-    """Return the first pose that none of other poses equals; None if each has one."""
+    """Return the first pose that none of other poses equals; None if each has one.
+
+    Parameters
+    ----------
+    p, other_p : ndarray, shapes (n, 3) and (m, 3)
+        In `base`, mm.
+    R, other_R : ndarray, shapes (n, 3, 3) and (m, 3, 3)
+    """
     if not np.isfinite(other_p).all() or not np.isfinite(p).all():
         return int(np.argmin(np.isfinite(p).all(axis=1)))
     near = KDTree(other_p).query_ball_point(p, SAME_MM)

@@ -164,7 +164,14 @@ def _joint_positions(program: WeldProgram, moves: JointMoves) -> list[str]:
 
 
 def joint_rows(joints: FloatArray, arm: Arm | None) -> tuple[str, list[list[str]]]:
-    """Return the kind of joint positions and their numbers: pulses if the arm has them for all joints, else degrees."""
+    """Return the kind of joint positions and their numbers: pulses if the arm has them for all joints, else degrees.
+
+    Parameters
+    ----------
+    joints : ndarray, shape (n, 6)
+        Shown angles, rad.
+    arm : Arm or None
+    """
     if arm is not None and all(joint.pulses_per_deg is not None for joint in arm.joints):
         return "PULSE", [[f"{v:.0f}" for v in row] for row in arm.pulses_from_angles(joints)]
     return "ANGLE", angle_texts(joints, DEG_DECIMALS)
