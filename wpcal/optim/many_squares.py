@@ -22,10 +22,31 @@ class ManySquares(Protocol):
     """Sums of squared residuals on a space of states; row k of the starts has the number k."""
 
     def evaluate(self, states: FloatArray, numbers: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the sums (m,), gradients JᵀWr (m, k) and normal matrices JᵀWJ (m, k, k) of states (m, ...)."""
+        """Evaluate states.
+
+        Parameters
+        ----------
+        states : ndarray, shape (m, ...)
+        numbers : ndarray of int, shape (m,)
+            The starts from which they come.
+
+        Returns
+        -------
+        sums : ndarray, shape (m,)
+        gradients : ndarray, shape (m, k)
+            JᵀWr.
+        normal_matrices : ndarray, shape (m, k, k)
+            JᵀWJ.
+        """
 
     def moved(self, states: FloatArray, steps: FloatArray) -> FloatArray:
-        """Return states (m, ...) moved by steps (m, k)."""
+        """Return states of shape (m, ...), moved by steps of shape (m, k).
+
+        Parameters
+        ----------
+        states : ndarray, shape (m, ...)
+        steps : ndarray, shape (m, k)
+        """
 
 
 def minimise_many_squares(

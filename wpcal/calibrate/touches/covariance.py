@@ -14,10 +14,9 @@ import math
 import numpy as np
 
 from wpcal.calibrate.criteria import Criterion
-from wpcal.calibrate.points.covariance import EXCESS_GOAL
 from wpcal.calibrate.touches.fit import Pose, fit_squares, scaled_jacobian
 from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.uncertainty import EXCESS_SAMPLES, USUAL_SIGMA_MM, Sigma, SigmaSource, TeachingError
+from wpcal.calibrate.uncertainty import EXCESS_GOAL, EXCESS_SAMPLES, USUAL_SIGMA_MM, Sigma, SigmaSource, TeachingError
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import translation_adjoint
 from wpcal.optim.least_largest import least_largest
