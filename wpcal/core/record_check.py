@@ -27,7 +27,7 @@ LARGEST_WHOLE = 2**64
 """Whole numbers: seeds have up to 64 bits."""
 MOST_LEVELS = 64
 """Lists and objects in one another, in a field that the schema does not know."""
-_ENTRY_WORDS = {"frames": "point"}
+_ENTRY_WORDS = {"frames": "point", "searches": "search"}
 """Names of list entries that are not the singular of the list's name: ``seams.csv`` counts points, too."""
 
 Where: TypeAlias = "tuple[Where, str | int] | None"
@@ -137,7 +137,7 @@ def _place(where: Where, record: Any) -> str:
         name = value.get("name") if isinstance(value, dict) else None
         word = _ENTRY_WORDS.get(field, field.removesuffix("s"))
         if isinstance(value, dict) and word != field and (field in _ENTRY_WORDS or (isinstance(name, str) and name)):
-            parts[-1] = parts[-1].removesuffix(field) + f"{word} {key if field in _ENTRY_WORDS else name}"
+            parts[-1] = parts[-1].removesuffix(field) + f"{word} {name if isinstance(name, str) and name else key}"
             parts.append("")
         else:
             parts[-1] += f"[{key}]"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections import Counter
 from dataclasses import dataclass
@@ -15,6 +16,10 @@ from wpcal.core.transform import RigidTransform
 
 SEARCH_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]{0,7}")
 """Names of searches: identifiers in every language of a controller, with room for a prefix of 8 characters."""
+UNIT_ATOL = 1e-4
+"""A normal in a file (four printed digits) may differ this much from a unit vector."""
+FINGERPRINT_DIGITS = 6
+"""Decimals of mm and degrees that count as the same plan: far below what a controller stores."""
 
 
 class Contact(StrEnum):
@@ -31,15 +36,16 @@ class SearchKind(StrEnum):
 
     PART = "part"
     POST = "post"
-    """A post at a known place in the base, which solves the stick-out."""
+    """A post at a known place in the base, which solves the stick-out: it does not move with the part."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Search:
     """One search: the way to its start, the straight move until contact, the way back.
 
-    All points are places of the tool centre point in `part`, mm; of a post in `base`. During the search the tool keeps
-    its orientation.
+    All points are places of the tool centre point in `part` where it stands as planned (the work object of the
+    program), mm; also those of a post, whose place in the base is `TouchPlan.T_base_part` times it. During the search
+    the tool keeps its orientation.
 
     Parameters
     ----------
@@ -59,7 +65,8 @@ class Search:
     R_part_tool : ndarray, shape (3, 3)
         Axes of the tool in `part` as columns; z leaves the wire tip.
     via : ndarray, shape (k, 3)
-        Points on the way from the search before (or from home) to `approach`; the tool may turn on it. Often empty.
+        Points on the way from the search before (or from home) to `approach`, often none. The moves between them are
+        linear, and the tool has the orientation of this search from the first of them on: it turns on the way to it.
     approach, start, end, retract : ndarray, shape (3,)
         The robot goes to `approach` in the air, to `start` on a line, searches to `end` on a line, and leaves to
         `retract` by way of `start`. The stroke is from `start` to `end`.
@@ -68,6 +75,8 @@ class Search:
         the direction.
     joints : ndarray, shape (3, axes), or None
         Shown angles of the arm at `approach`, `start` and `end`, rad; None if no arm is given.
+    via_joints : ndarray, shape (k, axes), or None
+        Shown angles at `via`, rad; None if no arm is given.
     kind : SearchKind
 
     Raises
@@ -91,11 +100,14 @@ class Search:
     retract: FloatArray
     covariance_part: FloatArray
     joints: FloatArray | None = None
+    via_joints: FloatArray | None = None
     kind: SearchKind = SearchKind.PART
 
     def __post_init__(self) -> None:
         if not SEARCH_NAME.fullmatch(self.name):
             raise InputError(f"search {self.name!r}: expected a letter and at most seven letters or digits")
+        if abs(float(np.linalg.norm(self.normal_part)) - 1.0) > UNIT_ATOL:
+            raise InputError(f"search {self.name}: its normal is not a unit vector")
         if not self.stroke_mm > 0.0:
             raise InputError(f"search {self.name}: its start and its end are the same point")
 
@@ -113,6 +125,25 @@ class Search:
     def planned(self) -> FloatArray:
         """The tool centre point at contact where the part stands as planned, shape (3,), mm."""
         return self.contact_part + self.radius_mm * self.normal_part
+
+
+@dataclass(frozen=True, slots=True)
+class SeamPrediction:
+    """What the touches of a plan promise for the seams.
+
+    Parameters
+    ----------
+    error_95_mm : float
+        Largest predicted 95 % error along the seams.
+    seam : str
+        The seam where it occurs.
+    by_seam_mm : tuple of (str, float)
+        The largest error of each seam.
+    """
+
+    error_95_mm: float
+    seam: str
+    by_seam_mm: tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,9 +165,11 @@ class TouchPlan:
         From the contact tip to the tool centre point.
     home_joints : ndarray, shape (axes,), or None
         Shown angles before the first search and after the last one, rad; None if no arm is given.
-    fingerprint : str
-        Eight hexadecimal digits of what the program depends on. The program stores it beside its results, so that
-        results of another plan are recognised.
+    robot : str
+        Name of the arm; empty if none is given.
+    predicted : SeamPrediction or None
+    notes : tuple of str
+        What a person should know of the plan.
 
     Raises
     ------
@@ -149,10 +182,41 @@ class TouchPlan:
     T_base_part: RigidTransform
     wire_mm: float
     stick_out_mm: float
-    home_joints: FloatArray | None
-    fingerprint: str
+    home_joints: FloatArray | None = None
+    robot: str = ""
+    predicted: SeamPrediction | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         twice = [name for name, n in Counter(search.name.upper() for search in self.searches).items() if n > 1]
         if twice:
             raise InputError(f"two searches are named {twice[0]}")
+
+    @property
+    def fingerprint(self) -> str:
+        """Eight hexadecimal digits of what the program depends on, the same after writing and reading.
+
+        The program stores them beside its results, so that results of another plan are recognised.
+        """
+        place = self.T_base_part.to_record()
+        numbers = [*place["xyz_mm"], *place["rpy_deg"], self.wire_mm, self.stick_out_mm]
+        for search in self.searches:
+            points = (search.contact_part, search.normal_part, search.start, search.end, search.R_part_tool)
+            numbers += [search.radius_mm, *(float(v) for each in points for v in each.ravel())]
+        rounded = np.round(numbers, FINGERPRINT_DIGITS) + 0.0
+        names = ",".join(f"{search.name}/{search.kind}" for search in self.searches)
+        text = f"{names} {' '.join(f'{v:.{FINGERPRINT_DIGITS}f}' for v in rounded)}"
+        return hashlib.sha256(text.encode()).hexdigest()[:8]
+
+    def search(self, name: str) -> Search:
+        """Return the search of a name; upper and lower case are one.
+
+        Raises
+        ------
+        InputError
+            When there is none.
+        """
+        for search in self.searches:
+            if search.name.upper() == name.upper():
+                return search
+        raise InputError(f"no search {name!r} in the plan; it has {', '.join(each.name for each in self.searches)}")
