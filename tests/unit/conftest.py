@@ -127,24 +127,25 @@ def plate(*others, sha256=None):
     return PartMesh((box_mesh("plate", (-20, -50, -10), (120, 50, 0)), *others), 0.01, 0.5, sha256)
 
 
+def write_finished_folder(
+    folder, T, *, verdict="PASS", names=("W1", "W2", "Kehlnaht Ü/3"), accepted=(True, False, True), spacing_mm=0.0
+):
+    """A folder like that of `wpcal calibrate`: an accepted seam, a candidate, and one with an awkward name."""
+    x = np.linspace(0.0, 100.0, 11)
+    R = np.broadcast_to(np.eye(3), (11, 3, 3))
+    lines = [np.stack([x, np.full(11, row * spacing_mm), np.zeros(11)], axis=1) for row in range(len(names))]
+    seams = [_seam(name, p, R, accepted=ok) for name, p, ok in zip(names, lines, accepted, strict=True)]
+    folder.mkdir()
+    record = seams_record(seams, T, [np.full(11, 0.2)] * len(seams))
+    (folder / "seams.json").write_text(to_json(record), encoding="utf-8")
+    kept = json.loads((TEE_GOLDEN / "calibration.json").read_text(encoding="utf-8"))
+    calibration = {**kept, "verdict": verdict, "tolerance_mm": 0.5, "T_base_part": T.matrix.tolist()}
+    (folder / "calibration.json").write_text(json.dumps(calibration), encoding="utf-8")
+    (folder / "part.glb").write_bytes(write_part_glb(plate(sha256=kept["inputs"]["part"]["sha256"])))
+    return folder
+
+
 @pytest.fixture
 def finished_folder(tmp_path, random_place):
-    """A folder like that of `wpcal calibrate`: an accepted seam, a candidate, and one with an awkward name."""
-
-    def make(*, verdict="PASS", names=("W1", "W2", "Kehlnaht Ü/3"), accepted=(True, False, True)):
-        T = random_place(7)
-        x = np.linspace(0.0, 100.0, 11)
-        p = np.stack([x, np.zeros(11), np.zeros(11)], axis=1)
-        R = np.broadcast_to(np.eye(3), (11, 3, 3))
-        seams = [_seam(name, p, R, accepted=ok) for name, ok in zip(names, accepted, strict=True)]
-        folder = tmp_path / "calibrated"
-        folder.mkdir()
-        record = seams_record(seams, T, [np.full(11, 0.2)] * len(seams))
-        (folder / "seams.json").write_text(to_json(record), encoding="utf-8")
-        kept = json.loads((TEE_GOLDEN / "calibration.json").read_text(encoding="utf-8"))
-        calibration = {**kept, "verdict": verdict, "tolerance_mm": 0.5, "T_base_part": T.matrix.tolist()}
-        (folder / "calibration.json").write_text(json.dumps(calibration), encoding="utf-8")
-        (folder / "part.glb").write_bytes(write_part_glb(plate(sha256=kept["inputs"]["part"]["sha256"])))
-        return folder
-
-    return make
+    """A function that writes such a folder, its part at a random place."""
+    return lambda **settings: write_finished_folder(tmp_path / "calibrated", random_place(7), **settings)

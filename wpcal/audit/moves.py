@@ -42,6 +42,7 @@ _FANUC_MOVE = re.compile(
 )
 _INFORM_MOVE = re.compile(r"^MOV(?P<kind>[JLC])[ \t]++(?P<a>[CP]\d++)", re.MULTILINE)
 _VAL3_MOVE = re.compile(r"\bmove(?P<kind>[jlc])\(\s*+(?P<a>\w++\[\w++\])\s*+,\s*+(?:(?P<b>\w++\[\w++\])\s*+,)?")
+_UR_JOINTS = re.compile(r"\bmovej\(\s*+\[")
 _AS_MOVE = re.compile(
     r"^[ \t]*+(?:(?P<kind>[LJ])(?:MOVE|W[SCE])|C(?P<place>[12])(?:MOVE|WC))[ \t]++(?P<a>[\w.]++)",
     re.MULTILINE | re.IGNORECASE,
@@ -124,8 +125,12 @@ def _kawasaki(text: str) -> Iterator[Step]:
 
 
 def _urscript(text: str) -> Iterator[Step]:
-    middle = ""
+    """Yield the moves; one to joints leads from where no pose is known."""
+    middle, done = "", 0
     for number, match in enumerate(UR_MOVE.finditer(text), 1):
+        if _UR_JOINTS.search(text, done, match.start()):
+            yield "", "joints"
+        done = match.end()
         name, kind = f"move {number}", match[0][4:5] if match[0].startswith("move") else ""
         if kind == "c":
             middle = name

@@ -18,7 +18,7 @@ from wpcal.core.errors import WpcalError
 from wpcal.core.input_file import read_bytes
 
 CHECKED = (
-    "of two robots: the same marks in both, moves of both, what they name, arc; "
+    "of two robots, or of a robot and its positioner: the same marks in both, moves of both, what they name, arc; "
     "NOT compared with the part or with the reach of an arm"
 )
 HELD = "the part in the hand of robot 2"
@@ -134,6 +134,8 @@ def _fanuc(lines: list[str], _path: Path) -> Iterator[Fault]:
     split = next((row for row, line in enumerate(lines) if line.startswith("/POS")), len(lines))
     found = re.findall(r"^P\[(\d+)[^\]]*\]\{(.*?)\};", "\n".join(lines[split:]), re.MULTILINE | re.DOTALL)
     groups = {name: ("GP1:" in block, "GP2:" in block) for name, block in found}
+    leader = {name: block.partition("GP2:")[2].split() for name, block in found}
+    before: str | None = None
     for number, line in enumerate(lines[:split], 1):
         match = re.match(r"\s*\d+:\s*([JLC]) P\[(\d+)", line)
         if match is None:
@@ -142,7 +144,8 @@ def _fanuc(lines: list[str], _path: Path) -> Iterator[Fault]:
             yield Fault(f"there is no position P[{match[2]}]", number)
         elif not all(groups[match[2]]):
             yield Fault(f"P[{match[2]}] does not hold both groups", number)
-        if match[1] == "L" and "COORD" not in line:
+        rests, before = before is not None and leader.get(before) == leader.get(match[2]), match[2]
+        if match[1] == "L" and "COORD" not in line and not rests:
             yield Fault("a move of both groups without COORD: the torch would not follow the part", number)
 
 

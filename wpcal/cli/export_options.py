@@ -57,6 +57,10 @@ class SelectionFlags:
         if self.only is not None and self.everything:
             raise InputError("give either --only or --all")
 
+    def words(self) -> list[str]:
+        """Return the options as they are typed."""
+        return [*([] if self.only is None else ["--only", self.only]), *(["--all"] if self.everything else [])]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionFlags:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -202,14 +202,18 @@ def _programs(
     from wpcal.controllers.planned_program import build_planned_program
     from wpcal.core.errors import FormatError, InputError
 
+    seams = {each.name: each for each in given.seams}
     try:
-        program = build_planned_program(sequence, {each.name: each for each in given.seams}, made)
+        carried = build_planned_program(sequence, seams, made)
     except InputError as error:
         return {}, {each.name: str(error) for each in writers}
     files: dict[str, Mapping[str, str | bytes]] = {}
     refused: dict[str, str] = {}
     for each in writers:
+        program = carried
         try:
+            if carried.planned is not None and carried.planned.follows and not each.coordinates_arcs:
+                program = build_planned_program(sequence, seams, replace(made, is_carried=False))
             files[each.name] = each.write(program)
             check_written(files[each.name], program, name=each.name)
         except FormatError:

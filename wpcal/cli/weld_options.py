@@ -44,6 +44,10 @@ class WeldRuleFlags:
 
         return shipped_rules() if self.weld_rules is None else read_rules(self.weld_rules)
 
+    def words(self) -> list[str]:
+        """Return the options as they are typed."""
+        return [] if self.weld_rules is None else ["--weld-rules", str(self.weld_rules)]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArcFlags:

@@ -2,18 +2,86 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from wpcal.cli.export_options import SelectionFlags
-from wpcal.cli.option_groups import takes
-from wpcal.cli.shared_help import JSON_HELP, XMCF_HELP
+from wpcal.cli.option_groups import option, takes
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, XMCF_HELP
 from wpcal.cli.weld_options import WeldRuleFlags
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wpcal.results.folder import FinishedCalibration
     from wpcal.weld.find import FoundWelds
+    from wpcal.weld.record import StatedWeld
+    from wpcal.weld.rules import RuleTable
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatingFlags:
+    """What states values of welds, beside the rules."""
+
+    values: Path | None = option(
+        "--values",
+        metavar="FILE",
+        type=click.Path(path_type=Path),
+        help="Take the values that FILE states: of the page (--html), or any WELDS.json. All others of -o stay.",
+    )
+    settings: tuple[str, ...] = option(
+        "--set",
+        multiple=True,
+        metavar="SEAMS:NAME=VALUE",
+        help="State a value, for example W1-W4:leg_mm=5; an empty VALUE gives it back to the rules. Repeatable.",
+    )
+    xmcf: Path | None = option(
+        "--xmcf",
+        metavar="WELDS.xml",
+        type=click.Path(path_type=Path),
+        help=f"{XMCF_HELP}: size, thickness, gap, angle and stitches are taken.",
+    )
+
+    def read(self, output: Path | None, table: RuleTable, finished: FinishedCalibration) -> Stated:
+        """Return what is stated: by the file that is written again, by FILE, by options, by an xMCF file.
+
+        Raises
+        ------
+        InputError
+            When a file or an option cannot be used.
+        """
+        from wpcal.weld.find import seam_places
+        from wpcal.weld.merge import merge_stated
+        from wpcal.weld.record import read_stated_welds
+        from wpcal.weld.set_values import set_values
+        from wpcal.weld.xmcf.match import match_xmcf, with_files
+        from wpcal.weld.xmcf.read import read_xmcf
+
+        sources = [str(path) for path in (self.values, output) if path is not None and path.exists()]
+        stated = read_stated_welds(output, table) if output is not None and output.exists() else ()
+        notes: tuple[str, ...] = ()
+        if self.values is not None:
+            new = read_stated_welds(self.values, table)
+            stated, notes = merge_stated(stated, new, seam_places(finished.seams, finished.T_base_part))
+        stated = set_values(stated, self.settings, [seam.name for seam in finished.seams])
+        if self.xmcf is not None:
+            T_part_base = finished.T_base_part.inverse()
+            taken = match_xmcf(finished.seams, read_xmcf(self.xmcf), T_part_base, file=self.xmcf.name)
+            stated = with_files(stated, taken.stated)
+            notes = (*notes, *taken.notes)
+        return Stated(tuple(stated), notes, sources[0] if sources else "--set")
+
+
+@dataclass(frozen=True, slots=True)
+class Stated:
+    """What people and files state: the welds, what is worth telling, and the file that messages name."""
+
+    welds: tuple[StatedWeld, ...]
+    notes: tuple[str, ...]
+    source: str
 
 
 @click.command()
@@ -28,18 +96,12 @@ if TYPE_CHECKING:
 )
 @takes("selection", SelectionFlags)
 @takes("rules", WeldRuleFlags)
+@takes("stating", StatingFlags)
 @click.option(
-    "--set",
-    "settings",
-    multiple=True,
-    metavar="SEAMS:NAME=VALUE",
-    help="State a value, for example W1-W4:leg_mm=5; an empty VALUE gives it back to the rules. Repeatable.",
-)
-@click.option(
-    "--xmcf",
-    metavar="WELDS.xml",
+    "--html",
+    metavar="FILE",
     type=click.Path(path_type=Path),
-    help=f"{XMCF_HELP}: size, thickness, gap, angle and stitches are taken.",
+    help="Write a page: the part, its seams and all values, which you edit there.",
 )
 @click.option(
     "--write-xmcf",
@@ -53,6 +115,7 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     help="Also write the table of rules of wpcal, to be changed and used with --weld-rules.",
 )
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the page, and the files of --write-xmcf and --write-rules.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record.")
 def welds(
     *,
@@ -60,64 +123,54 @@ def welds(
     output: Path | None,
     selection: SelectionFlags,
     rules: WeldRuleFlags,
-    settings: tuple[str, ...],
-    xmcf: Path | None,
+    stating: StatingFlags,
+    html: Path | None,
     write_xmcf: Path | None,
     write_rules: Path | None,
+    force: bool,
     as_json: bool,
 ) -> int:
     """Find the weld data of every seam in DIR (calibration.json, seams.json).
 
-    Values come from rules by joint, thickness and position. Change them in WELDS.json and run the command again: what
-    you changed is kept, and what follows from it (passes, speed) is computed anew. `wpcal export --welds` uses it.
+    Values come from rules by joint, thickness and position. Change them in the page (--html) or in WELDS.json and run
+    the command again: what you changed is kept, and what follows from it (passes, speed) is computed anew.
+    `wpcal export --welds` uses it.
     """
     from wpcal.cli.outputs import require_new
     from wpcal.core.records import to_json, write_file
     from wpcal.core.robot_space import RobotSpace
     from wpcal.results.folder import SEAMS_FILE, read_finished, read_record
-    from wpcal.weld.find import find_welds
-    from wpcal.weld.record import read_stated_welds, welds_record
+    from wpcal.weld.record import welds_record
     from wpcal.weld.rules import shipped_text
-    from wpcal.weld.set_values import set_values
-    from wpcal.weld.xmcf.match import match_xmcf, with_files
-    from wpcal.weld.xmcf.read import read_xmcf
     from wpcal.weld.xmcf.write import xmcf_text
 
-    for new in (write_rules, write_xmcf):
+    for new in (write_rules, write_xmcf, html):
         if new is not None:
-            require_new(new, overwrite=False)
+            require_new(new, overwrite=force)
     selection.require_one()
     table = rules.read()
     space = RobotSpace.parse(read_record(folder, SEAMS_FILE)["robot_space"])  # no pose is computed here
     finished = read_finished(folder, space=space)
-    stated = read_stated_welds(output, table) if output is not None and output.exists() else ()
-    names = [seam.name for seam in finished.seams]
-    stated = set_values(stated, settings, names)
-    T_part_base = finished.T_base_part.inverse()
-    taken = None
-    if xmcf is not None:
-        taken = match_xmcf(finished.seams, read_xmcf(xmcf), T_part_base, file=xmcf.name)
-        stated = with_files(stated, taken.stated)
+    stated = stating.read(output, table, finished)
     chosen = selection.select(finished)
-    found = find_welds(
-        finished.seams,
-        finished.T_base_part,
-        table,
-        part_glb=finished.part_glb,
-        stated=stated,
-        names={seam.name for seam in chosen.seams},
-        stated_in=str(output) if output is not None and output.exists() else "--set",
-    )
+    found = _find(finished, chosen, table, stated.welds, source=stated.source)
     record = welds_record(found.welds, (*found.left, *found.not_chosen), table)
+    page = None
+    if html is not None:
+        command = ["wpcal", "welds", str(folder), "-o", str(output or "welds.json"), *rules.words(), *selection.words()]
+        plain = _find(finished, chosen, table, [replace(one, user={}) for one in stated.welds], source=stated.source)
+        page = _page(folder, record, welds_record(plain.welds, (), table), chosen, command)
     if output is not None:
         write_file(output, to_json(record), overwrite=True)
+    if page is not None and html is not None:
+        write_file(html, page.encode("utf-8"), overwrite=force)
     if write_rules is not None:
-        write_file(write_rules, shipped_text(), overwrite=False)
+        write_file(write_rules, shipped_text(), overwrite=force)
     if write_xmcf is not None:
-        write_file(write_xmcf, xmcf_text(chosen.seams, T_part_base, found.by_seam()), overwrite=False)
-    notes = [*found.notes, *(() if taken is None else taken.notes)]
+        text = xmcf_text(chosen.seams, finished.T_base_part.inverse(), found.by_seam())
+        write_file(write_xmcf, text, overwrite=force)
     what = "is not accepted or not chosen; its values are kept under without_seam"
-    notes += [f"{one.name} {what}" for one in found.not_chosen]
+    notes = [*found.notes, *stated.notes, *(f"{one.name} {what}" for one in found.not_chosen)]
     if as_json:
         click.echo(to_json({**record, "notes": notes}), nl=False)
     else:
@@ -125,6 +178,43 @@ def welds(
     for note in notes:
         click.echo(f"wpcal: {note}", err=True)
     return 0
+
+
+def _find(
+    finished: FinishedCalibration,
+    chosen: FinishedCalibration,
+    table: RuleTable,
+    stated: Sequence[StatedWeld],
+    *,
+    source: str,
+) -> FoundWelds:
+    from wpcal.weld.find import find_welds
+
+    return find_welds(
+        finished.seams,
+        finished.T_base_part,
+        table,
+        part_glb=finished.part_glb,
+        stated=stated,
+        names={seam.name for seam in chosen.seams},
+        stated_in=source,
+    )
+
+
+def _page(
+    folder: Path, record: dict[str, Any], plain: dict[str, Any], chosen: FinishedCalibration, command: list[str]
+) -> str:
+    from wpcal.pages.welds import build_welds_page
+
+    return build_welds_page(
+        record,
+        plain,
+        chosen.seams,
+        chosen.T_base_part,
+        part_glb=chosen.part_glb,
+        folder=folder.name or str(folder),
+        command=command,
+    )
 
 
 def _show(found: FoundWelds) -> None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 
 
@@ -58,8 +59,10 @@ class PlannedMoves:
     about : tuple of str
         For a person to read in the header.
     follows : bool
-        Whether the positioner turns along a seam. Positions are then in the part that it carries: what a program calls
-        the base is the flange of the positioner.
+        Whether the positioner turns along a seam.
+    is_carried : bool
+        Whether positions are then in the part that it carries: what a program calls the base is the flange of the
+        positioner. Otherwise they are in the base of the robot, and the moves along such a seam are lines.
     """
 
     air: tuple[JointMoves, ...]
@@ -69,6 +72,7 @@ class PlannedMoves:
     joint_percent: float
     about: tuple[str, ...]
     follows: bool = False
+    is_carried: bool = True
 
     @property
     def axis_count(self) -> int:
@@ -81,6 +85,28 @@ class PlannedMoves:
         for moves in self.air:
             yield moves, tuple(range(last + 1, last + len(moves) + 1))
             last += len(moves)
+
+    def standing_axes(self, language: str) -> list[str]:
+        """Return what a header says about external axes that stand still, for a language that has none.
+
+        Raises
+        ------
+        InputError
+            When one of them moves.
+        """
+        names = [name for name in (self.rail, *self.turning) if name]
+        if not names:
+            return []
+        external = np.concatenate([moves.external for moves in self.air])
+        if np.ptp(external, axis=0).any() or self.follows:
+            raise InputError(
+                f"{language}: this plan moves {', '.join(names)}, and programs in {language} move the arm only; write "
+                "another language, or plan with the part fixed"
+            )
+        (values,) = self.external_texts(external[:1], 4)
+        units = ["mm" if name == self.rail else "deg" for name in names]
+        places = ", ".join(f"{name} at {v} {unit}" for name, v, unit in zip(names, values, units, strict=True))
+        return [f"this program does not move {', '.join(names)}: bring before {places}"]
 
     def external_texts(self, external: FloatArray, decimals: int) -> list[list[str]]:
         """Return external axes of shape (n, e) as texts: a rail in mm, and degrees."""

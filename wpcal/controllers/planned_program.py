@@ -16,13 +16,14 @@ from wpcal.controllers.arc_settings import ArcSettings
 from wpcal.controllers.describe import UNCHECKED
 from wpcal.controllers.planned import JointMoves, PlannedMoves
 from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldPath, WeldProgram
-from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.moves import MovePath, PathTolerance, fit_moves
 from wpcal.moves.fit import USUAL_TOLERANCE
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.sequence_input import PlannedSeam
 from wpcal.planning.sequence.sequence_record import checked_text
 from wpcal.planning.sequence.weld_sequence import AIR_SHARE, WeldPiece, WeldSequence
@@ -48,6 +49,9 @@ class PlanOutput:
         The record of ``calibration.json``; empty without a calibration.
     has_part : bool
         Whether the moves were compared with the part.
+    is_carried : bool
+        Where the positioner turns along a seam: whether positions are in the part that it carries, and moves may be
+        arcs (`PlannedMoves.is_carried`).
     """
 
     tolerance: PathTolerance | None = USUAL_TOLERANCE
@@ -55,6 +59,7 @@ class PlanOutput:
     arc: ArcSettings | None = None
     calibration: Mapping[str, Any] = field(default_factory=dict)
     has_part: bool = True
+    is_carried: bool = True
 
 
 def build_planned_program(
@@ -81,12 +86,12 @@ def build_planned_program(
     turning = cell.axis_names[cell.first_turning :]
     controller = replace(output.controller, frame_number=WITHOUT_FRAME) if turning else output.controller
     follows = any(np.ptp(piece.candidate.q[:, cell.first_turning :], axis=0).any() for piece in sequence.pieces)
-    frame = _Frame(cell, follows=follows)
+    frame = _Frame(cell, follows=follows, is_carried=output.is_carried)
     paths = tuple(_path(sequence, piece, seams[piece.candidate.task.name], output, frame) for piece in sequence.pieces)
     air = tuple(JointMoves(*_split(path.q if row == 0 else path.q[1:])) for row, path in enumerate(sequence.air))
     rail = None if cell.rail_axis is None else cell.axis_names[cell.rail_axis]
     about = _about(sequence, rail)
-    planned = PlannedMoves(air, rail, turning, cell.T_flange_tool, 100.0 * AIR_SHARE, about, follows)
+    planned = PlannedMoves(air, rail, turning, cell.T_flange_tool, 100.0 * AIR_SHARE, about, follows, output.is_carried)
     targets = sequence.targets
     motion = MotionSettings(targets.approach_mm, targets.approach_mm, targets.speed_mm_s, targets.air_speed_mm_s)
     checked = [f"checked against collision: all moves between home and home: {checked_text(sequence)}"]
@@ -126,25 +131,40 @@ def _split(q: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 class _Frame:
-    """What a program calls the base: that with a rail at 0 mm, or the flange of a positioner that turns in welds."""
+    """In what lines and arcs are found: the base with a rail at 0 mm, or the flange of a positioner that turns.
 
-    def __init__(self, cell: OneRobotCell, *, follows: bool) -> None:
-        self.cell, self.follows = cell, follows
+    A program calls it the base. If its positions are not carried, they are brought into the base of the robot.
+    """
+
+    def __init__(self, cell: OneRobotCell, *, follows: bool, is_carried: bool) -> None:
+        self.cell, self.follows, self.is_carried = cell, follows, is_carried
+
+    @property
+    def has_arcs(self) -> bool:
+        """Whether moves may be arcs."""
+        return self.is_carried or not self.follows
 
     def places(self, q: FloatArray) -> FloatArray:
         """Return its place in `world` for axes (n, k); shape (n, 4, 4), mm."""
         if self.follows:
             return self.cell.carrier_places(q)
+        return self._base(q)
+
+    def _base(self, q: FloatArray) -> FloatArray:
         still = q.copy()
         if self.cell.rail_axis is not None:
             still[:, self.cell.rail_axis] = 0.0
         return self.cell.base_places(still)
 
+    def written(self, T: FloatArray, q: FloatArray) -> FloatArray:
+        """Return poses (n, 4, 4) as positions of a program, for axes (n, k)."""
+        return T if self.has_arcs else np.linalg.inv(self._base(q)) @ self.places(q) @ T
+
     @property
     def T_base_part(self) -> RigidTransform:
         """The frame in which positions are written, in this base."""
         turns = self.cell.positioner is not None
-        if turns and not self.follows:
+        if turns and not (self.follows and self.is_carried):
             return RigidTransform.identity(target="base", source="part")
         home = self.cell.home[None]
         T = np.linalg.inv(self.places(home)[0]) @ self.cell.part_places(home)[0]
@@ -163,7 +183,7 @@ def _path(sequence: WeldSequence, piece: WeldPiece, of: PlannedSeam, output: Pla
     rows = np.flatnonzero(own_point)  # between them the planned points are on chords, the seam is not
     is_woven = of.run is not None and of.run.is_woven
     tolerance = None if is_woven else output.tolerance  # a line to every point of a weave
-    moves = _moves(T_tool[rows], R_seam[rows], task.s_mm[rows], task.more_wire_mm, tolerance)
+    moves = _moves(T_tool[rows], R_seam[rows], task, rows, tolerance, arcs=frame.has_arcs)
     if moves is None:
         T, joints = T_tool[rows], q[rows]
     else:
@@ -175,7 +195,9 @@ def _path(sequence: WeldSequence, piece: WeldPiece, of: PlannedSeam, output: Pla
     ends = piece.states[[0, -1]]
     T_ends = np.linalg.inv(frame.places(ends)) @ cell.tool_places(ends)
     T = np.concatenate([T_ends[:1], T, T_ends[1:]])
-    angles, external = _split(np.concatenate([ends[:1], joints, ends[1:]]))
+    axes = np.concatenate([ends[:1], joints, ends[1:]])
+    T = frame.written(T, axes)
+    angles, external = _split(axes)
     own = of.seam.frames
     frames = SeamFrames(task.s_mm - task.s_mm[0], p_seam, R_seam, np.interp(task.s_mm, own.s_mm, own.angle_rad), "base")
     seam = replace(
@@ -196,17 +218,24 @@ def _path(sequence: WeldSequence, piece: WeldPiece, of: PlannedSeam, output: Pla
 
 
 def _moves(
-    T_tool: FloatArray, R_seam: FloatArray, s_mm: FloatArray, standoff_mm: float, tolerance: PathTolerance | None
+    T_tool: FloatArray,
+    R_seam: FloatArray,
+    task: SeamTask,
+    rows: IntArray,
+    tolerance: PathTolerance | None,
+    *,
+    arcs: bool,
 ) -> MovePath | None:
     if tolerance is None:
         return None
     return fit_moves(
         T_tool[:, :3, 3],
         T_tool[:, :3, :3],
-        s_mm=s_mm,
+        s_mm=task.s_mm[rows],
         headings=R_seam[:, :, 0],
-        standoff_mm=standoff_mm,
+        standoff_mm=task.more_wire_mm,
         tolerance=tolerance,
+        arcs=arcs,
         spin_is_free=False,
     )
 

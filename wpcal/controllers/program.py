@@ -151,6 +151,11 @@ class WeldPath:
         return any(isinstance(move, Arc) for move in self.weld_moves)
 
     @property
+    def turns_along(self) -> bool:
+        """Whether external axes move along the seam."""
+        return self.external is not None and bool(np.ptp(self.external[self.weld_rows], axis=0).any())
+
+    @property
     def weld_moves(self) -> tuple[Move, ...]:
         """The moves along the seam; their rows are counted from its first pose, which is row 0."""
         return tuple(map(Line, range(1, self.weld_count))) if self.moves is None else self.moves.moves

@@ -105,6 +105,10 @@ class Controller:
         InputError
             When the language cannot hold the program.
         """
+        planned = program.planned
+        if planned is not None and planned.follows and planned.is_carried != self.coordinates_arcs:
+            where = "the part that the positioner carries" if self.coordinates_arcs else "the base of the robot"
+            raise InputError(f"{self.name}: the positioner turns along a seam: positions are expected in {where}")
         write: Callable[[WeldProgram], Mapping[str, str | bytes]] = self._load(self.writer)
         return write(program)
 

@@ -121,6 +121,8 @@ class JobLanguage:
     configuration : ConfigurationRule
     plans_in_joints : bool
         Whether the positions of a plan are joints, which need neither a user frame nor a configuration.
+    coordinated : str
+        What the controller needs where the positioner turns along a seam, for the comment.
     """
 
     names: NameRules
@@ -132,6 +134,7 @@ class JobLanguage:
     frame_keys: tuple[str, str, str, str, str, str]
     rotation: str
     configuration: ConfigurationRule
+    coordinated: str
     plans_in_joints: bool = False
 
     def is_in_joints(self, program: WeldProgram) -> bool:
@@ -168,11 +171,6 @@ def write_jobs(
     InputError
         When the configuration is not one of this language, or a job cannot be written.
     """
-    if program.planned is not None and program.planned.follows:
-        raise InputError(
-            f"{language.names.language}: the positioner turns along a seam; programs of coordinated groups are written "
-            "in RAPID and KRL only; plan with --position any to weld with the positioner at rest"
-        )
     for poses in () if language.is_in_joints(program) else program.groups:
         language.configuration.texts(program, poses)  # refused before anything else
     main = safe_name(program.controller.program_name, language.names).upper()
@@ -193,12 +191,14 @@ def write_jobs(
 def _comments(
     program: WeldProgram, language: JobLanguage, names: dict[str, str], T_base_frame: RigidTransform
 ) -> list[str]:
+    planned = program.planned
     frame = ["positions are joints, deg"]
     if not language.is_in_joints(program):
         frame = [*_frame(program, language, T_base_frame), language.configuration.origin(program)]
     return [
         *describe(program),
         *frame,
+        *([language.coordinated] if planned is not None and planned.follows else []),
         f"seam -> {language.job_word} here",
         *(f" {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
     ]

@@ -2,10 +2,18 @@
 
 from wpcal.searches.plan import Contact, SeamPrediction, Search, SearchKind, TouchPlan
 from wpcal.searches.record import plan_from_record, read_touch_plan, touches_csv, touches_record
-from wpcal.searches.results import Outcome, SearchResult, SearchResults
+from wpcal.searches.results import (
+    STORED_NUMBERS,
+    Outcome,
+    SearchResult,
+    SearchResults,
+    fingerprint_of,
+    halves_of,
+)
 from wpcal.searches.setup import TouchSetup
 
 __all__ = [
+    "STORED_NUMBERS",
     "Contact",
     "Outcome",
     "SeamPrediction",
@@ -15,6 +23,8 @@ __all__ = [
     "SearchResults",
     "TouchPlan",
     "TouchSetup",
+    "fingerprint_of",
+    "halves_of",
     "plan_from_record",
     "read_touch_plan",
     "touches_csv",

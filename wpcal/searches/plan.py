@@ -65,7 +65,8 @@ class Search:
     R_part_tool : ndarray, shape (3, 3)
         Axes of the tool in `part` as columns; z leaves the wire tip.
     via : ndarray, shape (k, 3)
-        Points on the way from the search before (or from home) to `approach`; the tool may turn on it. Often empty.
+        Points on the way from the search before (or from home) to `approach`, often none. The moves between them are
+        linear, and the tool has the orientation of this search from the first of them on: it turns on the way to it.
     approach, start, end, retract : ndarray, shape (3,)
         The robot goes to `approach` in the air, to `start` on a line, searches to `end` on a line, and leaves to
         `retract` by way of `start`. The stroke is from `start` to `end`.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
 
 
 class Outcome(StrEnum):
@@ -17,6 +18,30 @@ class Outcome(StrEnum):
     NOT_RUN = "not run"
     ACTIVE_AT_START = "active at start"
     """The touch signal was already on."""
+
+
+STORED_NUMBERS = {Outcome.NOT_RUN: 0, Outcome.FOUND: 1, Outcome.MISSED: 2, Outcome.ACTIVE_AT_START: 3}
+"""What programs store for an outcome, in every language with numbers (docs/reference/touch-results.md)."""
+HALF = 4
+"""Digits of half a fingerprint."""
+
+
+def halves_of(fingerprint: str) -> tuple[int, int]:
+    """Return the first and the last four hexadecimal digits as numbers, for languages without text variables."""
+    return int(fingerprint[:HALF], 16), int(fingerprint[HALF:], 16)
+
+
+def fingerprint_of(first: int, last: int) -> str:
+    """Return the fingerprint of two stored numbers; the inverse of `halves_of`.
+
+    Raises
+    ------
+    InputError
+        When a number has more than four hexadecimal digits, or is negative.
+    """
+    if not (0 <= first < 16**HALF and 0 <= last < 16**HALF):
+        raise InputError(f"expected two numbers from 0 to 65535 as fingerprint, got {first} and {last}")
+    return f"{first:04x}{last:04x}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

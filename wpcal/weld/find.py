@@ -91,7 +91,7 @@ def find_welds(
     InputError
         If a weld that was written by hand names a seam that is not there, or values contradict each other.
     """
-    places = [(seam.name, place_of(seam, T_base_part.inverse())) for seam in seams]
+    places = seam_places(seams, T_base_part)
     known = {name for name, _ in places}
     unknown = [one.name for one in stated if one.place is None and one.name not in known]
     if unknown:
@@ -126,6 +126,11 @@ def find_welds(
         if weld.values.weld is WeldKind.SQUARE and weld.origins["weld"].source is Source.MODEL
     ]
     return FoundWelds(tuple(welds), tuple(notes), left, tuple(not_chosen))
+
+
+def seam_places(seams: Sequence[Seam], T_base_part: RigidTransform) -> list[tuple[str, Place]]:
+    """Return the name and the place in `part` of every seam, whose frames are in `base`."""
+    return [(seam.name, place_of(seam, T_base_part.inverse())) for seam in seams]
 
 
 def _weld(

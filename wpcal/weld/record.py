@@ -40,12 +40,15 @@ class StatedWeld:
         Names of values and values as JSON holds them; null for none.
     files : mapping
         Values that another file stated, with its name.
+    given_back : tuple of str
+        Names of values that go back to the rules, for `wpcal.weld.merge`.
     """
 
     name: str
     place: Place | None
     user: Mapping[str, Any]
     files: Mapping[str, tuple[Any, str]] = field(default_factory=dict)
+    given_back: tuple[str, ...] = ()
 
 
 def welds_record(welds: Sequence[SeamWeld], left: Sequence[StatedWeld], rules: RuleTable) -> dict[str, Any]:
@@ -142,11 +145,13 @@ def read_stated_welds(path: Path, rules: RuleTable) -> tuple[StatedWeld, ...]:
         if name is None:
             raise FormatError(f"welds[{number}]: lacks the name of a seam", path=str(path))
         try:
-            refuse_unknown(entry.get("values", {}), VALUE_NAMES, what=f"weld {name}")
+            named = {**entry.get("values", {}), **dict.fromkeys(entry.get("given_back", ()))}
+            refuse_unknown(named, VALUE_NAMES, what=f"weld {name}")
         except InputError as error:
             raise FormatError(str(error), path=str(path)) from None
         place = _place(entry.get("place"), name, path=str(path))
-        found.append(StatedWeld(name, place, _stated_by_user(entry), _stated_by_files(entry)))
+        given_back = tuple(entry.get("given_back", ()))
+        found.append(StatedWeld(name, place, _stated_by_user(entry), _stated_by_files(entry), given_back))
     for entry in record.get("welds", []):
         if entry["name"] in seen:
             raise FormatError(f"two welds are for seam {entry['name']}; expected one", path=str(path))

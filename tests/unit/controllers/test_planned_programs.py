@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.one_robot_cells import TEE, fixed_cell, pipe_ring, with_positioner, write_cell
 from wpcal.audit.programs import check_written
+from wpcal.audit.two_robots import is_of_two_robots, two_robot_faults
 from wpcal.controllers.arc_settings import ArcSettings
 from wpcal.controllers.describe import describe
 from wpcal.controllers.planned_program import PlanOutput, build_planned_program
@@ -65,12 +67,15 @@ def program_of(sequence, given, **more):
     return build_planned_program(sequence, {each.name: each for each in given.seams}, PlanOutput(**more))
 
 
+def with_coupling(arm):
+    joints = [joint.name for joint in arm.joints]
+    return dataclasses.replace(arm, couplings=(Coupling(joints[2], joints[1], 0.0),))
+
+
 def written(program, name):
     """Return the files as one text; those of FANUC with the coupling that the mh6 does not have."""
     if name == "fanuc":
-        joints = [joint.name for joint in program.arm.joints]
-        arm = dataclasses.replace(program.arm, couplings=(Coupling(joints[2], joints[1], 0.0),))
-        program = dataclasses.replace(program, arm=arm)
+        program = dataclasses.replace(program, arm=with_coupling(program.arm))
     files = controller_named(name).write(program)
     check_written(files, program, name=name)
     return "\r\n".join(files.values())
@@ -263,8 +268,54 @@ def test_a_ring_is_welded_flat_by_turning_the_positioner(tmp_path, given):
     points = re.findall(r"robtarget R1_0\d+:=\[\[([^\]]*)\]", rapid)
     radius = [np.hypot(*(float(v) for v in point.split(",")[:2])) for point in points]
     assert np.allclose(radius, 60.0, rtol=0, atol=WRITTEN_MM)  # in the part, which the positioner carries
-    with pytest.raises(InputError, match="INFORM: the positioner turns along a seam"):
-        written(program, "inform")
+    check_coordinated(program, cell)
+    lines = build_planned_program(found, {"R1": ring}, PlanOutput(has_part=False, is_carried=False))
+    check_coordinated(lines, cell)
+    with pytest.raises(InputError, match="positions are expected in the base of the robot"):
+        written(program, "fanuc")
+    with pytest.raises(InputError, match="positions are expected in the part that the positioner carries"):
+        written(lines, "rapid")
+
+
+def check_coordinated(program, cell):
+    """Read the axes of both groups back: between two targets the torch moves on its line or arc in the part."""
+    name, suffix = ("inform", "jbi") if program.planned.is_carried else ("fanuc", "ls")
+    coupled = dataclasses.replace(program, arm=with_coupling(program.arm)) if name == "fanuc" else program
+    (own,) = (text for file, text in controller_named(name).write(coupled).items() if file.lower().startswith("r1"))
+    path = Path(f"r1.{suffix}")
+    assert is_of_two_robots(own.encode(), path)
+    assert two_robot_faults(own.encode(), path, None) == []
+    if program.planned.is_carried:
+        text = written(program, "inform")
+        assert "///GROUP2 ST1" in text
+        arms, stations = (
+            {n: [float(v) for v in row.split(",")] for n, row in re.findall(rf"\r\n{mark}(\d+)=([^\r]*)", job)}
+            for mark in ("C", "EC")
+            for job in [text.partition("//NAME R1")[2]]
+        )
+        moves = re.findall(r"SMOV([LC]) C(\d+) V=([\d.]+)(?: PL=0)?  \+MOVJ EC(\d+)", text)
+        assert 2 <= [kind for kind, *_ in moves].count("C") / 3 <= 3
+        assert all(one == two for _, one, _, two in moves)
+        rows = [np.radians([*arms[n], *stations[n]]) for n in dict.fromkeys(n for _, n, *_ in moves)]
+    else:
+        text = written(program, "fanuc").partition("/PROG  R1")[2]
+        coordinated = [int(n) for n in re.findall(r":L P\[(\d+)\] \S+ (?:CNT100|FINE) COORD", text)]
+        assert "C P[" not in text
+        assert coordinated == list(range(3, 3 + len(coordinated)))
+        assert 77 <= len(coordinated) <= 120  # 77 chords are within 0.05 mm of a circle of 60 mm
+        blocks = re.findall(r"P\[\d+\]\{(.*?)\};", text, re.DOTALL)[1:-1]
+        q = np.concatenate([program.paths[0].joints, program.paths[0].external], axis=1)[1:-1]
+        for block, row in zip(blocks, q, strict=True):
+            values = [float(v) for v in re.findall(r"[XYZWPR] = *([-\d.]+)", block)]
+            T = np.linalg.inv(cell.base_places(row[None]))[0] @ cell.tool_places(row[None])[0]
+            assert np.allclose(T[:3, 3], values[:3], rtol=0, atol=2 * WRITTEN_MM)
+            R = Rotation.from_euler("xyz", values[3:], degrees=True).as_matrix()
+            assert np.allclose(T[:3, :3], R, rtol=0, atol=1e-4)
+        turned = [[float(v) for v in re.findall(r"J[12]= *([-\d.]+)", block.partition("GP2:")[2])] for block in blocks]
+        rows = [np.array([*row[:6], *np.radians(two)]) for row, two in zip(q, turned, strict=True)]
+    in_part = np.linalg.inv(cell.part_places(np.array(rows))) @ cell.tool_places(np.array(rows))
+    assert np.allclose(np.hypot(*in_part[:, :2, 3].T), 60.0, rtol=0, atol=0.06)
+    assert np.ptp(np.array(rows)[:, 7]) > np.pi
 
 
 def test_the_trajectory_has_every_state_with_its_time(sequence):

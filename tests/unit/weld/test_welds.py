@@ -226,6 +226,36 @@ def test_values_of_a_seam_that_is_gone_are_kept(finished_folder, tmp_path):
     assert json.loads(file.read_text())["without_seam"] == [{"name": "W7", "place": gone, "values": {"job": 3}}]
 
 
+def test_a_second_file_adds_its_values_and_loses_none(finished_folder, tmp_path):
+    folder = finished_folder(names=("W1", "W2", "W3"), accepted=(True, True, True), spacing_mm=20.0)
+    first, second = tmp_path / "welds.json", tmp_path / "second.json"
+    settings = [("--set", one) for one in ("W1:leg_mm=5", "W1:job=3", "W2:job=4", "W3:speed_mm_s=9")]
+    assert run_here("welds", folder, "-o", first, *(word for words in settings for word in words)).returncode == 0
+    gone = {"start_part_mm": [0, 900, 0], "middle_part_mm": [50, 900, 0], "length_mm": 100}
+    entries = [
+        {"name": "W1", "values": {"throat_mm": 4}, "given_back": ["leg_mm"]},
+        {"name": "W2", "values": {"leg_mm": 6}},
+    ]
+    left = [{"name": "W9", "place": gone, "values": {"job": 8}}]
+    second.write_text(json.dumps({"schema": "wpcal/welds/1", "welds": entries, "without_seam": left}))
+    done = run_here("welds", folder, "-o", first, "--values", second)
+    assert done.returncode == 0, done.stderr
+    assert "W1: leg_mm 5 goes back to the rules" in done.stderr
+    record = json.loads(first.read_text())
+    by_user = [
+        {name: weld["values"][name] for name, origin in weld["origin"].items() if origin["from"] == "user"}
+        for weld in record["welds"]
+    ]
+    assert by_user == [{"throat_mm": 4, "job": 3}, {"leg_mm": 6, "job": 4}, {"speed_mm_s": 9}]
+    assert record["without_seam"] == left
+    second.write_text(json.dumps({"schema": "wpcal/welds/1", "welds": [{"name": "W7", "values": {"job": 1}}]}))
+    before = first.read_bytes()
+    done = run_here("welds", folder, "-o", first, "--values", second)
+    assert done.returncode == 2
+    assert "second.json: unknown seam W7" in done.stderr
+    assert first.read_bytes() == before
+
+
 def test_values_of_a_seam_that_is_not_chosen_are_kept(finished_folder, tmp_path):
     folder, file = finished_folder(), tmp_path / "welds.json"
     assert run_here("welds", folder, "-o", file, "--set", "W1:leg_mm=4").returncode == 0

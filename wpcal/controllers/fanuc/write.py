@@ -61,6 +61,7 @@ LANGUAGE = JobLanguage(
     frame_keys=("X", "Y", "Z", "W", "P", "R"),
     rotation="R = Rz(R) Ry(P) Rx(W)",
     configuration=CONFIGURATION,
+    coordinated="COORD: set up coordinated motion, group 2 leads",
 )
 
 
@@ -184,7 +185,7 @@ def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
 def _weld_moves(path: WeldPath, first: int, speed: str) -> list[str]:
     lines = []
     for move, stop in zip(path.weld_moves, path.stops(ZONE_MM), strict=True):
-        end = f"P[{first + move.to}] {speed} {'FINE' if stop else 'CNT100'}"
+        end = f"P[{first + move.to}] {speed} {'FINE' if stop else 'CNT100'}{' COORD' if path.turns_along else ''}"
         # the end of a circular move is on a line of its own, without a number
         lines.append(f"C P[{first + move.via}]\r\n    :  {end}" if isinstance(move, Arc) else f"L {end}")
     return lines

@@ -11,4 +11,5 @@ AS = Controller(
     brands=("kawasaki",),
     reads_back=True,
     takes_arcs=True,
+    takes_plans=True,
 )

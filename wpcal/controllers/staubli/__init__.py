@@ -8,4 +8,5 @@ VAL3 = Controller(
     writer="wpcal.controllers.staubli.write:write_val3",
     brands=("staubli",),
     takes_arcs=True,
+    takes_plans=True,
 )

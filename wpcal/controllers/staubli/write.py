@@ -1,12 +1,13 @@
 """Staubli VAL3: an application (``.pjx``, ``.dtx``, ``start.pgx``, ``stop.pgx``) with the part's frame and points.
 
 rx, ry, rz in degrees are rotations about moving axes, ``R = Rx(rx) Ry(ry) Rz(rz)``; lengths in mm. Points are children
-of the frame ``fPart``. The configuration is written as *same*: the arm keeps the present one. The tool is not declared:
-the application does not start until a person declares the torch.
+of the frame ``fPart``. The configuration is written as *same*: the arm keeps the present one. In a plan it is that of
+the joint move before each seam. The tool is not declared: the application does not start until a person declares the
+torch.
 
 References
 ----------
-Staubli, VAL3 Reference Manual (pointRx, frame, mdesc; configuration ssame, esame, wsame).
+Staubli, VAL3 Reference Manual (pointRx, jointRx, frame, mdesc; configuration ssame, esame, wsame).
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ from functools import partial
 
 import numpy as np
 
-from wpcal.controllers.describe import describe, describe_path
+from wpcal.controllers.describe import describe, describe_path, part_frame
 from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_name, safe_names
+from wpcal.controllers.planned import PlannedMoves, angle_texts
 from wpcal.controllers.post import Post
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.rounding import rounded, zyx_degrees
@@ -29,7 +31,7 @@ from wpcal.moves import Arc
 
 KEYWORDS = (
     "and begin call case default do else elseif end endfor endif endswitch endwhile false for fpart global if link "
-    "local mair mjoint mweld not npoint or put return start stop step switch then to true until while wpsafe xor"
+    "jplan local mair mjoint mweld not npoint or put return start stop step switch then to true until while wpsafe xor"
 )
 NAMES = NameRules("VAL3", 15, KEYWORDS)
 """Names of variables have up to 15 characters."""
@@ -42,10 +44,14 @@ COUNTER = ('    <Data name="nPoint" access="private" xsi:type="array" type="num"
 """Of a loop over all points of a seam."""
 BLEND_MM = 0.5
 """Half of the default least step of seams: blends of neighbours touch and do not overlap."""
+PLANNED_MM_S = 500
+"""Limit of the tip in the joint moves of a plan: the joints limit most of them."""
 JOINT_PERCENT = 10
 """Of joint moves. Slow, because the arm can come from anywhere."""
 MOTION = "m"
 """The name of the motion of a seam with a speed of its own is this and the name of the seam."""
+JOINTS = "jPlan"
+"""The joints that a plan goes to between seams, in one array."""
 SAFE_POINT = "wpSafe"
 """The point above the part at which the program starts and ends."""
 LONGEST_COMMENT = 100
@@ -108,19 +114,39 @@ def _database(program: WeldProgram, names: dict[str, str]) -> str:
         "  <Datas>",
         *_data("fPart", "frame", [f'{frame} fatherId="world[0]"']),
         *_data("mAir", "mdesc", [_motion(program.motion.air_speed_mm_s, "off")]),
-        *_data("mJoint", "mdesc", [_motion(program.motion.air_speed_mm_s, "off", percent=JOINT_PERCENT)]),
+        *_data("mJoint", "mdesc", [_joint_motion(program)]),
         *_data("mWeld", "mdesc", [_motion(program.motion.speed_mm_s, "cartesian")]),
         *_motions_of_seams(program, names),
         *(COUNTER if any(path.moves is None for path in program.paths) else ()),
     ]
     same = 'shoulder="ssame" elbow="esame" wrist="wsame" fatherId="fPart[0]"'
+    lines += _joint_targets(program.planned)
     if program.safe_point is not None:
         (text,) = _coordinates(*program.safe_point.poses_in(T_base_frame))
         lines += _data(SAFE_POINT, "pointRx", [f"{text} {same}"])
     for path in program.paths:
         points = [f"{text} {same}" for text in _coordinates(*path.poses_in(T_base_frame))]
-        lines += _data(names[path.seam.name], "pointRx", points)
+        lines += _data(names[path.seam.name], "pointRx", points[_first_point(path, program) :])
     return "\n".join([*lines, "  </Datas>", "</Database>", ""])
+
+
+def _joint_motion(program: WeldProgram) -> str:
+    if program.planned is None:
+        return _motion(program.motion.air_speed_mm_s, "off", percent=JOINT_PERCENT)
+    return _motion(PLANNED_MM_S, "off", percent=round(program.planned.joint_percent))
+
+
+def _joint_targets(planned: PlannedMoves | None) -> list[str]:
+    """Declare the joints that a plan goes to."""
+    if planned is None:
+        return []
+    rows = [row for moves in planned.air for row in angle_texts(moves.joints, DEG_DECIMALS)]
+    return _data(JOINTS, "jointRx", [" ".join(f'j{n}="{v}"' for n, v in enumerate(row, start=1)) for row in rows])
+
+
+def _first_point(path: WeldPath, program: WeldProgram) -> int:
+    """Return the first pose of a path that is a point: a plan goes to joints before a seam."""
+    return 0 if program.planned is None else path.before
 
 
 def _motions_of_seams(program: WeldProgram, names: dict[str, str]) -> list[str]:
@@ -186,12 +212,15 @@ def _program(name: str, code: list[str]) -> str:
 
 
 def _start(program: WeldProgram, names: dict[str, str]) -> list[str]:
-    tool = own_name(program.controller.tool_name, NAMES, what="tool")
+    tool, planned = own_name(program.controller.tool_name, NAMES, what="tool"), program.planned
     text = [
         *describe(program),
-        "points are children of fPart, the part as calibrated; mm; R = Rx(rx) Ry(ry) Rz(rz), deg",
+        *(planned.standing_axes("VAL3") if planned is not None else ()),
+        f"points are children of fPart, {part_frame(program)}; mm; R = Rx(rx) Ry(ry) Rz(rz), deg",
         f"written with {MM_DECIMALS} and {DEG_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
-        "the configuration is not known: the arm keeps the one it comes with (same)",
+        "the configuration is not known: the arm keeps the one it comes with (same)"
+        if planned is None
+        else "the configuration is that of the joint move before each seam: the arm keeps it (same)",
         f"declare the tool {tool} in this application; {how(program.arc)}",
         "seam -> name here",
         *(f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
@@ -200,32 +229,49 @@ def _start(program: WeldProgram, names: dict[str, str]) -> list[str]:
     lines = post.header(comment_lines(text, mark="", longest=LONGEST_COMMENT))
     if program.safe_point is not None:
         lines += [*post.air_move(SAFE_POINT, speed="mJoint", joint=True), "  waitEndMove()"]
-    for path in program.paths:
-        lines += _moves(path, names[path.seam.name], tool, post)
+    between = _between(program, post)
+    for way, path in zip(between, program.paths, strict=False):
+        lines += [*way, *_moves(path, names[path.seam.name], tool, post)]
+    lines += between[-1]
     if program.safe_point is not None:
         lines += [*post.air_move(SAFE_POINT, speed="mAir"), "  waitEndMove()"]
     return [*lines, *post.footer()]
 
 
+def _between(program: WeldProgram, post: Post) -> list[list[str]]:
+    """Return the joint moves of a plan before each seam and after the last; the arm stops at each of their ends."""
+    if program.planned is None:
+        return [[] for _ in range(len(program.paths) + 1)]
+    return [
+        [line for number in numbers for line in post.joint_move(f"{JOINTS}[{number - 1}]", speed="mJoint")]
+        + ["  waitEndMove()"]
+        for _, numbers in program.planned.numbered()
+    ]
+
+
 def _moves(path: WeldPath, name: str, tool: str, post: Post) -> list[str]:
-    program, rows, count = post.program, path.weld_rows, len(path)
+    program = post.program
+    skipped = _first_point(path, program)
+    start, stop, count = path.weld_rows.start - skipped, path.weld_rows.stop - skipped, len(path) - skipped
     is_joint, arc = program.safe_point is None, program.arc
-    lines = post.air_move(f"{name}[0]", speed="mJoint" if is_joint else "mAir", joint=is_joint)
-    for row in range(1, rows.start + 1):
+    lines = []
+    if program.planned is None:
+        lines += post.air_move(f"{name}[0]", speed="mJoint" if is_joint else "mAir", joint=is_joint)
+    for row in range(1 - skipped, start + 1):
         lines += post.air_move(f"{name}[{row}]", speed="mAir")
     lines += [
         "  waitEndMove()",
         *post.weld_start(path, list if arc is None else partial(SWITCH.start_lines, path, arc)),
     ]
-    lines += _weld_moves(path, name, tool, motion=_motion_name(path, name))
+    lines += _weld_moves(path, name, tool, motion=_motion_name(path, name), first=start)
     lines += post.weld_end(path, list if arc is None else partial(SWITCH.end_lines, path, arc))
-    for row in range(rows.stop, count):
+    for row in range(stop, count):
         lines += post.air_move(f"{name}[{row}]", speed="mAir")
     return [*lines, "  waitEndMove()"]
 
 
-def _weld_moves(path: WeldPath, name: str, tool: str, *, motion: str) -> list[str]:
-    first, last = path.weld_rows.start, path.weld_rows.stop - 1
+def _weld_moves(path: WeldPath, name: str, tool: str, *, motion: str, first: int) -> list[str]:
+    last = first + path.weld_count - 1
     if path.moves is None:
         loop = f"  for nPoint={first + 1} to {last}", f"    movel({name}[nPoint],{tool},{motion})", "  endFor"
         return [*loop, "  waitEndMove()"]

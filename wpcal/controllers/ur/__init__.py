@@ -8,4 +8,5 @@ URSCRIPT = Controller(
     writer="wpcal.controllers.ur.write:write_urscript",
     brands=("ur", "universal-robots"),
     takes_arcs=True,
+    takes_plans=True,
 )

@@ -2,7 +2,8 @@
 
 A pose is ``p[x, y, z, rx, ry, rz]`` in metres with a rotation vector in rad. Poses are relative to ``wp_part`` and
 transformed into the base by `pose_trans`. `movej` to a pose lets the controller choose the solution nearest to the
-present one.
+present one. The joint moves of a plan are `movej` to six joints in rad. They also give the arm its configuration on the
+seams, as linear moves keep it.
 
 References
 ----------
@@ -11,11 +12,12 @@ Universal Robots, The URScript Programming Language (movej, movel, pose_trans).
 
 from __future__ import annotations
 
+import math
 from functools import partial
 
 import numpy as np
 
-from wpcal.controllers.describe import describe, describe_path
+from wpcal.controllers.describe import describe, describe_path, part_frame
 from wpcal.controllers.naming import NameRules, comment_lines, safe_name
 from wpcal.controllers.post import Post
 from wpcal.controllers.program import WeldPath, WeldProgram
@@ -41,6 +43,10 @@ ACCELERATION_M_S2 = 0.5
 """Slow. A weld speed is reached within 0.1 mm."""
 JOINT_LIMITS = "a=0.3, v=0.1"
 """rad/s² and rad/s of the only joint move. Slow, because the arm can come from anywhere."""
+PLANNED_ACCELERATION_RAD_S2 = 0.8
+"""Of the joint moves of a plan: little more than half of what the controller takes if nothing is stated (1.4)."""
+USUAL_JOINT_RAD_S = 2.0
+"""Largest speed of a joint where the arm's file states none: that of the slowest joints of these arms is 2.09."""
 LONGEST_COMMENT = 100
 
 
@@ -57,10 +63,12 @@ def write_urscript(program: WeldProgram) -> dict[str, str]:
         ``NAME.script``.
     """
     name = safe_name(program.controller.program_name, NAMES)
+    planned = program.planned
     T_base_frame = _frame_as_written(program.T_base_part)
     head = [
         *describe(program),
-        "poses are relative to wp_part, the part as calibrated; m and rotation vectors in rad",
+        *(planned.standing_axes("URScript") if planned is not None else ()),
+        f"poses are relative to wp_part, {part_frame(program)}; m and rotation vectors in rad",
         f"written with {DECIMALS} decimals: within 0.000001 mm and 0.000001 deg",
         "set the tool centre point before this program; the arc burns from ARC ON to ARC OFF"
         if program.arc is None
@@ -74,11 +82,31 @@ def write_urscript(program: WeldProgram) -> dict[str, str]:
     if program.safe_point is not None:
         safe = f"pose_trans(wp_part, {_poses(*program.safe_point.poses_in(T_base_frame))[0]})"
         lines += post.air_move(safe, speed=JOINT_LIMITS, joint=True)
-    for path in program.paths:
-        lines += _moves(path, T_base_frame, post)
+    between = _between(program, post)
+    for way, path in zip(between, program.paths, strict=False):
+        lines += [*way, *_moves(path, T_base_frame, post)]
+    lines += between[-1]
     if safe is not None:
         lines += post.air_move(safe, speed=_limits(program.motion.air_speed_mm_s))
     return {f"{name}.script": "\n".join([*lines, *post.footer(), ""])}
+
+
+def _between(program: WeldProgram, post: Post) -> list[list[str]]:
+    """Return the joint moves of a plan before each seam and after the last."""
+    planned = program.planned
+    if planned is None:
+        return [[] for _ in range(len(program.paths) + 1)]
+    stated = [joint.speed_rad_s for joint in program.arm.joints if joint.speed_rad_s] if program.arm else []
+    speed = min(stated, default=USUAL_JOINT_RAD_S) * planned.joint_percent / 100.0
+    limits = f"a={PLANNED_ACCELERATION_RAD_S2:g}, v={math.floor(1e3 * speed) / 1e3:g}"
+    return [
+        [
+            line
+            for joints in rounded(moves.joints, DECIMALS).tolist()
+            for line in post.joint_move(f"[{', '.join(f'{q:.{DECIMALS}f}' for q in joints)}]", speed=limits)
+        ]
+        for moves in planned.air
+    ]
 
 
 def _limits(mm_s: float) -> str:
@@ -105,7 +133,8 @@ def _moves(path: WeldPath, T_base_frame: RigidTransform, post: Post) -> list[str
     weld, air = (_limits(v) for v in (program.weld_speed_mm_s(path), program.motion.air_speed_mm_s))
     is_joint, arc = program.safe_point is None, program.arc
     lines = comment_lines([f"{path.seam.name}: {describe_path(path)}"], mark="  # ", longest=LONGEST_COMMENT)
-    lines += post.air_move(way_to[0], speed=JOINT_LIMITS if is_joint else air, joint=is_joint)
+    if program.planned is None:
+        lines += post.air_move(way_to[0], speed=JOINT_LIMITS if is_joint else air, joint=is_joint)
     for pose in (*way_to[1:], along[0]):
         lines += post.air_move(pose, speed=air)
     lines += post.weld_start(path, list if arc is None else partial(SWITCH.start_lines, path, arc))

@@ -65,6 +65,7 @@ LANGUAGE = JobLanguage(
     frame_keys=("X", "Y", "Z", "Rx", "Ry", "Rz"),
     rotation="R = Rz(Rz) Ry(Ry) Rx(Rx)",
     configuration=CONFIGURATION,
+    coordinated="SMOVL, SMOVC: calibrate ST1 to RB1 (master: ST1)",
     plans_in_joints=True,
 )
 
@@ -164,13 +165,20 @@ def _joint_positions(program: WeldProgram, moves: JointMoves) -> list[str]:
     ]
 
 
-def _point(program: WeldProgram, number: int) -> str:
-    """Return a position as a move names it, with its external axes."""
+def _point(program: WeldProgram, number: int, *, station: bool = True) -> str:
+    """Return a position as a move names it, with its external axes, those of the positioner if `station`."""
     planned = program.planned
     marks = ["C"]
     if planned is not None:
-        marks += ["BC"] * (planned.rail is not None) + ["EC"] * bool(planned.turning)
+        marks += ["BC"] * (planned.rail is not None) + ["EC"] * (station and bool(planned.turning))
     return " ".join(f"{mark}{number:05d}" for mark in marks)
+
+
+def _weld_move(program: WeldProgram, path: WeldPath, kind: str, number: int, speed: str) -> str:
+    """Return a move along a seam: coordinated with the positioner, the master, where this turns."""
+    if not path.turns_along:
+        return f"MOV{kind} {_point(program, number)} {speed}"
+    return f"SMOV{kind} {_point(program, number, station=False)} {speed}  +MOVJ EC{number:05d}"
 
 
 def inform_job(
@@ -284,11 +292,9 @@ def _weld_moves(path: WeldPath, program: WeldProgram, speed: str) -> list[str]:
         to = first + move.to
         level = " PL=0" if stop and to != first + path.weld_count - 1 else ""
         if isinstance(move, Arc):
-            lines += [f"MOVL {_point(program, at)} {speed}"] if follows_arc else []
-            lines += [f"MOVC {_point(program, number)} {speed}" for number in (at, first + move.via)]
-            lines.append(f"MOVC {_point(program, to)} {speed}{level}")
-        else:
-            lines.append(f"MOVL {_point(program, to)} {speed}{level}")
+            lines += [_weld_move(program, path, "L", at, speed)] if follows_arc else []
+            lines += [_weld_move(program, path, "C", number, speed) for number in (at, first + move.via)]
+        lines.append(_weld_move(program, path, "C" if isinstance(move, Arc) else "L", to, f"{speed}{level}"))
         at, follows_arc = to, isinstance(move, Arc)
     return lines
 

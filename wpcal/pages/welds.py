@@ -1,0 +1,150 @@
+"""The page of `wpcal welds --html`: every value of every weld, where it came from, and an editor of values.
+
+The page gives away a ``welds.json`` that holds only what people and files stated. The commands take it with
+``--values`` and ``--welds``, and compute anew what follows from it.
+"""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from wpcal.core.schemas import schema_text
+from wpcal.core.transform import RigidTransform
+from wpcal.pages.html import build_page, json_blob
+from wpcal.pages.report import PLACE_DIGITS, TURN_DIGITS
+from wpcal.seam.seam import Seam
+from wpcal.weld.record import OWN_FILES, WELDS_SCHEMA
+from wpcal.weld.values import VALUE_NAMES
+
+BODY = """
+<main id="page"></main>
+<noscript>This page needs JavaScript to edit the values; welds.json is a text file with the same values.</noscript>
+"""
+FILE = "welds-edited.json"
+"""The name under which the browser saves. It is never that of the file that the commands write."""
+GROUPS: Mapping[str, tuple[str, ...]] = {
+    "size": ("weld", "throat_mm", "leg_mm", "passes"),
+    "joint": ("thickness_mm", "position", "depth_mm", "root_gap_mm", "root_face_mm", "groove_angle_deg"),
+    "arc": ("process", "wire_mm", "current_a", "voltage_v", "wire_feed_m_min", "speed_mm_s"),
+    "controller": ("job", "seam_data", "weld_data", "weave_data"),
+    "torch": ("stick_out_mm", "work_angle_deg", "travel_angle_deg", "weave"),
+    "start and end": ("start_delay_s", "end_delay_s", "crater"),
+    "stretches": ("stitch", "tacks"),
+}
+"""The columns of the table, in groups that can be shown alone."""
+UNITS = {
+    "_m_min": "m/min",
+    "_mm_s": "mm/s",
+    "_mm": "mm",
+    "_deg": "°",
+    "_s": "s",
+    "_a": "A",
+    "_v": "V",
+}
+"""By the end of a name; the longer ends first."""
+
+
+def build_welds_page(
+    record: Mapping[str, Any],
+    rules: Mapping[str, Any],
+    seams: Sequence[Seam],
+    T_base_part: RigidTransform,
+    *,
+    part_glb: bytes | None,
+    folder: str,
+    command: Sequence[str],
+) -> str:
+    """Return the page that shows and edits weld data, in the part's own frame.
+
+    Parameters
+    ----------
+    record : mapping
+        The record of `wpcal.weld.record.welds_record`.
+    rules : mapping
+        The same record without what people stated: what a value becomes when it goes back to the rules.
+    seams : sequence of Seam
+        Of the welds, in any order, with frames in `base`.
+    T_base_part : RigidTransform
+    part_glb : bytes or None
+        The part's triangles; without them the view shows only seams.
+    folder : str
+        The result folder as the user named it, the heading of the page.
+    command : sequence of str
+        Words of the command that takes the file of the page; the page adds the name of its file.
+
+    Returns
+    -------
+    str
+        A self-contained HTML file, the same for the same record.
+    """
+    by_name = {seam.name: seam for seam in seams}
+    given = {weld["name"]: {"values": weld["values"], "origin": weld["origin"]} for weld in rules["welds"]}
+    T_part_base = T_base_part.inverse()
+    entries, lines = [], []
+    for weld in record["welds"]:
+        seam = by_name[weld["name"]]
+        own = {key: weld[key] for key in ("name", "words", "joint", "place", "values", "origin")}
+        entries.append({**own, "rules": given[weld["name"]], "length_mm": seam.length_mm})
+        p, R = T_part_base.apply(seam.frames.p), T_part_base.R @ seam.frames.R
+        lines.append({"p": np.round(p, PLACE_DIGITS).tolist(), "R": np.round(R, TURN_DIGITS).tolist()})
+    data = {
+        "folder": folder,
+        "file": FILE,
+        "command": shlex.join([*command, "--values", FILE]),
+        "head": {key: record[key] for key in ("schema", "units", "rules")},
+        "welds": entries,
+        "without_seam": record["without_seam"],
+        "found_again": list(OWN_FILES),
+        "fields": value_fields(),
+    }
+    blobs = {"lines": json_blob(lines)}
+    if part_glb is not None:
+        blobs["part"] = part_glb
+    return build_page(title=f"Welds of {folder}", entry="welds", body=BODY, data=data, blobs=blobs)
+
+
+def value_fields() -> list[dict[str, Any]]:
+    """Return what can be typed for every value: its group, unit, meaning and limits, as the schema has them."""
+    schema = json.loads(schema_text(WELDS_SCHEMA))
+    definitions = schema["$defs"]
+    properties = definitions["values"]["properties"]
+    group_of = {name: group for group, names in GROUPS.items() for name in names}
+    found = []
+    for name in sorted(VALUE_NAMES, key=[*group_of].index):
+        own = properties[name]
+        reference = own["oneOf"][0]["$ref"].rpartition("/")[2] if "oneOf" in own else None
+        inner = None if reference is None else definitions[reference]
+        parts = (
+            [_part(name, own, is_needed=True)]
+            if inner is None
+            else [_part(each, part, is_needed=each in inner["required"]) for each, part in inner["properties"].items()]
+        )
+        label, unit = _label(name)
+        described = own.get("description") or ("" if inner is None else inner.get("description", ""))
+        words = {"name": name, "label": label, "unit": unit, "group": group_of[name], "what": described}
+        found.append({**words, "is_record": inner is not None, "parts": parts})
+    return found
+
+
+def _part(name: str, schema: Mapping[str, Any], *, is_needed: bool) -> dict[str, Any]:
+    label, unit = _label(name)
+    part = {"name": name, "label": label, "unit": unit, "is_needed": is_needed}
+    if "enum" in schema:
+        return {**part, "kind": "choice", "choices": [value for value in schema["enum"] if value is not None]}
+    types = schema["type"] if isinstance(schema["type"], list) else [schema["type"]]
+    if "string" in types:
+        return {**part, "kind": "text", "pattern": schema.get("pattern", "")}
+    low = schema.get("exclusiveMinimum", schema.get("minimum"))
+    limits = {"low": low, "is_low_open": "exclusiveMinimum" in schema, "high": schema.get("maximum")}
+    return {**part, "kind": "whole" if "integer" in types else "number", **limits}
+
+
+def _label(name: str) -> tuple[str, str]:
+    """Return the words and the unit of a value's name."""
+    end = next((end for end in UNITS if name.endswith(end)), "")
+    return name.removesuffix(end).replace("_", " "), UNITS.get(end, "")

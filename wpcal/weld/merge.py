@@ -1,0 +1,74 @@
+"""What a second file states about welds, added to what the first one states: value by value, seam by seam."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from wpcal.weld.place import Place, pair
+from wpcal.weld.record import StatedWeld
+
+
+def merge_stated(
+    first: Sequence[StatedWeld], second: Sequence[StatedWeld], places: Sequence[tuple[str, Place]]
+) -> tuple[tuple[StatedWeld, ...], tuple[str, ...]]:
+    """Add what a second file states to what a first one states.
+
+    Parameters
+    ----------
+    first, second : sequence of StatedWeld
+        The second counts where both state a value; what only the first one states stays, unless the second gives the
+        value back to the rules.
+    places : sequence of (name, Place)
+        Of the seams, in `part`: each file is paired with them as `wpcal.weld.find` does.
+
+    Returns
+    -------
+    stated : tuple of StatedWeld
+    notes : tuple of str
+        One line per value of the first file that the second one changed.
+    """
+    rows = [
+        pair([(one.name, one.place) for one in stated], places, worth_telling=[False] * len(stated))
+        for stated in (first, second)
+    ]
+    merged, notes = [], []
+    for name, place in places:
+        old, new = (
+            replace(stated[found.rows[name]], name=name, place=place) if name in found.rows else None
+            for stated, found in zip((first, second), rows, strict=True)
+        )
+        if old is None or new is None:
+            merged += [one for one in (old, new) if one is not None]
+            continue
+        merged.append(_added(old, new))
+        notes += [f"{name}: {change}" for change in _changes(old, new)]
+    left = {(first[row].name, first[row].place): first[row] for row in rows[0].left}
+    for row in rows[1].left:
+        new = second[row]
+        old = left.pop((new.name, new.place), None)
+        merged.append(new if old is None else _added(old, new))
+    return (*merged, *left.values()), tuple(notes)
+
+
+def _added(old: StatedWeld, new: StatedWeld) -> StatedWeld:
+    user = {name: value for name, value in old.user.items() if name not in new.given_back}
+    files = {name: value for name, value in {**old.files, **new.files}.items() if name not in new.user}
+    return replace(new, user={**user, **new.user}, files=files)
+
+
+def _changes(old: StatedWeld, new: StatedWeld) -> list[str]:
+    """Return what becomes of values of a person, in words."""
+    found = []
+    for name, value in old.user.items():
+        if name in new.user and new.user[name] != value:
+            found.append(f"{name} {_shown(value)} becomes {_shown(new.user[name])}")
+        elif name in new.given_back and name not in new.user:
+            found.append(f"{name} {_shown(value)} goes back to the rules")
+    return found
+
+
+def _shown(value: Any) -> str:
+    return "none" if value is None else value if isinstance(value, str) else json.dumps(value)
