@@ -177,7 +177,15 @@ class SetSearch:
     def exchanged_in_slots(
         self, slots: Sequence[IntArray], *, rng: np.random.Generator, starts: int = 2
     ) -> tuple[IntArray, FloatArray]:
-        """Exchange within a pattern: member k of a set is one of ``slots[k]``."""
+        """Exchange within a pattern.
+
+        Parameters
+        ----------
+        slots : sequence of ndarray of int, shape (m,)
+            Member k of a set is one of ``slots[k]``.
+        rng : numpy.random.Generator
+        starts : int
+        """
         best = _Shortlist(len(slots))
         for _ in range(starts):
             first = list[int]()

@@ -51,7 +51,14 @@ class PartPlace:
 
     @classmethod
     def of(cls, trimmed: TrimmedFaces, up: FloatArray) -> PartPlace:
-        """Measure the boxes of the faces; corners in all directions count for the levels."""
+        """Measure the boxes of the faces.
+
+        Parameters
+        ----------
+        trimmed : TrimmedFaces
+        up : ndarray, shape (3,)
+            Against gravity, in `part`.
+        """
         low, high = trimmed.face_box
         some = np.isfinite(low).all(axis=1)
         least, most = low[some].min(axis=0), high[some].max(axis=0)
@@ -115,7 +122,7 @@ def find_candidates(
     )
     strokes = strokes.select(keeps_above_floor(strokes, place.up, place.floor_mm, rise))
     strokes = strokes.select(_spread(strokes.contacts, MOST_FELT, place.size_mm))
-    progress(f"comparing the torch with the part on {counted(len(strokes), 'search')}")
+    progress(f"comparing the torch with the part on {len(strokes)} searches")
     safe = place.top_mm + float(np.max(rise, initial=0.0)) + SAFE_MM
     strokes = with_free_torch(materials, strokes, options.torch, options.wire_mm, place.up, safe)
     if len(strokes) == 0:

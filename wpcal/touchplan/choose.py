@@ -1,9 +1,9 @@
 r"""The choice of touches: least predicted 95 % error of the seams.
 
-A touch sees one number, the distance along its normal n. With :math:`h = n^\top J(p)` the fit of independent touches
-with weights w has :math:`\xi = M^{-1} \sum w h^\top d` and :math:`M = \sum w h^\top h`. An error that all touches share,
-such as that of the stick-out, adds :math:`g g^\top` with :math:`g = M^{-1} \sum w h^\top b`, where b is what each touch
-sees of its standard deviation. Opposite touches cancel the part of the latency.
+A touch sees one number, the distance along its normal n. With :math:`h = n^\top J(p)`, the fit of independent touches
+with weights w has :math:`\xi = M^{-1} \sum w h^\top d` and :math:`M = \sum w h^\top h`. An error that all touches
+share, such as that of the stick-out, adds :math:`g g^\top` with :math:`g = M^{-1} \sum w h^\top b`. There b is what
+each touch sees of its standard deviation. Opposite touches cancel the part of the latency.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from wpcal.advise.design import QUANTILES, FREEDOMS, SetSearch, farthest_rows
+from wpcal.advise.design import FREEDOMS, QUANTILES, SetSearch, farthest_rows
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
 from wpcal.searches.setup import TouchSetup
@@ -105,7 +105,7 @@ class TouchDesign:
 
     @cached_property
     def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """What each touch adds to the information, to its noise, and to the shared errors: (n, 36), (n, 36), (n, 6 s)."""
+        """What each touch adds to information, noise and shared errors, shapes (n, 36), (n, 36) and (n, 6 s)."""
         H, w = self.rows / self._scale, self.weights
         square = np.einsum("ni,nj->nij", H, H).reshape(len(H), 36)
         common = np.einsum("n,ni,ns->nis", w, H, self.shared)
@@ -115,7 +115,7 @@ class TouchDesign:
     def _seam_squares(self) -> FloatArray:
         """From a scaled covariance to those of the seam points, shape (36, 9 k)."""
         J = point_jacobian(self.seam_points) / self._scale
-        return np.einsum("kia,kjb->abkij", J, J).reshape(36, -1)
+        return np.asarray(np.einsum("kia,kjb->abkij", J, J).reshape(36, -1), dtype=np.float64)
 
     def covariances(self, sets: IntArray) -> tuple[FloatArray, BoolArray]:
         """Return the covariance of the motion of each set, shape (m, 6, 6), and which sets leave a motion free."""
@@ -150,7 +150,23 @@ class TouchDesign:
 def best_set(
     design: TouchDesign, n: int, *, slots: Sequence[IntArray] | None, rng: np.random.Generator
 ) -> tuple[IntArray, float]:
-    """Return the best set of n touches and its error; `slots` says which touches each place of a pattern may have."""
+    """Return the best set of touches and its error.
+
+    Parameters
+    ----------
+    design : TouchDesign
+    n : int
+        How many touches.
+    slots : sequence of ndarray of int, shape (m,), or None
+        Of a pattern: which touches each of the n places in it may have.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    rows : ndarray of int, shape (n,)
+        Empty if no set holds all six freedoms.
+    error_mm : float
+    """
     search = SetSearch(design, len(design))
     if slots is None:
         rows, errors = search.exchanged(n, rng=rng, start=_greedy(design, n), starts=STARTS)

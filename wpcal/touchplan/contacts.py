@@ -115,9 +115,8 @@ def find_contacts(
     face, p, normal = _grid(graph, trimmed, faces)
     sunk_face, sunk = _below_edges(graph, faces, up, centre, options.nominal)
     foot = project_to_faces(graph, sunk_face, sunk)
-    face, p, normal = (
-        np.concatenate(pair) for pair in ((face, sunk_face), (p, foot.p), (normal, foot.normal))
-    )
+    face = np.concatenate([face, sunk_face])
+    p, normal = np.concatenate([p, foot.p]), np.concatenate([normal, foot.normal])
     inside = trimmed.contains(face, project_to_faces(graph, face, p).uv)
     face, p, normal = face[inside], p[inside], normal[inside]
     found = _with_wires(graph, face, p, normal, up, centre, options)

@@ -71,7 +71,17 @@ class Strokes:
         return Strokes(self.contacts.select(rows), *others)
 
     def at(self, mm: FloatArray | float) -> FloatArray:
-        """Return places of the tool centre point, at distances before the contact (behind it if negative)."""
+        """Return places of the tool centre point on the way of the search.
+
+        Parameters
+        ----------
+        mm : float or ndarray, shape (n,)
+            Distance before the contact; negative behind it.
+
+        Returns
+        -------
+        ndarray, shape (n, 3)
+        """
         off = np.broadcast_to(self.radius_mm + mm, (len(self),))
         return np.asarray(self.contacts.p + off[:, None] * self.contacts.normal)
 

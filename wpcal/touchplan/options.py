@@ -12,8 +12,8 @@ from wpcal.calibrate.uncertainty import length_quantile
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import point_jacobian
-from wpcal.searches.setup import TouchSetup
 from wpcal.seam.torch import USUAL_TORCH, TorchShape
+from wpcal.searches.setup import TouchSetup
 
 LEAST_TOUCHES = 6
 """Each touch on a face gives one number, and a place has six."""

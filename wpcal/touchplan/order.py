@@ -14,7 +14,7 @@ from itertools import combinations
 import numpy as np
 
 from wpcal.brep.material import Material
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.seam.torch import TorchShape
 from wpcal.touchplan.free import BIN_MM, torch_is_free
@@ -56,7 +56,15 @@ class Air:
     clear_mm: float
 
     def is_free(self, p: FloatArray, R: FloatArray) -> bool:
-        """Tell whether the torch is free along points with orientations, straight from each to the next."""
+        """Tell whether the torch is free on straight ways.
+
+        Parameters
+        ----------
+        p : ndarray, shape (m, 3)
+            Points, in `part`, mm.
+        R : ndarray, shape (m, 3, 3)
+            Axes of the tool there; it turns evenly between them.
+        """
         places, turns = [p[:1]], [R[:1]]
         for a, b, Ra, Rb in zip(p[:-1], p[1:], R[:-1], R[1:], strict=True):
             turn = log_rotation(Ra.T @ Rb)
@@ -157,9 +165,3 @@ def _by_reversals(cost: FloatArray) -> IntArray:
             if length(other) < length(order) - 1e-9:
                 order, improved = other, True
     return np.array(order, dtype=np.int64)
-
-
-def are_joined(order: IntArray, ways: dict[tuple[int, int], FloatArray]) -> BoolArray:
-    """Tell which searches of an order have a free way from the one before, shape (n,); the first one has."""
-    pairs = [(int(a), int(b)) in ways for a, b in zip(order[:-1], order[1:], strict=True)]
-    return np.array([True, *pairs])

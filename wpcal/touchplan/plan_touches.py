@@ -19,8 +19,8 @@ from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import counted
 from wpcal.features.reference import FeatureKind, ReferenceFeature
-from wpcal.searches import Contact, Search, SearchKind, SeamPrediction, TouchPlan
 from wpcal.seam.seam import Seam
+from wpcal.searches import Contact, SeamPrediction, Search, SearchKind, TouchPlan
 from wpcal.touchplan.candidates import (
     Candidates,
     PartPlace,
@@ -123,13 +123,12 @@ def plan_touches(
     notes: tuple[str, ...] = ()
     strokes = found.strokes
     if reach is not None:
-        progress(f"solving the joints of {counted(len(strokes), 'search')}")
+        progress(f"solving the joints of {len(strokes)} searches")
         strokes, notes = reach.turned(strokes)
     strokes = thinned(strokes, place)
-    seam_points = np.concatenate([seam.frames.p for seam in part.seams]) - place.centre
-    design = _design(strokes, place, seam_points, options)
-    _require_held(part.graph, design, found, place, options, seam_points)
-    progress(f"choosing {counted(options.touches, 'touch')} from {len(strokes)}")
+    design = design_of(part, strokes, place, options)
+    _require_held(part.graph, design, found, place, options)
+    progress(f"choosing {options.touches} touches from {len(strokes)}")
     chosen = choose_touches(design, strokes.contacts.p, strokes.contacts.normal, options)
     predicted = _prediction(part.seams, design, chosen, place.centre)
     progress("ordering the searches and finding the ways between them")
@@ -150,16 +149,15 @@ def plan_touches(
     return plan if reach is None else reach.with_joints(plan)
 
 
-def _design(
-    strokes: Strokes, place: PartPlace, seam_points: FloatArray, options: TouchOptions
-) -> TouchDesign:
+def design_of(part: TouchPart, strokes: Strokes, place: PartPlace, options: TouchOptions) -> TouchDesign:
+    """Return what sets of searches on a part are judged by."""
     contacts = strokes.contacts
     return TouchDesign.of(
         contacts.p - place.centre,
         contacts.normal,
         contacts.wire,
         options.setup,
-        seam_points,
+        np.concatenate([seam.frames.p for seam in part.seams]) - place.centre,
         stick_out_sigma_mm=stick_out_sigma_mm(options),
     )
 
@@ -175,7 +173,6 @@ def _require_held(
     found: Candidates,
     place: PartPlace,
     options: TouchOptions,
-    seam_points: FloatArray,
 ) -> None:
     free = design.free_motions()
     if len(free) == 0 and len(design) >= options.touches:
@@ -190,7 +187,7 @@ def _require_held(
     if len(found.small):
         small = found.small
         others = TouchDesign.of(
-            small.p - place.centre, small.normal, small.wire, options.setup, seam_points, stick_out_sigma_mm=1.0
+            small.p - place.centre, small.normal, small.wire, options.setup, np.zeros((1, 3)), stick_out_sigma_mm=1.0
         )
         scale = np.repeat([design.length_mm, 1.0], 3)
         holds = np.abs(others.rows / scale @ free[0])
@@ -200,9 +197,7 @@ def _require_held(
     raise GeometryError(f"the touches that are possible leave the part free: it {words}; {help_}")
 
 
-def _prediction(
-    seams: Sequence[Seam], design: TouchDesign, chosen: IntArray, centre: FloatArray
-) -> SeamPrediction:
+def _prediction(seams: Sequence[Seam], design: TouchDesign, chosen: IntArray, centre: FloatArray) -> SeamPrediction:
     covariance = design.covariances(chosen[None])[0][0]
     by_seam = tuple(
         (seam.name, float(error_95(seam.frames.p - centre, covariance).max())) for seam in seams if len(seam.frames)
@@ -226,7 +221,7 @@ def _in_order(part: TouchPart, strokes: Strokes, air: Air, options: TouchOptions
                 f"the torch finds no free way from the touch at {_words(strokes.contacts.p[before])} to that at "
                 f"{_words(strokes.contacts.p[row])}; a slimmer --torch would help"
             )
-        searches.append(_search(part, strokes, row, f"T{number + 1}", via, options))
+        searches.append(search_of(part, strokes, row, f"T{number + 1}", via, options))
     return tuple(searches)
 
 
@@ -240,9 +235,21 @@ def tool_axes(strokes: Strokes) -> FloatArray:
     return np.stack([x, np.cross(z, x), z], axis=2)
 
 
-def _search(
+def search_of(
     part: TouchPart, strokes: Strokes, row: int, name: str, via: FloatArray, options: TouchOptions
 ) -> Search:
+    """Return one stroke as a search.
+
+    Parameters
+    ----------
+    part : TouchPart
+    strokes : Strokes
+    row : int
+    name : str
+    via : ndarray, shape (k, 3)
+        Points on the way to its approach, in `part`, mm.
+    options : TouchOptions
+    """
     one = strokes.select(np.array([row]))
     contacts, setup = one.contacts, options.setup
     face, wire, normal = int(contacts.face[0]), contacts.wire[0], contacts.normal[0]
@@ -292,9 +299,7 @@ def _post(options: TouchOptions, T_base_part: RigidTransform, up: FloatArray, sa
     approach = start + APPROACH_MM * up
     via = (approach + max(safe_mm - float(approach @ up), 0.0) * up)[None]
     covariance = options.setup.repeatability_mm**2 * np.eye(3)
-    none = Search(
-        "POST", "plane", "", p, up, Contact.END, 0.0, R, via, approach, start, end, approach, covariance
-    )
+    none = Search("POST", "plane", "", p, up, Contact.END, 0.0, R, via, approach, start, end, approach, covariance)
     return replace(none, kind=SearchKind.POST)
 
 
