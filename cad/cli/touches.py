@@ -15,6 +15,7 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from cad.workpiece.touches import DrawnTouches
     from wpcal.seam.torch import TorchShape
     from wpcal.searches import TouchPlan
     from wpcal.touchplan import TouchOptions
@@ -105,7 +106,7 @@ def _point(text: str) -> tuple[float, float, float]:
 @click.option(
     "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Output: a folder."
 )
-@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: touches.json, touches.csv.")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: touches.json, touches.csv, touches.html.")
 @no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the plan.")
 def touches(
@@ -128,6 +129,7 @@ def touches(
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.core.records import check_writable, new_directory, to_json
+    from wpcal.pages.touches import build_touches_page
     from wpcal.seam.names import split_names
     from wpcal.searches import touches_csv, touches_record
     from wpcal.searches.record import TOUCHES_FILE
@@ -143,18 +145,21 @@ def touches(
         "seams": split_names(only or ""),
         "T_base_part": None if place is None else place.relabelled(target="base", source="part"),
     }
-    plan: TouchPlan = run_on_part(
-        "cad.workpiece.touches:plan_touches",
+    drawn: DrawnTouches = run_on_part(
+        "cad.workpiece.touches:draw_touches",
         part_step,
         arguments,
         what=f"planning the touches of {part_step}",
         use_cache=not no_cache,
         needs=(PART, MESH),
     )
+    plan = drawn.plan
     record = touches_record(plan)
+    page = build_touches_page(plan, part_glb=drawn.part_glb, seams=drawn.seams, setup=options.setup)
     with new_directory(output, overwrite=force, head=TOUCHES_FILE) as folder:
         (folder / TOUCHES_FILE).write_text(to_json(record), encoding="utf-8")
         (folder / "touches.csv").write_text(touches_csv(plan), encoding="utf-8")
+        (folder / "touches.html").write_text(page, encoding="utf-8")
     if as_json:
         click.echo(to_json(record), nl=False)
     else:
@@ -172,7 +177,7 @@ def _show(plan: TouchPlan, output: Path) -> None:
         console.print(f"largest predicted 95 % error of the seams: {error}", highlight=False)
     for note in plan.notes:
         console.print(f"note: {note}", highlight=False)
-    console.print(f"wrote {output}: touches.json, touches.csv", highlight=False)
+    console.print(f"wrote {output}: touches.json, touches.csv, touches.html", highlight=False)
 
 
 def _searches_table(plan: TouchPlan) -> Table:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,9 @@ from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
-from wpcal.brep.material import ExactMaterial, Material, TriangleMaterial
+from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
@@ -62,19 +64,64 @@ def plan_touches(
     GeometryError
         When the part has no seam, or no plan holds it: what would help.
     """
+    return draw_touches(
+        step,
+        options=options,
+        seam_options=seam_options,
+        choice=choice,
+        seams=seams,
+        T_base_part=T_base_part,
+        cache=cache,
+        progress=progress,
+    ).plan
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnTouches:
+    """A plan of touches, and what its page draws.
+
+    Parameters
+    ----------
+    plan : TouchPlan
+    part_glb : bytes or None
+        The triangles of the part.
+    seams : dict
+        By name: points along each seam where the error counts, in `part`, mm, shape (n, 3).
+    """
+
+    plan: TouchPlan
+    part_glb: bytes | None
+    seams: dict[str, FloatArray]
+
+
+def draw_touches(
+    step: Any,
+    *,
+    options: TouchOptions | None = None,
+    seam_options: SeamOptions | None = None,
+    choice: SeamChoice | None = None,
+    seams: Sequence[str] = (),
+    T_base_part: RigidTransform | None = None,
+    cache: AnswerCache = NO_CACHE,
+    progress: Progress = no_progress,
+) -> DrawnTouches:
+    """Plan touches as `plan_touches` does, and return what their page draws, too."""
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     progress(f"finding seams: {workpiece.size}")
-    # the touches are on the part as read: curves that the search for seams adds are no edges to keep away from
+    # the touches are on the part as read: curves that the search for seams adds are no borders of faces
     found, _ = find_seams(workpiece, seam_options or SeamOptions(), choice)
+    counted = _counted_seams(found, seams)
+    part_glb = _triangles(workpiece, progress)
     part = TouchPart(
         Path(step).name if isinstance(step, str | Path) else "part",
         workpiece.graph,
         workpiece.trimmed,
-        _counted_seams(found, seams),
+        counted,
         workpiece.features,
-        _material(workpiece, progress),
+        None if part_glb is None else TriangleMaterial.of(read_part_glb(part_glb)),
     )
-    return plan_touches_of(part, options=options or TouchOptions(), T_base_part=T_base_part, progress=progress)
+    plan = plan_touches_of(part, options=options or TouchOptions(), T_base_part=T_base_part, progress=progress)
+    return DrawnTouches(plan, part_glb, {seam.name: seam.frames.p for seam in counted})
 
 
 def _counted_seams(found: Sequence[Seam], names: Sequence[str]) -> list[Seam]:
@@ -90,12 +137,9 @@ def _counted_seams(found: Sequence[Seam], names: Sequence[str]) -> list[Seam]:
     return accepted
 
 
-def _material(workpiece: Workpiece, progress: Progress) -> Material:
-    """Return the triangles of a STEP file, or the exact faces of shapes from a script."""
+def _triangles(workpiece: Workpiece, progress: Progress) -> bytes | None:
+    """Return ``part.glb`` of a STEP file; None for shapes from a script, whose exact faces are compared."""
     if workpiece.source is None:
-        return ExactMaterial(workpiece.graph, workpiece.trimmed)
+        return None
     progress(f"drawing the part: {workpiece.size}")
-    part_glb, _ = draw_part(workpiece.source)
-    if part_glb is None:
-        return ExactMaterial(workpiece.graph, workpiece.trimmed)
-    return TriangleMaterial.of(read_part_glb(part_glb))
+    return draw_part(workpiece.source)[0]

@@ -60,7 +60,8 @@ def compared(name: str, setup: TouchSetup, runs: int = RUNS) -> tuple[float, flo
     assert plan.predicted is not None
     simulation = Simulation(setup, options.nominal)
     planned, classical = (
-        error_95_mm(simulation.errors(part, searches, runs)) for searches in (plan.searches, best_classical(part, options))
+        error_95_mm(simulation.errors(part, searches, runs))
+        for searches in (plan.searches, best_classical(part, options))
     )
     return plan.predicted.error_95_mm, planned, classical
 

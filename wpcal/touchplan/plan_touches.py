@@ -235,9 +235,7 @@ def tool_axes(strokes: Strokes) -> FloatArray:
     return np.stack([x, np.cross(z, x), z], axis=2)
 
 
-def search_of(
-    part: TouchPart, strokes: Strokes, row: int, name: str, via: FloatArray, options: TouchOptions
-) -> Search:
+def search_of(part: TouchPart, strokes: Strokes, row: int, name: str, via: FloatArray, options: TouchOptions) -> Search:
     """Return one stroke as a search.
 
     Parameters
