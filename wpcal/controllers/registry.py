@@ -28,6 +28,7 @@ from wpcal.taught.programs import ProgramReader
 
 if TYPE_CHECKING:
     from wpcal.controllers.coordinated_program import CoordinatedProgram
+    from wpcal.controllers.touch_program import TouchProgram
 
 CONTROLLERS = "wpcal.controllers"
 """The entry-point group."""
@@ -57,6 +58,8 @@ class Controller:
         A function from `SyncProgram` to file names and contents.
     coordinated_writer : str, optional
         A function from `CoordinatedProgram` to file names and contents.
+    touch_writer : str, optional
+        A function from `TouchProgram` to file names and contents.
     holder_on_line : bool
         How `coordinated_writer` moves the robot that holds the part: on lines, otherwise by joints.
     coordinates_arcs : bool
@@ -83,6 +86,7 @@ class Controller:
     reader: str | None = None
     sync_writer: str | None = None
     coordinated_writer: str | None = None
+    touch_writer: str | None = None
     holder_on_line: bool = False
     coordinates_arcs: bool = True
     brands: tuple[str, ...] = ()
@@ -136,6 +140,19 @@ class Controller:
         if self.coordinated_writer is None:
             raise InputError(f"{self.name} has no programs of two robots in coordinated motion")
         write: Callable[[CoordinatedProgram], Mapping[str, str]] = self._load(self.coordinated_writer)
+        return write(program)
+
+    def write_touches(self, program: TouchProgram) -> Mapping[str, str]:
+        """Return the files of a program of touches: names and contents.
+
+        Raises
+        ------
+        InputError
+            When the controller has no such programs, or cannot hold this one.
+        """
+        if self.touch_writer is None:
+            raise InputError(f"{self.name} has no programs of touches")
+        write: Callable[[TouchProgram], Mapping[str, str]] = self._load(self.touch_writer)
         return write(program)
 
     def load_reader(self) -> ProgramReader:

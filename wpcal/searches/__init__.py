@@ -10,7 +10,7 @@ from wpcal.searches.results import (
     fingerprint_of,
     halves_of,
 )
-from wpcal.searches.setup import TouchSetup
+from wpcal.searches.setup import TouchSetup, read_touch_setup, setup_template
 
 __all__ = [
     "STORED_NUMBERS",
@@ -27,6 +27,8 @@ __all__ = [
     "halves_of",
     "plan_from_record",
     "read_touch_plan",
+    "read_touch_setup",
+    "setup_template",
     "touches_csv",
     "touches_record",
 ]

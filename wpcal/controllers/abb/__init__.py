@@ -6,6 +6,7 @@ RAPID = Controller(
     name="rapid",
     title="ABB RAPID: NAME.mod with wobjdata and robtargets",
     writer="wpcal.controllers.abb.write:write_rapid",
+    touch_writer="wpcal.controllers.abb.touch:write_touch_rapid",
     suffixes=(".mod", ".prg", ".sys"),
     reader="wpcal.controllers.abb.read:READER",
     reads_back=True,

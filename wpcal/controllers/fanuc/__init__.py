@@ -6,6 +6,7 @@ FANUC = Controller(
     name="fanuc",
     title="FANUC TP: NAME.ls and one .ls per seam, relative to a user frame",
     writer="wpcal.controllers.fanuc.write:write_fanuc",
+    touch_writer="wpcal.controllers.fanuc.touch:write_touch_fanuc",
     coordinated_writer="wpcal.controllers.fanuc.coordinated:write_coordinated_fanuc",
     holder_on_line=True,
     coordinates_arcs=False,

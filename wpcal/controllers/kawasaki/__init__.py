@@ -6,6 +6,7 @@ AS = Controller(
     name="as",
     title="Kawasaki AS: NAME.as with programs, the part's frame and transformation values",
     writer="wpcal.controllers.kawasaki.write:write_as",
+    touch_writer="wpcal.controllers.kawasaki.touch:write_touch_as",
     suffixes=(".as",),
     reader="wpcal.controllers.kawasaki.read:READER",
     brands=("kawasaki",),

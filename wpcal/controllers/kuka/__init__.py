@@ -6,6 +6,7 @@ KRL = Controller(
     name="krl",
     title="KUKA KRL: NAME.src and NAME.dat with FRAME and E6POS",
     writer="wpcal.controllers.kuka.write:write_krl",
+    touch_writer="wpcal.controllers.kuka.touch:write_touch_krl",
     suffixes=(".dat",),
     reader="wpcal.controllers.kuka.read:READER",
     reads_back=True,

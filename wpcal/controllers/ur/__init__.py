@@ -6,6 +6,7 @@ URSCRIPT = Controller(
     name="urscript",
     title="Universal Robots: NAME.script with the part's frame and poses",
     writer="wpcal.controllers.ur.write:write_urscript",
+    touch_writer="wpcal.controllers.ur.touch:write_touch_urscript",
     brands=("ur", "universal-robots"),
     takes_arcs=True,
     takes_plans=True,

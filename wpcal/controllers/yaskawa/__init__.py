@@ -6,6 +6,7 @@ INFORM = Controller(
     name="inform",
     title="Yaskawa INFORM: NAME.jbi and one .jbi per seam, relative to a user frame",
     writer="wpcal.controllers.yaskawa.write:write_inform",
+    touch_writer="wpcal.controllers.yaskawa.touch:write_touch_inform",
     suffixes=(".jbi",),
     reader="wpcal.controllers.yaskawa.read:READER",
     reads_back=True,
