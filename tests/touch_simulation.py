@@ -24,6 +24,8 @@ from wpcal.touchplan import NominalError, TouchPart
 
 RIM = 16
 """Points around the wire, at its end and above it."""
+CONTACT_MM = 1e-7
+"""The wire touches if it is this near."""
 
 
 class MissedError(Exception):
@@ -110,11 +112,19 @@ def contact(
         return float(height.min())
 
     low, high = 0.0, search.stroke_mm
-    if gap(low) <= 0.0 or gap(high) >= 0.0:
+    at_low, at_high = gap(low), gap(high)
+    if at_low <= 0.0 or at_high >= 0.0:
         raise MissedError(search.name)
-    for _ in range(40):
-        middle = (low + high) / 2.0
-        low, high = (middle, high) if gap(middle) > 0.0 else (low, middle)
+    while high - low > CONTACT_MM:
+        share = at_low / (at_low - at_high) if np.isfinite(at_low) else 0.5
+        middle = low + float(np.clip(share, 0.01, 0.99)) * (high - low)
+        here = gap(middle)
+        if abs(here) < CONTACT_MM:
+            return search.start + middle * search.direction
+        if here > 0.0:
+            low, at_low = middle, here
+        else:
+            high, at_high = middle, here
     return search.start + low * search.direction
 
 

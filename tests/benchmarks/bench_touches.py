@@ -59,10 +59,8 @@ def compared(name: str, setup: TouchSetup, runs: int = RUNS) -> tuple[float, flo
     plan = plan_touches(part, options=options)
     assert plan.predicted is not None
     simulation = Simulation(setup, options.nominal)
-    planned, classical = (
-        error_95_mm(simulation.errors(part, searches, runs))
-        for searches in (plan.searches, best_classical(part, options))
-    )
+    sets = (plan.searches, best_classical(part, options))
+    planned, classical = (error_95_mm(simulation.errors(part, searches, runs)) for searches in sets)
     return plan.predicted.error_95_mm, planned, classical
 
 

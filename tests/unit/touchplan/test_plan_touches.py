@@ -1,4 +1,4 @@
-"""Plans of touches: the choice against trying all sets, the rules of every search, and what is said where none works."""
+"""Plans of touches: the choice against all sets, the rules of every search, and what is said without a plan."""
 
 import math
 from dataclasses import replace
