@@ -194,7 +194,13 @@ class PickSession:
         }
 
     def touch(self, point: FloatArray, normal: FloatArray) -> dict[str, Any]:
-        """Return what a click on the part touches; see `cad.pick.touches.touch_at`."""
+        """Return what a click on the part touches; see `cad.pick.touches.touch_at`.
+
+        Parameters
+        ----------
+        point, normal : ndarray, shape (3,)
+            In `part`, mm.
+        """
         return touch_at(self.part, point, normal)
 
     def promise(self, rows: Rows) -> dict[str, Any]:

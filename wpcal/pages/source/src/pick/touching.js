@@ -58,7 +58,7 @@ export class Touching {
     else this.on.onTouch({ ...answer, radius: this.radius.value.trim().replace(",", ".") });
   }
 
-  /** Shows what the rows promise: arrows at the touches, and the largest error of a seam; or why they promise nothing. */
+  /** Shows what the rows promise, or why nothing: arrows at the touches, and the largest error of a seam. */
   show(promise, fault = null) {
     const { viewer } = this;
     viewer.clear(LAYER);
