@@ -15,6 +15,7 @@ Which pairs are compared
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -126,6 +127,12 @@ class OneRobotClearance:
         self._floor = [row for row, body in enumerate(self._bodies) if _over_floor(body)]
         self._outline = np.zeros((0, 3)) if part is None else _outline(part)
         self._objects: dict[int | str, Any] = {}
+
+    def standing_as(self, cell: OneRobotCell) -> OneRobotClearance:
+        """Return the same measures in a cell whose bodies stand elsewhere and are the same; no grid is made again."""
+        other = copy(self)
+        other.cell = cell
+        return other
 
     def names(self, pair: int) -> tuple[str, str]:
         """Return the names of the two bodies of a pair."""
