@@ -94,7 +94,7 @@ def find_seams(
     of = (options, choice.marked, choice.edges, workpiece.features if choice.edges else ())
     found = workpiece.answer("seams", of, partial(_find, workpiece, options, choice))
     graph = found.graph or workpiece.graph
-    trimmed = replace(workpiece.trimmed, graph=graph)
+    trimmed = workpiece.trimmed.with_graph(graph)
     workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *found.issues), member_notes=found.notes)
     measured = replace(options, play=found.notes.play)
     return apply_edits(graph, trimmed, found.seams, choice.edits, measured), workpiece
@@ -118,7 +118,7 @@ def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Fo
     found = find_part_seams(graph, trimmed, options, cross=partial(_cross, workpiece), mark=mark)
     issues = (*found.issues, *covered_issues(graph, trimmed))
     if not found.seams and options.concave is ConcaveEdges.AUTO:
-        whole = replace(trimmed, graph=found.graph)
+        whole = trimmed.with_graph(found.graph)
         issues = (*issues, *left_out(found.graph, whole))
         notes = notes.with_whole({solid: why for solid, _, why in find_whole_solids(found.graph, whole)})
     told = why_nothing_is_found(found.seams, len(graph.solid_names), options.gap_for(graph))

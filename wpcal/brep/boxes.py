@@ -54,6 +54,13 @@ class BoxTree:
             levels.append(level)
         return cls(order, tuple(levels))
 
+    def without(self, left_out: BoolArray) -> BoxTree:
+        """Return the tree with some boxes empty (mask over all boxes, shape (n,)), so that no query meets them."""
+        gone = left_out[self.order]
+        low, high = self.levels[0]
+        lowest = np.where(gone, np.inf, low), np.where(gone, -np.inf, high)
+        return BoxTree(self.order, (lowest, *self.levels[1:]))
+
     def search(self, count: int, meets: Meets) -> tuple[IntArray, IntArray]:
         """Find all pairs of a query and a box that it meets.
 

@@ -10,7 +10,7 @@ import numpy as np
 from wpcal.brep.boxes import BoxTree
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.nurbs import NurbsSurface
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +57,12 @@ class PatchBoxes:
             highs.append(own_high[real])
         every_low, every_high = np.concatenate(lows), np.concatenate(highs)
         return cls(np.concatenate(faces), every_low, every_high, BoxTree.of(every_low, every_high))
+
+    def without(self, left_out: BoolArray) -> PatchBoxes:
+        """Return the boxes with those of some faces empty (mask over all faces, shape (F,))."""
+        gone = left_out[self.face]
+        low, high = np.where(gone[:, None], np.inf, self.low), np.where(gone[:, None], -np.inf, self.high)
+        return PatchBoxes(self.face, low, high, self.tree.without(gone))
 
 
 def patch_corners(surface: NurbsSurface) -> tuple[FloatArray, FloatArray]:

@@ -8,33 +8,26 @@ also works on closed surfaces, where counting crossings fails.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from wpcal.brep.boundaries import sample_boundaries
 from wpcal.brep.boxes import BoxTree
-from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.patch_boxes import PatchBoxes, patch_corners
-from wpcal.brep.surfaces import project_to_faces
-from wpcal.brep.u_ranges import URanges
+from wpcal.brep.strips import Strips
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 PERIODIC_U = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS)
 CLOSED = (SurfaceKind.SPHERE, SurfaceKind.TORUS)
 """Surfaces on which a face may contain a whole meridian: the far side of a bored ball, the bend of a pipe."""
-AXIS_MM = 1e-6
-"""A boundary point this near to the axis is the apex: kernels place vertices within 1e-7 mm."""
-SAME_VERTEX_MM = 1e-6
-"""Ends this near to each other are one vertex: ten times the accuracy of vertices in kernels."""
 ON_MERIDIAN_RAD = 1e-9
 """A piece of boundary whose ends are this near to a meridian runs along the meridian: angles round off at 1e-13."""
 SAME_PLACE = 1e-6
 """Crossings of a meridian that agree within this, mm or rad, are one place: two pieces meet there."""
-MOST_POINTS = 50_000
-"""Points projected in one array: about 20 MB."""
 MOST_PAIRS = 500_000
 """Point and boundary-piece pairs handled in one array: about 50 MB."""
 
@@ -58,8 +51,6 @@ class TrimmedFaces:
         Edge parameters at the ends of each piece.
     known : dict
         What somebody has found out about solids, by subject and solid. It stays with the faces if edges are added.
-    hidden : frozenset of int
-        Solids that are as if they were not there: their faces have empty boxes, so nothing meets them.
     """
 
     graph: BrepGraph
@@ -72,32 +63,27 @@ class TrimmedFaces:
     t0: FloatArray
     t1: FloatArray
     known: dict[tuple[str, int], Any] = field(default_factory=dict, repr=False)
-    hidden: frozenset[int] = frozenset()
 
     @classmethod
     def of(cls, graph: BrepGraph) -> TrimmedFaces:
         """Sample the boundaries of all faces of `graph`."""
-        used = ~graph.is_seam_edge[graph.coedge_edge] & (graph.edge_kind[graph.coedge_edge] != CurveKind.DEGENERATE)
-        order = np.flatnonzero(used)[np.argsort(graph.coedge_face[used], kind="stable")]
-        face, edge, forward = graph.coedge_face[order], graph.coedge_edge[order], graph.coedge_forward[order]
-        start, t, points = edge_polylines(graph)
-        counts = np.diff(start)[edge] - 1
-        coedge = np.repeat(np.arange(len(order)), counts)
-        step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-        low = start[edge[coedge]] + step
-        flip = ~forward[coedge]
-        first, second = np.where(flip, low + 1, low), np.where(flip, low, low + 1)
-        of_face = face[coedge]
-        p0, p1 = points[first], points[second]
-        closed = _closed_ends(graph, start, points)  # so pieces with a common vertex have exactly equal (u, v) there
-        uv0, uv1 = _parameters(graph, of_face, closed[first]), _parameters(graph, of_face, closed[second])
-        for here, there, p in ((uv0, uv1, p0), (uv1, uv0, p1)):
-            apex = is_on_axis(graph, of_face, p)  # it has no angle of its own: take that of the other end
-            here[apex, 0] = there[apex, 0]
-        swap = graph.face_outward[of_face] < 0  # left seen from outside is right seen along the surface's own normal
-        uv0[swap], uv1[swap] = uv1[swap], uv0[swap].copy()
-        face_start = np.searchsorted(of_face, np.arange(graph.face_count + 1))
-        return cls(graph, face_start, uv0, uv1, p0, p1, edge[coedge], t[first], t[second])
+        return cls(graph, *sample_boundaries(graph))
+
+    def with_graph(self, graph: BrepGraph) -> TrimmedFaces:
+        """Return the same faces in a graph with more edges, with all that was computed for the faces."""
+        other = replace(self, graph=graph)
+        vars(other).update({name: value for name, value in vars(self).items() if name not in _FIELDS})
+        return other
+
+    def without(self, solid: int) -> TrimmedFaces:
+        """Return the faces as if a solid were not there: its faces have empty boxes, so nothing meets them."""
+        hidden = self.graph.face_solid == solid
+        low, high = self.face_box
+        boxes = np.where(hidden[:, None], np.inf, low), np.where(hidden[:, None], -np.inf, high)
+        tree, patches = self.box_tree.without(hidden), self.patch_boxes.without(hidden)
+        other = self.with_graph(self.graph)
+        vars(other).update(face_box=boxes, box_tree=tree, patch_boxes=patches)
+        return other
 
     @cached_property
     def face_box(self) -> tuple[FloatArray, FloatArray]:
@@ -124,8 +110,6 @@ class TrimmedFaces:
             corners = patch_corners(graph.nurbs_surfaces[graph.face_nurbs[number]])
             low[number] = np.minimum(low[number], corners[0].min(axis=0))
             high[number] = np.maximum(high[number], corners[1].max(axis=0))
-        hidden = np.isin(graph.face_solid, list(self.hidden))
-        low[hidden], high[hidden] = np.inf, -np.inf
         return low, high
 
     @cached_property
@@ -161,8 +145,7 @@ class TrimmedFaces:
         open_ = (
             np.isin(self.graph.face_kind[faces], CLOSED) & ~inside
         )  # undecided until a piece crosses the meridian of the point
-        may_cross = np.flatnonzero(self._u_ranges.hold(faces, uv[:, 0]))
-        for row, piece in self._pairs(faces, may_cross):
+        for row, piece in self._strips.pairs(faces, self._turned(faces, uv[:, 0]), MOST_PAIRS):
             crossed, v, run, away = self._crossings(faces, uv, row, piece)
             _decide(inside, crossed, v, run, away)
             open_[crossed] = False
@@ -229,16 +212,12 @@ class TrimmedFaces:
             nearest[row[first]] = piece[first]
         return nearest
 
-    def _pairs(self, faces: IntArray, among: IntArray | None = None) -> Iterator[tuple[IntArray, IntArray]]:
-        """Yield pairs of a row of `faces`, or of those `among` them, and a piece of that face's boundary.
-
-        Rows are ascending; pairs come in chunks.
-        """
-        asked = np.arange(len(faces)) if among is None else among
-        counts = self.start[faces[asked] + 1] - self.start[faces[asked]]
+    def _pairs(self, faces: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+        """Yield pairs of a row of `faces` and a piece of that face's boundary, in chunks; rows are ascending."""
+        counts = self.start[faces + 1] - self.start[faces]
         chunk = np.cumsum(counts) // MOST_PAIRS
-        for own in np.split(np.arange(len(asked)), np.flatnonzero(np.diff(chunk)) + 1):
-            rows, count = asked[own], counts[own]
+        for rows in np.split(np.arange(len(faces)), np.flatnonzero(np.diff(chunk)) + 1):
+            count = counts[rows]
             row = np.repeat(rows, count)
             before = np.cumsum(count) - count
             piece = np.arange(len(row)) + np.repeat(self.start[faces[rows]] - before, count)
@@ -250,8 +229,7 @@ class TrimmedFaces:
     ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
         """Return rows, relative v, run along u and rise away from the meridian of the pieces that cross it."""
         kind = self.graph.face_kind[faces]
-        turning = np.isin(kind, PERIODIC_U) | (self._round[faces, 1] > 0)
-        row, piece, u0, run = self._crossing(turning, self._turned(faces, uv[:, 0]), row, piece)
+        row, piece, u0, run = self._crossing(self._turning[faces], self._turned(faces, uv[:, 0]), row, piece)
         v0, rise = self.uv0[piece, 1] - uv[row, 1], self.uv1[piece, 1] - self.uv0[piece, 1]
         torus = kind[row] == SurfaceKind.TORUS
         rise = np.where(torus, wrap_angle(rise), rise)
@@ -279,9 +257,14 @@ class TrimmedFaces:
         return self._turned(faces, self.uv0[:, 0].copy()), self._turned(faces, self.uv1[:, 0].copy())
 
     @cached_property
-    def _u_ranges(self) -> URanges:
-        """Outside of these no piece crosses a meridian."""
-        return URanges.of(self.graph.face_kind, self.start, *self._u)
+    def _turning(self) -> BoolArray:
+        """Whether the first parameter of each face goes round, shape (F,)."""
+        return np.isin(self.graph.face_kind, PERIODIC_U) | (self._round[:, 1] > 0)
+
+    @cached_property
+    def _strips(self) -> Strips:
+        """The pieces that may cross a meridian."""
+        return Strips.of(self._turning, self.start, *self._u)
 
     def _turned(self, faces: IntArray, u: FloatArray) -> FloatArray:
         """Return first parameters as angles where a free-form face goes round, elsewhere as they are; shape (m,)."""
@@ -339,26 +322,8 @@ class TrimmedFaces:
         return v
 
 
-def _parameters(graph: BrepGraph, faces: IntArray, points: FloatArray) -> FloatArray:
-    """Return the parameters (m, 2) of points on surfaces."""
-    uv = np.empty((len(faces), 2))
-    for first in range(0, len(faces), MOST_POINTS):
-        own = slice(first, first + MOST_POINTS)
-        uv[own] = project_to_faces(graph, faces[own], points[own]).uv
-    return uv
-
-
-def _closed_ends(graph: BrepGraph, start: IntArray, points: FloatArray) -> FloatArray:
-    """Return the samples of edges with equal ends at a common vertex: the end of the first edge there."""
-    points = points.copy()
-    real = np.flatnonzero(np.diff(start) > 0)
-    samples = np.stack([start[real], start[real + 1] - 1], axis=1).ravel()
-    vertices = graph.edge_vertices[real].ravel()
-    samples, vertices = samples[vertices >= 0], vertices[vertices >= 0]
-    _, first, inverse = np.unique(vertices, return_index=True, return_inverse=True)
-    near = np.linalg.norm(points[samples] - points[samples[first[inverse]]], axis=1) <= SAME_VERTEX_MM
-    points[samples[near]] = points[samples[first[inverse]]][near]
-    return points
+_FIELDS = frozenset(one.name for one in fields(TrimmedFaces))
+"""What a caller gives; all else on an object was computed from it."""
 
 
 def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray, away: FloatArray) -> None:
@@ -378,32 +343,9 @@ def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray, aw
         inside[row[nearest]] = (run[nearest] < 0) == above
 
 
-def is_on_axis(graph: BrepGraph, faces: IntArray, points: FloatArray) -> BoolArray:
-    """Tell which points are on the axis of their cone or sphere: at its apex or pole.
-
-    Parameters
-    ----------
-    graph : BrepGraph
-    faces : ndarray of int, shape (m,)
-    points : ndarray, shape (m, 3)
-        In `part`, mm.
-
-    Returns
-    -------
-    ndarray of bool, shape (m,)
-    """
-    on_axis = np.zeros(len(faces), dtype=bool)
-    pointed = np.flatnonzero(np.isin(graph.face_kind[faces], (SurfaceKind.CONE, SurfaceKind.SPHERE)))
-    frame = graph.face_frame[faces[pointed]]
-    arm = points[pointed] - frame[:, 0]
-    height = np.einsum("mi,mi->m", arm, frame[:, 3])
-    on_axis[pointed] = np.linalg.norm(arm - height[:, None] * frame[:, 3], axis=1) < AXIS_MM
-    return on_axis
-
-
 def wrap_angle(angle: FloatArray) -> FloatArray:
     """Return angles of any shape in [-pi, pi), rad."""
-    return np.asarray(np.mod(angle + np.pi, 2 * np.pi) - np.pi, dtype=np.float64)
+    return np.asarray(angle - 2 * np.pi * np.floor(angle / (2 * np.pi) + 0.5), dtype=np.float64)  # mod is slower
 
 
 def distance_to_segments(points: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:

@@ -101,12 +101,12 @@ def find_part_seams(
     once = _once_per_group(graph, trimmed, options, cross) if mark is None else None
     if once is not None:
         wide, found = once
-        return PartSeams(wide, judge_candidates(wide, found, options, trimmed=replace(trimmed, graph=wide)), ())
+        return PartSeams(wide, judge_candidates(wide, found, options, trimmed=trimmed.with_graph(wide)), ())
     added, marked = _add(graph, trimmed, options, cross), None
     wide = added.graph
     if mark is not None:
         wide, marked = mark(wide)
-    trimmed = replace(trimmed, graph=wide)
+    trimmed = trimmed.with_graph(wide)
     found = CopiedSeams.none(added.find(trimmed, options, marked))
     return PartSeams(wide, judge_candidates(wide, found, options, trimmed=trimmed), added.issues)
 
@@ -131,7 +131,7 @@ def _once_per_group(
 
     own = TrimmedFaces.of(firsts.graph)
     added = _add(firsts.graph, own, options, cross_firsts)
-    found = added.find(replace(own, graph=added.graph), options)
+    found = added.find(own.with_graph(added.graph), options)
     if added.issues or any(text.startswith(OPPOSED_REASON) for seam in found for text in seam.reasons):
         return None
     pieces, known = added.pieces, firsts.graph.edge_count
@@ -149,7 +149,7 @@ def _add(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, cross: C
     sections, issues = None, tuple[Issue, ...]()
     if len(pairs):
         graph, sections, issues = cross(graph, pairs)
-        trimmed = replace(trimmed, graph=graph)
+        trimmed = trimmed.with_graph(graph)
     graph, beads = add_beads(graph, trimmed, options)
     graph, flares = add_grooves(graph, trimmed, options)
     return _Added(graph, sections, beads, flares, issues)

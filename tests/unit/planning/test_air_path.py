@@ -9,10 +9,12 @@ import pytest
 
 from tests.one_robot_cells import TEE, fixed_cell, positioner_record, random_axes, with_positioner, write_cell
 from wpcal.core.errors import GeometryError
+from wpcal.planning.cell.one_robot import WORLD
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.one_robot_file import read_one_robot
 from wpcal.planning.cell.robot_cell import Shape
 from wpcal.planning.sequence.air_path import AirPlanner
+from wpcal.planning.sequence.motion_bound import motion_per_axis
 from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 
@@ -112,3 +114,28 @@ def test_a_share_of_a_move_ends_before_the_first_collision(cluttered):
         assert (whole[row] == 1.0) == checker.is_free(a[row], b[row])
         if 0.0 < share[row] < 1.0:
             assert checker.is_free(a[row], a[row] + share[row] * (b[row] - a[row]))
+
+
+def test_bodies_of_two_carriers_approach_each_other_by_no_more_than_their_bound(tmp_path):
+    cell = read_one_robot(write_cell(tmp_path, with_positioner()))
+    given = read_sequence_input(TEE, cell)
+    clearance = OneRobotClearance(given.placed(cell), given.part)
+    rng = np.random.default_rng(4)
+    points = {row: [] for row in range(len(clearance.cell.frames(cell.home[None])))}
+    for body in clearance.pairs.bodies:
+        points[body.carrier] += [*body.shape.p, *body.shape.q, *body.shape.hull]
+    points[clearance.cell.part_row] += [*given.part.corners.reshape(-1, 3)[:40]]
+    points[WORLD] += [*rng.uniform(-1000.0, 1000.0, (20, 3))]
+    q = random_axes(clearance.cell, 200, seed=3)
+    for axes in (list(range(len(cell.home))), *([axis] for axis in range(len(cell.home)))):
+        step = np.zeros_like(q)
+        step[:, axes] = rng.uniform(-0.05, 0.05, (len(q), len(axes)))
+        bound = np.abs(step) @ motion_per_axis(clearance.cell, clearance).T
+        before, after = (clearance.cell.frames(some) for some in (q, q + step))
+        for row, pair in enumerate(clearance.carriers.tolist()):
+            own = [np.array(points[carrier])[rng.integers(0, len(points[carrier]), 8)] for carrier in pair]
+            apart = []
+            for frames in (before, after):
+                one, other = (np.stack([frames[k].point(p) for p in some]) for k, some in zip(pair, own, strict=True))
+                apart.append(np.linalg.norm(one - other, axis=1))
+            assert (np.abs(apart[1] - apart[0]) <= bound[:, row] + 1e-9).all(), pair

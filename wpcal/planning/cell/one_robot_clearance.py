@@ -31,6 +31,7 @@ from wpcal.planning.cell.distance_field import DistanceField
 from wpcal.planning.cell.hull_cover import HullCover
 from wpcal.planning.cell.hulls import HullMeasure, convex_hull_object, import_fcl
 from wpcal.planning.cell.one_robot import CARRIER, TOOL, WORLD, OneRobotCell
+from wpcal.planning.cell.part_capsules import PartCapsules
 from wpcal.planning.cell.part_distance import part_distances
 from wpcal.planning.cell.robot_cell import JOINTS
 from wpcal.robot.kinematics.forward import Frames
@@ -46,6 +47,8 @@ SPACING_MM = 20.0
 LEAST_PLACES = 3
 """... and at least this many."""
 PART, FLOOR = "part", "floor"
+NOTHING: tuple[FloatArray, IntArray] = (np.zeros((0, 1)), np.zeros(0, dtype=np.int64))
+"""Margins of no pairs."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,10 +61,13 @@ class Margins:
         The least over all pairs; infinite if there are none.
     pair : ndarray of int, shape (n,)
         Number of the pair with the least margin, for `OneRobotClearance.names`.
+    by_carriers_mm : ndarray, shape (n, c)
+        The least over the pairs of each row of `OneRobotClearance.carriers`.
     """
 
     margin_mm: FloatArray
     pair: IntArray
+    by_carriers_mm: FloatArray
 
     @property
     def is_clear(self) -> BoolArray:
@@ -99,13 +105,6 @@ def _can_meet(a: Body, b: Body) -> bool:
     return False
 
 
-def _meets_part(body: Body, cell: OneRobotCell) -> bool:
-    if body.owner is Owner.ROBOT:
-        return body.link > 0 or cell.positioner is not None
-    turns = cell.positioner is not None and len(cell.positioner.arm.joints) > 1
-    return turns and body.link == 0
-
-
 class OneRobotClearance:
     """Measures a cell with its part. Grids and hulls are made once.
 
@@ -115,6 +114,13 @@ class OneRobotClearance:
         Its part's place must be known if a part is given.
     part : TriangleMaterial or None
         The part in its own frame; None: nothing is compared with a part.
+
+    Attributes
+    ----------
+    carriers : ndarray of int, shape (c, 2)
+        The pairs of frames (rows of `OneRobotCell.frames`) that carry bodies which are compared, each once.
+    least_safety_mm : ndarray, shape (c,)
+        Least safety distance of the bodies of each of these, mm.
     """
 
     def __init__(self, cell: OneRobotCell, part: TriangleMaterial | None) -> None:
@@ -123,10 +129,26 @@ class OneRobotClearance:
         self._measure = HullMeasure.of_pairs(self.pairs) if len(self.pairs) else None
         self._bodies = self.pairs.bodies
         self._field = None if part is None else DistanceField.of_triangles(part.corners)
-        self._capsules = _PartCapsules.of(cell, self._bodies) if part is not None else None
+        self._capsules = PartCapsules.of(cell, self._bodies) if part is not None else None
         self._floor = [row for row, body in enumerate(self._bodies) if _over_floor(body)]
         self._outline = np.zeros((0, 3)) if part is None else _outline(part)
         self._objects: dict[int | str, Any] = {}
+        self.carriers, self._row_of_pair, self.least_safety_mm = self._carriers()
+
+    def _carriers(self) -> tuple[IntArray, IntArray, FloatArray]:
+        """Return the pairs of carriers, the row of each number of a pair in them, and their least safety distances."""
+        own = np.array([body.carrier for body in self._bodies], dtype=np.int64)
+        part, floor = self.cell.part_row, WORLD
+        with_part = np.column_stack([own, np.full(len(own), part)])
+        with_floor = np.column_stack([np.append(own, part), np.full(len(own) + 1, floor)])
+        every = np.concatenate([own[np.column_stack([self.pairs.first, self.pairs.second])], with_part, with_floor])
+        safety = np.full(len(every), self.cell.d1_mm)
+        if self._capsules is not None:
+            safety[len(self.pairs) + self._capsules.body] = self._capsules.needed_mm
+        carriers, row = np.unique(every, axis=0, return_inverse=True)
+        least = np.full(len(carriers), np.inf)
+        np.minimum.at(least, row.ravel(), safety)
+        return carriers, row.ravel(), least
 
     def standing_as(self, cell: OneRobotCell) -> OneRobotClearance:
         """Return the same measures in a cell whose bodies stand elsewhere and are the same; no grid is made again."""
@@ -157,28 +179,37 @@ class OneRobotClearance:
         Margins
         """
         least, pair = np.full(len(q), np.inf), np.full(len(q), -1, dtype=np.int64)
+        by_carriers = np.full((len(self.carriers), len(q)), np.inf)
         for start in range(0, len(q), ROWS):
             some = slice(start, start + ROWS)
             frames = self.cell.frames(q[some])
             for measure in (self._pairs_margins, self._floor_margins, self._part_margins):
-                found, which = measure(frames, least[some])
-                rows = np.broadcast_to(found, least[some].shape)
+                found, numbers = measure(frames, least[some])
+                if not len(numbers):
+                    continue
+                best = np.argmin(found, axis=0)
+                rows = np.broadcast_to(np.take_along_axis(found, best[None], axis=0)[0], least[some].shape)
                 better = rows < least[some]
                 least[some] = np.where(better, rows, least[some])
-                pair[some] = np.where(better, which, pair[some])
-        return Margins(least, pair)
+                pair[some] = np.where(better, numbers[best], pair[some])
+                own = self._row_of_pair[numbers]
+                order = np.argsort(own, kind="stable")
+                starts = np.flatnonzero(np.diff(own[order], prepend=-1))
+                which = own[order[starts]]
+                near = np.minimum.reduceat(found[order], starts, axis=0)
+                by_carriers[which, some] = np.minimum(by_carriers[which, some], near)
+        return Margins(least, pair, by_carriers.T)
 
     def _pairs_margins(self, frames: tuple[Frames, ...], _known: FloatArray) -> tuple[FloatArray, IntArray]:
         if self._measure is None:
-            return np.array([np.inf]), np.array([-1])
+            return NOTHING
         bounds = pair_margins(self._measure.bounded, frames)
         self._measure.raise_bounds(bounds, frames)
-        row = np.argmin(bounds, axis=0)
-        return np.asarray(bounds[row, np.arange(bounds.shape[1])]), row
+        return bounds, np.arange(len(bounds))
 
     def _part_margins(self, frames: tuple[Frames, ...], known: FloatArray) -> tuple[FloatArray, IntArray]:
         if self.part is None or self._capsules is None or not len(self._capsules.body):
-            return np.array([np.inf]), np.array([-1])
+            return NOTHING
         capsules = self._capsules
         p, q = capsules.in_part(frames, self.cell.part_row)
         margin = self._grid_margins(p, q, capsules.radius_mm, capsules.needed_mm)
@@ -194,8 +225,7 @@ class OneRobotClearance:
                 continue
             margin[rows, column] = self._hull_margins(column, frames, rows)
             open_rows[rows] = margin[rows, column] > 0.0
-        column = np.argmin(margin, axis=1)
-        return margin[np.arange(len(margin)), column], len(self.pairs) + capsules.body[column]
+        return margin.T, len(self.pairs) + capsules.body
 
     def capsule_margins(self, p: FloatArray, q: FloatArray, radius: FloatArray, needed: FloatArray) -> FloatArray:
         """Return lower bounds of the margins of capsules from the part.
@@ -286,10 +316,8 @@ class OneRobotClearance:
             found.append(_lowest(frames[self.cell.part_row], _corners(self.part)))
             which.append(first + len(self._bodies))
         if not found:
-            return np.array([np.inf]), np.array([-1])
-        height = np.stack(np.broadcast_arrays(*found)) - level
-        row = np.argmin(height, axis=0)
-        return height[row, np.arange(height.shape[1])], np.array(which)[row]
+            return NOTHING
+        return np.stack(np.broadcast_arrays(*found)) - level, np.array(which)
 
 
 def _over_floor(body: Body) -> bool:
@@ -319,52 +347,6 @@ def _lowest(frame: Frames, points: FloatArray) -> FloatArray:
     return np.asarray(heights.min(axis=1) + frame.p[2], dtype=np.float64)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _PartCapsules:
-    """The capsules that are compared with the part: their bodies, carriers, ends, radii and safety distances."""
-
-    body: IntArray
-    carriers: IntArray
-    p: FloatArray
-    q: FloatArray
-    radius_mm: FloatArray
-    needed_mm: FloatArray
-    has_hull: BoolArray
-
-    @classmethod
-    def of(cls, cell: OneRobotCell, bodies: tuple[Body, ...]) -> _PartCapsules:
-        rows = [row for row, body in enumerate(bodies) if _meets_part(body, cell)]
-        shapes = [bodies[row].shape for row in rows]
-        count = [len(shape.radius_mm) for shape in shapes]
-        needed = [
-            cell.d1_mm if bodies[row].carrier != TOOL or shape.to_part_mm is None else shape.to_part_mm
-            for row, shape in zip(rows, shapes, strict=True)
-        ]
-        body = np.repeat(np.array(rows, dtype=np.int64), count)
-        p, q = (np.concatenate([np.zeros((0, 3)), *(getattr(shape, end) for shape in shapes)]) for end in ("p", "q"))
-        radius = np.concatenate([np.zeros(0), *(shape.radius_mm for shape in shapes)])
-        carriers = np.array([bodies[row].carrier for row in body], dtype=np.int64)
-        hulled = np.repeat(np.array([len(shape.hull) > 0 for shape in shapes], dtype=bool), count)
-        return cls(body, carriers, p, q, radius, np.repeat(np.array(needed, dtype=np.float64), count), hulled)
-
-    def in_part(self, frames: tuple[Frames, ...], part_row: int) -> tuple[FloatArray, FloatArray]:
-        """Return the ends of the axes in the frame of the part at n states, shapes (n, c, 3), mm."""
-        n = max(frame.p.shape[1] for frame in frames)
-        part = frames[part_row]
-        R = np.broadcast_to(part.rotations(), (n, 3, 3))
-        origin = np.broadcast_to(part.p, (3, n))
-        carriers = sorted(set(self.carriers.tolist()))
-        ends = np.empty((2, n, len(self.body), 3))
-        for carrier in carriers:
-            columns = np.flatnonzero(self.carriers == carrier)
-            local = np.stack([self.p[columns], self.q[columns]])  # (2, c, 3)
-            frame = frames[carrier]
-            axes = np.stack([frame.x, frame.y, frame.z])  # (3, 3, n or 1)
-            world = np.einsum("kxn,eck->encx", axes, local) + frame.p.T[:, None]
-            ends[:, :, columns] = np.einsum("nji,encj->enci", R, world - origin.T[:, None])
-        return ends[0], ends[1]
-
-
 def _mesh_object(part: TriangleMaterial | None) -> Any:
     """Return FCL's object of the part's triangles."""
     assert part is not None
@@ -375,13 +357,6 @@ def _mesh_object(part: TriangleMaterial | None) -> Any:
     mesh.addSubModel(points, np.arange(len(points)).reshape(-1, 3))
     mesh.endModel()
     return fcl.CollisionObject(mesh, fcl.Transform())
-
-
-def tool_capsules(cell: OneRobotCell) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return the torch's capsules: ends in `tool` (c, 3) twice, radii (c,) and distances from the part (c,), mm."""
-    bodies = tuple(Body(shape, Owner.ROBOT, JOINTS + 1, TOOL) for shape in cell.torch)
-    found = _PartCapsules.of(cell, bodies)
-    return found.p, found.q, found.radius_mm, found.needed_mm
 
 
 def fixed_part(cell: OneRobotCell) -> RigidTransform:

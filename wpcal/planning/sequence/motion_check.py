@@ -1,22 +1,21 @@
 """Straight moves in the axes, proved free between the checked states too.
 
-A bound of how far any point of any body moves per radian of an axis follows from the lengths of the links alone. Two
-bodies that are D apart at both ends of a step cannot touch on it if they approach each other by less than 2 D on it. So
-a step is proved when the bound of its motion is at most the sum of the free distances at its ends; otherwise it is
-halved, and its middle is measured.
+Two bodies that are D apart at both ends of a step cannot touch on it if they approach each other by less than 2 D on
+it; `motion_bound` bounds this approach. So a step is proved when the bound is at most the sum of the free distances at
+its ends, for the bodies of every two carriers. Otherwise it is halved, and its middle is measured. Each two carriers
+have their own bound: a part near the frame of its positioner asks for small steps of the positioner, not of the robot.
 """
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
-from wpcal.planning.cell.one_robot import CARRIER, TOOL, OneRobotCell
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance, one_robot_bodies
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.sequence.motion_bound import motion_per_axis
 
 FIRST_STEP_MM = 150.0
 """Steps of the first round: most of a move is this far from everything."""
@@ -40,54 +39,12 @@ class CheckedMove:
         Their places, in moves from the start: 1.5 is half-way along the second move.
     margin_mm : ndarray, shape (m,)
         Lower bounds of the margins.
-    largest_step_mm : float
-        Largest bound of the motion between two neighbouring states.
     """
 
     is_free: bool
     states: FloatArray
     at: FloatArray
     margin_mm: FloatArray
-    largest_step_mm: float
-
-
-def motion_per_axis(cell: OneRobotCell, clearance: OneRobotClearance) -> FloatArray:
-    """Return how far any body can move per unit of each axis, shape (k,): mm per rad, and 1 for a rail.
-
-    Parameters
-    ----------
-    cell : OneRobotCell
-    clearance : OneRobotClearance
-        With the part.
-    """
-    frames = cell.frames(cell.home[None])
-    places = [frame.p[:, 0] for frame in frames]
-    out = dict.fromkeys(range(len(places)), 0.0)
-    for body in one_robot_bodies(cell):
-        points = np.concatenate([body.shape.p, body.shape.q])
-        reach = float((np.linalg.norm(points, axis=1) + np.tile(body.shape.radius_mm, 2)).max())
-        reach = max(reach, float(np.linalg.norm(body.shape.hull, axis=1).max(initial=0.0)))
-        out[body.carrier] = max(out[body.carrier], reach)
-    arm = [*range(JOINTS + 1), TOOL]
-    per_axis = [_reach(places, out, arm[j:]) for j in range(JOINTS)]
-    if cell.rail is not None:
-        per_axis.append(1.0)
-    if cell.positioner is not None:
-        if clearance.part is not None:
-            corners = clearance.part.corners.reshape(-1, 3)
-            out[cell.part_row] = float(np.linalg.norm(corners, axis=1).max())
-        chain = [*range(CARRIER, cell.part_row), cell.part_row]
-        per_axis += [_reach(places, out, chain[j:]) for j in range(len(cell.positioner.arm.joints))]
-    return np.array(per_axis)
-
-
-def _reach(places: list[FloatArray], out: dict[int, float], chain: list[int]) -> float:
-    """Return the largest distance of a body on a chain from the first frame; an axis goes through that frame."""
-    along, best = 0.0, 0.0
-    for before, row in itertools.pairwise(chain):
-        along += float(np.linalg.norm(places[row] - places[before]))
-        best = max(best, along + out[row])
-    return best
 
 
 class MotionChecker:
@@ -101,13 +58,17 @@ class MotionChecker:
 
     def __init__(self, cell: OneRobotCell, clearance: OneRobotClearance) -> None:
         self.cell, self.clearance = cell, clearance
-        self.per_axis = motion_per_axis(cell, clearance)
-        safety = [cell.d1_mm, *(s.to_part_mm for s in cell.torch if s.to_part_mm is not None)]
-        self._free_mm = max(min(safety), LEAST_FREE_MM)
+        self._per_axis = motion_per_axis(cell, clearance)
+        self.per_axis: FloatArray = self._per_axis.max(axis=0, initial=0.0)
+        self._free_mm = np.maximum(clearance.least_safety_mm, LEAST_FREE_MM)
 
     def motion_mm(self, a: FloatArray, b: FloatArray) -> FloatArray:
-        """Return bounds of how far any body moves, and a part towards it, between states (..., k); shape (...), mm."""
-        return np.asarray(np.abs(b - a) @ self.per_axis, dtype=np.float64)
+        """Return bounds of how far any body moves towards another between states (..., k); shape (...), mm."""
+        return np.asarray((np.abs(b - a) @ self._per_axis.T).max(axis=-1, initial=0.0), dtype=np.float64)
+
+    def _shares_of_free(self, step: FloatArray, free: FloatArray) -> FloatArray:
+        """Return the largest part that steps (n, k) use of the free distances (n, c) of their ends, shape (n,)."""
+        return np.asarray((np.abs(step) @ self._per_axis.T / free).max(axis=1, initial=0.0), dtype=np.float64)
 
     def check(self, states: FloatArray) -> CheckedMove:
         """Check the straight moves from state to state.
@@ -123,20 +84,24 @@ class MotionChecker:
             Where it is not free, the states measured so far.
         """
         at, q = self._divided(np.asarray(states, dtype=np.float64))
-        margin = self.clearance.margins(q).margin_mm
+        margin, free = self._measured(q)
         while True:
-            motion = self.motion_mm(q[:-1], q[1:])
-            free = margin + self._free_mm
-            wide = motion > free[:-1] + free[1:]
+            wide = self._shares_of_free(np.diff(q, axis=0), free[:-1] + free[1:]) > 1.0
             is_free = bool((margin > 0.0).all())
             if not wide.any() or not is_free:
-                return CheckedMove(is_free, q, at, margin, float(motion.max(initial=0.0)))
+                return CheckedMove(is_free, q, at, margin)
             middle = (at[:-1] + at[1:])[wide] / 2
             new = (q[:-1] + q[1:])[wide] / 2
+            found, around = self._measured(new)
             at, q = np.concatenate([at, middle]), np.concatenate([q, new])
-            margin = np.concatenate([margin, self.clearance.margins(new).margin_mm])
+            margin, free = np.concatenate([margin, found]), np.concatenate([free, around])
             order = np.argsort(at, kind="stable")
-            at, q, margin = at[order], q[order], margin[order]
+            at, q, margin, free = at[order], q[order], margin[order], free[order]
+
+    def _measured(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return margins (n,) and the free distances of the bodies of every two carriers (n, c), mm."""
+        found = self.clearance.margins(q)
+        return found.margin_mm, np.maximum(found.by_carriers_mm, 0.0) + self._free_mm
 
     def _divided(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return places and states at steps of `FIRST_STEP_MM` at most: one call measures them all."""
@@ -168,21 +133,23 @@ class MotionChecker:
         move = np.repeat(np.arange(len(a)), parts)
         first = np.cumsum(parts) - parts
         t = (np.arange(len(move)) - first[move]) / (parts - 1)[move]
-        margin = self.clearance.margins(a[move] + t[:, None] * (b - a)[move]).margin_mm
+        margin, free = self._measured(a[move] + t[:, None] * (b - a)[move])
         while True:
             hit = np.full(len(a), np.inf)
             np.minimum.at(hit, move[margin <= 0.0], t[margin <= 0.0])
             keep = (hit[move] == np.inf) if whole else (t < hit[move])
-            move, t, margin = move[keep], t[keep], margin[keep]
-            near, free = move[1:] == move[:-1], margin + self._free_mm
-            wide = near & ((t[1:] - t[:-1]) * motion[move[1:]] > trust * (free[1:] + free[:-1]))
+            move, t, margin, free = move[keep], t[keep], margin[keep], free[keep]
+            step = (t[1:] - t[:-1])[:, None] * (b - a)[move[1:]]
+            wide = (move[1:] == move[:-1]) & (self._shares_of_free(step, free[1:] + free[:-1]) > trust)
             if not wide.any():
                 break
             own, at = move[1:][wide], (t[1:] + t[:-1])[wide] / 2
-            found = self.clearance.margins(a[own] + at[:, None] * (b - a)[own]).margin_mm
-            move, t, margin = (np.concatenate(pair) for pair in ((move, own), (t, at), (margin, found)))
+            found, around = self._measured(a[own] + at[:, None] * (b - a)[own])
+            move, t, margin, free = (
+                np.concatenate(pair) for pair in ((move, own), (t, at), (margin, found), (free, around))
+            )
             order = np.lexsort([t, move])
-            move, t, margin = move[order], t[order], margin[order]
+            move, t, margin, free = move[order], t[order], margin[order], free[order]
         share = np.zeros(len(a))
         np.maximum.at(share, move, t)
         return share

@@ -30,13 +30,15 @@ LINKS = 1
 """Nearest states outside of its tree that a new state is linked to, if the way is free."""
 FIRST_LINKS = 12
 """The same for the two ends of a question."""
-MOST_ROUNDS = 60
+MOST_ROUNDS = 150
 """Rounds before the search gives up."""
 TRUST = 5.0
 """While the graph grows, bodies may move this much farther between measured states than is proved: the bound adds up
 the motion of all axes, so little is wrong. The moves of the way that is found are then proved one by one."""
 TOWARDS_OTHER = 4
 """Of this many branches one grows towards a state of the other tree."""
+SMALL = 400
+"""A tree with fewer states may be shut in a narrow place: half of its branches are short ones around its own states."""
 
 
 class Roadmap:
@@ -147,6 +149,13 @@ class Roadmap:
         rows = np.flatnonzero(self._tree == self._tree[opposite])
         some = self._rng.integers(0, len(rows), len(x))
         x[::TOWARDS_OTHER] = self._x[rows[some]][::TOWARDS_OTHER]
+        rows = np.flatnonzero(self._tree == self._tree[own])
+        if len(rows) < SMALL:
+            length = np.geomspace(LEAST, RANGE, len(x[::2]))[:, None]
+            step = self._rng.normal(size=(len(length), len(low)))
+            step *= length / np.linalg.norm(step, axis=1)[:, None]
+            around = self._x[rows[self._rng.integers(0, len(rows), len(length))]] + step
+            x[::2] = np.clip(around, low, high)
         return x
 
     def _link(self, new: IntArray, count: int) -> None:

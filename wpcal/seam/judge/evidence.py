@@ -75,14 +75,16 @@ def judge_seams(
     if not seams:
         return ()
     concave = _concave_evidence(graph, trimmed, seams) if options.concave is ConcaveEdges.AUTO else {}
-    judged = []
+    found = []
     for row, seam in enumerate(seams):
         kept = (finding for finding in seam.findings if finding.rule in OF_WHOLE_PART)
+        found.append([*judge.evidence(seam), *concave.get(row, ()), *kept])
+    judge.add_shape_evidence(seams, found)
+    judged = []
+    for seam, own in zip(seams, found, strict=True):
         reasons = (seam.source.value, *seam.reasons, *_reach_words(seam, judge.reach))
         reachable = not (seam.inside or seam.blocked_by)
-        found = [*judge.evidence(seam), *concave.get(row, ()), *kept]
-        found += judge.shape_evidence(seam, found)
-        judged.append(replace(seam, reachable=reachable, reasons=reasons, **_weight(seam, found, judge.level)))
+        judged.append(replace(seam, reachable=reachable, reasons=reasons, **_weight(seam, own, judge.level)))
     return tuple(judged)
 
 
@@ -250,15 +252,19 @@ class Judge:
                 seam, is_fastener=any(solid in self.members.fasteners for solid in solids)
             )
 
-    def shape_evidence(self, seam: Seam, found: Sequence[Finding]) -> Iterator[Finding]:
-        """Yield what the shapes of two solids say against a candidate that nothing else refuses.
+    def add_shape_evidence(self, seams: Sequence[Seam], found: Sequence[list[Finding]]) -> None:
+        """Add what the shapes of two solids say against candidates that nothing else refuses.
 
         It takes time to look at a shape, so others are not asked.
         """
-        between_two = seam.source in BETWEEN_TWO and len(seam.solids) == 2
-        if not between_two or _confidence(seam, found) < Level.GENEROUS.value:
-            return
-        yield from self.looks.findings([self.number[name] for name in seam.solids])
+        asked = {}
+        for row, (seam, own) in enumerate(zip(seams, found, strict=True)):
+            between_two = seam.source in BETWEEN_TWO and len(seam.solids) == 2
+            if between_two and _confidence(seam, own) >= Level.GENEROUS.value:
+                asked[row] = [self.number[name] for name in seam.solids]
+        self.looks.look_at(asked.values())
+        for row, solids in asked.items():
+            found[row].extend(self.looks.findings(solids))
 
     def _pair_evidence(self, seam: Seam, a: int, b: int) -> Iterator[Finding]:
         """Yield what speaks against welding these two members to each other at this place."""

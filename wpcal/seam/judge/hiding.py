@@ -44,7 +44,7 @@ def with_hiding(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], 
         for name in others[row][:MOST_SOLIDS]:
             asked.setdefault(number[name], []).append(row)
     for solid, own in sorted(asked.items()):
-        without = replace(trimmed, hidden=trimmed.hidden | {solid})
+        without = trimmed.without(solid)
         loose = is_loose(graph, trimmed, solid)
         for row, felt in zip(own, feel_seams(graph, without, [seams[row] for row in own], reach), strict=True):
             freed = _free_length_mm(seams[row], felt)

@@ -1,12 +1,12 @@
 """What the shapes of two solids, and of the whole part, say against a weld between them.
 
 It takes time to look at shapes. So each solid and each pair is looked at once, and only if nothing else refuses a
-candidate between them.
+candidate between them. What takes longest is looked at for all such pairs of a part together.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,7 +17,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray
 from wpcal.seam.find.built_up import is_turned
-from wpcal.seam.judge.closed_in import hold_each_other
+from wpcal.seam.judge.closed_in import find_held
 from wpcal.seam.judge.held_fast import is_held_fast, is_ring_in_ring
 from wpcal.seam.judge.rolling import has_round_tread
 from wpcal.seam.member.heavy_bars import find_bar, why_timber
@@ -61,13 +61,21 @@ class ShapeLooks:
     _one_pieces: OnePieces = field(init=False)
     _pairs: dict[tuple[int, int], tuple[Finding, ...]] = field(default_factory=dict)
     _known: dict[tuple[object, ...], Any] = field(default_factory=dict)
+    _held: dict[tuple[int, int], bool] = field(default_factory=dict)
     _part: tuple[Finding, ...] | None = None
 
     def __post_init__(self) -> None:
         self._one_pieces = OnePieces(self.graph, self.trimmed)
 
+    def look_at(self, pairs: Iterable[Sequence[int]]) -> None:
+        """Look at all pairs of solids together; `findings` then has less to ask of each."""
+        asked = {self._first_pair(*solids) for solids in pairs if not all(self.members[solid].said for solid in solids)}
+        new = sorted(asked - self._held.keys())
+        is_held = find_held(self.graph, self.trimmed, np.reshape(new, (-1, 2)).astype(np.int64), self.gap_mm)
+        self._held.update(zip(new, is_held.tolist(), strict=True))
+
     def findings(self, solids: Sequence[int]) -> Iterator[Finding]:
-        """Yield the findings against a weld between two solids, given by number."""
+        """Yield the findings against a weld between two solids, given by number, that were looked at."""
         said = [self.members[solid].said for solid in solids]
         for solid, is_said in zip(solids, said, strict=True):
             why = None if is_said else self._one_pieces.why(solid)
@@ -92,17 +100,17 @@ class ShapeLooks:
             )
             yield Rule.SMALLER_THAN_NOZZLE.found(f"{words}; the nozzle of the torch has {self.nozzle_mm:g} mm")
         for solid in (a, b):
-            bar = self._once(find_bar, solid)
-            if bar is not None and bar.thick < THINNEST_MM:
-                words = f"{self.graph.solid_names[solid]} is {bar.thick:.2g} mm thick"
+            thick = self._of_equals(_thick_mm, solid)
+            if thick < THINNEST_MM:
+                words = f"{self.graph.solid_names[solid]} is {thick:.2g} mm thick"
                 yield Rule.TOO_THIN.found(f"{words}: no arc welds less than {THINNEST_MM:g} mm")
         for solid in (a, b):
-            if self._once(has_round_tread, solid):
+            if self._of_equals(has_round_tread, solid):
                 yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} is a wheel: it has a bore and a round tread")
-        is_round = any(self._once(_is_turned, solid) for solid in (a, b))
+        is_round = any(self._of_equals(_is_turned, solid) for solid in (a, b))
         if is_round and self._once(is_held_fast, a, b):
             yield Rule.HELD_FAST.found("one of the two is a ring between two shoulders of the other")
-        elif self._once(hold_each_other, a, b):
+        elif self._held[self._first_pair(a, b)]:
             yield Rule.CLOSED_IN.found("no straight move takes the two apart: one was closed round the other")
         elif is_round and self._once(is_ring_in_ring, a, b):
             yield Rule.RING_IN_RING.found("a ring fills the bore of the other and ends with it on both sides")
@@ -115,6 +123,11 @@ class ShapeLooks:
         if why is not None:
             yield Rule.TIMBER.found(why)
 
+    def _first_pair(self, a: int, b: int) -> tuple[int, int]:
+        """Return the pair that is looked at for this one."""
+        first, second = sorted((int(self.like[a]), int(self.like[b])))
+        return first, second
+
     def _once(self, look: Callable[..., Any], *solids: int) -> Any:
         """Return what a look at one solid, or at two that touch, finds; asked once for all their copies."""
         first = tuple(self.like[list(solids)].tolist())
@@ -122,6 +135,19 @@ class ShapeLooks:
             gap = (self.gap_mm,) if len(solids) == 2 else ()
             self._known[look, *first] = look(self.graph, self.trimmed, *first, *gap)
         return self._known[look, *first]
+
+    def _of_equals(self, look: Callable[[BrepGraph, TrimmedFaces, int], Any], solid: int) -> Any:
+        """Return what a look at one solid finds, however the solid lies; asked once for all equal solids."""
+        key = look, self._one_pieces.signature(int(self.like[solid]))
+        if key not in self._known:
+            self._known[key] = look(self.graph, self.trimmed, solid)
+        return self._known[key]
+
+
+def _thick_mm(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> float:
+    """Return the thickness of a plate or bar, mm; infinite for another solid."""
+    bar = find_bar(graph, trimmed, solid)
+    return np.inf if bar is None else bar.thick
 
 
 def _is_turned(graph: BrepGraph, _: TrimmedFaces, solid: int) -> bool:

@@ -52,19 +52,25 @@ class OnePieces:
     trimmed: TrimmedFaces
     _why: dict[int, str | None] = field(default_factory=dict)
     _equal: dict[bytes, str | None] = field(default_factory=dict)
+    _signatures: dict[int, bytes] = field(default_factory=dict)
     _lengths: FloatArray | None = None
 
     def why(self, solid: int) -> str | None:
         """Tell why a solid looks as if made as one piece; None if it may be cut from plate, bar or tube, or turned."""
         if solid not in self._why:
-            key = self._signature(solid)
+            key = self.signature(solid)
             if key not in self._equal:
                 self._equal[key] = self._look(solid)
             self._why[solid] = self._equal[key]
         return self._why[solid]
 
-    def _signature(self, solid: int) -> bytes:
+    def signature(self, solid: int) -> bytes:
         """Return what equal solids have in common: the kinds of their faces, and the lengths of their edges."""
+        if solid not in self._signatures:
+            self._signatures[solid] = self._signature(solid)
+        return self._signatures[solid]
+
+    def _signature(self, solid: int) -> bytes:
         if self._lengths is None:
             self._lengths = edge_lengths(self.graph)
         kinds = np.bincount(self.graph.face_kind[self.graph.face_solid == solid], minlength=len(SurfaceKind))

@@ -11,8 +11,8 @@ export function fittingFactor(distances, radius) {
   return FACTORS.filter((factor) => factor * longest <= LONGEST_PART * radius).at(-1) ?? FACTORS[0];
 }
 
-/** Paths from the fitted place along `factor` times the residual `r`, with four barbs at the tip. */
-export function arrow(start, r, factor) {
+/** Paths from a place along `factor` times the vector `r`, with four barbs at the tip. */
+export function arrow(start, r, factor, color = RESIDUAL) {
   const end = start.map((v, i) => v + factor * r[i]);
   const length = Math.hypot(...r);
   if (length === 0) return [];
@@ -21,5 +21,5 @@ export function arrow(start, r, factor) {
   const back = 0.18 * factor * length;
   const barb = (side, sign) => end.map((v, i) => v - back * x[i] + sign * 0.4 * back * side[i]);
   const tips = [barb(y, 1), barb(y, -1), barb(z, 1), barb(z, -1)];
-  return [[start, end], ...tips.map((tip) => [end, tip])].map((pair) => ({ points: pair, color: RESIDUAL }));
+  return [[start, end], ...tips.map((tip) => [end, tip])].map((pair) => ({ points: pair, color }));
 }

@@ -1,7 +1,7 @@
 // Sentences that several pages need.
-/** "1 row", "2 rows". */
-export function plural(count, noun) {
-  return `${count} ${noun}${count === 1 ? "" : "s"}`;
+/** "1 row", "2 rows"; with the ending "es" "2 touches". */
+export function plural(count, noun, ending = "s") {
+  return `${count} ${noun}${count === 1 ? "" : ending}`;
 }
 
 /**

@@ -1,0 +1,53 @@
+"""Pairs of solids that no straight move takes apart: flat and round ones, alone and all pairs of a part together."""
+
+import numpy as np
+import pytest
+from build123d import Box, Cylinder, Pos, Rot
+
+from cad.kernel.to_brep import to_brep
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.seam.judge.closed_in import find_held
+
+GAP_MM = 0.5
+FRAME = Box(500, 400, 30) - Box(420, 320, 40)
+IN_GROOVE, IN_HOLE, LYING = Box(432, 332, 6), Box(420, 320, 6), Pos(0, 0, 20) * Box(450, 350, 10)
+KEY = Pos(0, 0, 7) * Box(20, 80, 6) + Box(8, 80, 10)
+SLOTTED = Box(120, 80, 30) - Pos(0, 0, 7) * Box(20, 90, 6) - Pos(0, 0, 3) * Box(8, 90, 16)
+CORE = Cylinder(20, 40)
+TURN = Rot(20, 30, 40)
+PAIRS = {
+    "pane in a groove": (FRAME - IN_GROOVE, IN_GROOVE, True),
+    "pane in a hole": (FRAME, IN_HOLE, False),
+    "pane on a frame": (FRAME, LYING, False),
+    "key in a slot": (SLOTTED, KEY, False),
+    "core in a closed drum": (Cylinder(30, 60) - CORE, CORE, True),
+    "core in an open drum": (Cylinder(30, 60) - CORE - Pos(0, 0, 30) * CORE, CORE, False),
+    "shaft in a bore": (Box(80, 80, 40) - Cylinder(15, 60), Cylinder(15, 100), False),
+    "tilted pane": (TURN * (FRAME - IN_GROOVE), TURN * IN_GROOVE, True),
+    "far away": (FRAME, Pos(2000, 0, 0) * CORE, False),
+}
+
+
+@pytest.fixture(scope="module")
+def part() -> TrimmedFaces:
+    """All pairs, a metre apart."""
+    shapes = [
+        (f"{name} {number}", (Pos(0, 5000 * row, 0) * shape).solid().wrapped)
+        for row, (name, (*both, _)) in enumerate(PAIRS.items())
+        for number, shape in enumerate(both)
+    ]
+    return TrimmedFaces.of(to_brep(shapes))
+
+
+def test_pairs_are_held_alone_as_together(part: TrimmedFaces) -> None:
+    pairs = np.arange(2 * len(PAIRS)).reshape(-1, 2)
+    expected = [is_held for *_, is_held in PAIRS.values()]
+    assert find_held(part.graph, part, pairs, GAP_MM).tolist() == expected
+    turned = pairs[::-1, ::-1]
+    assert find_held(part.graph, part, turned, GAP_MM).tolist() == expected[::-1]
+    alone = [find_held(part.graph, part, pairs[row : row + 1], GAP_MM)[0] for row in range(len(pairs))]
+    assert alone == expected
+
+
+def test_no_pair_is_no_answer(part: TrimmedFaces) -> None:
+    assert find_held(part.graph, part, np.zeros((0, 2), dtype=np.int64), GAP_MM).shape == (0,)

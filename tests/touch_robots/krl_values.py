@@ -1,0 +1,88 @@
+"""Values of KRL: structures, frames, and expressions with them."""
+
+from __future__ import annotations
+
+import operator
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tests.touch_robots.expressions import AND, COMPARE, OR, PRODUCT, SIGNS, SUM, Grammar, Parser
+from tests.touch_robots.robot import Array, ProgramError, rigid
+
+CARTESIAN = {"FRAME", "POS", "E6POS", "E3POS"}
+AXES = {"AXIS", "E6AXIS"}
+TOKEN = re.compile(r'"[^"]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|[$#A-Za-z_][\w$]*|==|<>|<=|>=|[-+*/:=<>()\[\]{},.]')
+
+
+@dataclass
+class Aggregate:
+    """A structure: names and values in order."""
+
+    values: dict[str, Any]
+    kind: str = ""
+
+    def matrix(self) -> Array:
+        """Return a frame: A about z, then B about the new y, then C about the new x."""
+        missing = {"X", "Y", "Z", "A", "B", "C"} - set(self.values)
+        if missing:
+            raise ProgramError(f"a frame without {sorted(missing)}")
+        x, y, z, a, b, c = (float(self.values[key]) for key in "XYZABC")
+        return rigid(Rotation.from_euler("ZYX", [a, b, c], degrees=True), [x, y, z])
+
+
+def frame(T: Array, kind: str = "FRAME", rest: dict[str, Any] | None = None) -> Aggregate:
+    angles = Rotation.from_matrix(T[:3, :3]).as_euler("ZYX", degrees=True)
+    values = dict(zip("XYZABC", (float(np.float32(v)) for v in (*T[:3, 3], *angles)), strict=True))
+    return Aggregate({**values, **(rest or {})}, kind)
+
+
+def _multiply(a: Any, b: Any) -> Any:
+    return frame(a.matrix() @ b.matrix())
+
+
+GRAMMAR = Grammar(
+    TOKEN,
+    ({**OR, "EXOR": operator.xor}, AND, {"==": operator.eq, **COMPARE}, SUM, PRODUCT, {":": _multiply}),
+    {**SIGNS, "NOT": operator.not_},
+    {"TRUE": True, "FALSE": False},
+    aggregate=("{", "}"),
+    index=("[", "]"),
+)
+
+
+class KrlParser(Parser):
+    """Knows structures, which name their parts, and constants with #."""
+
+    def primary(self) -> Any:
+        if self.peek() == "{":
+            self.take()
+            kind, values = "", {}
+            if self.tokens[self.at + 1] == ":":
+                kind = self.take().upper()
+                self.take(":")
+            while self.peek() != "}":
+                if values:
+                    self.take(",")
+                name = self.take().upper()
+                values[name] = self.value()
+            self.take("}")
+            return Aggregate(values, kind)
+        if self.peek().startswith("#"):
+            return self.take().upper()
+        return super().primary()
+
+
+def printed(value: Any) -> str:
+    if isinstance(value, Aggregate):
+        return "{" + ",".join(f"{name} {printed(v)}" for name, v in value.values.items()) + "}"
+    if isinstance(value, bool):
+        return "TRUE" if value else "FALSE"
+    if isinstance(value, str):
+        return value if value.startswith("#") else f'"{value}"'
+    if isinstance(value, int):
+        return str(value)
+    return f"{float(np.float32(value)) + 0.0:.9g}"
