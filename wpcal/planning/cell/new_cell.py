@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,13 @@ import numpy as np
 from wpcal.brep.surface_points import surface_points
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.records import to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import arm_frames
 from wpcal.planning.cell.cell_file import CELL_SCHEMA
 from wpcal.planning.cell.hulls import capsule_around
-from wpcal.planning.cell.one_robot_file import default_home
+from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.one_robot_file import default_home, read_one_robot
 from wpcal.planning.cell.singularity import is_regular, is_within_turns
 from wpcal.planning.cell.workplace import reach_mm
 from wpcal.robot.kinematics.arm import Arm, Coupling
@@ -29,6 +32,8 @@ SAFETY_MM = 10.0
 """Above the errors of bases and meshes, and below what is between the links of most arms and a part."""
 NOZZLE_TO_PART_MM = 3.0
 """The nozzle works near the part: this is above the errors of a calibration and of a path."""
+NO_FLOOR_MM = -1e5
+"""The floor of a cell of which nothing is known: no arm reaches it."""
 NOZZLE_MM = 110.0
 """From the tip of the wire to where a usual swan neck bends."""
 NECK_RADIUS_MM = 30.0
@@ -85,6 +90,29 @@ class NewCell:
     home_deg: Sequence[float] | None = None
     safety_mm: float = SAFETY_MM
     couplings: Sequence[Coupling] = ()
+
+
+def bare_cell(arm: str, T_flange_tool: RigidTransform, torch: TorchShape) -> OneRobotCell:
+    """Return the cell of one arm with a straight torch and nothing around it: its base is `world`, without a floor.
+
+    Parameters
+    ----------
+    arm : str
+        Shipped arm, arm file or URDF file.
+    T_flange_tool : RigidTransform
+    torch : TorchShape
+
+    Raises
+    ------
+    InputError
+        When the arm is not known, or its file cannot be read.
+    """
+    place = RigidTransform.identity(target="world", source="base")
+    new = NewCell(robot=arm, T_world_base=place, T_flange_tool=T_flange_tool, torch=torch, safety_mm=NOZZLE_TO_PART_MM)
+    with TemporaryDirectory() as folder:
+        for name, record in new_cell_files(new, "cell.json").items():
+            Path(folder, name).write_text(to_json(record), encoding="utf-8")
+        return replace(read_one_robot(Path(folder, "cell.json")), name=arm, floor_z_mm=NO_FLOOR_MM)
 
 
 def new_cell_files(new: NewCell, name: str) -> dict[str, dict[str, Any]]:
