@@ -211,7 +211,9 @@ def touches(
     )
     plan = drawn.plan
     record = touches_record(plan)
-    page = build_touches_page(plan, part_glb=drawn.part_glb, seams=drawn.seams, setup=options.setup)
+    page = build_touches_page(
+        plan, part_glb=drawn.part_glb, seams=drawn.seams, border_mm=drawn.border_mm, setup=options.setup
+    )
     with new_directory(output, overwrite=force, head=TOUCHES_FILE) as folder:
         (folder / TOUCHES_FILE).write_text(to_json(record), encoding="utf-8")
         (folder / "touches.csv").write_text(touches_csv(plan), encoding="utf-8")

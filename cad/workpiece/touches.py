@@ -20,7 +20,8 @@ from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.names import seams_named
-from wpcal.searches import TouchPlan
+from wpcal.searches import SearchKind, TouchPlan
+from wpcal.taught.touched_face import touched_face
 from wpcal.touchplan.options import TouchOptions
 from wpcal.touchplan.plan_touches import TouchPart
 from wpcal.touchplan.plan_touches import plan_touches as plan_touches_of
@@ -93,11 +94,14 @@ class DrawnTouches:
         The triangles of the part.
     seams : dict
         By name: points along each seam where the error counts, in `part`, mm, shape (n, 3).
+    border_mm : dict
+        By the name of a search on the part: how far its contact is from the border of the face.
     """
 
     plan: TouchPlan
     part_glb: bytes | None
     seams: dict[str, FloatArray]
+    border_mm: dict[str, float]
 
 
 def draw_touches(
@@ -133,7 +137,12 @@ def draw_touches(
         reach = ArmReach.of(cell, T_base_part, material)
         options, T_base_part = replace(options, up_base=reach.up_base), reach.T_base_part
     plan = plan_touches_of(part, options=options, T_base_part=T_base_part, reach=reach, progress=progress)
-    return DrawnTouches(plan, part_glb, {seam.name: seam.frames.p for seam in counted})
+    border_mm = {
+        search.name: touched_face(workpiece.trimmed, search.contact_part, search.normal_part).border_mm
+        for search in plan.searches
+        if search.kind is SearchKind.PART
+    }
+    return DrawnTouches(plan, part_glb, {seam.name: seam.frames.p for seam in counted}, border_mm)
 
 
 def _counted_seams(found: Sequence[Seam], names: Sequence[str]) -> list[Seam]:

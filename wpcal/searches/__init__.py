@@ -11,17 +11,20 @@ from wpcal.searches.results import (
     halves_of,
 )
 from wpcal.searches.setup import TouchSetup, read_touch_setup, setup_template
+from wpcal.searches.stored import ResultsFile, TouchResultsReader
 
 __all__ = [
     "STORED_NUMBERS",
     "Contact",
     "Outcome",
+    "ResultsFile",
     "SeamPrediction",
     "Search",
     "SearchKind",
     "SearchResult",
     "SearchResults",
     "TouchPlan",
+    "TouchResultsReader",
     "TouchSetup",
     "fingerprint_of",
     "halves_of",

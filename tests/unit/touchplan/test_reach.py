@@ -65,7 +65,7 @@ def test_joints_are_those_of_the_searches_and_every_move_is_free(reach: ArmReach
 def test_a_part_out_of_reach_is_one_line(reach: ArmReach) -> None:
     far = RigidTransform(np.eye(3), [4000.0, 0.0, 200.0], "base", "part")
     away = ArmReach.of(reach.cell, far, None)
-    with pytest.raises(GeometryError, match="reaches no start of a search, such as .* out of reach") as caught:
+    with pytest.raises(GeometryError, match=r"reaches no start of a search, such as .* out of reach") as caught:
         plan_touches(touch_part("tee"), options=TouchOptions(), T_base_part=away.T_base_part, reach=away)
     assert caught.value.code is ErrorCode.JOINT_PATH
 
