@@ -50,7 +50,7 @@ class TouchFlags:
         "--setup",
         metavar="FILE",
         type=click.Path(path_type=Path),
-        help="With --touches: the touch setup with which the program was written (registers, latency).",
+        help="For a plan of touches: signal, speeds and names of the cell (TOML), as for its program.",
     )
 
     def read(self, taught: Path, fit: FitFlags, reading: ProgramFlags) -> TouchRun | None:

@@ -17,7 +17,13 @@ from wpcal.planning.cell.home import choose_home
 from wpcal.planning.cell.one_robot import OneRobotCell, Positioner
 from wpcal.planning.cell.one_robot_file import rail_from_record
 from wpcal.planning.cell.robot_cell import JOINTS
-from wpcal.planning.cell.torch_bodies import bodies_of_capsules, bodies_of_mesh, bodies_of_shape, hulled
+from wpcal.planning.cell.torch_bodies import (
+    NOZZLE_TO_PART_MM,
+    bodies_of_capsules,
+    bodies_of_mesh,
+    bodies_of_shape,
+    hulled,
+)
 from wpcal.robot.kinematics.arm import Arm, Coupling
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm
 from wpcal.robot.kinematics.urdf_bodies import read_link_hulls
@@ -26,6 +32,8 @@ from wpcal.seam.torch_file import without_none
 
 SAFETY_MM = 10.0
 """Above the errors of bases and meshes, and below what is between the links of most arms and a part."""
+NO_FLOOR_MM = -1e5
+"""The floor of a cell of which nothing is known: no arm reaches it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,6 +82,30 @@ class NewCell:
     home_deg: Sequence[float] | None = None
     safety_mm: float = SAFETY_MM
     couplings: Sequence[Coupling] = ()
+
+
+def bare_cell(arm: str, T_flange_tool: RigidTransform, torch: TorchShape) -> OneRobotCell:
+    """Return the cell of one arm with a straight torch and nothing around it: its base is `world`, without a floor.
+
+    Parameters
+    ----------
+    arm : str
+        Shipped arm, arm file or URDF file.
+    T_flange_tool : RigidTransform
+    torch : TorchShape
+
+    Raises
+    ------
+    InputError
+        When the arm is not known, or its file cannot be read.
+    """
+    place = RigidTransform.identity(target="world", source="base")
+    new = NewCell(robot=arm, T_world_base=place, T_flange_tool=T_flange_tool, torch=torch, safety_mm=NOZZLE_TO_PART_MM)
+    found = _arm(new)
+    robot, _ = _robot(new, found, {})
+    cell = _cell(new, found, {"name": arm, "torch_robot": robot, "bench": []}, None)
+    cell = replace(cell, floor_z_mm=NO_FLOOR_MM)
+    return replace(cell, home=choose_home(cell))
 
 
 def new_cell_files(new: NewCell, name: str) -> dict[str, dict[str, Any]]:
