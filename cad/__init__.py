@@ -17,12 +17,14 @@ if TYPE_CHECKING:
     from cad.workpiece.calibrate import calibrate_workpiece
     from cad.workpiece.seams import find_seams
     from cad.workpiece.to_build123d import seam_locations, seam_planes, seam_wire
+    from cad.workpiece.touches import plan_touches
     from cad.workpiece.workpiece import open_workpiece
 
 _HOMES = {
     "calibrate_workpiece": "cad.workpiece.calibrate:calibrate_workpiece",
     "find_seams": "cad.workpiece.seams:find_seams",
     "open_workpiece": "cad.workpiece.workpiece:open_workpiece",
+    "plan_touches": "cad.workpiece.touches:plan_touches",
     "read_step": "cad.step.read:read_step",
     "seam_locations": "cad.workpiece.to_build123d:seam_locations",
     "seam_planes": "cad.workpiece.to_build123d:seam_planes",
@@ -34,6 +36,7 @@ __all__ = [
     "calibrate_workpiece",
     "find_seams",
     "open_workpiece",
+    "plan_touches",
     "read_step",
     "seam_locations",
     "seam_planes",

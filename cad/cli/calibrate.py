@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from cad.cli.holder import HolderFlags
-from cad.cli.options import MESH, PART, CalibrateFlags, SeamChoiceFlags, no_cache_option
+from cad.cli.options import MESH, PART, CalibrateFlags, FitFlags, SeamChoiceFlags, no_cache_option
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.program_options import ProgramFlags
 from wpcal.cli.shared_help import DETAILS_HELP, FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from cad.workpiece.calibrate import WrittenCalibration
+    from wpcal.controllers.touch_run import TouchRun
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,10 +36,51 @@ class OutputFlags:
     as_json: bool = option("--json", is_flag=True, help=f"{JSON_HELP}: calibration.json.")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TouchFlags:
+    """How the results of a touch program are read."""
+
+    touches: Path | None = option(
+        "--touches",
+        metavar="FILE",
+        type=click.Path(path_type=Path),
+        help="The plan (touches.json) whose program the robot ran. TAUGHT is then what the controller stored.",
+    )
+    setup: Path | None = option(
+        "--setup",
+        metavar="FILE",
+        type=click.Path(path_type=Path),
+        help="For a plan of touches: signal, speeds and names of the cell (TOML), as for its program.",
+    )
+
+    def read(self, taught: Path, fit: FitFlags, reading: ProgramFlags) -> TouchRun | None:
+        """Read the plan and the results; None without --touches.
+
+        Raises
+        ------
+        InputError
+            When they cannot be used, or an option does not go with them.
+        """
+        from wpcal.core.errors import InputError
+
+        if self.touches is None:
+            if self.setup is not None:
+                raise InputError("--setup is for results of a touch program; give its plan with --touches")
+            return None
+        if reading.given:
+            raise InputError(f"{', '.join(reading.given)} cannot be used with --touches")
+        if fit.ball_mm:
+            raise InputError("--ball-mm cannot be used with --touches: the plan says what meets each face")
+        from wpcal.controllers.touch_run import read_touch_run
+
+        return read_touch_run(self.touches, taught, self.setup)
+
+
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
 @click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Output: a folder.")
+@takes("touching", TouchFlags)
 @takes("calibration", CalibrateFlags)
 @takes("holder", HolderFlags)
 @takes("reading", ProgramFlags)
@@ -49,6 +92,7 @@ def calibrate(
     part_step: Path,
     taught: Path,
     out: Path,
+    touching: TouchFlags,
     calibration: CalibrateFlags,
     holder: HolderFlags,
     reading: ProgramFlags,
@@ -59,6 +103,8 @@ def calibrate(
     """Fit PART.step to the points in TAUGHT and write its weld seams in robot coordinates.
 
     TAUGHT is a table (.csv) or the controller's own program (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi, AS .as).
+    With --touches, TAUGHT is the file (or a folder with the files) in which a touch program stored its results; the
+    criterion is then weighted if none is given, and the place of the part in the plan is the nominal place.
 
     A table has the columns name, x_mm, y_mm, z_mm. Optional columns: feature (or model_x_mm, model_y_mm, model_z_mm)
     and use (yes, check, no). Without them, name is the name of the feature (`wpcal features` lists the names). If the
@@ -74,14 +120,22 @@ def calibrate(
     names the seam and the point to touch next. Ends with code 1 unless the verdict is PASS.
     """
     from cad.cli.kernel_work import run_on_part
+    from wpcal.calibrate.criteria import Criterion
     from wpcal.cli.calibration_tables import exit_code
     from wpcal.core.records import check_writable
 
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
+    run = touching.read(taught, calibration.fit, reading)
+    if run is not None:
+        nominal = nominal or run.T_nominal_part
+        if not is_given("criterion"):
+            options = replace(options, criterion=Criterion.WEIGHTED)
     holding = holder.read()
     check_writable(out, overwrite=output.force)
     arguments = {
-        "taught": reading.read_taught(taught),
+        "taught": reading.read_taught(taught) if run is None else run.taught,
+        "searches": None if run is None else run.record,
+        "run_issues": () if run is None else run.issues,
         "out": out,
         "overwrite": output.force,
         "T_nominal_part": nominal,
@@ -105,6 +159,11 @@ def calibrate(
     else:
         show_written(written, out, details=output.details)
     return exit_code(written.result, accept_unsure=output.accept_unsure)
+
+
+def is_given(parameter: str) -> bool:
+    """Whether the user typed an option of this command."""
+    return click.get_current_context().get_parameter_source(parameter) is not ParameterSource.DEFAULT
 
 
 def show_written(written: WrittenCalibration, out: Path, *, details: bool = False) -> None:

@@ -15,6 +15,7 @@ import base64
 import binascii
 import json
 import logging
+import math
 import os
 import secrets
 import signal
@@ -24,6 +25,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
+import numpy as np
 import uvicorn
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -39,6 +41,7 @@ from cad.pick.rows import Rows
 from cad.pick.session import PickSession, fault_record
 from cad.pick.shared_seams import SharedSeams
 from cad.pick.shared_table import FileChangedError, SharedTable
+from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError, WpcalError
 
 LARGEST_BYTES = 8_000_000
@@ -191,9 +194,9 @@ class Guard:
 def build_app(session: PickSession, table: SharedTable, seams: SharedSeams, page: str, *, token: str) -> Starlette:
     """Return the application: ``GET /token/`` is the page; the actions take JSON by ``POST``.
 
-    ``fit``, ``suggest`` and ``read`` are answered by the session. ``table``, ``keep``, ``save`` and ``open`` concern
-    the table that all windows share, ``seams``, ``decide`` and ``solid`` their decisions about seams and
-    solids. Answers are ``{"answer": …}`` or ``{"fault": …}``, a record of `cad.pick.session.fault_record`.
+    ``fit``, ``suggest``, ``promise``, ``touch`` and ``read`` are answered by the session. ``table``, ``keep``, ``save``
+    and ``open`` concern the table that all windows share, ``seams``, ``decide`` and ``solid`` their decisions about
+    seams and solids. Answers are ``{"answer": …}`` or ``{"fault": …}``, a record of `cad.pick.session.fault_record`.
     """
 
     async def show(_: Request) -> Response:
@@ -213,10 +216,11 @@ def build_app(session: PickSession, table: SharedTable, seams: SharedSeams, page
         rows, left_out = session.read(**_file_of(record))
         return {"answer": {**rows.to_record(), "left_out": left_out}}
 
-    by_rows = {"fit": session.fit, "suggest": session.suggest}
+    by_rows = {"fit": session.fit, "suggest": session.suggest, "promise": session.promise}
     actions = {
         **{name: rows_action(act) for name, act in by_rows.items()},
         "read": read,
+        "touch": lambda record: {"answer": session.touch(_vector(record, "p"), _vector(record, "normal"))},
         "table": lambda record: {"answer": table.changes_since(_field(record, "revision", int, -1))},
         "keep": lambda record: {"answer": table.keep(**_change_of(record))},
         "save": lambda record: _save(table, record),
@@ -274,6 +278,14 @@ def _field(record: Any, name: str, kind: type, default: Any = None) -> Any:
     if type(value) is not kind:
         raise InputError(f"expected {name} as {kind.__name__}, got {type(value).__name__}")
     return value
+
+
+def _vector(record: Any, name: str) -> FloatArray:
+    """Return three finite numbers of a request, shape (3,)."""
+    values = _field(record, name, list)
+    if len(values) != 3 or not all(type(v) in (int, float) and math.isfinite(v) for v in values):
+        raise InputError(f"expected {name} as three numbers")
+    return np.array(values, dtype=np.float64)
 
 
 def _texts(record: Any, name: str) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, read_rows
+from cad.pick.touches import predict_touches, touch_at
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
 from wpcal.advise import advise_set
 from wpcal.calibrate import CalibrationResult, Criterion
@@ -191,6 +192,21 @@ class PickSession:
             "seam": chosen.seam,
             "sigma_mm": sigma_mm,
         }
+
+    def touch(self, point: FloatArray, normal: FloatArray) -> dict[str, Any]:
+        """Return what a click on the part touches; see `cad.pick.touches.touch_at`.
+
+        Parameters
+        ----------
+        point, normal : ndarray, shape (3,)
+            In `part`, mm.
+        """
+        return touch_at(self.part, point, normal)
+
+    def promise(self, rows: Rows) -> dict[str, Any]:
+        """Predict what planned touches promise for the seams; see `cad.pick.touches.predict_touches`."""
+        sigma_mm = self.options.teaching.per_axis_mm or USUAL_SIGMA_MM
+        return predict_touches(self.part, rows, sigma_mm=sigma_mm, ball_mm=self.options.ball_mm)
 
 
 def _named_in(

@@ -170,6 +170,22 @@ def index_part21(text: bytes, *, name: str) -> Part21File:
     return Part21File(name, text, clean, ids, starts, ends, header, data_end)
 
 
+def reference_numbers(file: Part21File) -> tuple[IntArray, IntArray]:
+    """Return where each ``#`` is in a file, and the number behind it; two arrays (k,).
+
+    They are the references and the instances themselves, and any ``#`` in a string.
+
+    Raises
+    ------
+    FormatError
+        When a number has too many digits.
+    """
+    characters = np.frombuffer(file.clean, dtype=np.uint8)
+    places = np.flatnonzero(characters == _HASH)
+    places = places[places < len(characters) - MOST_DIGITS - 2]  # the last section ends with far more characters
+    return places, _instance_numbers(characters, places, file.text, file.name)
+
+
 def _blank_comments(text: bytes, name: str) -> bytes:
     """Replace every comment by as many blanks. Comment signs in strings and quotes in comments have no meaning."""
     pieces, done = [], 0

@@ -238,6 +238,8 @@ def calibrate_files(
     mark_seams: bool = False,
     bake: bool = False,
     holding: Holding | None = None,
+    searches: dict[str, Any] | None = None,
+    run_issues: Sequence[Issue] = (),
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> WrittenCalibration:
@@ -262,6 +264,10 @@ def calibrate_files(
         Move the geometry itself in the STEP file, without a new assembly level.
     holding : Holding, optional
         The cell whose robot 2 held the part: ``cell.json`` with the part's place in the gripper is written, too.
+    searches : dict, optional
+        Which searches of a touch program the points are, for the record.
+    run_issues : sequence of Issue
+        What is odd about that run.
     cache : AnswerCache
         As in `open_workpiece`.
 
@@ -291,7 +297,9 @@ def calibrate_files(
         issues = write_moved(source, found.T_base_part, folder / moved, seams=marked, bake=bake, progress=progress)
         if part_glb is not None:
             (folder / PART_FILE).write_bytes(part_glb)
-        record = found.to_record((*issues, *mesh_issues))
+        record = found.to_record((*run_issues, *issues, *mesh_issues))
+        if searches is not None:
+            record["searches"] = searches
         record["files"] = {file.name: sha256_of(file.read_bytes()) for file in sorted(folder.iterdir())}
         (folder / CALIBRATION_FILE).write_text(to_json(record), encoding="utf-8")
         (folder / "seams.json").write_text(to_json(seams), encoding="utf-8")
@@ -303,7 +311,7 @@ def calibrate_files(
             for name, cell_record in cell_files(holding, solve_grasp(holding, found.T_base_part)).items():
                 (folder / name).write_text(to_json(cell_record), encoding="utf-8")
         files = (CALIBRATION_FILE, *sorted(file.name for file in folder.iterdir() if file.name != CALIBRATION_FILE))
-    notes = (*found.workpiece.issues, *issues, *mesh_issues)
+    notes = (*run_issues, *found.workpiece.issues, *issues, *mesh_issues)
     return WrittenCalibration(found.result, found.seams, found.u95_mm, record, files, notes)
 
 

@@ -20,6 +20,8 @@ from wpcal.core.errors import FormatError, GeometryError, InputError
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 SHOWN_MM = 0.5 * 10.0**-ERROR_DIGITS + 1e-15
 """Predicted errors are rounded for the page."""
+FIRST_ORDER = 1e-3
+"""Relative: the promise is at the model points, the fit at the pose that it found."""
 FRAME = (500.0, 100.0, 50.0)
 KRL = """DEFDAT TEACH
 DECL E6AXIS HOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}
@@ -65,6 +67,36 @@ def test_the_numbers_are_those_of_calibrate(
         assert rows.cells[point["row"]][0] == other["name"]
     for u95, other in zip(found["u95_mm"], expected.u95_mm, strict=True):
         np.testing.assert_allclose(u95, other, rtol=0, atol=SHOWN_MM)
+
+
+def test_planned_touches_promise_what_their_fit_then_says(part: PickPart) -> None:
+    options = CalibrateOptions(
+        criterion=Criterion.LEAST_SQUARES, ball_mm=1.0, teaching=TeachingError(sigma_mm=0.1), tolerance_mm=5.0
+    )
+    session, rows = opened(part, "touches_321.csv", options=options)
+    fitted = session.fit(rows)
+    places = [rows.columns.index(name) for name in ("x_mm", "y_mm", "z_mm")]
+    waiting = [["" if k in places else cell for k, cell in enumerate(row)] for row in rows.cells]
+    promised = session.promise(Rows(rows.columns, tuple(map(tuple, waiting))))
+    of_seam = {seam.name: max(u95) for seam, u95 in zip(part.seams, fitted["u95_mm"], strict=True) if seam.accepted}
+    assert abs(promised["error_95_mm"] - max(of_seam.values())) <= FIRST_ORDER * max(of_seam.values())
+    assert promised["seam"] == max(of_seam, key=lambda name: of_seam[name])
+    model = np.array([[float(row[rows.columns.index(f"model_{a}_mm")]) for a in "xyz"] for row in rows.cells])
+    np.testing.assert_allclose([touch["p_mm"] for touch in promised["touches"]], model, rtol=0, atol=1e-9)
+    normals = [[0, 0, 1]] * 3 + [[0, -1, 0]] * 2 + [[-1, 0, 0]]
+    np.testing.assert_allclose([touch["normal"] for touch in promised["touches"]], normals, rtol=0, atol=1e-9)
+    fewer = session.promise(Rows(rows.columns, tuple(map(tuple, waiting[:5]))))
+    assert "slides along (1 0 0)" in fewer["free"]
+    assert fewer["error_95_mm"] is None
+    unused = Rows(rows.columns, tuple(tuple("no" if cell == "yes" else cell for cell in row) for row in waiting))
+    assert session.promise(unused)["touches"] == []
+
+
+def test_a_click_near_a_border_is_refused_with_what_to_do(part: PickPart) -> None:
+    session = PickSession(part)
+    assert session.touch(np.array([40.0, 0.1, 5.2]), np.array([0.0, -1.0, 0.0]))["kind"] == "plane"
+    with pytest.raises(InputError, match=r"0\.3 mm from the border of this plane; click farther inside, or the edge"):
+        session.touch(np.array([40.0, 0.3, 10.0]), np.array([0.0, 0.0, 1.0]))
 
 
 def test_residuals_in_the_part_are_those_in_the_base_turned(part: PickPart) -> None:

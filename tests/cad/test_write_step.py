@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -147,6 +148,69 @@ def test_the_kernels_writer_keeps_the_unit_and_the_time_stamp(
     write_moved_step(part, T_BASE_PART, tmp_path / "moved.step")
     moved = read_step(tmp_path / "moved.step")
     assert (moved.unit, moved.source.time_stamp) == (part.unit, "2001-02-03T04:05:06")
+
+
+@pytest.fixture
+def outlined(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Check outlines of small files, too; the list gets the number of faces of every document that is counted."""
+    faces, take = list[int](), write_step.take_inventory
+
+    def counted(*arguments: Any, **options: Any) -> Any:
+        found = take(*arguments, **options)
+        faces.append(found.surfaces.total())
+        return found
+
+    monkeypatch.setattr(write_step, "MANY_FACES", 1)
+    monkeypatch.setattr(write_step, "take_inventory", counted)
+    return faces
+
+
+@pytest.mark.parametrize("unit", ["MM", "INCH"])
+def test_of_a_large_file_one_face_of_each_solid_is_read_again(tmp_path: Path, outlined: list[int], unit: str) -> None:
+    from step_samples import write_assembly
+
+    part = read_step(write_assembly(tmp_path / "frame.step", unit))
+    assert write_moved_step(part, T_BASE_PART, tmp_path / "moved.step") == ()
+    assert_moved(part, tmp_path / "moved.step")
+    assert write_moved_step(part, T_BASE_PART, tmp_path / "seams.step", seams=SEAMS) == ()
+    whole, source, moved, *with_seams = outlined
+    assert 0 < source == moved < whole / 2
+    assert with_seams == [whole, source, moved]
+
+
+def test_a_wrong_place_in_a_large_file_is_seen(
+    frame: StepPart, tmp_path: Path, outlined: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    append, off = (
+        write_step.append_placement,
+        RigidTransform.from_six_tuple([0, 0, 1e-5, 0, 0, 0], target="base", source="base"),
+    )
+
+    def wrong(file: Any, T_base_part: RigidTransform, *, name: str) -> Any:
+        return append(file, off @ T_base_part, name=name)
+
+    monkeypatch.setattr(write_step, "append_placement", wrong)
+    (issue,) = write_moved_step(frame, T_BASE_PART, tmp_path / "moved.step")
+    assert (
+        "appending to the text failed: the written file's vertices are off the moved ones by 1e-05 mm" in issue.message
+    )
+    assert_moved(frame, tmp_path / "moved.step")
+
+
+def test_a_digit_that_the_disk_lost_in_a_large_file_is_seen(
+    frame: StepPart, tmp_path: Path, outlined: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write = write_step.write_file
+    at = frame.source.text.rindex(b"CARTESIAN_POINT", 0, frame.source.data_end)
+
+    def damaged(path: Path, text: bytes, **options: Any) -> None:
+        lost = text[:at] + text[at:].replace(b"0.", b"1.", 1)
+        write(path, lost if text.startswith(frame.source.text[:at]) else text, **options)
+
+    monkeypatch.setattr(write_step, "write_file", damaged)
+    (issue,) = write_moved_step(frame, T_BASE_PART, tmp_path / "moved.step")
+    assert "does not hold the text of the file that was read" in issue.message
+    assert_moved(frame, tmp_path / "moved.step")
 
 
 def test_a_wrong_pose_a_lost_name_and_a_lost_colour_are_seen(frame: StepPart) -> None:

@@ -41,6 +41,7 @@ COMMANDS = {
     "taught": "points.mod --uframe base",
     "tcp": "joints.csv --robot mh6",
     "torches": "-o torches.svg",
+    "touches": "tee.step --touches 6 -o new",
     "welds": "out",
 }
 """In an order in which every command finds its input: `calibrate` writes the folder that others read."""

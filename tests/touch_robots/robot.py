@@ -82,7 +82,8 @@ class Hit:
     """One search as it happened, in the base: the true pose at contact, and the stored one."""
 
     T_base_tool: Array
-    stored: Array
+    stored: Array | None
+    """None where the program asks for it."""
 
 
 class Robot:

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.touch_robots.robot import Array, CrashError, ProgramError, Robot, Run, StoppedError, inverse
+from tests.touch_robots.robot import Array, CrashError, Hit, ProgramError, Robot, Run, StoppedError, inverse
 from tests.touch_robots.urscript_text import GRAMMAR, Line, Pose, Task, UrParser, lines_of, matrix, pose_of, printed
 
 CYCLE_S = 0.002
@@ -300,6 +300,7 @@ class Controller:
             assert self.robot.T_base_flange is not None
             at = self.robot.contact(self.robot.T_base_flange, goal_flange)
             if at is not None:
+                self.robot.hits.append(Hit(at @ self.T_tool, None))
                 contact = self.now + float(np.linalg.norm((at - self.robot.T_base_flange)[:3, 3])) / speed
         until = self.now + way / speed
         self.motion = _Motion(begin, T_goal, self.T_tool, speed, self.now, until, contact, is_search=True)

@@ -12,9 +12,10 @@ judged at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, islice, permutations
+from typing import Protocol
 
 import numpy as np
 from scipy.special import chdtri
@@ -22,7 +23,7 @@ from scipy.special import chdtri
 from wpcal.calibrate.points.least_squares import kabsch
 from wpcal.calibrate.uncertainty import COVERAGE
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.core.progress import Progress
+from wpcal.core.progress import Progress, no_progress
 
 MOST_ENUMERATED = 150_000
 """Up to this many sets are all tried, in some seconds. Above it single points are exchanged."""
@@ -103,48 +104,123 @@ class Design:
         If there are few sets, all are tried. Otherwise single points are exchanged, each time for the best of all
         features, until no exchange makes the error smaller.
         """
-        free = np.setdiff1d(np.arange(len(self.points)), held)
-        added = n - len(held)
-        if math.comb(len(free), added) <= MOST_ENUMERATED:
+        search = SetSearch(self, len(self.points))
+        if math.comb(len(self.points) - len(held), n - len(held)) <= MOST_ENUMERATED:
             progress(f"trying all sets of {n} points")
-            return self._enumerated(free, held, added)
-        return self._exchanged(free, held, added, rng, progress)
+            return search.enumerated(n, held=held)
+        return search.exchanged(n, held=held, rng=rng, progress=progress)
 
-    def _enumerated(self, free: IntArray, held: tuple[int, ...], added: int) -> tuple[IntArray, FloatArray]:
-        best = _Shortlist(added + len(held))
-        sets: Iterator[tuple[int, ...]] = combinations(free.tolist(), added)
+
+class SetJudge(Protocol):
+    """What sets of points or touches are compared by."""
+
+    def largest_errors(self, rows: IntArray, /) -> FloatArray:
+        """Return the error of each of m sets, shape (m, n); infinite for a set that fixes nothing."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SetSearch:
+    """The search for sets with the least error, of points or of touches.
+
+    Parameters
+    ----------
+    judge : SetJudge
+    count : int
+        Of what the sets are chosen from.
+    """
+
+    judge: SetJudge
+    count: int
+
+    def enumerated(self, n: int, *, held: tuple[int, ...] = ()) -> tuple[IntArray, FloatArray]:
+        """Try all sets of n that hold the rows `held`; return the best, the best first, and their errors."""
+        best = _Shortlist(n)
+        free = np.setdiff1d(np.arange(self.count), held)
+        sets: Iterator[tuple[int, ...]] = combinations(free.tolist(), n - len(held))
         while chunk := list(islice(sets, CHUNK)):
             rows = np.column_stack([np.tile(held, (len(chunk), 1)).astype(np.int64), np.array(chunk, dtype=np.int64)])
-            best.take(rows, self.largest_errors(rows))
+            best.take(rows, self.judge.largest_errors(rows))
         return best.rows, best.errors
 
-    def _exchanged(
-        self, free: IntArray, held: tuple[int, ...], added: int, rng: np.random.Generator, progress: Progress
+    def exchanged(
+        self,
+        n: int,
+        *,
+        held: tuple[int, ...] = (),
+        rng: np.random.Generator,
+        progress: Progress = no_progress,
+        start: IntArray | None = None,
+        starts: int = STARTS,
     ) -> tuple[IntArray, FloatArray]:
-        best = _Shortlist(added + len(held))
-        for start in range(STARTS):
-            progress(f"exchanging points, start {start + 1} of {STARTS}")
-            current = np.concatenate([np.array(held, dtype=np.int64), rng.choice(free, added, replace=False)])
-            error = np.inf
-            while True:
-                rows = self._neighbours(current, free, len(held))
-                errors = self.largest_errors(rows)
-                best.take(rows, errors)
-                k = int(np.argmin(errors))
-                if not errors[k] < error:
-                    break
-                current, error = rows[k], float(errors[k])
+        """Exchange single members until none makes the error smaller, from several starts; a given one comes first.
+
+        Parameters
+        ----------
+        n : int
+        held : tuple of int
+            Rows that are in every set.
+        rng : numpy.random.Generator
+        progress : callable
+        start : ndarray of int, shape (n,), optional
+        starts : int
+            How many, the given one included.
+        """
+        best = _Shortlist(n)
+        free = np.setdiff1d(np.arange(self.count), held)
+        for number in range(starts):
+            progress(f"exchanging points, start {number + 1} of {starts}")
+            added = rng.choice(free, n - len(held), replace=False)
+            first = np.concatenate([np.array(held, dtype=np.int64), added])
+            self._descend(start if number == 0 and start is not None else first, [free] * n, len(held), best)
         return best.rows, best.errors
 
-    @staticmethod
-    def _neighbours(current: IntArray, free: IntArray, held: int) -> IntArray:
-        """All sets with one of the added points exchanged."""
-        others = np.setdiff1d(free, current)
-        rows = np.tile(current, ((len(current) - held) * len(others), 1))
-        for k in range(held, len(current)):
-            part = slice((k - held) * len(others), (k - held + 1) * len(others))
-            rows[part, k] = others
-        return rows
+    def exchanged_in_slots(
+        self, slots: Sequence[IntArray], *, rng: np.random.Generator, starts: int = 2
+    ) -> tuple[IntArray, FloatArray]:
+        """Exchange within a pattern.
+
+        Parameters
+        ----------
+        slots : sequence of ndarray of int, shape (m,)
+            Member k of a set is one of ``slots[k]``.
+        rng : numpy.random.Generator
+        starts : int
+        """
+        best = _Shortlist(len(slots))
+        for _ in range(starts):
+            first = list[int]()
+            for slot in slots:
+                left = np.setdiff1d(slot, first)
+                if len(left) == 0:
+                    return best.rows, best.errors
+                first.append(int(rng.choice(left)))
+            self._descend(np.array(first, dtype=np.int64), list(slots), 0, best)
+        return best.rows, best.errors
+
+    def _descend(self, current: IntArray, slots: Sequence[IntArray], held: int, best: _Shortlist) -> None:
+        error = np.inf
+        while True:
+            rows = _neighbours(current, slots, held)
+            if len(rows) == 0:
+                best.take(current[None], self.judge.largest_errors(current[None]))
+                return
+            errors = self.judge.largest_errors(rows)
+            best.take(rows, errors)
+            k = int(np.argmin(errors))
+            if not errors[k] < error:
+                return
+            current, error = rows[k], float(errors[k])
+
+
+def _neighbours(current: IntArray, slots: Sequence[IntArray], held: int) -> IntArray:
+    """Return all sets with one of the members after the first `held` exchanged."""
+    found = []
+    for k in range(held, len(current)):
+        others = np.setdiff1d(slots[k], current)
+        rows = np.tile(current, (len(others), 1))
+        rows[:, k] = others
+        found.append(rows)
+    return np.concatenate(found) if found else np.empty((0, len(current)), dtype=np.int64)
 
 
 class _Shortlist:

@@ -12,6 +12,8 @@ from wpcal.audit.programs import Surroundings, audit_program
 from wpcal.audit.read_back import is_weld_program
 from wpcal.audit.records import audit_record
 from wpcal.audit.tables import audit_table
+from wpcal.audit.touches import CHECKED as TOUCHES_CHECKED
+from wpcal.audit.touches import is_touch_program, touch_faults
 from wpcal.audit.two_robots import CHECKED, is_of_two_robots, two_robot_faults
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
@@ -131,6 +133,8 @@ class _Audit:
         if is_of_two_robots(raw, path):
             faults = two_robot_faults(raw, path, output)
             return FileAudit(str(path), f"program of two robots ({suffix})", tuple(faults), CHECKED)
+        if is_touch_program(raw, path):
+            return FileAudit(str(path), f"touch program ({suffix})", tuple(touch_faults(raw, path)), TOUCHES_CHECKED)
         if not is_weld_program(path):
             return FileAudit(str(path), f"program ({suffix})", tuple(arc_faults(raw, path, output)))
         around = self._with_part(_result_folder_of(path.parent))

@@ -107,13 +107,14 @@ def audit_program(raw: bytes, path: Path, around: Surroundings) -> list[Fault]:
         poses = read_poses_back(raw, path, around.T_base_part)
     except WpcalError as error:
         return [Fault.of(error, str(path))]
-    faults = list(_pose_faults(poses, around))
+    faults = list(pose_faults(poses, around))
     if not faults and around.part is not None:
         faults = list(_move_faults(poses, read_moves(raw, path), around))
     return [*faults, *arc_faults(raw, path, around.arc_output)]
 
 
-def _pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fault]:
+def pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fault]:
+    """Yield the faults of poses that were read back."""
     sound = []
     for pose in poses:
         what = _what_is_no_pose(pose)
@@ -243,7 +244,7 @@ def _check_written(files: Mapping[str, str | bytes], program: WeldProgram, name:
     asked = np.concatenate(asked_p), np.concatenate(asked_R)
     found = np.array([pose.p_base for pose in read]), np.array([pose.R_base for pose in read])
     for these, others, what in ((asked, found, "is missing in"), (found, asked, "was not asked for, but is in")):
-        row = _first_without_match(*these, *others)
+        row = first_without_match(*these, *others)
         if row is not None:
             x, y, z = these[0][row]
             raise WrittenWrongError(
@@ -296,8 +297,15 @@ def unjudged_arcs(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
     return (f"where the arc burns: no instruction that wpcal knows {what} it in {folder / name}",) if what else ()
 
 
-def _first_without_match(p: FloatArray, R: FloatArray, other_p: FloatArray, other_R: FloatArray) -> int | None:
-    """Return the first pose that none of other poses equals; None if each has one."""
+def first_without_match(p: FloatArray, R: FloatArray, other_p: FloatArray, other_R: FloatArray) -> int | None:
+    """Return the first pose that none of other poses equals; None if each has one.
+
+    Parameters
+    ----------
+    p, other_p : ndarray, shapes (n, 3) and (m, 3)
+        In `base`, mm.
+    R, other_R : ndarray, shapes (n, 3, 3) and (m, 3, 3)
+    """
     if not np.isfinite(other_p).all() or not np.isfinite(p).all():
         return int(np.argmin(np.isfinite(p).all(axis=1)))
     near = KDTree(other_p).query_ball_point(p, SAME_MM)

@@ -28,8 +28,8 @@ URSCRIPT, VAL3 = ".script", ".dtx"
 _NUMBER = r"\s*+([^,\]\s]{1,60}+)\s*+"  # possessive and bounded: the time stays proportional to the size
 _POSE = r"p\[" + ",".join([_NUMBER] * 6) + r"\]"
 _UR_FRAME = re.compile(r"^[ \t]*+(\w++)[ \t]*+=\s*+" + _POSE, re.MULTILINE)
-UR_MOVE = re.compile(r"(?:move[jlpc]\(|(?<=\))\s*+,)\s*+(?:pose_trans\(\s*+(\w++)\s*+,\s*+)?" + _POSE)
-"""The first pose of a move, and the second of `movec`, which follows the first."""
+UR_MOVE = re.compile(r"(?:move[jlpc]\(|\bwpt_goal\s*+=|(?<=\))\s*+,)\s*+(?:pose_trans\(\s*+(\w++)\s*+,\s*+)?" + _POSE)
+"""The first pose of a move, the second of `movec`, which follows the first, and where a search ends."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

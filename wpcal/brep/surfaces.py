@@ -63,6 +63,34 @@ def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> F
     return Foot(p, n * graph.face_outward[f][:, None], uv)
 
 
+def offsets_from_faces(graph: BrepGraph, faces: IntArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return how far points lie outside of surfaces that have a closed form.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    faces : ndarray of int, shape (m,)
+        None of them free-form.
+    points : ndarray, shape (m, 3)
+        In `part`, mm.
+
+    Returns
+    -------
+    offset : ndarray, shape (m,)
+        Along the outward normal, mm; negative inside.
+    uv : ndarray, shape (m, 2)
+    """
+    frame, kinds, param = graph.face_frame[faces], graph.face_kind[faces], graph.face_param[faces]
+    local = (frame[:, 1:] @ (points - frame[:, 0])[..., None])[..., 0]
+    offset, uv = np.empty(len(local)), np.empty((len(local), 2))
+    for kind in np.unique(kinds).tolist():
+        rows = np.flatnonzero(kinds == kind)
+        at = local[rows]
+        foot, normal, uv[rows] = _CLOSED_FORMS[kind](at, param[rows])
+        offset[rows] = np.einsum("mi,mi->m", at - foot, normal)
+    return offset * graph.face_outward[faces], uv
+
+
 def surface_normals(kinds: IntArray, frames: FloatArray, params: FloatArray, points: FloatArray) -> FloatArray:
     """Return the own normals (plane: z; others: away from axis or centre) of elementary surfaces nearest to points.
 

@@ -42,6 +42,8 @@ DIRECTIONS = 128
 
 EXCESS_POINTS = 512
 """Of larger clouds this many points are simulated. More points only make the simulated part smaller."""
+EXCESS_GOAL = 1e-8
+"""Scaled optimality error of a simulated fit: far below the sampling error."""
 EXCESS_SAMPLES = 256
 """Simulated fits behind the part of the minimax covariance that has no closed form: its scale is then good to 5 %."""
 

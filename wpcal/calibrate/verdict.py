@@ -33,6 +33,7 @@ from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import plural
 
 MOST_NAMED = 6
 """Most observations that the sentence names."""
@@ -187,7 +188,11 @@ def judge_fit(evidence: VerdictEvidence, *, suggest: Callable[[], str | None] | 
         return Verdict(VerdictKind.FAIL, failed[1], seam, failed[0], error_mm)
     unsure = _rival_place(evidence) or _doubt(evidence, seam, error_mm)
     if unsure is None:
-        what = f"the {len(set(evidence.seam_names))} accepted seams are" if seam else f"the fitted {evidence.word}s are"
+        what = (
+            f"the {len(set(evidence.seam_names))} accepted seams are"
+            if seam
+            else f"the fitted {plural(evidence.word)} are"
+        )
         if len(set(evidence.seam_names)) == 1:
             what = f"seam {seam} is"
         sentence = (

@@ -41,6 +41,18 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     help="Only write the templates of the formats into a new folder, to be changed and used with --template.",
 )
+@click.option(
+    "--setup",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="For a plan of touches: signal, speeds and names of the cell (TOML).  [default: as --write-setup writes it]",
+)
+@click.option(
+    "--write-setup",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="Only write a touch setup with every key, its default and a sentence, to be changed and used with --setup.",
+)
 @takes("flags", WeldProgramFlags)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folders.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what was written.")
@@ -50,17 +62,23 @@ def export(
     formats: tuple[str, ...],
     out: Path | None,
     write_templates: Path | None,
+    setup: Path | None,
+    write_setup: Path | None,
     flags: WeldProgramFlags,
     force: bool,
     as_json: bool,
 ) -> int:
     """Write the calibrated seams in DIR (calibration.json, seams.json) as programs for a controller.
 
+    If DIR holds a plan of touches (touches.json) instead, its searches are written.
+
     Ends with code 1 unless the verdict of the calibration is PASS; the files are written and say so.
     """
     from wpcal.audit.programs import check_written, unjudged_arcs
+    from wpcal.cli.export_touches import export_touches, refuse_weld_options, touches_file, write_touch_setup
     from wpcal.cli.progress import shown_progress
     from wpcal.controllers.earlier_jobs import find_earlier_jobs
+    from wpcal.core.errors import InputError
     from wpcal.core.records import check_writable, new_directory
     from wpcal.formats.registry import exporter_named
 
@@ -69,6 +87,14 @@ def export(
     exporters = list({exporter.name: exporter for exporter in map(exporter_named, formats)}.values())
     if write_templates is not None:
         return _write_templates(write_templates, [exporter.name for exporter in exporters], force=force)
+    if write_setup is not None:
+        return write_touch_setup(write_setup, force=force)
+    plan = touches_file(folder)
+    if plan is not None:
+        refuse_weld_options(click.get_current_context())
+        return export_touches(plan, exporters, flags, setup_file=setup, out=out, force=force, as_json=as_json)
+    if setup is not None:
+        raise InputError("--setup is for a plan of touches, and this folder has none")
     targets = {exporter.name: (out or folder) / exporter.name for exporter in exporters}
     with shown_progress(f"reading {folder}") as progress:
         programs = flags.build(folder, progress=progress)

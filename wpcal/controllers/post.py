@@ -13,10 +13,10 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from wpcal.controllers.naming import printable
-from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.weld.values import VALUE_NAMES
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 BLOCKS = ("header", "weld_start", "weld_end", "air_move", "joint_move", "footer")
 """The templates of a language, each a file ``BLOCK.txt``."""
+TOUCH_BLOCKS = ("touch_on", "touch_off")
+"""Those of languages with touch programs."""
 ENDING = ".txt"
 FOLDERS: Mapping[str, str] = {
     "rapid": "abb",
@@ -37,6 +39,13 @@ FOLDERS: Mapping[str, str] = {
     "as": "kawasaki",
 }
 """By the name of the format: the folder of its writer."""
+WITHOUT_TOUCHES = ("val3",)
+"""Languages without touch programs."""
+
+
+def blocks_of(language: str) -> tuple[str, ...]:
+    """Return the templates that a language has."""
+    return BLOCKS if language in WITHOUT_TOUCHES else (*BLOCKS, *TOUCH_BLOCKS)
 
 
 def shipped_templates(language: str) -> dict[str, str]:
@@ -50,31 +59,44 @@ def shipped_templates(language: str) -> dict[str, str]:
     if language not in FOLDERS:
         raise InputError(f"{language} has no templates; formats with templates: {', '.join(FOLDERS)}")
     folder = files("wpcal.controllers") / FOLDERS[language] / "templates"
-    return {f"{block}{ENDING}": (folder / f"{block}{ENDING}").read_text(encoding="utf-8") for block in BLOCKS}
+    return {
+        f"{block}{ENDING}": (folder / f"{block}{ENDING}").read_text(encoding="utf-8") for block in blocks_of(language)
+    }
+
+
+class Programmed(Protocol):
+    """What the templates need to know of a program."""
+
+    @property
+    def controller(self) -> ControllerSettings:
+        """Its `templates` is the folder of the user, with a folder per format."""
+
+    @property
+    def arc(self) -> object | None:
+        """None if the program switches no arc."""
 
 
 @dataclass(frozen=True, slots=True)
-class Post:
-    """The templates of one language for one program.
+class Blocks:
+    """The templates of one language that every program uses.
 
     Parameters
     ----------
     language : str
         The name of the format.
-    program : WeldProgram
-        `ControllerSettings.templates` is the folder of the user, with a folder per format.
+    program : Programmed
     """
 
     language: str
-    program: WeldProgram
+    program: Programmed
 
     def header(self, about: Sequence[str]) -> list[str]:
         """Return the header: `about` are the lines about the program, wrapped for the language."""
-        return self._lines("header", about=list(about))
+        return self.lines("header", about=list(about))
 
     def footer(self) -> list[str]:
         """Return what ends the program."""
-        return self._lines("footer")
+        return self.lines("footer")
 
     def air_move(self, point: str, *, speed: str, joint: bool = False) -> list[str]:
         """Return the move to a point off the seams.
@@ -88,11 +110,36 @@ class Post:
         joint : bool
             Whether it is a joint move.
         """
-        return self._lines("air_move", needs=point, point=point, speed=speed, joint=joint)
+        return self.lines("air_move", needs=point, point=point, speed=speed, joint=joint)
 
     def joint_move(self, point: str, *, speed: str) -> list[str]:
         """Return the move of a plan to joints; arguments as of `air_move`."""
-        return self._lines("joint_move", needs=point, point=point, speed=speed)
+        return self.lines("joint_move", needs=point, point=point, speed=speed)
+
+    def lines(self, block: str, *, needs: str = "", **names: Any) -> list[str]:
+        """Return the lines of a template; without the point `needs` the torch would go another way than checked."""
+        template, file = _template(self.language, block, self.program.controller.templates)
+        tool = self.program.controller.tool_name
+        common = {"arc_on": self.program.arc is not None, "tool": tool, "program": self.program.controller.program_name}
+        lines = [line.rstrip() for line in _rendered(template, file, {**common, **names}).splitlines()]
+        if needs and not any(needs in line for line in lines):
+            what = f"writes no move to the point {needs[:60]}: the torch would go another way than the checked one"
+            raise FormatError(what, path=file)
+        return lines
+
+
+@dataclass(frozen=True, slots=True)
+class Post(Blocks):
+    """The templates of one language for a weld program.
+
+    Parameters
+    ----------
+    language : str
+        The name of the format.
+    program : WeldProgram
+    """
+
+    program: WeldProgram
 
     def weld_start(self, path: WeldPath, instructions: Callable[[], Sequence[str]], **names: Any) -> list[str]:
         """Return what is before the moves along a seam.
@@ -106,11 +153,11 @@ class Post:
             More names of the language.
         """
         needs = "" if names.get("folds") else str(names.get("point", ""))
-        return self._lines("weld_start", needs=needs, **self._of_seam(path, instructions, 0), **names)
+        return self.lines("weld_start", needs=needs, **self._of_seam(path, instructions, 0), **names)
 
     def weld_end(self, path: WeldPath, instructions: Callable[[], Sequence[str]], **names: Any) -> list[str]:
         """Return what is after the moves along a seam; as `weld_start`."""
-        return self._lines("weld_end", **self._of_seam(path, instructions, 1), **names)
+        return self.lines("weld_end", **self._of_seam(path, instructions, 1), **names)
 
     def _of_seam(self, path: WeldPath, instructions: Callable[[], Sequence[str]], end: int) -> dict[str, Any]:
         return {
@@ -120,17 +167,6 @@ class Post:
             "mark": self.program.marks[end],
             "instructions": instructions if self.program.arc is not None else list,
         }
-
-    def _lines(self, block: str, *, needs: str = "", **names: Any) -> list[str]:
-        """Return the lines of a template; without the point `needs` the torch would go another way than checked."""
-        template, file = _template(self.language, block, self.program.controller.templates)
-        tool = self.program.controller.tool_name
-        common = {"arc_on": self.program.arc is not None, "tool": tool, "program": self.program.controller.program_name}
-        lines = [line.rstrip() for line in _rendered(template, file, {**common, **names}).splitlines()]
-        if needs and not any(needs in line for line in lines):
-            what = f"writes no move to the point {needs[:60]}: the torch would go another way than the checked one"
-            raise FormatError(what, path=file)
-        return lines
 
 
 def _rendered(template: Template, file: str, names: Mapping[str, Any]) -> str:
@@ -168,7 +204,7 @@ def _template(language: str, block: str, folder: Path | None) -> tuple[Template,
     name = f"{block}{ENDING}"
     if folder is not None:
         own = folder / language
-        _refuse_unknown_files(own)
+        _refuse_unknown_files(own, language)
         if (own / name).is_file():
             try:
                 text = read_bytes(own / name).decode("utf-8-sig")
@@ -197,7 +233,7 @@ def own_arc_templates(language: str, folder: Path) -> tuple[str, ...]:
     return tuple(map(str, own))
 
 
-def _refuse_unknown_files(folder: Path) -> None:
+def _refuse_unknown_files(folder: Path, language: str) -> None:
     """Refuse a folder without templates, and one with a misspelt one, which would not be used.
 
     Raises
@@ -205,7 +241,7 @@ def _refuse_unknown_files(folder: Path) -> None:
     InputError
         If it is so.
     """
-    expected = [f"{block}{ENDING}" for block in BLOCKS]
+    expected = [f"{block}{ENDING}" for block in blocks_of(language)]
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder; expected the templates {', '.join(expected)}, or some of them")
     for path in sorted(folder.glob(f"*{ENDING}")):

@@ -1,7 +1,8 @@
 """The robot controllers that wpcal knows: one record each, found by the entry points ``wpcal.controllers``.
 
 To add a controller, make one folder and one entry-point line. The folder holds `write.py` and, where wpcal can do more,
-`read.py` (taught points) and `sync.py` (two robots in step). Its `__init__.py` holds the `Controller`:
+`read.py` (taught points), `sync.py` (two robots in step) and `touch.py` (searches). Its `__init__.py` holds the
+`Controller`:
 
 .. code-block:: toml
 
@@ -28,6 +29,8 @@ from wpcal.taught.programs import ProgramReader
 
 if TYPE_CHECKING:
     from wpcal.controllers.coordinated_program import CoordinatedProgram
+    from wpcal.controllers.touch_program import TouchProgram
+    from wpcal.searches import ResultsFile, SearchResults, TouchPlan, TouchResultsReader, TouchSetup
 
 CONTROLLERS = "wpcal.controllers"
 """The entry-point group."""
@@ -57,6 +60,12 @@ class Controller:
         A function from `SyncProgram` to file names and contents.
     coordinated_writer : str, optional
         A function from `CoordinatedProgram` to file names and contents.
+    touch_writer : str, optional
+        A function from `TouchProgram` to file names and contents.
+    touch_results_reader : str, optional
+        A `wpcal.searches.TouchResultsReader`.
+    touch_results : tuple of str
+        Names of the files that it reads together, as patterns, lower case: ``posreg.va``, ``*.mod``.
     holder_on_line : bool
         How `coordinated_writer` moves the robot that holds the part: on lines, otherwise by joints.
     coordinates_arcs : bool
@@ -83,6 +92,9 @@ class Controller:
     reader: str | None = None
     sync_writer: str | None = None
     coordinated_writer: str | None = None
+    touch_writer: str | None = None
+    touch_results_reader: str | None = None
+    touch_results: tuple[str, ...] = ()
     holder_on_line: bool = False
     coordinates_arcs: bool = True
     brands: tuple[str, ...] = ()
@@ -137,6 +149,32 @@ class Controller:
             raise InputError(f"{self.name} has no programs of two robots in coordinated motion")
         write: Callable[[CoordinatedProgram], Mapping[str, str]] = self._load(self.coordinated_writer)
         return write(program)
+
+    def write_touches(self, program: TouchProgram) -> Mapping[str, str]:
+        """Return the files of a program of touches: names and contents.
+
+        Raises
+        ------
+        InputError
+            When the controller has no such programs, or cannot hold this one.
+        """
+        if self.touch_writer is None:
+            raise InputError(f"{self.name} has no programs of touches")
+        write: Callable[[TouchProgram], Mapping[str, str]] = self._load(self.touch_writer)
+        return write(program)
+
+    def read_touches(self, files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
+        """Return the results of a touch program, from the files of this controller.
+
+        Raises
+        ------
+        InputError
+            When the controller has no reader of them, or the files cannot be used.
+        """
+        if self.touch_results_reader is None:
+            raise InputError(f"{self.name}: results of touch programs cannot be read from files of this controller")
+        read: TouchResultsReader = self._load(self.touch_results_reader)
+        return read(files, plan, setup)
 
     def load_reader(self) -> ProgramReader:
         """Return what reads the taught points of this controller's files.

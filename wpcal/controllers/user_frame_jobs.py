@@ -59,27 +59,53 @@ class ConfigurationRule:
             When the user gave none and it cannot be computed, or something else than a configuration of this language.
             wpcal never guesses it.
         """
-        given = self._given(program.controller, is_needed=program.arm is None or self.compute is None)
-        postures = program.posture_of(poses)
-        if postures is None or (given is not None and self.complete is None):
-            return [str(given)] * len(poses.p_base)
         where = f"seam {poses.seam.name}" if isinstance(poses, WeldPath) else "the safe point"
+        postures, has_arm = program.posture_of(poses), program.arm is not None
+        return self.texts_of(program.controller, postures, len(poses.p_base), where=where, has_arm=has_arm)
+
+    def texts_of(
+        self, controller: ControllerSettings, postures: Posture | None, count: int, *, where: str, has_arm: bool
+    ) -> list[str]:
+        """Return the configuration of poses as written; see `texts`.
+
+        Parameters
+        ----------
+        controller : ControllerSettings
+        postures : Posture or None
+            Of the arm at the poses; None if it is not known.
+        count : int
+            Number of poses.
+        where : str
+            Whose poses, for the message.
+        has_arm : bool
+            Whether the program has an arm.
+        """
+        given = self.given(controller, is_needed=not has_arm or self.compute is None or postures is None)
+        if postures is None or (given is not None and self.complete is None):
+            return [str(given)] * count
         try:
             if self.compute is not None:
                 return self.compute(postures)
-            return self.complete(postures, str(given)) if self.complete else [str(given)] * len(postures)
+            return self.complete(postures, str(given)) if self.complete else [str(given)] * count
         except InputError as error:
             option = f'--config {self.format_name}="{self.example}"'
             raise InputError(f"{self.format_name}: {where}: {error}; give {self.expected}: {option}") from None
 
-    def origin(self, program: WeldProgram) -> str:
+    def origin(self, controller: ControllerSettings, *, has_arm: bool) -> str:
         """Say for a comment where the configuration comes from."""
-        given = self._given(program.controller, is_needed=False)
-        if program.arm is None or (given is not None and self.complete is None):
+        given = self.given(controller, is_needed=False)
+        if not has_arm or (given is not None and self.complete is None):
             return f"{self.word} as given by the user"
         return f"{self.word} computed from the joints" if given is None else f"{self.word} as given; ranges computed"
 
-    def _given(self, controller: ControllerSettings, *, is_needed: bool) -> str | None:
+    def given(self, controller: ControllerSettings, *, is_needed: bool) -> str | None:
+        """Return the configuration that the user gave; None if none is given and none is needed.
+
+        Raises
+        ------
+        InputError
+            When it is needed and not given, or is not one of this language.
+        """
         given = controller.configurations.get(self.format_name, controller.configurations.get(""))
         option = f'--config {self.format_name}="{self.example}"'
         if given is None:
@@ -194,7 +220,10 @@ def _comments(
     planned = program.planned
     frame = ["positions are joints, deg"]
     if not language.is_in_joints(program):
-        frame = [*_frame(program, language, T_base_frame), language.configuration.origin(program)]
+        frame = [
+            *_frame(program, language, T_base_frame),
+            language.configuration.origin(program.controller, has_arm=program.arm is not None),
+        ]
     return [
         *describe(program),
         *frame,
@@ -206,17 +235,31 @@ def _comments(
 
 def _frame(program: WeldProgram, language: JobLanguage, T_base_frame: RigidTransform) -> list[str]:
     """Say what the points are relative to."""
-    mm, deg = language.mm_decimals, language.deg_decimals
     number = program.controller.frame_number
-    rotation = f"{language.rotation}, deg"
     if program.planned is not None and program.planned.turning:
+        rotation = f"{language.rotation}, deg"
         return [f"points are in {language.frame_word} {number}: the base", "of the robot, mm", rotation]
+    return frame_in_words(language, number, T_base_frame)
+
+
+def frame_in_words(language: JobLanguage, number: int, T_base_frame: RigidTransform) -> list[str]:
+    """Return the lines that tell a person which user frame to set.
+
+    Parameters
+    ----------
+    language : JobLanguage
+    number : int
+        Of the user frame.
+    T_base_frame : RigidTransform
+        With the digits of the language.
+    """
+    mm, deg = language.mm_decimals, language.deg_decimals
     numbers = [f"{v:.{mm}f}" for v in T_base_frame.t_mm]
     numbers += [f"{v:.{deg}f}" for v in zyx_degrees(T_base_frame.R, decimals=deg)]
     return [
         f"set {language.frame_word} {number} to the part:",
         *(f" {key} {value}" for key, value in zip(language.frame_keys, numbers, strict=True)),
         "points are relative to it, mm",
-        rotation,
+        f"{language.rotation}, deg",
         f"rounded within {10.0**-mm:.{mm}f} mm, {10.0**-deg:.{deg}f} deg",
     ]

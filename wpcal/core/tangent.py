@@ -64,18 +64,18 @@ def point_jacobian(points: ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    points : array_like, shape (n, 3)
+    points : array_like, shape (..., 3)
         Points in the target frame of T, mm.
 
     Returns
     -------
-    ndarray, shape (n, 3, 6)
+    ndarray, shape (..., 3, 6)
         Columns: omega (mm per rad), then v (mm per mm).
     """
     p = np.asarray(points, dtype=np.float64)
-    J = np.zeros((len(p), 3, 6))
-    J[:, :, :3] = -cross_matrix(p)
-    J[:, :, 3:] = np.eye(3)
+    J = np.zeros((*p.shape, 6))
+    J[..., :3] = -cross_matrix(p)
+    J[..., 3:] = np.eye(3)
     return J
 
 

@@ -10,23 +10,28 @@ from wpcal.searches.results import (
     fingerprint_of,
     halves_of,
 )
-from wpcal.searches.setup import TouchSetup
+from wpcal.searches.setup import TouchSetup, read_touch_setup, setup_template
+from wpcal.searches.stored import ResultsFile, TouchResultsReader
 
 __all__ = [
     "STORED_NUMBERS",
     "Contact",
     "Outcome",
+    "ResultsFile",
     "SeamPrediction",
     "Search",
     "SearchKind",
     "SearchResult",
     "SearchResults",
     "TouchPlan",
+    "TouchResultsReader",
     "TouchSetup",
     "fingerprint_of",
     "halves_of",
     "plan_from_record",
     "read_touch_plan",
+    "read_touch_setup",
+    "setup_template",
     "touches_csv",
     "touches_record",
 ]

@@ -7,6 +7,7 @@ from enum import StrEnum
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.transform import RigidTransform
 
 
 class Outcome(StrEnum):
@@ -54,7 +55,7 @@ class SearchResult:
         Of the search, as the plan has it.
     outcome : Outcome
     p : ndarray, shape (3,), or None
-        The tool centre point at contact, mm, in `SearchResults.frame`; None unless found.
+        The tool centre point at contact, mm, in the work object of the program: `part` as planned. None unless found.
     R : ndarray, shape (3, 3), or None
         The tool's axes as columns, where the file holds an orientation.
     """
@@ -65,7 +66,7 @@ class SearchResult:
     R: FloatArray | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SearchResults:
     """The results of one run of a touch program.
 
@@ -75,16 +76,22 @@ class SearchResults:
         Name of the format.
     results : tuple of SearchResult
         In the order of the file.
-    frame : str
-        ``base``, ``part`` (the work object of the plan), or empty where the file does not say.
     fingerprint : str
         Of the plan, or empty where the file does not say.
     tool : str
         Name or number of the tool, or empty.
+    count : int or None
+        The number of searches that the file states.
+    T_base_part : RigidTransform or None
+        The work object of the places, where the file holds its values.
+    path : str
+        The file, for messages.
     """
 
     controller: str
     results: tuple[SearchResult, ...]
-    frame: str
     fingerprint: str
     tool: str = ""
+    count: int | None = None
+    T_base_part: RigidTransform | None = None
+    path: str = ""

@@ -68,6 +68,11 @@ class ProgramPoint:
     fault: str | None = None
     joints: JointValues | None = None
 
+    @property
+    def T_frame_tool(self) -> RigidTransform:
+        """The position as a pose of the tool in `frame`; NaN if the file does not have it."""
+        return RigidTransform(self.R, self.p_mm, "frame", "tool")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProgramPoints:

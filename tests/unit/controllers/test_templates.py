@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.running import run_here
-from wpcal.controllers.post import BLOCKS, FOLDERS, shipped_templates
+from wpcal.controllers.post import FOLDERS, blocks_of, shipped_templates
 
 OPTIONS = ("--config", "fanuc=N U T, 0, 0, 0", "--config", "inform=1,0,0,0,0,0,0,0")
 
@@ -30,7 +30,9 @@ def test_our_templates_written_and_given_back_make_the_same_programs(export, tmp
     languages = [word for language in FOLDERS for word in ("-f", language)][1:]
     assert export(*languages, "--write-templates", tmp_path / "shop").returncode == 0
     for language in FOLDERS:
-        assert {path.name for path in (tmp_path / "shop" / language).iterdir()} == {f"{b}.txt" for b in BLOCKS}
+        assert {path.name for path in (tmp_path / "shop" / language).iterdir()} == {
+            f"{b}.txt" for b in blocks_of(language)
+        }
     assert export(*languages).returncode == 0
     assert export(*languages, "--template", tmp_path / "shop", out="again").returncode == 0
     for language in FOLDERS:
@@ -143,4 +145,6 @@ def test_a_dry_run_with_templates_around_the_weld_says_what_is_not_known(export,
 
 
 def test_every_shipped_template_has_every_block():
-    assert all(set(shipped_templates(language)) == {f"{block}.txt" for block in BLOCKS} for language in FOLDERS)
+    assert all(
+        set(shipped_templates(language)) == {f"{block}.txt" for block in blocks_of(language)} for language in FOLDERS
+    )

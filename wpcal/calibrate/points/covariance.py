@@ -14,12 +14,9 @@ import numpy as np
 from wpcal.calibrate.points.interior_point import solve_interior_point
 from wpcal.calibrate.points.least_squares import kabsch
 from wpcal.calibrate.points.tie_break import break_ties
-from wpcal.calibrate.uncertainty import EXCESS_POINTS, EXCESS_SAMPLES
+from wpcal.calibrate.uncertainty import EXCESS_GOAL, EXCESS_POINTS, EXCESS_SAMPLES
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import point_jacobian, translation_adjoint
-
-EXCESS_GOAL = 1e-8
-"""Scaled optimality error of a simulated fit: far below the sampling error."""
 
 
 def isotropic_covariance(p_base: FloatArray, sigma_mm: float) -> FloatArray:

@@ -25,6 +25,7 @@ from wpcal.calibrate.points.least_squares import distances
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.rotations import cross_matrix
 from wpcal.core.tangent import exp_rotation
+from wpcal.optim.least_largest import TO_BOUNDARY, room
 
 MAX_STEPS = 60
 """A regular problem takes 8 to 15 steps; what has not come to rest after 60 needs another start."""
@@ -34,9 +35,6 @@ GOAL = 1e-14
 
 EXACT = 1e-14
 """Largest distance, in sizes of the cloud, that is round-off: such a fit is exact."""
-
-TO_BOUNDARY = 0.995
-"""Part of the way to a zero slack or multiplier that one step may go: the usual choice, 1 would end the iteration."""
 
 LEAST_CURVATURE = 1e-9
 """Least eigenvalue of the scaled Hessian (largest: about 2) that is still told from round-off."""
@@ -204,12 +202,12 @@ class _Work:
         mu = np.mean(self.w * self.z, axis=1)
         zero = np.zeros_like(self.w)
         dx, dw, dz = self._direction(K, D, slack_error, zero)
-        alpha = np.minimum(_room(self.w, dw), _room(self.z, dz))
+        alpha = np.minimum(room(self.w, dw), room(self.z, dz))
         after = np.mean((self.w + alpha[:, None] * dw) * (self.z + alpha[:, None] * dz), axis=1)
         sigma = np.clip(after / mu, 0.0, 1.0) ** 3  # Mehrotra's centring
         target = (sigma * mu)[:, None] - dw * dz
         dx, dw, dz = self._direction(K, D, slack_error, target)
-        alpha = np.minimum(1.0, TO_BOUNDARY * np.minimum(_room(self.w, dw), _room(self.z, dz)))
+        alpha = np.minimum(1.0, TO_BOUNDARY * np.minimum(room(self.w, dw), room(self.z, dz)))
         turn = np.linalg.norm(dx[:, :3], axis=1) * self.unit / self.size
         alpha = np.minimum(alpha, MAX_TURN_RAD / np.maximum(turn, MAX_TURN_RAD))
         self._move(alpha, dx, dw, dz)
@@ -237,10 +235,3 @@ class _Work:
         self._evaluate_residuals()
         self.r /= self.unit[:, None, None]
         self._evaluate_squares()
-
-
-def _room(values: FloatArray, change: FloatArray) -> FloatArray:
-    """How much of a change keeps every value positive, at most 1 / TO_BOUNDARY; shape (B,)."""
-    with np.errstate(divide="ignore", over="ignore"):
-        ratio = np.where(change < 0, -values / change, np.inf)
-    return np.asarray(np.minimum(ratio.min(axis=1), 1.0 / TO_BOUNDARY), dtype=np.float64)

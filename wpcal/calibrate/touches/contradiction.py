@@ -24,7 +24,7 @@ from scipy.special import chdtrc, fdtrc
 from wpcal.calibrate.criteria import BLUNDER, NOT_NAMED
 from wpcal.calibrate.outlier_limits import FALSE_ALARM, FLOOR_MM, LEAST_SIGMA_MM, NAMED_PROBABILITY
 from wpcal.calibrate.suspect import Suspect
-from wpcal.calibrate.touches.fit import Pose, fit_squares, scaled_jacobian
+from wpcal.calibrate.touches.fit import Pose, fit_squares, fit_squares_of, scaled_jacobian
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
@@ -93,6 +93,17 @@ class _Rows:
         if held[0] <= HELD**2 * held[-1]:
             return 0.0, 0
         return float(self.a[K] @ np.linalg.solve(block, self.a[K])), len(K)
+
+    def totals_without(self, sets: Sequence[Sequence[int]]) -> list[float]:
+        """Fit again without each of some sets of touches, all fits at once; return the sums of squares."""
+        if not sets:
+            return []
+        kept = np.ones((len(sets), len(self.touches)))
+        for k, left_out in enumerate(sets):
+            kept[k, list(left_out)] = 0.0
+        R, t = (np.repeat(part[None], len(sets), axis=0) for part in (self.pose.R, self.pose.t))
+        fits = fit_squares_of(self.touches, R, t, weighted=self.touches.covariances is not None, kept=kept)
+        return [float(total) for total in fits.sums / self.unit**2]
 
     def rest(self, left_out: Sequence[int]) -> _Rows:
         """Fit again without touches."""
@@ -215,7 +226,9 @@ def _sets(rows: _Rows, k: int) -> list[_Set]:
         if gone:
             linear.append(_tested(rows, left_out, max(rows.total - drop, 0.0), gone, count))
     linear.sort(key=lambda one: one.chance)
-    again = [_tested(rows, one.rows, rows.rest(one.rows).total, one.gone, count) for one in linear[:FITTED_AGAIN]]
+    best = linear[:FITTED_AGAIN]
+    totals = rows.totals_without([one.rows for one in best])
+    again = [_tested(rows, one.rows, total, one.gone, count) for one, total in zip(best, totals, strict=True)]
     return sorted(again + linear[FITTED_AGAIN:], key=lambda one: one.chance)
 
 

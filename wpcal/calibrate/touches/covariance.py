@@ -4,11 +4,7 @@ A touch is off by a random vector :math:`\delta_i`; its residual sees :math:`A_i
 :math:`d = A(\delta - J\xi)` linear and :math:`M = \sum J_i^\top A_i J_i`, least squares has
 :math:`C = M^{-1} (\sum J_i^\top A_i C_i A_i J_i) M^{-1}`, which is :math:`\sigma^2 M^{-1}` for equal errors, and the
 weighted fit the inverse of its information. The further motion of the minimax fit is simulated on the linear model with
-a fixed seed, all samples at once by Lawson's reweighting.
-
-References
-----------
-Lawson (1961), Contributions to the Theory of Linear Least Maximum Approximation, PhD thesis, UCLA.
+a fixed seed, all samples at once (`wpcal.optim.least_largest`).
 """
 
 from __future__ import annotations
@@ -20,14 +16,13 @@ import numpy as np
 from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.touches.fit import Pose, fit_squares, scaled_jacobian
 from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.uncertainty import EXCESS_SAMPLES, USUAL_SIGMA_MM, Sigma, SigmaSource, TeachingError
+from wpcal.calibrate.uncertainty import EXCESS_GOAL, EXCESS_SAMPLES, USUAL_SIGMA_MM, Sigma, SigmaSource, TeachingError
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import translation_adjoint
+from wpcal.optim.least_largest import least_largest
 
-LAWSON_STEPS = 400
-"""Reweightings; the largest residual is then within a thousandth of the least, far below the sampling error."""
-LEAST_WEIGHT = 1e-12
-"""Weights are clipped here to avoid division by zero; a touch with this weight has no effect."""
+MOST_ROWS = 20_000
+"""Touches of all samples that are solved at once: a few megabytes."""
 
 
 def propagate_covariance(
@@ -108,22 +103,13 @@ def _excess(J: FloatArray, pose: Pose, *, bounded: bool, seed: int) -> FloatArra
 def _simulated(J: FloatArray, pose: Pose, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Scaled motions by least squares and by minimax of errors (m, n, 3), shapes (m, 6)."""
     m, n = errors.shape[:2]
-    residuals = np.einsum("nij,mnj->mni", pose.at.A, errors)
-    first = _solve(J, residuals, np.ones((m, n)))
-    weights = np.full((m, n), 1.0 / n)
-    best, least = first, np.linalg.norm(residuals + np.einsum("nik,mk->mni", J, first), axis=2).max(axis=1)
-    for _ in range(LAWSON_STEPS):
-        motion = _solve(J, residuals, weights)
-        size = np.linalg.norm(residuals + np.einsum("nik,mk->mni", J, motion), axis=2)
-        better = size.max(axis=1) < least
-        best, least = np.where(better[:, None], motion, best), np.where(better, size.max(axis=1), least)
-        weights = np.maximum(weights * size, LEAST_WEIGHT)
-        weights /= weights.sum(axis=1, keepdims=True)
-    return first, best
-
-
-def _solve(J: FloatArray, residuals: FloatArray, weights: FloatArray) -> FloatArray:
-    """Weighted least-squares motions of all samples, shape (m, 6)."""
-    information = np.einsum("mn,nik,nil->mkl", weights, J, J)
-    gradient = np.einsum("mn,nik,mni->mk", weights, J, residuals)
-    return np.asarray(-np.linalg.solve(information, gradient[..., None])[..., 0])
+    residuals = (pose.at.A @ errors[..., None])[..., 0]
+    flat = J.reshape(3 * n, 6)
+    first = -np.linalg.solve(flat.T @ flat, flat.T @ residuals.reshape(m, 3 * n).T).T
+    left = residuals + (first @ flat.T).reshape(m, n, 3)
+    further = np.empty_like(first)
+    block = max(MOST_ROWS // n, 1)
+    for k in range(0, m, block):
+        part = left[k : k + block]
+        further[k : k + block] = least_largest(part, np.broadcast_to(J, (len(part), n, 3, 6)), goal=EXCESS_GOAL)[0]
+    return np.asarray(first), np.asarray(first + further)

@@ -4,28 +4,23 @@ Least squares is damped Gauss-Newton on :math:`\sum d_i^\top \Lambda_i d_i`. The
 
 .. math:: \min_{\xi, s} s \quad \text{with} \quad |d_i(\xi)| \le s,
 
-solved by sequential quadratic programming with an active set (SciPy's SLSQP) in small motions about the last pose,
-until the pose no longer changes. A touch on a face gives two smooth constraints, :math:`\pm d_i \le s`. For an edge or
-a point the length itself is used, which is smooth where it is active.
-
-References
-----------
-Kraft (1988), A software package for sequential quadratic programming, DFVLR-FB 88-28.
+solved for residuals that are linear in small motions about the last pose (`wpcal.optim.least_largest`), until the pose
+no longer changes. A step that does not lower the largest residual is halved.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
 
 import numpy as np
 
 from wpcal.calibrate.touches.touches import Linearised, Touches
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import exp_rotation
-from wpcal.optim.levenberg_marquardt import minimise_squares
+from wpcal.optim.least_largest import least_largest, least_squares_within
+from wpcal.optim.levenberg_marquardt import LEAST_SINGULAR
+from wpcal.optim.many_squares import minimise_many_squares
 
 MOST_STEPS = 100
 """A start that is turned by 60 degrees takes 10 to 40. Starts that creep towards no optimum are given up."""
@@ -33,8 +28,19 @@ FIRST_DAMPING = 1e-3
 """A start may be turned by 60 degrees: the first steps are held back a little."""
 RESTS_MM = 1e-11
 """Residuals that change by less than this have converged: it is round-off at the size of a part of a metre."""
-MOST_ROUNDS = 12
-"""Rounds of sequential quadratic programming, each about the pose of the previous one; two or three are usual."""
+MOST_ROUNDS = 40
+"""Rounds of the minimax fit, each linear about the pose of the previous one. Two or three are usual; residuals that are
+large beside the radius of a hole take more."""
+MOST_HALVINGS = 12
+"""Halvings of a step before the largest residual counts as the least."""
+BENT = 1e-4
+"""Step of the differences behind the curvature, in largest residuals: the error is of its square, round-off of 1e-8."""
+CARRIES = 1e-6
+"""Least multiplier, of a sum of one, of a touch that carries the minimax answer; those of the others are round-off."""
+UNSEEN = 1e-6
+"""Share of the largest singular value below which the touches that carry the answer do not see a motion."""
+SETTLED = 1e-9
+"""Steps below this share of the largest residual change nothing."""
 LEAST_LARGEST_MM = 1e-9
 """A largest residual below this is an exact fit: nothing remains to minimise."""
 SAME_VALUE = 1e-9
@@ -67,8 +73,7 @@ class Pose:
 
     def moved(self, touches: Touches, xi: FloatArray, scale: _Scale) -> Pose:
         """Return the pose moved by `xi`, shape (6,): L ω and v, mm, about the touches' centroid."""
-        turn = exp_rotation(xi[:3] / scale.length_mm)
-        return Pose.of(touches, turn @ self.R, turn @ (self.t - scale.pivot) + scale.pivot + xi[3:])
+        return Pose.of(touches, *scale.moved(self.R, self.t, xi))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,10 +89,15 @@ class _Scale:
         spread = float(np.sqrt(np.mean(np.sum((touches.p_base - pivot) ** 2, axis=1))))
         return cls(pivot, max(spread, 1.0))
 
+    def moved(self, R: FloatArray, t: FloatArray, xi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Move poses R (..., 3, 3), t (..., 3) by (L ω, v), shape (..., 6)."""
+        turn = exp_rotation(xi[..., :3] / self.length_mm)
+        return turn @ R, (turn @ (t - self.pivot)[..., None])[..., 0] + self.pivot + xi[..., 3:]
+
     def jacobian(self, at: Linearised) -> FloatArray:
-        """Of the residuals by the scaled coordinates, shape (n, 3, 6)."""
+        """Of the residuals by the scaled coordinates, shape (..., n, 3, 6)."""
         J = at.jacobian(self.pivot)
-        J[:, :, :3] /= self.length_mm
+        J[..., :3] /= self.length_mm
         return J
 
 
@@ -111,32 +121,88 @@ def fit_squares(touches: Touches, start: Pose, *, weighted: bool = False) -> Pos
     -------
     Pose
     """
-    problem = _Squares(touches, _Scale.of(touches), touches.covariances if weighted else None)
-    pose = Pose.of(touches, start.R, start.t)  # the start may be a fit of other touches
-    unit = math.sqrt(float(pose.at.information(problem.covariances).max()))
-    still = RESTS_MM * unit
-    return minimise_squares(problem, pose, still=still, most_steps=MOST_STEPS, first_damping=FIRST_DAMPING).state
+    starts = fit_squares_of(touches, start.R[None], start.t[None], weighted=weighted)
+    return starts.pose(0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fits:
+    """Fits of touches from many starts.
+
+    Parameters
+    ----------
+    R, t : ndarray, shapes (m, 3, 3), (m, 3)
+        ``T_base_part``.
+    sums : ndarray, shape (m,)
+        Weighted sums of squares.
+    at : Linearised
+        With m as its first axis.
+    """
+
+    R: FloatArray
+    t: FloatArray
+    sums: FloatArray
+    at: Linearised
+
+    def pose(self, k: int) -> Pose:
+        """Return one of the fits."""
+        return Pose(self.R[k], self.t[k], self.at.at(k))
+
+
+def fit_squares_of(
+    touches: Touches, R: FloatArray, t: FloatArray, *, weighted: bool = False, kept: FloatArray | None = None
+) -> Fits:
+    """Find the poses of least (weighted) sums of squares near many starts.
+
+    Parameters
+    ----------
+    touches : Touches
+    R, t : ndarray, shapes (m, 3, 3), (m, 3)
+        The starts ``T_base_part``.
+    weighted : bool
+        Weight with the inverse covariances of the touches instead of equally.
+    kept : ndarray, shape (m, n), optional
+        1 for touches that a fit takes, 0 for those it leaves out. By default each fit takes all.
+
+    Returns
+    -------
+    Fits
+    """
+    covariances = touches.covariances if weighted else None
+    unit = math.sqrt(float(touches.linearised(R[0], t[0]).information(covariances).max()))
+    mask = np.ones((len(R), len(touches))) if kept is None else kept
+    ends, sums = minimise_many_squares(
+        _Squares(touches, _Scale.of(touches), covariances, mask),
+        np.concatenate([R, t[:, :, None]], axis=2),
+        still=RESTS_MM * unit,
+        most_steps=MOST_STEPS,
+        first_damping=FIRST_DAMPING,
+    )
+    R_end, t_end = ends[:, :, :3], ends[:, :, 3]
+    return Fits(R_end, t_end, sums, touches.linearised(R_end, t_end))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Squares:
-    """Σ dᵀ Λ d of touches as a `wpcal.optim.levenberg_marquardt.SquaresProblem` of poses."""
+    """Σ dᵀ Λ d of touches as a `ManySquares` of poses [R t], shape (m, 3, 4)."""
 
     touches: Touches
     scale: _Scale
     covariances: FloatArray | None
+    kept: FloatArray
 
-    def cost(self, pose: Pose) -> float:
-        d = pose.at.d
-        return float(np.einsum("ni,nij,nj->", d, pose.at.information(self.covariances), d))
+    def evaluate(self, states: FloatArray, numbers: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        at = self.touches.linearised(states[:, :, :3], states[:, :, 3])
+        J, m = self.scale.jacobian(at), len(states)
+        weighted = at.information(self.covariances) * self.kept[numbers, :, None, None]
+        WJ, Wd = weighted @ J, (weighted @ at.d[..., None])[..., 0]
+        flat = J.reshape(m, -1, 6).swapaxes(1, 2)
+        H, gradient = flat @ WJ.reshape(m, -1, 6), flat @ Wd.reshape(m, -1, 1)
+        return np.einsum("mni,mni->m", at.d, Wd), gradient[..., 0], H
 
-    def normal_equations(self, pose: Pose) -> tuple[FloatArray, FloatArray]:
-        J, weights = self.scale.jacobian(pose.at), pose.at.information(self.covariances)
-        WJ = weights @ J
-        return np.einsum("nik,ni->k", WJ, pose.at.d), np.einsum("nik,nil->kl", J, WJ)
-
-    def moved(self, pose: Pose, step: FloatArray) -> Pose:
-        return pose.moved(self.touches, step, self.scale)
+    def moved(self, states: FloatArray, steps: FloatArray) -> FloatArray:
+        R, t = self.scale.moved(states[:, :, :3], states[:, :, 3], steps)
+        return np.concatenate([R, t[..., None]], axis=2)
 
 
 def fit_minimax(touches: Touches, start: Pose) -> Pose:
@@ -154,114 +220,61 @@ def fit_minimax(touches: Touches, start: Pose) -> Pose:
         Never worse than the start.
     """
     scale, best = _Scale.of(touches), Pose.of(touches, start.R, start.t)
+    weights = np.zeros(len(touches))
     for _ in range(MOST_ROUNDS):
         if best.largest_mm <= LEAST_LARGEST_MM:
             return best
-        trial = best.moved(touches, _solve_largest(touches, best, scale), scale)
-        if not trial.largest_mm < best.largest_mm * (1.0 - SAME_VALUE):
-            best = trial if trial.largest_mm < best.largest_mm else best
+        steps, found = least_largest(best.at.d[None], scale.jacobian(best.at)[None])
+        step, weights = steps[0], found[0]
+        if not best.moved(touches, step, scale).largest_mm < best.largest_mm:
+            bend = _curvature(touches, best, scale, weights)[None]
+            step = least_largest(best.at.d[None], scale.jacobian(best.at)[None], curvature=bend)[0][0]
+        for _ in range(MOST_HALVINGS):
+            trial = best.moved(touches, step, scale)
+            if trial.largest_mm < best.largest_mm:
+                break
+            step = step / 2.0
+        settled = not trial.largest_mm < best.largest_mm * (1.0 - SAME_VALUE)
+        best = trial if trial.largest_mm < best.largest_mm else best
+        if settled:
             break
-        best = trial
-    return _without_ties(touches, best, scale)
+    return _without_ties(touches, best, scale, weights > CARRIES)
 
 
-def _solve_largest(touches: Touches, pose: Pose, scale: _Scale) -> FloatArray:
-    """Scaled motion to a smaller largest residual; residuals in units of the one at the start."""
-    unit = pose.largest_mm
-    model = _Model(touches, pose, scale, unit)
-    within: Any = {
-        "type": "ineq",
-        "fun": lambda z: z[6] - model.values(z[:6]),
-        "jac": lambda z: np.column_stack([-model.slopes(z[:6]), np.ones(model.count)]),
-    }
-    slope = np.zeros(7)
-    slope[6] = 1.0  # of s, the last variable; and where the search starts
-    found = _minimised(_last, slope, partial(_always, slope), within, 1e-15)
-    return np.asarray(found.x[:6] * unit)
+def _curvature(touches: Touches, pose: Pose, scale: _Scale, weights: FloatArray) -> FloatArray:
+    """What turning adds to the Hessian of Σ w d² beyond 2 Σ w JᵀJ, by differences; its positive part, (6, 6)."""
+    h = BENT * max(pose.largest_mm, BENT)
+    at = touches.linearised(*scale.moved(pose.R, pose.t, h * np.concatenate([np.eye(6), -np.eye(6)])))
+    pull = 2.0 * np.einsum("n,mnik,mni->mk", weights, scale.jacobian(at), at.d)
+    J = scale.jacobian(pose.at)
+    H = (pull[:6] - pull[6:]) / (2.0 * h) - 2.0 * np.einsum("n,nik,nil->kl", weights, J, J)
+    values, vectors = np.linalg.eigh((H + H.T) / 2.0)
+    return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
 
 
-def _minimised(value: Any, start: FloatArray, slope: Any, within: Any, ftol: float) -> Any:
-    """Minimise a function under constraints, from `start`."""
-    from scipy.optimize import minimize
+def _without_ties(touches: Touches, best: Pose, scale: _Scale, carry: BoolArray) -> Pose:
+    """Take the pose of least sum of squares among those with the same largest residual.
 
-    options: Any = {"maxiter": 100, "ftol": ftol}
-    return minimize(value, start, jac=slope, method="SLSQP", constraints=within, options=options)
-
-
-def _last(z: FloatArray) -> float:
-    return float(z[-1])
-
-
-def _always(value: FloatArray, _: FloatArray) -> FloatArray:
-    return value
-
-
-def _without_ties(touches: Touches, best: Pose, scale: _Scale) -> Pose:
-    """Take the pose of least sum of squares among those with the same largest residual."""
-    unit = best.largest_mm
-    if unit <= LEAST_LARGEST_MM:
-        return best
-    model = _Model(touches, best, scale, unit)
-    within: Any = {
-        "type": "ineq",
-        "fun": lambda z: 1.0 + SAME_VALUE - model.values(z),
-        "jac": lambda z: -model.slopes(z),
-    }
-    found = _minimised(model.half_squares, np.zeros(6), model.half_squares_slope, within, 1e-14)
-    trial = best.moved(touches, found.x * unit, scale)
+    All of them have the residuals of the touches that `carry` the answer, (n,). Each round moves the part in the
+    directions that these touches do not see, and back to their residuals in the others.
+    """
+    unit, held, trial = best.largest_mm, best.at.d[carry].ravel(), best
+    for _ in range(MOST_ROUNDS):
+        J, d = scale.jacobian(trial.at), trial.at.d
+        _, values, Vt = np.linalg.svd(J[carry].reshape(-1, 6))
+        seen = np.zeros(6, dtype=bool)
+        seen[: len(values)] = values > UNSEEN * max(float(values.max(initial=0.0)), UNSEEN)
+        if seen.all():
+            return best
+        back = -Vt[seen].T @ np.linalg.lstsq(J[carry].reshape(-1, 6) @ Vt[seen].T, d[carry].ravel() - held)[0]
+        free, rest = Vt[~seen].T, (J[~carry] @ Vt[~seen].T).reshape(-1, 6 - int(seen.sum()))
+        left = d[~carry] + (J[~carry] @ back)
+        along = -np.linalg.lstsq(rest, left.ravel(), rcond=LEAST_SINGULAR)[0]
+        if np.linalg.norm(left + (rest @ along).reshape(-1, 3), axis=1).max() > unit:
+            along = least_squares_within(left[None], rest.reshape(1, len(left), 3, -1), np.array([unit]))[0]
+        step = back + free @ along
+        trial = trial.moved(touches, step, scale)
+        if float(np.abs(step).max()) <= SETTLED * unit:
+            break
     smaller = np.sum(trial.at.d**2) < np.sum(best.at.d**2)
     return trial if smaller and trial.largest_mm <= unit * (1.0 + 2.0 * SAME_VALUE) else best
-
-
-class _Model:
-    """Residuals near a pose as smooth functions of the scaled motion, in units of `unit` mm."""
-
-    def __init__(self, touches: Touches, pose: Pose, scale: _Scale, unit: float) -> None:
-        self.touches, self.pose, self.scale, self.unit = touches, pose, scale, unit
-        self.on_face = pose.at.rank == 1
-        self.count = len(touches) + int(self.on_face.sum())
-        self._sense = self._axes(pose.at)
-        self._last: tuple[bytes, Pose] | None = None
-
-    def _at(self, z: FloatArray) -> Linearised:
-        key = z.tobytes()
-        if self._last is None or self._last[0] != key:
-            self._last = (key, self.pose.moved(self.touches, z * self.unit, self.scale))
-        return self._last[1].at
-
-    def values(self, z: FloatArray) -> FloatArray:
-        """Lengths of edge and point rows, signed distances of face rows, and the face rows' negatives."""
-        signed, _ = self._rows(self._at(z))
-        return np.concatenate([signed, -signed[self.on_face]])
-
-    def slopes(self, z: FloatArray) -> FloatArray:
-        """Their derivatives by z."""
-        at = self._at(z)
-        _, along = self._rows(at)
-        slope = np.einsum("ni,nik->nk", along, self.scale.jacobian(at))
-        return np.concatenate([slope, -slope[self.on_face]])
-
-    def half_squares(self, z: FloatArray) -> float:
-        """Half the sum of squares."""
-        return float(0.5 * np.sum((self._at(z).d / self.unit) ** 2))
-
-    def half_squares_slope(self, z: FloatArray) -> FloatArray:
-        """Its derivative by z."""
-        at = self._at(z)
-        return np.asarray(np.einsum("ni,nik->k", at.d / self.unit, self.scale.jacobian(at)))
-
-    def _rows(self, at: Linearised) -> tuple[FloatArray, FloatArray]:
-        """Values of the rows and the directions in which they grow."""
-        length = at.distances
-        along = at.d / np.where(length > 0, length, 1.0)[:, None]
-        axis = self._axes(at)
-        axis *= np.where(np.einsum("ni,ni->n", axis, self._sense) < 0, -1.0, 1.0)[:, None]
-        along[self.on_face] = axis[self.on_face]
-        value = np.where(self.on_face, np.einsum("ni,ni->n", axis, at.d), length)
-        return value / self.unit, along
-
-    @staticmethod
-    def _axes(at: Linearised) -> FloatArray:
-        """Normal of each face row, up to its sign: the longest column of n nᵀ."""
-        column = at.A[np.arange(len(at.A)), :, np.argmax(np.einsum("nii->ni", at.A), axis=1)]
-        return np.asarray(column / np.linalg.norm(column, axis=1, keepdims=True))

@@ -8,7 +8,6 @@ singular value is nearly zero, its singular vector is a free motion.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -44,18 +43,18 @@ def held_motions(touches: Touches, pose: Pose) -> tuple[HeldMotion, ...]:
     J, pivot, length = scaled_jacobian(touches, pose)
     n = len(touches)
     U, values, Vt = np.linalg.svd(J.reshape(3 * n, 6), full_matrices=False)
+    in_part = np.concatenate([Vt[:, :3] @ pose.R, Vt[:, 3:] @ pose.R], axis=1)
+    middle = pose.R.T @ (pivot - pose.t)
     free = values <= FREE * values[0]
-    to_part = _ToPart(pose, pivot, length)
     if free.any():
-        words = "; ".join(_motion(to_part, xi, axes) for xi in _spoken(Vt[free]))
         raise GeometryError(
-            f"the touches leave the part free: it {words}. They hold {int((~free).sum())} of six freedoms; touch a "
-            "face that hinders this"
+            f"the touches leave the part free: it {free_words(in_part[free], middle, length, axes)}. They hold "
+            f"{int((~free).sum())} of six freedoms; touch a face that hinders this"
         )
     shares = np.sum(U.reshape(n, 3, 6) ** 2, axis=1)
     return tuple(
         HeldMotion(
-            _motion(to_part, Vt[k], axes),
+            _motion(in_part[k], middle, length, axes),
             float(values[k]),
             tuple(touches.names[i] for i in np.argsort(-shares[:, k], kind="stable") if shares[i, k] >= HOLDS),
         )
@@ -63,18 +62,23 @@ def held_motions(touches: Touches, pose: Pose) -> tuple[HeldMotion, ...]:
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _ToPart:
-    """From a scaled motion about the pivot in `base` to the part's own coordinates."""
+def free_words(free: FloatArray, pivot: FloatArray, length_mm: float, axes: Sequence[NamedAxis]) -> str:
+    """Say motions that are free: ``slides along (1 0 0); turns about the axis of H1``.
 
-    pose: Pose
-    pivot: FloatArray
-    length_mm: float
+    Parameters
+    ----------
+    free : ndarray, shape (k, 6)
+        A basis of the motions in `part`: the rotation about the pivot times `length_mm`, and the translation.
+    pivot : ndarray, shape (3,)
+        In `part`, mm.
+    length_mm : float
+    axes : sequence of NamedAxis
 
-    def __call__(self, xi: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return ω (per mm of motion), v and the pivot in `part`."""
-        R, t = self.pose.R, self.pose.t
-        return R.T @ xi[:3] / self.length_mm, R.T @ xi[3:], R.T @ (self.pivot - t)
+    Returns
+    -------
+    str
+    """
+    return "; ".join(_motion(xi, pivot, length_mm, axes) for xi in _spoken(free))
 
 
 def _spoken(free: FloatArray) -> list[FloatArray]:
@@ -83,17 +87,17 @@ def _spoken(free: FloatArray) -> list[FloatArray]:
     return list(coefficients @ free)
 
 
-def _motion(to_part: _ToPart, xi: FloatArray, axes: Sequence[NamedAxis]) -> str:
+def _motion(xi: FloatArray, pivot: FloatArray, length_mm: float, axes: Sequence[NamedAxis]) -> str:
     """Say a motion: a sliding, a turn about an axis, or a screw."""
-    omega, v, pivot = to_part(xi)
+    omega, v = xi[:3] / length_mm, xi[3:]
     speed = float(np.linalg.norm(omega))
-    if speed * to_part.length_mm <= SLIDES:
+    if speed * length_mm <= SLIDES:
         return f"slides along ({_numbers(_upright(v / np.linalg.norm(v)))})"
     direction = _upright(omega / speed)
     point = pivot + np.cross(omega, v) / speed**2
     advance = abs(float(v @ omega)) / speed**2
     about = _axis_words(point, direction, axes)
-    if advance <= PITCH * to_part.length_mm:
+    if advance <= PITCH * length_mm:
         return f"turns about {about}"
     return f"screws about {about}, {2 * np.pi * advance:.3g} mm a turn"
 

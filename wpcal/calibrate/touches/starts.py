@@ -14,7 +14,7 @@ import numpy as np
 
 from wpcal.calibrate.outlier_limits import FLOOR_MM, LEAST_SIGMA_MM
 from wpcal.calibrate.touches.evidence import RivalPlace, StartsEvidence
-from wpcal.calibrate.touches.fit import Pose, fit_squares
+from wpcal.calibrate.touches.fit import Pose, fit_squares_of
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError
@@ -89,17 +89,20 @@ def search_pose(
     -------
     PoseSearch
     """
-    starts = [] if nominal is None else [Pose.of(touches, nominal.R, nominal.t_mm)]
+    placed = [] if nominal is None else [(nominal.R, nominal.t_mm)]
     run, annealed = None, None
-    first = starts[0] if starts else _centred(touches, np.eye(3))
+    first = placed[0] if placed else _centred(touches, np.eye(3))
     if schedule is not None:
         run = _anneal(touches, schedule, seed)
         first = _centred(touches, rotation_from_zyx(*run.state[3:]), run.state[:3])
-        annealed = first
-    starts += [first, *(_centred(touches, turn @ first.R) for turn in cube_rotations())]
-    ends = [fit_squares(touches, start) for start in starts]
-    off = np.array([float(touches.targets.overhang(touches.rows, end.at.contact_part).max()) for end in ends])
-    values = np.array([np.sqrt(np.mean(end.at.distances**2)) for end in ends])
+        annealed = Pose.of(touches, *first)
+    starts = [*placed, first, *(_centred(touches, turn @ first[0]) for turn in cube_rotations())]
+    found = fit_squares_of(touches, np.array([R for R, _ in starts]), np.array([t for _, t in starts]))
+    ends = [found.pose(k) for k in range(len(starts))]
+    contacts = found.at.contact_part.reshape(-1, 3)
+    over = touches.targets.overhang(np.tile(touches.rows, len(ends)), contacts)
+    off = over.reshape(len(ends), -1).max(axis=1)
+    values = np.sqrt(np.mean(found.at.distances**2, axis=1))
     judged = np.where(off <= OFF_FACE_MM, values, values + off)
     best = int(np.argmin(judged))
     same = judged <= judged[best] + SAME_RMS_MM
@@ -124,10 +127,10 @@ def search_pose(
     return PoseSearch(ends[best], annealed, run, evidence, rival)
 
 
-def _centred(touches: Touches, R: FloatArray, shift: FloatArray | None = None) -> Pose:
-    """Put the middle of the targets, turned by R, at the middle of the touches."""
+def _centred(touches: Touches, R: FloatArray, shift: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+    """Put the middle of the targets, turned by R, at the middle of the touches; return R and t."""
     move = np.zeros(3) if shift is None else shift
-    return Pose.of(touches, R, touches.p_base.mean(axis=0) + move - R @ touches.targets.centre)
+    return R, touches.p_base.mean(axis=0) + move - R @ touches.targets.centre
 
 
 def _anneal(touches: Touches, schedule: AnnealingSchedule, seed: int) -> AnnealingReport:

@@ -12,7 +12,7 @@ import numpy as np
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.nearest_on_edges import project_to_edges
-from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.surfaces import offsets_from_faces, project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.calibrate.touches.touches import Nearest
 from wpcal.core.arrays import FloatArray, IntArray
@@ -122,9 +122,10 @@ class GraphTargets:
         far = np.empty(len(rows))
         if (~free).any():
             far[~free] = self._elementary_distances(rows[~free], points[~free], radius_mm[~free])
-        for row in self._free_form:
-            at = np.flatnonzero(rows == row)
-            far[at] = self._clouds[row].distances(points[at], radius_mm[at])
+        faces = self.index[rows]
+        for face, cloud in self._clouds.items():
+            at = np.flatnonzero(free & (faces == face))
+            far[at] = cloud.distances(points[at], radius_mm[at])
         return far
 
     def overhang(self, rows: IntArray, points: FloatArray) -> FloatArray:
@@ -157,7 +158,7 @@ class GraphTargets:
         faces = np.unique(self.index[self.kind == TargetKind.FACE])
         return {int(face): faces_on_surface(self.graph, int(face)) for face in faces}
 
-    @property
+    @cached_property
     def centre(self) -> FloatArray:
         """As `TouchTargets.centre`: the mean of the middles of the targets."""
         return np.asarray(np.mean([outline.mean(axis=0) for outline in self._outlines], axis=0))
@@ -192,8 +193,8 @@ class GraphTargets:
 
     @cached_property
     def _clouds(self) -> dict[int, _Cloud]:
-        by_face = {int(f): _Cloud.of(self.trimmed, int(f)) for f in np.unique(self.index[self._free_form])}
-        return {int(row): by_face[int(self.index[row])] for row in self._free_form}
+        """By face."""
+        return {int(f): _Cloud.of(self.trimmed, int(f)) for f in np.unique(self.index[self._free_form])}
 
     @cached_property
     def _parameter_box(self) -> FloatArray:
@@ -211,19 +212,24 @@ class GraphTargets:
         return box
 
     def _elementary_distances(self, rows: IntArray, points: FloatArray, radius_mm: FloatArray) -> FloatArray:
-        near = self.nearest(rows, points)
-        d = np.einsum("nij,nj->ni", near.projector, points - near.p - radius_mm[:, None] * near.normal)
-        beyond = np.zeros(len(rows))
-        face = np.flatnonzero(self.kind[rows] == TargetKind.FACE)
+        off, beyond = np.empty(len(rows)), np.zeros(len(rows))
+        kind, index = self.kind[rows], self.index[rows]
+        face, edge = np.flatnonzero(kind == TargetKind.FACE), np.flatnonzero(kind == TargetKind.EDGE)
+        point = np.flatnonzero(kind == TargetKind.POINT)
         if len(face):
-            uv = project_to_faces(self.graph, self.index[rows[face]], points[face]).uv
+            above, uv = offsets_from_faces(self.graph, index[face], points[face])
+            off[face] = above - radius_mm[face]
             box = self._parameter_box[rows[face]]
             out = np.maximum(np.maximum(box[:, 0] - uv, uv - box[:, 1]), 0.0)
             beyond[face] = np.hypot(out[:, 0], out[:, 1])
-        edge = np.flatnonzero(self.kind[rows] == TargetKind.EDGE)
         if len(edge):
-            beyond[edge] = self._beyond_ends(self.index[rows[edge]], points[edge])
-        return np.asarray(np.hypot(np.linalg.norm(d, axis=1), beyond))
+            p, tangent = project_to_edges(self.graph, index[edge], points[edge])
+            arm = points[edge] - p
+            along = np.einsum("mi,mi->m", arm, tangent)
+            off[edge] = np.linalg.norm(arm - along[:, None] * tangent, axis=1)
+            beyond[edge] = self._beyond_ends(index[edge], points[edge])
+        off[point] = np.linalg.norm(points[point] - self.point[rows[point]], axis=1)
+        return np.asarray(np.hypot(off, beyond))
 
     def _beyond_ends(self, edges: IntArray, points: FloatArray) -> FloatArray:
         """Tell how far feet on straight edges lie beyond the ends, mm; 0 on others, which the search takes whole."""

@@ -205,37 +205,43 @@ class Touches:
         return PointPairs(self.names, contact, self.p_base, self.covariances, space=self.space)
 
     def linearised(self, R: FloatArray, t: FloatArray) -> Linearised:
-        """Residuals at a pose ``T_base_part``, and how they change with a small motion of the part.
+        """Residuals at poses ``T_base_part``, and how they change with a small motion of the part.
 
         Parameters
         ----------
-        R, t : ndarray, shapes (3, 3), (3,)
+        R, t : ndarray, shapes (..., 3, 3), (..., 3)
+            One pose, or many at once.
 
         Returns
         -------
         Linearised
+            With the same leading axes.
         """
-        x = (self.p_base - t) @ R
-        near = self.targets.nearest(self.rows, x)
-        contact = near.p + self.radius_mm[:, None] * near.normal
-        d = np.einsum("nij,nj->ni", near.projector, x - contact)
-        A = R @ near.projector @ R.T
-        return Linearised(contact, d @ R.T, A, contact @ R.T + t)
+        x = (self.p_base - t[..., None, :]) @ R
+        many = x.reshape(-1, 3)
+        near = self.targets.nearest(np.tile(self.rows, len(many) // max(len(self), 1)), many)
+        p, normal = near.p.reshape(x.shape), near.normal.reshape(x.shape)
+        projector = near.projector.reshape(*x.shape, 3)
+        contact = p + self.radius_mm[:, None] * normal
+        d = (projector @ (x - contact)[..., None])[..., 0]
+        turned, back = R[..., None, :, :], R.swapaxes(-1, -2)
+        A = turned @ projector @ back[..., None, :, :]
+        return Linearised(contact, d @ back, A, contact @ back + t[..., None, :])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Linearised:
-    """The residuals of touches at one pose, in `base`, and their derivative.
+    """The residuals of touches at one pose, in `base`, and their derivative; at many poses with more leading axes.
 
     Parameters
     ----------
-    contact_part : ndarray, shape (n, 3)
+    contact_part : ndarray, shape (..., n, 3)
         Where the controlled point should have been, in `part`, mm.
-    d : ndarray, shape (n, 3)
+    d : ndarray, shape (..., n, 3)
         Residual vectors: touched minus modelled, mm.
-    A : ndarray, shape (n, 3, 3)
+    A : ndarray, shape (..., n, 3, 3)
         Projectors onto the directions that each touch constrains.
-    centre : ndarray, shape (n, 3)
+    centre : ndarray, shape (..., n, 3)
         `contact_part` in `base`, mm.
     """
 
@@ -244,15 +250,19 @@ class Linearised:
     A: FloatArray
     centre: FloatArray
 
+    def at(self, k: int) -> Linearised:
+        """Return the residuals at the k-th of many poses."""
+        return Linearised(self.contact_part[k], self.d[k], self.A[k], self.centre[k])
+
     @property
     def distances(self) -> FloatArray:
-        """Lengths of the residuals, mm, shape (n,)."""
-        return np.asarray(np.linalg.norm(self.d, axis=1))
+        """Lengths of the residuals, mm, shape (..., n)."""
+        return np.asarray(np.linalg.norm(self.d, axis=-1))
 
     @property
     def rank(self) -> IntArray:
-        """How many numbers each touch gives: 1 on a face, 2 on an edge, 3 at a point; shape (n,)."""
-        return np.asarray(np.rint(np.trace(self.A, axis1=1, axis2=2)), dtype=np.int64)
+        """How many numbers each touch gives: 1 on a face, 2 on an edge, 3 at a point; shape (..., n)."""
+        return np.asarray(np.rint(np.einsum("...ii->...", self.A)), dtype=np.int64)
 
     def jacobian(self, pivot: FloatArray) -> FloatArray:
         """Derivative of the residuals by the small motion (ω, v) about `pivot`.
@@ -264,13 +274,19 @@ class Linearised:
 
         Returns
         -------
-        ndarray, shape (n, 3, 6)
+        ndarray, shape (..., n, 3, 6)
             -A [-[c - pivot]×, I].
         """
         return np.asarray(-self.A @ point_jacobian(self.centre - pivot))
 
     def information(self, covariances: FloatArray | None) -> FloatArray:
-        """Weights Λ of the residuals, shape (n, 3, 3): A, or the inverse of A C A within the range of A."""
+        """Weights Λ of the residuals, shape (..., n, 3, 3): A, or the inverse of A C A within the range of A."""
         if covariances is None:
             return self.A
-        return np.asarray(np.linalg.pinv(self.A @ covariances @ self.A, rcond=1e-9, hermitian=True))
+        seen = np.einsum("...ij,...ji->...", self.A, np.broadcast_to(covariances, self.A.shape))
+        weights = np.asarray(self.A / seen[..., None, None])  # of a touch that gives one number: n nᵀ / nᵀ C n
+        several = self.rank > 1
+        A = self.A[several]
+        C = np.broadcast_to(covariances, self.A.shape)[several]
+        weights[several] = np.linalg.pinv(A @ C @ A, rcond=1e-9, hermitian=True)
+        return weights

@@ -92,7 +92,7 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
     """
     width = program.label_width
     module = safe_name(program.controller.program_name, NAMES)
-    frame, T_base_frame = _frame_as_written(program.T_base_part)
+    frame, T_base_frame = frame_as_written(program.T_base_part)
     names = safe_names([path.seam.name for path in program.paths], NAMES, room=max(width + 1, len(PROCEDURE)))
     post = Post("rapid", program)
     lines = [f"MODULE {module}", *post.header(_about(program, names)), *_data(program, frame)]
@@ -145,7 +145,7 @@ def _about(program: WeldProgram, names: dict[str, str]) -> list[str]:
     return comment_lines(text, mark="", longest=LONGEST_COMMENT)
 
 
-def _frame_as_written(T: RigidTransform) -> tuple[str, RigidTransform]:
+def frame_as_written(T: RigidTransform) -> tuple[str, RigidTransform]:
     """Return the frame's text and the frame with these digits: its rounding then does not move targets in the base."""
     q = rounded(quaternion_from_rotation(T.R), QUATERNION_DECIMALS)
     written = RigidTransform(rotation_from_quaternion(q), rounded(T.t_mm, MM_DECIMALS), T.target, T.source)

@@ -106,7 +106,7 @@ def _main_program(
         last = post.air_move("P[1]", speed=tp_speed(program.motion.air_speed_mm_s))
         lines = [*frame, *first, *lines, *frame, *last]
         positions = _positions(program.safe_point, program, T_base_frame)
-    return tp_file(name, [*post.header(_wrapped(comments)), *lines, *post.footer()], positions, groups=_groups(program))
+    return tp_file(name, [*post.header(wrapped(comments)), *lines, *post.footer()], positions, groups=_groups(program))
 
 
 def _seam_program(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
@@ -158,7 +158,8 @@ def tp_file(name: str, instructions: list[str], positions: list[str], *, groups:
     return "\r\n".join(lines)
 
 
-def _wrapped(lines: list[str]) -> list[str]:
+def wrapped(lines: list[str]) -> list[str]:
+    """Return remarks: lines of at most 32 characters without a semicolon."""
     clean = [line.replace(";", ",") for line in lines]  # a semicolon ends an instruction
     return comment_lines(clean, mark="", longest=LONGEST_REMARK)
 
@@ -167,7 +168,7 @@ def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
     post, air = Post("fanuc", program), tp_speed(program.motion.air_speed_mm_s)
     first, last = path.weld_rows.start + 1, path.weld_rows.stop  # positions are counted from 1
     is_joint = program.safe_point is None
-    lines = [*(f"  !{line}" for line in _wrapped([path.seam.name, describe_path(path)])), *_frame_lines(program)]
+    lines = [*(f"  !{line}" for line in wrapped([path.seam.name, describe_path(path)])), *_frame_lines(program)]
     if program.planned is not None:
         lines += post.joint_move("P[1]", speed=f"{program.planned.joint_percent:.0f}%")
     else:
@@ -217,26 +218,28 @@ def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: 
     texts = zip(CONFIGURATION.texts(program, poses), coordinates(p, zyx_degrees(R, decimals=DECIMALS)), strict=True)
     bodies: list[tuple[str, ...]] = [(f"{_head(program)}\t\tCONFIG : '{conf}',", *text) for conf, text in texts]
     if program.planned is None or not isinstance(poses, WeldPath) or poses.joints is None or poses.external is None:
-        return _numbered(bodies)
+        return numbered(bodies)
     outer = program.planned.external_texts(poses.external, DECIMALS)
     first = slice(0, poses.before)  # a plan goes to joints before a seam
-    bodies[first] = _joint_bodies(program, poses.joints[first])
-    return _numbered([_with_axes(program, *each) for each in zip(bodies, outer, strict=True)])
+    bodies[first] = joint_bodies(_head(program), poses.joints[first])
+    return numbered([_with_axes(program, *each) for each in zip(bodies, outer, strict=True)])
 
 
 def _head(program: WeldProgram) -> str:
     return f"\tUF : {program.controller.frame_number}, UT : {program.controller.tool_number},"
 
 
-def _numbered(bodies: Sequence[Sequence[str]]) -> list[str]:
+def numbered(bodies: Sequence[Sequence[str]]) -> list[str]:
+    """Return the section of positions, P[1] first, from the lines of each."""
     return [line for number, body in enumerate(bodies, start=1) for line in (f"P[{number}]{{", "   GP1:", *body, "};")]
 
 
-def _joint_bodies(program: WeldProgram, joints: FloatArray) -> list[tuple[str, ...]]:
+def joint_bodies(head: str, joints: FloatArray) -> list[tuple[str, ...]]:
+    """Return the lines of positions that are joints; `head` names frame and tool, joints have shape (n, 6), rad."""
     texts = [
         [f"\tJ{number}= {v} deg" for number, v in enumerate(row, start=1)] for row in angle_texts(joints, DECIMALS)
     ]
-    return [(_head(program), f"{','.join(row[:3])},", ",".join(row[3:])) for row in texts]
+    return [(head, f"{','.join(row[:3])},", ",".join(row[3:])) for row in texts]
 
 
 def _with_axes(program: WeldProgram, body: tuple[str, ...], axes: list[str]) -> tuple[str, ...]:
@@ -262,11 +265,11 @@ def _between(
     for row, moves in enumerate(planned.air):
         own = moves if row == len(calls) else moves.rows(0, -1)
         outer = planned.external_texts(own.external, DECIMALS)
-        for body, axes in zip(_joint_bodies(program, own.joints), outer, strict=True):
+        for body, axes in zip(joint_bodies(_head(program), own.joints), outer, strict=True):
             bodies.append(_with_axes(program, body, axes))
             lines += post.joint_move(f"P[{len(bodies)}]", speed=f"{planned.joint_percent:.0f}%")
         lines += calls[row : row + 1]
-    return lines, _numbered(bodies)
+    return lines, numbered(bodies)
 
 
 def coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:

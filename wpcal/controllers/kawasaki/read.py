@@ -39,7 +39,7 @@ _SECTION = re.compile(r"^\.(?P<name>[A-Za-z]++)\b")
 _VALUES = re.compile(rf"^(?P<name>#?{_NAME})[ \t]++(?P<values>\S.*)$")
 _POINT = re.compile(rf"^\s*+POINT\s++(?P<name>{_NAME})\s*+=\s*+TRANS\s*+\((?P<values>[^()]*+)\)", re.IGNORECASE)
 _SETTING = re.compile(rf"^\s*+(?P<key>BASE|TOOL)\s++(?P<name>{_NAME})", re.IGNORECASE)
-_MOVE = re.compile(r"^\s*+(?:[LJ]MOVE|C[12]MOVE|[LJ]W[SCE]|C[12]WC)\s++(?P<what>[^;\n]*+)", re.IGNORECASE)
+_MOVE = re.compile(r"^\s*+(?:[LJX]MOVE|C[12]MOVE|[LJ]W[SCE]|C[12]WC)\s++(?P<what>[^;\n]*+)", re.IGNORECASE)
 _WORD = re.compile(_NAME)
 ADDED = "is added to another transformation in a move; its own coordinates are not a place"
 
@@ -111,7 +111,7 @@ def _parsed(text: str) -> _File:
 
 def _use(found: _File, what: str, base: str, tool: str) -> None:
     """Note the point of a move: alone, or added to another transformation."""
-    place = re.sub(r",(?![^\[]*\]).*$", "", what).strip()
+    place = re.sub(r"\sTILL\b.*$|,(?![^\[]*\]).*$", "", what, flags=re.IGNORECASE).strip()
     names = [name.lower() for name in _WORD.findall(place)]
     for name in names:
         use = found.uses.setdefault(name, _Use())

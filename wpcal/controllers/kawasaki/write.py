@@ -76,8 +76,8 @@ def write_as(program: WeldProgram) -> dict[str, str]:
     rules = NameRules(NAMES.language, NAMES.longest, f"{KEYWORDS} {main.lower()}")
     names = safe_names([path.seam.name for path in program.paths], rules, room=max(width + 1, len(PROGRAM)))
     own = conditions(program)
-    T_base_frame = _frame_as_written(program.T_base_part)
-    frame = _texts(T_base_frame.t_mm[None], zyz_degrees(T_base_frame.R, decimals=DEG_DECIMALS)[None])[0]
+    T_base_frame = frame_as_written(program.T_base_part)
+    frame = transformations(T_base_frame.t_mm[None], zyz_degrees(T_base_frame.R, decimals=DEG_DECIMALS)[None])[0]
     points = [f"{PART} {frame}"]
     if program.safe_point is not None:
         points += _points([SAFE_POINT], program.safe_point, T_base_frame)
@@ -152,7 +152,7 @@ def _main(
     calls = [f"  CALL {PROGRAM}{stem}" for stem in names.values()]
     if program.safe_point is not None:
         first = post.air_move(SAFE_POINT, speed=f"{JOINT_PERCENT}", joint=True)
-        last = [*post.air_move(SAFE_POINT, speed=_speed(program.motion.air_speed_mm_s)), "  BREAK", "  BASE NULL"]
+        last = [*post.air_move(SAFE_POINT, speed=as_speed(program.motion.air_speed_mm_s)), "  BREAK", "  BASE NULL"]
         calls = [*_frames(program), *first, "  BREAK", *calls, f"  BASE {PART}", *last]
     if program.planned is not None:
         ways = zip(between, [*calls, "  BASE NULL"], strict=True)
@@ -205,7 +205,7 @@ def _about_arc(own: Mapping[str, Conditions]) -> list[str]:
 def _seam(
     program: WeldProgram, path: WeldPath, labels: list[str], own: Conditions | None, to_start: list[str]
 ) -> list[str]:
-    post, air = Post("as", program), _speed(program.motion.air_speed_mm_s)
+    post, air = Post("as", program), as_speed(program.motion.air_speed_mm_s)
     rows, is_joint = path.weld_rows, program.safe_point is None
     lines = comment_lines([path.seam.name, describe_path(path)], mark="; ", longest=LONGEST_COMMENT)
     lines += _frames(program)
@@ -213,17 +213,17 @@ def _seam(
     lines += to_start if program.planned is not None else post.air_move(labels[0], speed=first, joint=is_joint)
     for label in labels[1 : rows.start]:
         lines += post.air_move(label, speed=air)
-    speed = _speed(program.weld_speed_mm_s(path))
+    speed = as_speed(program.weld_speed_mm_s(path))
     along = labels[rows]
     lines += post.weld_start(path, partial(list, own.lines if own else ()), point=along[0], speed=speed)
     lines += weld_moves(path, along, path.stops(ACCURACY_MM), own)
     lines += post.weld_end(path, list)
     for label in labels[rows.stop :]:
         lines += post.air_move(label, speed=air)
-    return _without_repeats([*lines, "  BREAK"])
+    return without_repeats([*lines, "  BREAK"])
 
 
-def _without_repeats(lines: list[str]) -> list[str]:
+def without_repeats(lines: list[str]) -> list[str]:
     """Leave out every ``SPEED … ALWAYS`` that is in force already."""
     kept, now = [], ""
     for line in lines:
@@ -235,11 +235,12 @@ def _without_repeats(lines: list[str]) -> list[str]:
     return kept
 
 
-def _speed(mm_s: float) -> str:
+def as_speed(mm_s: float) -> str:
+    """Write a speed."""
     return f"{mm_s:g} MM/S"
 
 
-def _frame_as_written(T: RigidTransform) -> RigidTransform:
+def frame_as_written(T: RigidTransform) -> RigidTransform:
     """Return the frame with the written digits: its rounding then does not move the points in the base."""
     o, a, t = np.radians(zyz_degrees(T.R, decimals=DEG_DECIMALS))
     return RigidTransform(rotation_from_zyz(o, a, t), rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
@@ -249,7 +250,7 @@ def _points(
     labels: list[str], poses: WeldPath | SafePoint, T_base_frame: RigidTransform, planned: PlannedMoves | None = None
 ) -> list[str]:
     p, R = poses.poses_in(T_base_frame)
-    texts = _texts(p, zyz_degrees(R, decimals=DEG_DECIMALS))
+    texts = transformations(p, zyz_degrees(R, decimals=DEG_DECIMALS))
     if planned is None or not isinstance(poses, WeldPath) or poses.external is None:
         return [f"{label} {text}" for label, text in zip(labels, texts, strict=True)]
     outer = planned.external_texts(poses.external, DEG_DECIMALS)
@@ -257,7 +258,8 @@ def _points(
     return rows[poses.before :]  # a plan goes to joints before a seam
 
 
-def _texts(p: FloatArray, angles: FloatArray) -> list[str]:
+def transformations(p: FloatArray, angles: FloatArray) -> list[str]:
+    """Write poses as six numbers: p of shape (n, 3), mm, in any one frame, and angles O, A, T, deg."""
     m, k = MM_DECIMALS, DEG_DECIMALS
     return [
         f"{x:.{m}f} {y:.{m}f} {z:.{m}f} {o:.{k}f} {a:.{k}f} {t:.{k}f}"

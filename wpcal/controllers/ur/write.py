@@ -64,7 +64,7 @@ def write_urscript(program: WeldProgram) -> dict[str, str]:
     """
     name = safe_name(program.controller.program_name, NAMES)
     planned = program.planned
-    T_base_frame = _frame_as_written(program.T_base_part)
+    T_base_frame = frame_as_written(program.T_base_part)
     head = [
         *describe(program),
         *(planned.standing_axes("URScript") if planned is not None else ()),
@@ -74,20 +74,20 @@ def write_urscript(program: WeldProgram) -> dict[str, str]:
         if program.arc is None
         else f"set the tool centre point before this program; {how(program.arc)}",
     ]
-    frame = _poses(T_base_frame.t_mm[None], T_base_frame.R[None])[0]
+    frame = poses_of(T_base_frame.t_mm[None], T_base_frame.R[None])[0]
     post = Post("urscript", program)
     about = comment_lines(head, mark="", longest=LONGEST_COMMENT)
     lines = [f"def {name}():", *post.header(about), f"  wp_part = {frame}"]
     safe = None
     if program.safe_point is not None:
-        safe = f"pose_trans(wp_part, {_poses(*program.safe_point.poses_in(T_base_frame))[0]})"
+        safe = f"pose_trans(wp_part, {poses_of(*program.safe_point.poses_in(T_base_frame))[0]})"
         lines += post.air_move(safe, speed=JOINT_LIMITS, joint=True)
     between = _between(program, post)
     for way, path in zip(between, program.paths, strict=False):
         lines += [*way, *_moves(path, T_base_frame, post)]
     lines += between[-1]
     if safe is not None:
-        lines += post.air_move(safe, speed=_limits(program.motion.air_speed_mm_s))
+        lines += post.air_move(safe, speed=limits(program.motion.air_speed_mm_s))
     return {f"{name}.script": "\n".join([*lines, *post.footer(), ""])}
 
 
@@ -98,28 +98,30 @@ def _between(program: WeldProgram, post: Post) -> list[list[str]]:
         return [[] for _ in range(len(program.paths) + 1)]
     stated = [joint.speed_rad_s for joint in program.arm.joints if joint.speed_rad_s] if program.arm else []
     speed = min(stated, default=USUAL_JOINT_RAD_S) * planned.joint_percent / 100.0
-    limits = f"a={PLANNED_ACCELERATION_RAD_S2:g}, v={math.floor(1e3 * speed) / 1e3:g}"
+    text = f"a={PLANNED_ACCELERATION_RAD_S2:g}, v={math.floor(1e3 * speed) / 1e3:g}"
     return [
         [
             line
             for joints in rounded(moves.joints, DECIMALS).tolist()
-            for line in post.joint_move(f"[{', '.join(f'{q:.{DECIMALS}f}' for q in joints)}]", speed=limits)
+            for line in post.joint_move(f"[{', '.join(f'{q:.{DECIMALS}f}' for q in joints)}]", speed=text)
         ]
         for moves in planned.air
     ]
 
 
-def _limits(mm_s: float) -> str:
+def limits(mm_s: float) -> str:
+    """Write acceleration and speed of a linear move."""
     return f"a={ACCELERATION_M_S2:g}, v={mm_s * MM:g}"
 
 
-def _frame_as_written(T: RigidTransform) -> RigidTransform:
+def frame_as_written(T: RigidTransform) -> RigidTransform:
     """Return the frame with the written digits: its rounding then does not move the poses in the base."""
     turn = rounded(log_rotation(T.R), DECIMALS)
     return RigidTransform(exp_rotation(turn), rounded(T.t_mm * MM, DECIMALS) / MM, T.target, T.source)
 
 
-def _poses(p: FloatArray, R: FloatArray) -> list[str]:
+def poses_of(p: FloatArray, R: FloatArray) -> list[str]:
+    """Write poses: p of shape (n, 3), mm, and R of shape (n, 3, 3), in any one frame."""
     k = DECIMALS
     table = rounded(np.concatenate([p * MM, log_rotation(R)], axis=1), k).tolist()
     return [f"p[{x:.{k}f}, {y:.{k}f}, {z:.{k}f}, {a:.{k}f}, {b:.{k}f}, {c:.{k}f}]" for x, y, z, a, b, c in table]
@@ -127,10 +129,10 @@ def _poses(p: FloatArray, R: FloatArray) -> list[str]:
 
 def _moves(path: WeldPath, T_base_frame: RigidTransform, post: Post) -> list[str]:
     program = post.program
-    poses = [f"pose_trans(wp_part, {pose})" for pose in _poses(*path.poses_in(T_base_frame))]
+    poses = [f"pose_trans(wp_part, {pose})" for pose in poses_of(*path.poses_in(T_base_frame))]
     rows = path.weld_rows
     way_to, along, way_from = poses[: rows.start], poses[rows], poses[rows.stop :]
-    weld, air = (_limits(v) for v in (program.weld_speed_mm_s(path), program.motion.air_speed_mm_s))
+    weld, air = (limits(v) for v in (program.weld_speed_mm_s(path), program.motion.air_speed_mm_s))
     is_joint, arc = program.safe_point is None, program.arc
     lines = comment_lines([f"{path.seam.name}: {describe_path(path)}"], mark="  # ", longest=LONGEST_COMMENT)
     if program.planned is None:

@@ -30,6 +30,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.moves import Arc
+from wpcal.robot.kinematics.arm import Arm
 
 NAMES = NameRules("INFORM", 32)
 """Names of jobs have up to 32 characters."""
@@ -102,7 +103,7 @@ def _main_job(
     if program.safe_point is None:
         return inform_job(name, [], [*head, *lines, *post.footer()])
     first = post.air_move("C00000", speed=f"VJ={JOINT_PERCENT:.2f}", joint=True)
-    last = post.air_move("C00000", speed=_speed(program.motion.air_speed_mm_s))
+    last = post.air_move("C00000", speed=inform_speed(program.motion.air_speed_mm_s))
     positions = _positions(program.safe_point, program, T_base_frame)
     instructions = [*head, *first, *lines, *last, *post.footer()]
     return inform_job(name, positions, instructions, user=program.controller.frame_number)
@@ -146,15 +147,12 @@ def _between(
 
 def _joint_positions(program: WeldProgram, moves: JointMoves) -> list[str]:
     """Return positions as joints, so that the form of the arm is fixed: pulses if all of them are known."""
-    arm, planned = program.arm, program.planned
-    if arm is None or planned is None:
+    planned = program.planned
+    if program.arm is None or planned is None:
         return []
     outer = planned.external_texts(moves.external, DEG_DECIMALS)
     rails = int(planned.rail is not None)
-    if all(joint.pulses_per_deg is not None for joint in arm.joints) and not planned.axis_count:
-        kind, rows = "PULSE", [[f"{v:.0f}" for v in row] for row in arm.pulses_from_angles(moves.joints)]
-    else:
-        kind, rows = "ANGLE", angle_texts(moves.joints, DEG_DECIMALS)
+    kind, rows = joint_rows(moves.joints, None if planned.axis_count else program.arm)
     return [
         f"///TOOL {program.controller.tool_number}",
         f"///POSTYPE {kind}",
@@ -163,6 +161,20 @@ def _joint_positions(program: WeldProgram, moves: JointMoves) -> list[str]:
         *(f"BC{number:05d}={row[0]}" for number, row in enumerate(outer) if rails),
         *(f"EC{number:05d}={','.join(row[rails:])}" for number, row in enumerate(outer) if planned.turning),
     ]
+
+
+def joint_rows(joints: FloatArray, arm: Arm | None) -> tuple[str, list[list[str]]]:
+    """Return the kind of joint positions and their numbers: pulses if the arm has them for all joints, else degrees.
+
+    Parameters
+    ----------
+    joints : ndarray, shape (n, 6)
+        Shown angles, rad.
+    arm : Arm or None
+    """
+    if arm is not None and all(joint.pulses_per_deg is not None for joint in arm.joints):
+        return "PULSE", [[f"{v:.0f}" for v in row] for row in arm.pulses_from_angles(joints)]
+    return "ANGLE", angle_texts(joints, DEG_DECIMALS)
 
 
 def _point(program: WeldProgram, number: int, *, station: bool = True) -> str:
@@ -236,7 +248,7 @@ def inform_job(
 
 def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: RigidTransform) -> list[str]:
     p, R = poses.poses_in(T_base_frame)
-    coordinates = _coordinates(p, zyx_degrees(R, decimals=DEG_DECIMALS))
+    coordinates = coordinates_of(p, zyx_degrees(R, decimals=DEG_DECIMALS))
     lines = [
         f"///USER {program.controller.frame_number}",
         f"///TOOL {program.controller.tool_number}",
@@ -250,7 +262,8 @@ def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: 
     return lines
 
 
-def _coordinates(p: FloatArray, angles: FloatArray) -> list[str]:
+def coordinates_of(p: FloatArray, angles: FloatArray) -> list[str]:
+    """Return positions C00000, C00001, …: p of shape (n, 3), mm, in any one frame, and angles about x, y, z, deg."""
     m, k = MM_DECIMALS, DEG_DECIMALS
     rows = zip(rounded(p, m).tolist(), angles.tolist(), strict=True)
     return [
@@ -260,10 +273,14 @@ def _coordinates(p: FloatArray, angles: FloatArray) -> list[str]:
 
 
 def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
-    post, air, mm_s = Post("inform", program), _speed(program.motion.air_speed_mm_s), program.weld_speed_mm_s(path)
+    post, air, mm_s = (
+        Post("inform", program),
+        inform_speed(program.motion.air_speed_mm_s),
+        program.weld_speed_mm_s(path),
+    )
     if path.speed_mm_s is not None:
         mm_s = max(math.floor(mm_s * 10.0 + 1e-6), 1) / 10.0  # no joint has to be faster than planned
-    weld = _speed(mm_s if path.run is None else max(round(mm_s, 1), 0.1))  # a rule does not know INFORM
+    weld = inform_speed(mm_s if path.run is None else max(round(mm_s, 1), 0.1))  # a rule does not know INFORM
     rows, is_joint = path.weld_rows, program.safe_point is None
     lines = comment_lines([path.seam.name, describe_path(path)], mark="'", longest=LONGEST_COMMENT)
     if program.planned is not None:
@@ -299,7 +316,7 @@ def _weld_moves(path: WeldPath, program: WeldProgram, speed: str) -> list[str]:
     return lines
 
 
-def _speed(mm_s: float) -> str:
+def inform_speed(mm_s: float) -> str:
     """Write a speed; INFORM has steps of 0.1 mm/s."""
     if mm_s < 0.1 or abs(mm_s - round(mm_s, 1)) > 1e-9:  # a rest below that is round-off of the decimal
         raise InputError(f"INFORM: {mm_s:g} mm/s is not a multiple of 0.1 mm/s")

@@ -37,6 +37,11 @@ export function snapped(viewer, x, y) {
   return face && { kind: "face", ends: [face.p, face.p] };
 }
 
+/** The segment of an edge at most `reach` pixels from a pixel, or null. */
+export function edgeAt(viewer, x, y, reach) {
+  return nearestOfEdges(viewer, x, y, reach)[1];
+}
+
 /** The distance between two picks: {mm, d: [x, y, z], ends}. Between edges it is the shortest one. */
 export function distanceOf(first, second) {
   const ends = shortestWay(first.ends, second.ends);
@@ -45,9 +50,9 @@ export function distanceOf(first, second) {
 }
 
 /** The nearest end of an edge of the part that is not hidden, and the nearest edge, within reach of the pointer. */
-function nearestOfEdges(viewer, x, y) {
+function nearestOfEdges(viewer, x, y, reach = SNAP_PX) {
   const found = { corner: null, edge: null };
-  const nearest = { corner: SNAP_PX, edge: SNAP_PX };
+  const nearest = { corner: reach, edge: reach };
   const take = (kind, distance, p, value) => {
     if (distance >= nearest[kind] || viewer.cut.removes(p) || viewer.isHidden(p)) return;
     nearest[kind] = distance;
@@ -59,7 +64,7 @@ function nearestOfEdges(viewer, x, y) {
     const square = dx * dx + dy * dy;
     const t = square > 0 ? Math.min(Math.max(((x - pa.x) * dx + (y - pa.y) * dy) / square, 0), 1) : 0;
     const distance = Math.hypot(pa.x + t * dx - x, pa.y + t * dy - y);
-    if (distance >= SNAP_PX) continue;
+    if (distance >= reach) continue;
     take("edge", distance, along(a, minus(b, a), t), [a, b]);
     take("corner", Math.hypot(pa.x - x, pa.y - y), a, a);
     take("corner", Math.hypot(pb.x - x, pb.y - y), b, b);

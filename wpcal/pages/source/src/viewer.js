@@ -14,7 +14,7 @@ import { Targets } from "./targets.js";
 
 export { BEYOND, colourOf, ramp } from "./colours.js";
 export { readBlob, readData, readJsonBlob } from "./embedded.js";
-export { distanceOf, snapped } from "./measure.js";
+export { distanceOf, edgeAt, snapped } from "./measure.js";
 export { decodePart } from "./part.js";
 
 const AXIS_COLOURS = ["#d63c3c", "#2f9e44", "#2f6fde"]; // x red, y green, z blue, as in most CAD programs

@@ -26,6 +26,7 @@ class Picker {
     Object.assign(this, { data, root, answered: { answer: null, fault: null }, version: 0 });
     this.rows = new Rows(start.table);
     this.fitting = latestOnly(() => this.fit(), PAUSE_MS);
+    this.promising = latestOnly(() => this.promise(), PAUSE_MS);
     this.status = new Status((before) => this.table.restore(before));
     this.table = new Table(this.rows, features, data.choices, {
       onChange: () => this.change(),
@@ -60,10 +61,14 @@ class Picker {
     const { tolerance_mm: tolerance, seams } = data;
     const onPick = (feature) => this.table.pick(feature);
     const onSeam = (row, s) => this.editor.select(row, s);
-    this.scene = new Scene(this.layout.view, { features, frames, part, seams, tolerance, onPick, onSeam });
+    const onTouch = (touch) => this.table.addTouch(touch);
+    const onSay = (text, kind) => this.status.say(text, kind);
+    const on = { onPick, onSeam, onTouch, onSay };
+    this.scene = new Scene(this.layout.view, { features, frames, part, seams, tolerance, ...on });
+    this.layout.showPromise(this.scene.touching.output);
     this.listen();
     this.show();
-    if (this.rows.rows.length) this.fitting.ask();
+    if (this.rows.rows.length) this.ask();
     this.backend.look(); // a reload shows what was decided since the start
   }
 
@@ -101,7 +106,9 @@ class Picker {
   }
 
   get isIdle() {
-    return this.fitting.isIdle && this.files.isIdle && this.draft.isIdle && !this.editor.isBusy;
+    return (
+      this.fitting.isIdle && this.promising.isIdle && this.files.isIdle && this.draft.isIdle && !this.editor.isBusy
+    );
   }
 
   tabulate(seams) {
@@ -123,7 +130,7 @@ class Picker {
     this.scene.takeSeams(state);
     this.scene.chooseSeam(this.editor.selected);
     this.show();
-    if (this.rows.rows.length) this.fitting.ask();
+    if (this.rows.rows.length) this.ask();
   }
 
   /** A person says whether a solid can be welded. */
@@ -140,7 +147,12 @@ class Picker {
     this.root.classList.add("stale");
     this.status.say("");
     this.draft.change();
+    this.ask();
+  }
+
+  ask() {
     this.fitting.ask();
+    this.promising.ask();
   }
 
   /** Another window changed the table. */
@@ -168,6 +180,16 @@ class Picker {
     }
     this.answered = { answer, fault };
     this.show();
+  }
+
+  /** What touches promise before they are made, if the table has such rows. */
+  async promise() {
+    const { version } = this;
+    const { answer, fault } =
+      "kind" in (this.rows.rows[0] ?? NOTHING) ? await post("promise", this.rows.toFit()) : NOTHING;
+    if (version !== this.version) return;
+    this.scene.touching.show(answer?.touches.length ? answer : null, fault);
+    this.scene.show(this.rows, this.answered.answer ?? NOTHING);
   }
 
   show() {

@@ -2,7 +2,6 @@
 import { sides, toggles, tooltip } from "../controls.js";
 import { el, facts, fixed, table } from "../dom.js";
 import { buildPlayer } from "../plan/player.js";
-import { bar } from "../shares.js";
 import { buildOrSayWhy, buildStage, seeThroughBox } from "../stage.js";
 import { drawOrder, drawSearches, drawTool, SEARCH, toolPlace } from "../touches/drawing.js";
 import { beginOf, placeAt, wayOf } from "../touches/way.js";
@@ -11,6 +10,7 @@ import { readBlob, readData, readJsonBlob } from "../viewer.js";
 import { plural } from "../words.js";
 
 const SEAM = "#c2410c";
+const LEAST_ARROW = 0.1; // of the radius of the part: on a large part, strokes are too short to be seen
 const NOZZLE_PART = 0.12; // of the radius of the part: how long the nozzle is drawn
 const JUST_AFTER_S = 1e-3; // the slider rounds its time
 const WORDS = { end: "end of the wire", side: "side of the wire" };
@@ -39,7 +39,7 @@ class TouchesPage {
       viewer.addPaths("seams", [{ points: p, color: SEAM }], { width: 5 });
       viewer.addLabels("seams", [{ p: p[Math.floor(p.length / 2)], text: name }], { className: "of-seam" });
     }
-    drawSearches(viewer, searches);
+    drawSearches(viewer, searches, LEAST_ARROW * viewer.extent().radius);
     drawOrder(viewer, searches);
     viewer.view("iso");
     drawTool(viewer, "tool", stick_out_mm, NOZZLE_PART * viewer.extent(part ? ["part"] : null).radius);
@@ -109,11 +109,7 @@ class TouchesPage {
 
 function header({ part, robot, searches, wire_mm, stick_out_mm, notes }) {
   const how = `wire ${fixed(wire_mm, 1)} mm, stick-out ${fixed(stick_out_mm, 1)} mm${robot && `, ${robot}`}`;
-  const count = el(
-    "p",
-    { "data-test": "count" },
-    `${plural(searches.length, "search").replace("searchs", "searches")}; ${how}`,
-  );
+  const count = el("p", { "data-test": "count" }, `${plural(searches.length, "planned touch", "es")}; ${how}`);
   const list = notes.length
     ? el(
         "ul",
@@ -128,11 +124,9 @@ function header({ part, robot, searches, wire_mm, stick_out_mm, notes }) {
 function promises({ predicted }) {
   const nothing = el("p", {}, "The plan predicts no error of seams.");
   if (!predicted) return el("section", { id: "promises" }, nothing);
-  const worst = Math.max(...predicted.by_seam.map(({ error_95_mm }) => error_95_mm), predicted.error_95_mm);
   const columns = [
     { title: "seam", cell: ({ seam }) => seam },
     { title: "95 % error mm", number: true, cell: ({ error_95_mm }) => fixed(error_95_mm, 3) },
-    { title: "", cell: ({ error_95_mm }) => bar(error_95_mm, worst) },
   ];
   const most = `${fixed(predicted.error_95_mm, 3)} mm (95 %), on ${predicted.seam}`;
   const text = `Predicted error of the seams: at most ${most}`;

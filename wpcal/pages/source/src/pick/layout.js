@@ -3,7 +3,7 @@ import { el } from "../dom.js";
 
 /**
  * Fills `root` and returns the elements that change: {view, state, gauges, suggestButton, addButton, showNotes(texts),
- * showName(name)}.
+ * showName(name), showPromise(element)}.
  *
  * @param {object} data  of the page
  * @param {string} savesTo  the file that the page saves
@@ -47,12 +47,13 @@ export function buildLayout(root, data, savesTo, parts, on) {
   );
   const exchangeButton = ({ row, feature }) =>
     el("button", { type: "button", class: "exchange", onclick: () => on.onExchange(row, feature) }, `Take ${feature}`);
+  const showPromise = (element) => parts.table.after(element);
   const showNotes = (texts, exchanges) => {
     exchangeButtons.replaceChildren(...exchanges.map(exchangeButton));
     list.replaceChildren(...texts.map((text) => el("li", {}, text)));
     notes.hidden = !texts.length;
   };
-  return { view, state, gauges, addButton, suggestButton, showNotes, showName };
+  return { view, state, gauges, addButton, suggestButton, showNotes, showName, showPromise };
 }
 
 function button(id, text, onclick) {

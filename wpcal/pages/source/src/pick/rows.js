@@ -5,6 +5,7 @@ import { isHalfANumber } from "./numbers.js";
 export const PLACE = ["x_mm", "y_mm", "z_mm"];
 const MODEL = ["model_x_mm", "model_y_mm", "model_z_mm"];
 const MODEL_DIGITS = 6;
+const TOUCH_DIGITS = 3; // a click is on a pixel
 const LONG_ZEROS = /^([+-]?\d+\.\d{2,}?)0{4,}$/; // positions of programs arrive with nine decimals
 const FORMULA = /^'*[=+\-@＝＋－＠]/; // a spreadsheet would run it; the server writes and reads the mark alike
 const NUMBER = /^[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$/;
@@ -99,6 +100,14 @@ export class Rows {
     const row = this.add({ name: this.freeName(feature?.name ?? "T1") });
     if (feature) this.assign(row, feature);
     return row;
+  }
+
+  /** Adds a row for a touch on a face or an edge, at a point of the model; the columns that it needs are added. */
+  addTouch({ kind, p_mm, radius }) {
+    const place = MODEL.map((name, axis) => [name, String(Number(p_mm[axis].toFixed(TOUCH_DIGITS)))]);
+    const cells = Object.fromEntries([["kind", kind], ...place, ...(radius ? [["radius_mm", radius]] : [])]);
+    this.addColumns(Object.keys(cells));
+    return this.add({ name: this.freeName("T1"), ...cells });
   }
 
   /** Assigns a feature to a row: by its name, or by its coordinates in a table with columns of model coordinates. */

@@ -8,6 +8,7 @@ import { buildStage, checkBox, seeThroughBox } from "../stage.js";
 import { cutControl, measureTool } from "../view_tools.js";
 import { colourOf } from "../viewer.js";
 import { FeatureMarks } from "./feature_marks.js";
+import { Touching } from "./touching.js";
 
 const KINDS = {
   V: "corners",
@@ -30,7 +31,7 @@ const SEAM_REACH_PX = 7;
 const COLOUR_STEPS = 100; // from zero to the tolerance
 
 export class Scene {
-  constructor(host, { features, seams, frames, part, tolerance, onPick, onSeam }) {
+  constructor(host, { features, seams, frames, part, tolerance, onPick, onSeam, onTouch, onSay }) {
     const label = "3-D view of the part; click a feature to add its row";
     const { viewer, stage, overlay } = buildStage(host, label, { wheel: "always" });
     Object.assign(this, { viewer, stage });
@@ -47,7 +48,13 @@ export class Scene {
     this.addSeams();
     this.answerToPointer(onPick, onSeam);
     this.factor = el("span", { class: "factor", "data-test": "factor" });
-    this.panelElement = this.panel(letters, overlay, part, solid);
+    const measure = measureTool(this.viewer).element;
+    this.touching = new Touching(this.viewer, { onTouch, onSay, other: measure.querySelector("input") });
+    this.panelElement = this.panel(letters, overlay, [
+      part && seeThroughBox(solid),
+      measure,
+      part && cutControl(viewer),
+    ]);
     host.append(this.panelElement);
     this.legend = el("div", { hidden: true }, legend(tolerance)); // there are no errors yet
     this.stage.append(sides(this.viewer), this.legend, this.factor);
@@ -55,22 +62,15 @@ export class Scene {
     this.radius = this.viewer.extent().radius;
   }
 
-  panel(letters, overlay, part, solid) {
+  panel(letters, overlay, tools) {
     const items = [
       ...letters.map((letter) => ({ label: KINDS[letter], layers: [letter], on: SHOWN_AT_FIRST.includes(letter) })),
       { label: "seams", layers: ["seams"], on: true },
       { label: "refused", layers: ["refused"], on: false },
+      { label: "touches", layers: ["touches"], on: true },
     ];
     const named = checkBox("names", (isOn) => (overlay.hidden = !isOn), { checked: true });
-    return el(
-      "div",
-      { class: "panel" },
-      toggles(this.viewer, items),
-      named,
-      part && seeThroughBox(solid),
-      measureTool(this.viewer).element,
-      part && cutControl(this.viewer),
-    );
+    return el("div", { class: "panel" }, toggles(this.viewer, items), named, tools, this.touching.element);
   }
 
   answerToPointer(onPick, onSeam) {
@@ -170,7 +170,7 @@ export class Scene {
         point: byRow.get(index),
         feature: this.featureNamed(row.feature || features[index]),
       }))
-      .map((pick) => ({ ...pick, p: pick.point?.p_part_mm ?? pick.feature?.p_mm }))
+      .map((pick, row) => ({ ...pick, p: pick.point?.p_part_mm ?? pick.feature?.p_mm ?? this.touching.placeOf(row) }))
       .filter(({ p }) => p);
     this.picks = picks;
     this.viewer.clear("picked");

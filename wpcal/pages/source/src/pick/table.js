@@ -156,6 +156,16 @@ export class Table {
     this.lines.focus(row);
   }
 
+  /** A new row for a touch on a face or an edge; can be undone. */
+  addTouch(touch) {
+    const before = this.rows.toRecord();
+    const row = this.rows.addTouch(touch);
+    this.draw();
+    this.lines.focus(row);
+    this.callbacks.onChange();
+    this.callbacks.onUndoable(`${row.name}: a touch on this ${touch.kind}`, before);
+  }
+
   /** The row at an index was touched on another feature; can be undone. */
   exchange(index, name) {
     const row = this.rows.rows[index];

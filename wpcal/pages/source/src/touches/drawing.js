@@ -7,16 +7,22 @@ const AIR = "#2f7bd9";
 const RETRACT = "#7d8a98";
 const TOOL = "#17202a";
 
-/** The layers of the searches, each as often as it is drawn anew. */
-export function drawSearches(viewer, searches) {
+/**
+ * Draws searches into the layers searches, strokes, ways, retracts and numbers.
+ *
+ * @param {number} least  mm: a shorter way to the face has a longer arrow
+ */
+export function drawSearches(viewer, searches, least) {
   searches.forEach(({ name, start, planned, end, approach, retract, via }, row) => {
-    const toFace = planned.map((v, i) => v - start[i]);
-    viewer.addPaths("searches", arrow(start, toFace, 1, SEARCH), { width: 4 });
-    viewer.addPaths("strokes", [{ points: [planned, end], color: BEYOND }], { width: 3, dashed: true });
+    const d = planned.map((v, i) => v - start[i]);
+    const factor = Math.max(1, least / Math.hypot(...d));
+    const tail = planned.map((v, i) => v - factor * d[i]);
+    viewer.addPaths("searches", arrow(tail, d, factor, SEARCH), { width: 4 });
+    viewer.addPaths("strokes", [{ points: [start, end], color: BEYOND }], { width: 3, dashed: true });
     viewer.addPaths("ways", [{ points: [...via, approach, start], color: AIR }], { width: 2 });
     viewer.addPaths("retracts", [{ points: [start, retract], color: RETRACT }], { width: 2, dashed: true });
-    viewer.addTargets("searches", [start, middle(start, planned), planned], row);
-    viewer.addLabels("numbers", [{ p: start, text: `${row + 1} ${name}` }], { className: "of-point", priority: 1 });
+    viewer.addTargets("searches", [tail, start, middle(tail, planned), planned], row);
+    viewer.addLabels("numbers", [{ p: tail, text: `${row + 1} ${name}` }], { className: "of-point", priority: 1 });
   });
 }
 

@@ -1,0 +1,252 @@
+"""`wpcal touches`: which searches of the torch locate the part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cad.cli.options import MESH, PART, SeamChoiceFlags, SeamFlags, no_cache_option, read_pose
+from wpcal.cli.option_groups import option, takes
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP, TOOL_HELP, TOOL_METAVAR
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from cad.workpiece.touches import DrawnTouches
+    from wpcal.planning.cell.one_robot import OneRobotCell
+    from wpcal.seam.torch import TorchShape
+    from wpcal.searches import TouchPlan
+    from wpcal.touchplan import TouchOptions
+
+TEMPLATES = ("best", "3-2-1", "three-point")
+"""`wpcal.touchplan.Template`; written out so that the help needs no NumPy."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TouchFlags:
+    """How many touches, and what is known before them."""
+
+    touches: int | None = option(
+        "--touches", type=int, help="Number of searches, without that on a post.  [default: 8; 6 with a template]"
+    )
+    template: str = option(
+        "--template",
+        type=click.Choice(TEMPLATES),
+        default="best",
+        show_default=True,
+        help="Pattern of the touches: any, three on one side with two and one on two others, or two sides at each of "
+        "three places.",
+    )
+    uncertainty_mm: float = option(
+        "--uncertainty-mm",
+        type=float,
+        default=1.0,
+        show_default=True,
+        help="Standard deviation per axis of where the part stands: strokes are as long as 99 % of the parts need.",
+    )
+    uncertainty_deg: float = option(
+        "--uncertainty-deg",
+        type=float,
+        default=0.3,
+        show_default=True,
+        help="Standard deviation per axis of how the part is turned.",
+    )
+    wire_diameter_mm: float = option(
+        "--wire-diameter-mm", type=float, default=1.2, show_default=True, help="Diameter of the wire."
+    )
+    post: str | None = option(
+        "--post",
+        metavar="X,Y,Z",
+        help="Top of a post at a known place in the base, mm: it is touched first and solves the stick-out.",
+    )
+    setup: Path | None = option(
+        "--setup",
+        metavar="FILE.toml",
+        type=click.Path(path_type=Path),
+        help="How the cell senses a touch: repeatability, stick-out, latency, speeds.  [default: usual values]",
+    )
+    nominal: str | None = option(
+        "--nominal",
+        metavar="POSE",
+        help="Place of the part in the base: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), or a JSON "
+        "file with a 4×4 matrix.  [default: base and part coincide]",
+    )
+
+    def to_options(self, torch: TorchShape) -> TouchOptions:
+        """Check the numbers and return them as the plan takes them."""
+        import math
+
+        from wpcal.searches import TouchSetup
+        from wpcal.searches.setup import read_touch_setup
+        from wpcal.touchplan import NominalError, Template, TouchOptions
+
+        template = Template(self.template)
+        usual = template.touches or 8
+        return TouchOptions(
+            touches=usual if self.touches is None else self.touches,
+            template=template,
+            wire_mm=self.wire_diameter_mm,
+            torch=torch,
+            nominal=NominalError(self.uncertainty_mm, math.radians(self.uncertainty_deg)),
+            setup=TouchSetup() if self.setup is None else read_touch_setup(self.setup),
+            post_base=None if self.post is None else _point(self.post),
+        )
+
+
+def _point(text: str) -> tuple[float, float, float]:
+    from wpcal.core.errors import InputError
+    from wpcal.core.numbers import parse_numbers
+
+    try:
+        x, y, z = parse_numbers(text)
+    except ValueError:
+        raise InputError(f"--post: expected X,Y,Z in mm, got {text!r}") from None
+    return x, y, z
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArmFlags:
+    """The arm that makes the searches, and what is around it."""
+
+    cell: Path | None = option(
+        "--cell",
+        metavar="CELL.json",
+        type=click.Path(path_type=Path),
+        help="Cell of one robot (`wpcal cell new`): reach, joints and ways of its arm are solved, and its bodies are "
+        "kept away from.",
+    )
+    arm: str | None = option(
+        "--arm",
+        metavar="ARM",
+        help="Arm without a cell: the name of a shipped arm, an arm file or a URDF file; with --tool and --nominal.",
+    )
+    tool: str | None = option("--tool", metavar=TOOL_METAVAR, help=TOOL_HELP)
+
+    def to_cell(self, torch: TorchShape, *, is_placed: bool) -> OneRobotCell | None:
+        """Read the cell, or make that of an arm alone."""
+        from wpcal.core.errors import InputError
+
+        if self.cell is not None:
+            from wpcal.planning.cell.one_robot_file import read_one_robot
+
+            if self.arm is not None or self.tool is not None:
+                raise InputError("--cell has an arm and its tool: leave --arm and --tool away")
+            cell = read_one_robot(self.cell)
+            return cell if is_placed or cell.T_part else None
+        if self.arm is None:
+            if self.tool is not None:
+                raise InputError("--tool needs --arm")
+            return None
+        if self.tool is None or not is_placed:
+            raise InputError(
+                "--arm needs --tool (the tool centre point) and --nominal (the part in the base of the arm)"
+            )
+        from wpcal.planning.cell.new_cell import bare_cell
+        from wpcal.robot.identify.poses_file import parse_tool
+
+        return bare_cell(self.arm, parse_tool(self.tool)[0], torch)
+
+
+@click.command()
+@click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
+@takes("touching", TouchFlags)
+@takes("moving", ArmFlags)
+@click.option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP} The error counts there.  [default: all accepted seams]")
+@takes("seams", SeamFlags)
+@takes("choice", SeamChoiceFlags)
+@click.option(
+    "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Output: a folder."
+)
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: touches.json, touches.csv, touches.html.")
+@no_cache_option
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the plan.")
+def touches(
+    *,
+    part_step: Path,
+    touching: TouchFlags,
+    moving: ArmFlags,
+    only: str | None,
+    seams: SeamFlags,
+    choice: SeamChoiceFlags,
+    output: Path,
+    force: bool,
+    as_json: bool,
+    no_cache: bool,
+) -> int:
+    """Plan the touches of the wire that locate PART.step, so that the largest predicted error of the seams is smallest.
+
+    Each touch is a search: the robot moves the wire straight towards a face until contact. The plan has start, end and
+    direction of each search, the way of the torch between them, and the predicted 95 % error of each seam. `wpcal
+    export` writes the program of a controller from it, and `wpcal calibrate --touches` fits what the robot found.
+    """
+    from cad.cli.kernel_work import run_on_part
+    from wpcal.core.records import check_writable, new_directory, to_json
+    from wpcal.pages.touches import build_touches_page
+    from wpcal.seam.names import split_names
+    from wpcal.searches import touches_csv, touches_record
+    from wpcal.searches.record import TOUCHES_FILE
+
+    seam_options = seams.to_options()
+    options = touching.to_options(seam_options.reach.torch)
+    check_writable(output, overwrite=force)
+    place = None if touching.nominal is None else read_pose(touching.nominal)
+    arguments: dict[str, Any] = {
+        "options": options,
+        "seam_options": seam_options,
+        "choice": choice.to_choice(),
+        "seams": split_names(only or ""),
+        "T_base_part": None if place is None else place.relabelled(target="base", source="part"),
+        "cell": moving.to_cell(options.torch, is_placed=place is not None),
+    }
+    drawn: DrawnTouches = run_on_part(
+        "cad.workpiece.touches:draw_touches",
+        part_step,
+        arguments,
+        what=f"planning the touches of {part_step}",
+        use_cache=not no_cache,
+        needs=(PART, MESH),
+    )
+    plan = drawn.plan
+    record = touches_record(plan)
+    page = build_touches_page(
+        plan, part_glb=drawn.part_glb, seams=drawn.seams, border_mm=drawn.border_mm, setup=options.setup
+    )
+    with new_directory(output, overwrite=force, head=TOUCHES_FILE) as folder:
+        (folder / TOUCHES_FILE).write_text(to_json(record), encoding="utf-8")
+        (folder / "touches.csv").write_text(touches_csv(plan), encoding="utf-8")
+        (folder / "touches.html").write_text(page, encoding="utf-8")
+    if as_json:
+        click.echo(to_json(record), nl=False)
+    else:
+        _show(plan, output)
+    return 0
+
+
+def _show(plan: TouchPlan, output: Path) -> None:
+    from wpcal.cli.console import plain_console
+
+    console = plain_console()
+    console.print(_searches_table(plan))
+    if plan.predicted is not None:
+        error = f"{plan.predicted.error_95_mm:.2f} mm at {plan.predicted.seam}"
+        console.print(f"largest predicted 95 % error of the seams: {error}", highlight=False)
+    for note in plan.notes:
+        console.print(f"note: {note}", highlight=False)
+    console.print(f"wrote {output}: touches.json, touches.csv, touches.html", highlight=False)
+
+
+def _searches_table(plan: TouchPlan) -> Table:
+    from rich.table import Table
+
+    table = Table(title=f"Touches of {plan.part}, in their order (part frame)")
+    for heading in ("search", "touches", "with", "at mm", "direction", "stroke mm"):
+        table.add_column(heading, no_wrap=heading != "touches")
+    for search in plan.searches:
+        at = " ".join(f"{round(v, 1) + 0.0:g}" for v in search.contact_part.tolist())
+        way = " ".join(f"{round(v, 2) + 0.0:g}" for v in search.direction.tolist())
+        what = f"{search.target} {search.feature}".strip() if search.kind.value == "part" else "post"
+        table.add_row(search.name, what, f"{search.contact.value} of the wire", at, way, f"{search.stroke_mm:.1f}")
+    return table

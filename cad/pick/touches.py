@@ -1,0 +1,149 @@
+"""Touches before they are made: what a click on the part touches, and what the rows promise for the seams."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from cad.pick.part import PickPart
+from cad.pick.rows import Rows
+from wpcal.calibrate import Criterion, TeachingError
+from wpcal.calibrate.touches.covariance import propagate_covariance
+from wpcal.calibrate.touches.fit import Pose
+from wpcal.calibrate.touches.held_motions import held_motions
+from wpcal.calibrate.touches.touches import Touches
+from wpcal.calibrate.uncertainty import error_95
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import GeometryError, InputError, WpcalError
+from wpcal.features import ReferenceFeature, feature_named
+from wpcal.seam import Seam
+from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS
+from wpcal.taught.resolve import AMBIGUOUS_MM, named_axes, touches_of
+from wpcal.taught.touched_face import touched_face
+
+MODEL_DIGITS = 4
+"""Decimals of mm in the table: a click on the screen is known to some tenths of a millimetre."""
+
+
+def touch_at(part: PickPart, point: FloatArray, normal: FloatArray) -> dict[str, Any]:
+    """Return what a click on the part touches.
+
+    Parameters
+    ----------
+    part : PickPart
+    point, normal : ndarray, shape (3,)
+        Of the triangle that was clicked, in `part`, mm.
+
+    Returns
+    -------
+    dict
+        ``kind`` of a taught table, ``p_mm`` on the face, its outward ``normal`` and ``border_mm``.
+
+    Raises
+    ------
+    InputError
+        When the place is so near to the border of the face that a table could not say which face is meant.
+    """
+    found = touched_face(part.workpiece.trimmed, point, normal)
+    if found.border_mm <= AMBIGUOUS_MM:
+        what = f"{found.border_mm:.1f} mm from the border of this {found.kind.value}; click farther inside, or the edge"
+        raise InputError(what)
+    return {
+        "kind": found.kind.value,
+        "p_mm": np.round(found.p_part, MODEL_DIGITS).tolist(),
+        "normal": found.normal_part.tolist(),
+        "border_mm": found.border_mm,
+    }
+
+
+def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: float) -> dict[str, Any]:
+    """Predict what rows promise, with or without coordinates: the touches as they are planned.
+
+    Parameters
+    ----------
+    part : PickPart
+    rows : Rows
+        Those with use ``yes`` and a model point or a feature count.
+    sigma_mm : float
+        Teaching error per axis.
+    ball_mm : float
+        Radius of rows that state none.
+
+    Returns
+    -------
+    dict
+        ``touches``: for each row on a face or an edge its index ``row``, ``p_mm`` and outward ``normal`` (zero on an
+        edge), in `part`. ``error_95_mm`` and ``seam``: the largest predicted error of the accepted seams, and where;
+        without seams, or while the touches leave the part free, null. ``free``: which motion is free, or empty.
+
+    Raises
+    ------
+    WpcalError
+        When a row cannot be understood.
+    """
+    planned = _planned(part, rows, ball_mm)
+    nothing: dict[str, Any] = {"touches": [], "error_95_mm": None, "seam": "", "free": "", "sigma_mm": sigma_mm}
+    if planned is None:
+        return nothing
+    touches, index = planned
+    pose = Pose.of(touches, np.eye(3), np.zeros(3))
+    near = touches.targets.nearest(touches.rows, touches.p_base)
+    is_point = np.isclose(np.trace(near.projector, axis1=1, axis2=2), 3.0)
+    arrows = [
+        {"row": row, "p_mm": p.tolist(), "normal": normal.tolist()}
+        for row, p, normal, skip in zip(index, near.p, near.normal, is_point, strict=True)
+        if not skip
+    ]
+    try:
+        held_motions(touches, pose)
+    except GeometryError as error:
+        return {**nothing, "touches": arrows, "free": str(error)}
+    covariance, _ = propagate_covariance(touches, pose, Criterion.LEAST_SQUARES, TeachingError(sigma_mm=sigma_mm))
+    return {**nothing, "touches": arrows, **_worst(part.seams, covariance)}
+
+
+def _planned(part: PickPart, rows: Rows, ball_mm: float) -> tuple[Touches, list[int]] | None:
+    """Return the touches at their model points, as if the part were at the base, and the index of the row of each."""
+    columns = rows.columns
+    if "kind" not in columns:
+        return None
+    use = columns.index("use") if "use" in columns else None
+    cells, index = [], []
+    for number, row in enumerate(rows.cells):
+        place = _model_point(dict(zip(columns, row, strict=True)), part.workpiece.features)
+        if place is not None and (use is None or row[use].lower() in ("", "yes")):
+            given = dict(zip(TAUGHT_COLUMNS, place, strict=True))
+            cells.append(tuple(given.get(name, cell) for name, cell in zip(columns, row, strict=True)))
+            index.append(number)
+    if not cells:
+        return None
+    taught = Rows(columns, tuple(cells)).to_taught().with_ball(ball_mm)
+    features = part.workpiece.features
+    found = touches_of(taught, part.workpiece.trimmed, features, use="yes")
+    on_model = found.linearised(np.eye(3), np.zeros(3)).contact_part
+    return replace(found, p_base=on_model, axes=named_axes(features)), index
+
+
+def _model_point(row: dict[str, str], features: Sequence[ReferenceFeature]) -> tuple[str, ...] | None:
+    """Return the model coordinates of a row as text; None if it names no place."""
+    place = tuple(row.get(name, "") for name in MODEL_COLUMNS)
+    if all(place):
+        return place
+    named = row.get("feature", "") or (row["name"] if row["kind"] in ("", "point") and "feature" not in row else "")
+    if not named:
+        return None
+    try:
+        return tuple(str(float(v)) for v in feature_named(features, named).p_mm)
+    except WpcalError:  # the fit says so where the name is typed
+        return None
+
+
+def _worst(seams: Sequence[Seam], covariance: FloatArray) -> dict[str, Any]:
+    errors = [(float(error_95(seam.frames.p, covariance).max()), seam.name) for seam in seams if seam.accepted]
+    if not errors:
+        return {}
+    largest, name = max(errors)
+    return {"error_95_mm": largest, "seam": name}

@@ -1,0 +1,166 @@
+"""Which touches locate a part: reads the part and finds its seams; `wpcal.touchplan` makes the plan."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
+from cad.workpiece.seams import SeamChoice, find_seams
+from cad.workpiece.step_file import draw_part
+from cad.workpiece.workpiece import Workpiece, open_workpiece
+from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import ErrorCode, GeometryError
+from wpcal.core.progress import Progress, no_progress
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.seam import Seam, SeamOptions
+from wpcal.seam.names import seams_named
+from wpcal.searches import SearchKind, TouchPlan
+from wpcal.taught.touched_face import touched_face
+from wpcal.touchplan.options import TouchOptions
+from wpcal.touchplan.plan_touches import TouchPart
+from wpcal.touchplan.plan_touches import plan_touches as plan_touches_of
+from wpcal.touchplan.reach import ArmReach
+
+
+def plan_touches(
+    step: Any,
+    *,
+    options: TouchOptions | None = None,
+    seam_options: SeamOptions | None = None,
+    choice: SeamChoice | None = None,
+    seams: Sequence[str] = (),
+    T_base_part: RigidTransform | None = None,
+    cell: OneRobotCell | None = None,
+    cache: AnswerCache = NO_CACHE,
+    progress: Progress = no_progress,
+) -> TouchPlan:
+    """Plan the touches that locate a part for its seams.
+
+    Parameters
+    ----------
+    step : path, build123d shape, iterable of build123d shapes, or Workpiece
+    options : TouchOptions, optional
+    seam_options : SeamOptions, optional
+    choice : SeamChoice, optional
+        What a person decided about the seams.
+    seams : sequence of str
+        Names of the seams where the error counts, and ranges as ``W5-W8``. If empty, all accepted seams count.
+    T_base_part : RigidTransform, optional
+        Where the part stands as planned. By default that of the cell, otherwise base and part coincide.
+    cell : OneRobotCell, optional
+        The arm that makes the searches, and the bodies around it. Without it, joints stay empty.
+    cache : AnswerCache
+        As in `open_workpiece`.
+    progress : callable, optional
+
+    Returns
+    -------
+    TouchPlan
+
+    Raises
+    ------
+    InputError
+        When the part cannot be read, or has no seam of a given name.
+    GeometryError
+        When the part has no seam, or no plan holds it: what would help.
+    """
+    return draw_touches(
+        step,
+        options=options,
+        seam_options=seam_options,
+        choice=choice,
+        seams=seams,
+        T_base_part=T_base_part,
+        cell=cell,
+        cache=cache,
+        progress=progress,
+    ).plan
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnTouches:
+    """A plan of touches, and what its page draws.
+
+    Parameters
+    ----------
+    plan : TouchPlan
+    part_glb : bytes or None
+        The triangles of the part.
+    seams : dict
+        By name: points along each seam where the error counts, in `part`, mm, shape (n, 3).
+    border_mm : dict
+        By the name of a search on the part: how far its contact is from the border of the face.
+    """
+
+    plan: TouchPlan
+    part_glb: bytes | None
+    seams: dict[str, FloatArray]
+    border_mm: dict[str, float]
+
+
+def draw_touches(
+    step: Any,
+    *,
+    options: TouchOptions | None = None,
+    seam_options: SeamOptions | None = None,
+    choice: SeamChoice | None = None,
+    seams: Sequence[str] = (),
+    T_base_part: RigidTransform | None = None,
+    cell: OneRobotCell | None = None,
+    cache: AnswerCache = NO_CACHE,
+    progress: Progress = no_progress,
+) -> DrawnTouches:
+    """Plan touches as `plan_touches` does, and return what their page draws, too."""
+    workpiece = open_workpiece(step, cache=cache, progress=progress)
+    progress(f"finding seams: {workpiece.size}")
+    # the touches are on the part as read: curves that the search for seams adds are no borders of faces
+    found, _ = find_seams(workpiece, seam_options or SeamOptions(), choice)
+    counted = _counted_seams(found, seams)
+    part_glb = _triangles(workpiece, progress)
+    material = None if part_glb is None else TriangleMaterial.of(read_part_glb(part_glb))
+    part = TouchPart(
+        Path(step).name if isinstance(step, str | Path) else "part",
+        workpiece.graph,
+        workpiece.trimmed,
+        counted,
+        workpiece.features,
+        material,
+    )
+    options, reach = options or TouchOptions(), None
+    if cell is not None:
+        reach = ArmReach.of(cell, T_base_part, material)
+        options, T_base_part = replace(options, up_base=reach.up_base), reach.T_base_part
+    plan = plan_touches_of(part, options=options, T_base_part=T_base_part, reach=reach, progress=progress)
+    border_mm = {
+        search.name: touched_face(workpiece.trimmed, search.contact_part, search.normal_part).border_mm
+        for search in plan.searches
+        if search.kind is SearchKind.PART
+    }
+    return DrawnTouches(plan, part_glb, {seam.name: seam.frames.p for seam in counted}, border_mm)
+
+
+def _counted_seams(found: Sequence[Seam], names: Sequence[str]) -> list[Seam]:
+    if names:
+        by_name = {seam.name: seam for seam in found}
+        return [by_name[name] for name in seams_named(names, list(by_name))]
+    accepted = [seam for seam in found if seam.accepted]
+    if found and not accepted:
+        raise GeometryError(
+            f"none of the {len(found)} seams is accepted; name those where the error counts",
+            code=ErrorCode.NOTHING_ACCEPTED,
+        )
+    return accepted
+
+
+def _triangles(workpiece: Workpiece, progress: Progress) -> bytes | None:
+    """Return ``part.glb`` of a STEP file; None for shapes from a script, whose exact faces are compared."""
+    if workpiece.source is None:
+        return None
+    progress(f"drawing the part: {workpiece.size}")
+    return draw_part(workpiece.source)[0]

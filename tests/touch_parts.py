@@ -1,0 +1,19 @@
+"""Parts for tests of touch plans: saved graphs with their accepted seams."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from tests.saved_graphs import saved_graph
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.features import find_features
+from wpcal.seam import SeamOptions, detect_seams
+from wpcal.touchplan import TouchPart
+
+
+@cache
+def touch_part(name: str) -> TouchPart:
+    """Return a part of `fixtures/graphs`; its exact faces are what the torch is compared with."""
+    graph = saved_graph(name)
+    seams = [seam for seam in detect_seams(graph, SeamOptions()) if seam.accepted]
+    return TouchPart(f"{name}.step", graph, TrimmedFaces.of(graph), seams, find_features(graph))

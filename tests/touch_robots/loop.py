@@ -1,0 +1,106 @@
+"""One way to run the exported touch program of any controller, and to take the files that a person copies from it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tests.touch_robots import fanuc, inform, kawasaki, krl, rapid, urscript
+from tests.touch_robots.robot import Array, Robot, Run, Senses, Torch, rigid
+from tests.touch_robots.solid import Solid
+
+T_FLANGE_TOOL = rigid(Rotation.from_euler("xyz", [10.0, 35.0, 20.0], degrees=True), [30.0, -5.0, 410.0])
+"""Where the torch is on the flange: no axis of the tool is along one of the flange."""
+CONFIG = ("--config", "fanuc=N U T, 0, 0, 0", "--config", "inform=1,0,0,0,0,0,0,0")
+"""What the exports of these two need; no arm is simulated."""
+
+
+@dataclass(frozen=True)
+class Brand:
+    """How a person starts the program of a controller.
+
+    `tool`: what the tool is called there, `main`: the routine that is started, `results`: what is given to wpcal of the
+    files that are copied (a folder if empty), `stored_mm`: half of the last stored digit of a place below 1 m.
+    """
+
+    controller: Callable[..., Any]
+    tool: Any
+    main: str
+    results: str
+    stored_mm: float
+    given: dict[str, Any] = field(default_factory=dict)
+
+
+BRANDS = {
+    "rapid": Brand(rapid.Controller, "tTorch", "run_WPCAL_touch", "WPCAL_touch_res.mod", 5e-4),
+    "krl": Brand(krl.Controller, 1, "WPCAL_touch", "WPCAL_touch.dat", 1e-5),
+    "fanuc": Brand(fanuc.Controller, 1, "WPCAL_TOUCH", "", 5e-4),
+    "inform": Brand(inform.Controller, 1, "WPCAL_TOUCH", "VAR.DAT", 5e-4),
+    "urscript": Brand(urscript.Controller, 1, "", "log.txt", 5e-4),
+    "as": Brand(kawasaki.Controller, "tTorch", "WPCAL_touch", "saved.as", 1e-6),
+}
+
+
+@dataclass
+class Ran:
+    """A run, the robot that made it, and what was copied from the controller."""
+
+    run: Run
+    robot: Robot
+    results: Path
+
+
+def displacement(mm: tuple[float, float, float], degrees: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Array:
+    return rigid(Rotation.from_euler("xyz", degrees, degrees=True), mm)
+
+
+def run_program(
+    brand: str,
+    folder: Path,
+    solid: Solid,
+    out: Path,
+    *,
+    senses: Senses | None = None,
+    torch: Torch | None = None,
+    goes_on: bool = True,
+) -> Ran:
+    """Load all files of `folder`, run the program, and copy the results to `out`.
+
+    `goes_on`: whether the operator starts the program again after a stop.
+    """
+    how = BRANDS[brand]
+    files = {path.name: path.read_bytes().decode() for path in sorted(folder.iterdir()) if path.suffix != ".json"}
+    torch = torch or Torch(T_FLANGE_TOOL)
+    robot = Robot(solid, torch, senses)
+    given = dict(how.given)
+    if brand == "inform":
+        given["frames"] = frame_in_remarks("".join(files.values()))
+    tools = {how.tool: T_FLANGE_TOOL}
+    controller = how.controller(files, robot, tools=tools, on_stop=lambda _: goes_on, **given)
+    run = controller.start(how.main)
+    kept = dict(run.files)
+    if hasattr(controller, "backup"):
+        kept.update(controller.backup())
+    out.mkdir(parents=True, exist_ok=True)
+    for name, text in kept.items():
+        (out / name).write_text(text, encoding="utf-8")
+    return Ran(run, robot, out / how.results if how.results else out)
+
+
+def frame_in_remarks(text: str) -> dict[int, Array]:
+    """Return the user frame that a job asks the operator to type in."""
+    number = re.search(r"^'set USER (\d+)", text, re.MULTILINE)
+    values = [re.search(rf"^' {key} ([-\d.]+)\s*$", text, re.MULTILINE) for key in ("X", "Y", "Z", "Rx", "Ry", "Rz")]
+    assert number is not None
+    return {int(number[1]): inform.place_of([float(found[1]) for found in values if found is not None])}
+
+
+def planned_frame(plan: Any) -> Array:
+    """Return where a plan says that the part stands."""
+    return np.asarray(plan.T_base_part.matrix)

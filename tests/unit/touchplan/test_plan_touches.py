@@ -1,0 +1,145 @@
+"""Plans of touches: the choice against all sets, the rules of every search, and what is said without a plan."""
+
+import math
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from tests.touch_parts import touch_part
+from wpcal.brep.hits import find_hits
+from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.transform import RigidTransform
+from wpcal.searches import Contact, SearchKind, plan_from_record, touches_record
+from wpcal.searches.setup import TouchSetup
+from wpcal.touchplan import NominalError, Template, TouchOptions, plan_touches
+from wpcal.touchplan.choose import TouchDesign, best_set
+
+ON_FACE_MM = 1e-6
+SAME = 1e-9
+"""Of errors that are computed in another order."""
+
+
+def random_design(seed: int, count: int = 14) -> TouchDesign:
+    """Return touches on the sides of a box, some held askew."""
+    rng = np.random.default_rng(seed)
+    normal = np.eye(3)[rng.integers(0, 3, count)] * rng.choice([-1.0, 1.0], (count, 1))
+    p = rng.uniform(-1.0, 1.0, (count, 3)) * [200.0, 120.0, 60.0]
+    wire = -normal + rng.uniform(-1.0, 1.0, (count, 3))
+    wire /= np.linalg.norm(wire, axis=1, keepdims=True)
+    seams = rng.uniform(-1.0, 1.0, (9, 3)) * [200.0, 120.0, 60.0]
+    return TouchDesign.of(p, normal, wire, TouchSetup(), seams, stick_out_sigma_mm=0.5)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_choice_is_the_best_of_all_sets(seed: int) -> None:
+    design = random_design(seed)
+    every = np.array(list(combinations(range(len(design)), 7)))
+    least = design.largest_errors(every).min()
+    rows, error = best_set(design, 7, slots=None, rng=np.random.default_rng(0))
+    assert len(set(rows.tolist())) == 7
+    assert error == pytest.approx(least, rel=SAME)
+
+
+def test_the_predicted_covariance_is_that_of_simulated_fits() -> None:
+    design = random_design(1)
+    sets = np.arange(8)
+    predicted, free = design.covariances(sets[None])
+    assert not free[0]
+    rng = np.random.default_rng(0)
+    own = rng.normal(size=(40_000, 8)) * np.sqrt(design.variances[sets])
+    errors = own + rng.normal(size=(40_000, 2)) @ design.shared[sets].T
+    H, w = design.rows[sets], design.weights[sets]
+    xi = errors @ (w[:, None] * H) @ np.linalg.inv(H.T @ (w[:, None] * H))
+    ratio = np.linalg.eigvals(np.linalg.solve(predicted[0], np.cov(xi.T))).real
+    np.testing.assert_allclose(ratio, 1.0, rtol=0, atol=0.05)
+
+
+def test_opposite_touches_cancel_the_latency() -> None:
+    p = np.array([[100.0, 0, 0], [-100.0, 0, 0], [0, 50, 10], [0, -50, 10], [30, 0, 20], [-30, 10, 20], [10, -20, 20]])
+    normal = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, 1], [0, 0, 1]])
+    normal[3] = [1.0, 0, 0]
+    late = replace(TouchSetup(), repeatability_mm=1e-6, latency_sigma_s=0.1, stick_out_sigma_mm=0.0)
+    design = TouchDesign.of(p, normal, -normal, late, np.zeros((1, 3)), stick_out_sigma_mm=0.0)
+    covariance = design.covariances(np.arange(7)[None])[0][0]
+    one_sided = design.covariances(np.array([[0, 3, 2, 4, 5, 6]]))[0][0]
+    assert covariance[3, 3] < 0.2 * one_sided[3, 3]
+
+
+@pytest.mark.parametrize("name", ["tee", "saddle"])
+def test_every_search_keeps_the_rules(name: str) -> None:
+    part = touch_part(name)
+    options = TouchOptions()
+    plan = plan_touches(part, options=options)
+    assert len(plan.searches) == 8
+    graph, trimmed = part.graph, part.trimmed
+    for search in plan.searches:
+        np.testing.assert_allclose(search.direction, -search.normal_part, rtol=0, atol=ON_FACE_MM)
+        before = float((search.start - search.planned) @ search.normal_part)
+        after = float((search.planned - search.end) @ search.normal_part)
+        assert before > 2.5  # 99 % of 1 mm alone
+        assert after > 2.5
+        angle = math.degrees(math.acos(float(np.clip(search.R_part_tool[:, 2] @ search.direction, -1, 1))))
+        assert angle < 1e-3 if search.contact is Contact.END else angle >= 20.0
+        assert search.radius_mm == pytest.approx(0.6 * math.sin(math.radians(angle)), abs=1e-6)
+        ray = find_hits(graph, trimmed, search.start[None], search.direction[None], length_mm=search.stroke_mm)
+        first = ray.at_mm.min(initial=np.inf)
+        assert first == pytest.approx(before + search.radius_mm, abs=1e-3)  # the face itself
+        assert np.linalg.det(search.R_part_tool) == pytest.approx(1.0)
+        assert np.linalg.eigvalsh(search.covariance_part)[0] > 0.0
+
+
+def test_a_part_that_stands_otherwise_is_touched_from_its_upper_side() -> None:
+    part = touch_part("tee")
+    place = RigidTransform.from_six_tuple([800.0, 0, 500.0, math.radians(90), 0, 0.4], target="base", source="part")
+    plan = plan_touches(part, options=TouchOptions(), T_base_part=place)
+    wire = np.array([place.rotate(search.R_part_tool[:, 2]) for search in plan.searches])
+    assert (wire[:, 2] <= -0.5 + SAME).all()
+    again = plan_from_record(touches_record(plan))
+    assert again.fingerprint == plan.fingerprint
+
+
+def test_a_post_comes_first_and_makes_the_seams_sure() -> None:
+    part = touch_part("lap")
+    without = plan_touches(part, options=TouchOptions())
+    plan = plan_touches(part, options=TouchOptions(post_base=(300.0, 0.0, 50.0)))
+    assert plan.searches[0].kind is SearchKind.POST
+    np.testing.assert_allclose(plan.searches[0].planned, [300.0, 0.0, 50.0], rtol=0, atol=SAME)
+    assert len(plan.searches) == 9
+    assert plan.predicted is not None
+    assert without.predicted is not None
+    assert plan.predicted.error_95_mm < without.predicted.error_95_mm
+
+
+@pytest.mark.parametrize("template", [Template.THREE_TWO_ONE, Template.THREE_POINT])
+def test_templates_have_six_touches_and_never_less_error(template: Template) -> None:
+    part = touch_part("tee")
+    plan = plan_touches(part, options=TouchOptions(touches=6, template=template))
+    best = plan_touches(part, options=TouchOptions(touches=6))
+    assert len(plan.searches) == 6
+    assert plan.predicted is not None
+    assert best.predicted is not None
+    assert plan.predicted.error_95_mm >= best.predicted.error_95_mm * (1.0 - SAME)
+    if template is Template.THREE_TWO_ONE:
+        axes = np.abs(np.array([search.normal_part for search in plan.searches])).argmax(axis=1)
+        assert sorted(np.bincount(axes, minlength=3).tolist()) == [1, 2, 3]
+
+
+def test_what_is_wrong_is_one_line() -> None:
+    with pytest.raises(InputError, match="5 touches: expected 6 to 60"):
+        TouchOptions(touches=5)
+    with pytest.raises(InputError, match="the template 3-2-1 has 6 touches, got 8"):
+        TouchOptions(template=Template.THREE_TWO_ONE)
+    with pytest.raises(InputError, match="the uncertainty of the part's place"):
+        NominalError(sigma_mm=-1.0)
+    part = touch_part("lap")
+    with pytest.raises(GeometryError, match=r"too small for a displacement of .* mm .*--uncertainty-mm") as caught:
+        plan_touches(part, options=TouchOptions(nominal=NominalError(sigma_mm=30.0)))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_free_motion_is_named() -> None:
+    with pytest.raises(GeometryError, match=r"leave the part free: it (slides|turns|screws) .*; ") as caught:
+        plan_touches(touch_part("tee"), options=TouchOptions(nominal=NominalError(sigma_mm=4.0, sigma_rad=0.0)))
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,200 @@
+"""`wpcal export` of a plan of touches: a program for each controller, and a file to read back from it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from wpcal.cli.export_options import WeldProgramFlags
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from wpcal.controllers.registry import Controller
+    from wpcal.controllers.touch_program import TouchProgram
+    from wpcal.formats.registry import Exporter
+    from wpcal.robot.kinematics.arm import Arm
+    from wpcal.searches import TouchPlan
+
+TAKEN = frozenset(
+    {
+        *("folder", "formats", "out", "write_templates", "setup", "write_setup", "force", "as_json", "robot"),
+        *("program_name", "tool_name", "tool_number", "configurations", "templates"),
+    }
+)
+"""Parameters of the command that a plan of touches takes."""
+
+
+def touches_file(folder: Path) -> Path | None:
+    """Return the plan of touches that the user means, by its file or its folder; None if there is none.
+
+    Raises
+    ------
+    InputError
+        When the folder holds a calibration, too.
+    """
+    from wpcal.core.errors import InputError
+    from wpcal.results.folder import CALIBRATION_FILE
+    from wpcal.searches.record import TOUCHES_FILE
+
+    if folder.is_file() and folder.suffix.lower() == ".json" and folder.name != CALIBRATION_FILE:
+        return folder
+    file = folder / TOUCHES_FILE
+    if not file.is_file():
+        return None
+    if (folder / CALIBRATION_FILE).is_file():
+        raise InputError(
+            f"{folder}: holds {CALIBRATION_FILE} and {TOUCHES_FILE}: name the plan, {file}, for its touch programs, or "
+            "move it out of the folder for weld programs"
+        )
+    return file
+
+
+def refuse_weld_options(context: click.Context) -> None:
+    """Refuse options that only weld programs have.
+
+    Raises
+    ------
+    InputError
+        With the first of them.
+    """
+    from click.core import ParameterSource
+
+    from wpcal.core.errors import InputError
+
+    for each in context.command.params:
+        name = each.name or ""
+        if name not in TAKEN and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            where = (
+                "its number is frame_number in the touch setup (--setup)"
+                if name == "frame_number"
+                else ("speeds and names of a touch program are in the touch setup (--setup)")
+            )
+            raise InputError(f"{each.opts[0]} is for weld programs, and this is a plan of touches; {where}")
+
+
+def write_touch_setup(path: Path, *, force: bool) -> int:
+    """Write a touch setup with every key; return the exit code."""
+    from wpcal.core.records import write_file
+    from wpcal.searches import setup_template
+
+    write_file(path, setup_template(), overwrite=force)
+    click.echo(f"touch setup: {path}")
+    return 0
+
+
+def export_touches(
+    file: Path,
+    exporters: Sequence[Exporter | Controller],
+    flags: WeldProgramFlags,
+    *,
+    setup_file: Path | None,
+    out: Path | None,
+    force: bool,
+    as_json: bool,
+) -> int:
+    """Write the touch programs of a plan.
+
+    Parameters
+    ----------
+    file : Path
+        ``touches.json``.
+    exporters : sequence of (Exporter or Controller)
+    flags : WeldProgramFlags
+        Its names and numbers of the controller, and the arm, are used.
+    setup_file : Path or None
+        The touch setup; None for its defaults.
+    out : Path or None
+        Programs go to OUT/FORMAT; None: beside the plan.
+    force, as_json : bool
+
+    Returns
+    -------
+    int
+        The exit code.
+    """
+    from wpcal.audit.touches import check_touches_written
+    from wpcal.controllers.touch_program import TouchProgram
+    from wpcal.core.records import check_writable, new_directory
+    from wpcal.searches import TouchSetup, read_touch_plan, read_touch_setup
+
+    plan = read_touch_plan(file)
+    setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)
+    program = TouchProgram(plan, setup, flags.controller.to_settings(), _arm(plan, flags.arm.robot))
+    controllers = [_with_touches(each) for each in exporters]
+    targets = {each.name: (out or file.parent) / each.name for each in controllers}
+    for target in targets.values():
+        check_writable(target, overwrite=force)
+    contents = {each.name: each.write_touches(program) for each in controllers}
+    for name, files in contents.items():
+        check_touches_written(files, program, name=name)
+    for name, files in contents.items():
+        with new_directory(targets[name], overwrite=force) as temporary:
+            for each, text in files.items():
+                (temporary / each).write_bytes(text.encode("utf-8"))
+    _show(program, contents, targets, setup_file=setup_file, as_json=as_json)
+    return 0
+
+
+def _with_touches(exporter: Exporter | Controller) -> Controller:
+    from wpcal.controllers.registry import Controller, controllers
+    from wpcal.core.errors import InputError
+
+    if not isinstance(exporter, Controller) or exporter.touch_writer is None:
+        known = ", ".join(each.name for each in controllers() if each.touch_writer is not None)
+        raise InputError(f"{exporter.name} has no touch programs; controllers that have: {known}")
+    return exporter
+
+
+def _arm(plan: TouchPlan, robot: str | None) -> Arm | None:
+    """Return the arm that the joints of the plan belong to: it computes the configuration."""
+    from wpcal.core.errors import InputError
+    from wpcal.robot.kinematics.arm_file import find_arm
+
+    if all(search.joints is None for search in plan.searches):
+        if robot is not None:
+            raise InputError("--robot: the plan of touches was made without an arm and has no joints")
+        return None
+    if robot is None:
+        try:
+            return find_arm(plan.robot)
+        except InputError:
+            return None
+    arm = find_arm(robot)
+    if plan.robot and arm.name != plan.robot:
+        raise InputError(f"--robot {robot}: the plan of touches was made for the arm {plan.robot}")
+    return arm
+
+
+def _show(
+    program: TouchProgram,
+    contents: Mapping[str, Mapping[str, str]],
+    targets: Mapping[str, Path],
+    *,
+    setup_file: Path | None,
+    as_json: bool,
+) -> None:
+    from wpcal.controllers.describe import NOT_CHECKED
+
+    searches = [search.name for search in program.plan.searches]
+    setup = "the defaults of the touch setup" if setup_file is None else str(setup_file)
+    if as_json:
+        from wpcal.core.records import to_json
+
+        record = {
+            "schema": "wpcal/export/1",
+            "seams": [],
+            "searches": searches,
+            "fingerprint": program.plan.fingerprint,
+            "setup": setup,
+            "files": {name: [str(targets[name] / file) for file in sorted(files)] for name, files in contents.items()},
+            "not_checked": NOT_CHECKED,
+        }
+        click.echo(to_json(record), nl=False)
+        return
+    for name, files in contents.items():
+        what = f"{len(searches)} searches, fingerprint {program.plan.fingerprint}"
+        click.echo(f"{name}: {what}: {', '.join(sorted(files))} in {targets[name]}")
+    click.echo(f"wpcal: signal, speeds and names from {setup}; {NOT_CHECKED}", err=True)

@@ -1,0 +1,233 @@
+"""A plan of touches before it is written in a language: the poses of every search, and what the program says of itself.
+
+What the programs store, and where, is in docs/reference/touch-results.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from wpcal import __version__
+from wpcal.controllers.describe import NOT_CHECKED
+from wpcal.controllers.naming import NameRules, safe_name
+from wpcal.controllers.post import Blocks
+from wpcal.controllers.program import ControllerSettings
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.core.transform import RigidTransform
+from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.kinematics.posture import Posture, posture
+from wpcal.searches import STORED_NUMBERS, Outcome, Search, TouchPlan, TouchSetup
+
+ENDING = "_touch"
+"""Of the name of a touch program, which thus never replaces the weld program of the same part."""
+FOUND, MISSED, ACTIVE, NOT_RUN = (
+    STORED_NUMBERS[each] for each in (Outcome.FOUND, Outcome.MISSED, Outcome.ACTIVE_AT_START, Outcome.NOT_RUN)
+)
+MISSED_TEXT, ACTIVE_TEXT = "missed: look at the part", "signal on at start"
+"""After the name of a search, in the message at which a program stops: FANUC shows 24 characters after a name."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TouchSteps:
+    """The poses of one search, in the frame that the program makes its work object.
+
+    Parameters
+    ----------
+    search : Search
+    p, R : ndarray, shapes (k + 4, 3) and (k + 4, 3, 3)
+        The k points on the way, approach, start, end, retract; mm.
+    postures : Posture or None
+        Of the arm there; None if it is not known.
+    """
+
+    search: Search
+    p: FloatArray
+    R: FloatArray
+    postures: Posture | None
+
+    @property
+    def name(self) -> str:
+        """The name of the search as programs write it."""
+        return self.search.name.upper()
+
+    @property
+    def way_count(self) -> int:
+        """k, the number of points on the way to the approach."""
+        return len(self.p) - 4
+
+    @property
+    def marks(self) -> list[str]:
+        """A mark for each pose: ``V1`` on the way, ``A`` approach, ``S`` start, ``E`` end, ``R`` retract."""
+        return [*(f"V{number}" for number in range(1, self.way_count + 1)), *"ASER"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TouchProgram:
+    """What a writer of touch programs gets.
+
+    Parameters
+    ----------
+    plan : TouchPlan
+    setup : TouchSetup
+    controller : ControllerSettings
+        Its `frame_number` is not used: touch programs use that of `setup`.
+    arm : Arm or None
+        The arm that the joints of the plan belong to; the configuration is computed with it.
+
+    Raises
+    ------
+    InputError
+        When the plan has no searches.
+    """
+
+    plan: TouchPlan
+    setup: TouchSetup = field(default_factory=TouchSetup)
+    controller: ControllerSettings = field(default_factory=ControllerSettings)
+    arm: Arm | None = None
+
+    def __post_init__(self) -> None:
+        if not self.plan.searches:
+            raise InputError("the plan of touches has no searches")
+
+    @property
+    def arc(self) -> None:
+        """A touch program has no arc."""
+        return
+
+    def name(self, rules: NameRules) -> str:
+        """Return the name of the program on the controller."""
+        longest = NameRules(rules.language, rules.longest - len(ENDING), rules.keywords)
+        return f"{safe_name(self.controller.program_name, longest)}{ENDING}"
+
+    def steps(self, T_base_frame: RigidTransform) -> tuple[TouchSteps, ...]:
+        """Return the poses of the searches.
+
+        Parameters
+        ----------
+        T_base_frame : RigidTransform
+            `TouchPlan.T_base_part` with the digits that the program states. Its rounding then does not move the robot.
+        """
+        T_frame_part = T_base_frame.inverse() @ self.plan.T_base_part
+        return tuple(_steps(search, T_frame_part, self.arm) for search in self.plan.searches)
+
+
+def _steps(search: Search, T_frame_part: RigidTransform, arm: Arm | None) -> TouchSteps:
+    ends = [search.approach, search.start, search.end, search.retract]
+    p = np.concatenate([search.via.reshape(-1, 3), ends])
+    R = np.broadcast_to(T_frame_part.R @ search.R_part_tool, (len(p), 3, 3))
+    return TouchSteps(search, p @ T_frame_part.R.T + T_frame_part.t_mm, R, _postures(search, arm))
+
+
+def _postures(search: Search, arm: Arm | None) -> Posture | None:
+    """Return the postures of all poses; at the retract, which is near the start, that of the start."""
+    if arm is None or search.joints is None or (len(search.via) and search.via_joints is None):
+        return None
+    way = np.empty((0, search.joints.shape[1])) if search.via_joints is None else search.via_joints
+    return posture(arm, np.concatenate([way, search.joints, search.joints[1:2]]))
+
+
+@dataclass(frozen=True, slots=True)
+class TouchPost(Blocks):
+    """The templates of one language for a touch program."""
+
+    program: TouchProgram
+
+    def sensing(self, *, on: bool, signal: str, enable: str) -> list[str]:
+        """Return what switches the sensing on before a search, and waits until the signal is true, or off after it.
+
+        Parameters
+        ----------
+        on : bool
+        signal, enable : str
+            The input and the output as the language writes them; no output: empty.
+        """
+        hold_s = self.program.setup.hold_s
+        return self.lines("touch_on" if on else "touch_off", signal=signal, enable=enable, hold_s=hold_s)
+
+
+def describe_touches(program: TouchProgram, *, signal: str, results: Sequence[str]) -> list[str]:
+    """Return the lines of the header that every language shares.
+
+    Parameters
+    ----------
+    program : TouchProgram
+    signal : str
+        The touch input as the language writes it.
+    results : sequence of str
+        Where the results are.
+    """
+    plan, setup = program.plan, program.setup
+    longest = max(search.stroke_mm for search in plan.searches)
+    level = "on" if setup.is_on_high else "off"
+    enable = f"from output {setup.enable} " if setup.enable else ""
+    first = "the way from where the arm is to home" if plan.home_joints is not None else "the way to the first point"
+    return [
+        f"written by wpcal {__version__} from the plan in touches.json, fingerprint {plan.fingerprint}",
+        f"part {plan.part}: {_count(len(plan.searches))}, wire {plan.wire_mm:g} mm, stick-out {plan.stick_out_mm:g} mm",
+        *plan.notes,
+        f"SAFETY: contact turns {signal} {level}. Before the first run hold the wire against the part by hand and see "
+        f"it turn {level}: without it the torch drives {longest:.0f} mm on, into the part",
+        f"SAFETY: during searches the sensing voltage {enable}is on the wire: keep away from wire and torch",
+        "SAFETY: after a missed search the part may be elsewhere. The program stops and names the search: look at the "
+        "part before you start it again. It then goes on with the next search",
+        NOT_CHECKED.replace("the way to the first point", first),
+        f"run it dry: without the part, every search is missed. Searches {setup.search_speed_mm_s:g} mm/s, "
+        f"air {setup.air_speed_mm_s:g} mm/s",
+        *results,
+        "search: what it touches, stroke and direction in the part",
+        *(f"  {search.name.upper()}: {_in_words(search)}" for search in plan.searches),
+    ]
+
+
+def _count(number: int) -> str:
+    return f"{number} search{'es' if number > 1 else ''}"
+
+
+def _in_words(search: Search) -> str:
+    towards = " ".join(f"{value + 0.0:.2f}" for value in np.round(search.direction, 2))
+    of = f" {search.feature}" if search.feature else ""
+    return f"{search.target}{of}, {search.contact.value} of the wire, {search.stroke_mm:.1f} mm along ({towards})"
+
+
+def refuse_package(program: TouchProgram, language: str) -> None:
+    """Refuse a package in a language without one.
+
+    Raises
+    ------
+    InputError
+        For `with_package`.
+    """
+    if program.setup.with_package:
+        what = f"{language}: wpcal writes no searches of a touch-sensing package"
+        raise InputError(f"{what}: with_package = false in the touch setup")
+
+
+def number_of(text: str, *, default: int, what: str, language: str, most: int, least: int = 1) -> int:
+    """Return the number of an input or output of a language that numbers them.
+
+    Parameters
+    ----------
+    text : str
+        As in the touch setup.
+    default : int
+        For an empty text.
+    what : str
+        The key, for the message.
+    language : str
+    most, least : int
+        The largest and the smallest number.
+
+    Raises
+    ------
+    InputError
+        When it is not a number of this language.
+    """
+    if not text.strip():
+        return default
+    if not text.strip().isascii() or not text.strip().isdigit() or not least <= int(text) <= most:
+        raise InputError(f"{what} = {text!r} of the touch setup: {language} numbers it: expected {least} to {most}")
+    return int(text)

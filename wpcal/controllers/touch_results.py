@@ -1,0 +1,86 @@
+"""Which controller stored the results of a touch program: by the names of the files."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from wpcal.controllers.registry import Controller, controller_named, controllers
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import read_bytes
+from wpcal.core.wording import listed
+from wpcal.searches import ResultsFile, SearchResults, TouchPlan, TouchSetup
+
+
+def read_touch_results(
+    path: Path, plan: TouchPlan, setup: TouchSetup | None = None, *, controller: str | None = None
+) -> SearchResults:
+    """Read what a controller stored when it ran the searches of a plan.
+
+    Parameters
+    ----------
+    path : Path
+        A file of the controller, or a folder with its files. Of files that belong together (``posreg.va`` and
+        ``numreg.va``) one is named, and the other is beside it.
+    plan : TouchPlan
+    setup : TouchSetup, optional
+        Of the program: it says which registers hold the results.
+    controller : str, optional
+        Name of the format or its maker. By default known by the names of the files.
+
+    Returns
+    -------
+    SearchResults
+
+    Raises
+    ------
+    InputError
+        When no controller stores results in such files, or they cannot be used.
+    """
+    known = [each for each in controllers() if each.touch_results_reader is not None]
+    chosen = [controller_named(controller)] if controller else _claiming(path, known)
+    if not chosen:
+        patterns = listed(sorted({name for each in known for name in each.touch_results}))
+        raise InputError(f"{path}: is not a file in which a touch program stores its results; expected {patterns}")
+    if len(chosen) > 1:
+        names = listed(each.name for each in chosen)
+        raise InputError(f"{path}: holds files of {names}; name the file with the results")
+    return chosen[0].read_touches([_read(each) for each in _files(path, chosen[0])], plan, setup or TouchSetup())
+
+
+def _files(path: Path, controller: Controller) -> list[Path]:
+    """Return the files to read: those of a folder, or the named one with those that belong to it."""
+    if path.is_dir():
+        return [each for each in sorted(path.iterdir()) if each.is_file() and _matches(each, controller)]
+    if path.name.lower() not in controller.touch_results or not path.is_file():
+        return [path]
+    return [path, *(each for each in sorted(path.parent.iterdir()) if _is_partner(path, each, controller))]
+
+
+def _claiming(path: Path, known: list[Controller]) -> list[Controller]:
+    """Return the controllers whose results are in a file or a folder; a whole name outranks a suffix."""
+    names = [each.name.lower() for each in path.iterdir()] if path.is_dir() else [path.name.lower()]
+    whole = [each for each in known if any(pattern in names for pattern in each.touch_results)]
+    if whole:
+        return whole
+    return [each for each in known if any(fnmatchcase(name, p) for name in names for p in each.touch_results)]
+
+
+def _matches(path: Path, controller: Controller) -> bool:
+    return any(fnmatchcase(path.name.lower(), pattern) for pattern in controller.touch_results)
+
+
+def _is_partner(path: Path, other: Path, controller: Controller) -> bool:
+    """Whether another file belongs to the named one: the controller reads files of both names together."""
+    return other.name.lower() in controller.touch_results and other.name.lower() != path.name.lower()
+
+
+def _read(path: Path) -> ResultsFile:
+    raw = read_bytes(path)
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")  # comments of old controllers
+    if "\0" in text:
+        raise FormatError("is not a text file", path=str(path))
+    return ResultsFile(str(path), text)

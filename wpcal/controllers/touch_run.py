@@ -1,0 +1,73 @@
+"""A run of a touch program, read: its plan, its results, and the touches that are fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from wpcal.controllers.touch_results import read_touch_results
+from wpcal.core.input_file import read_bytes, sha256_of
+from wpcal.core.issue import Issue
+from wpcal.core.transform import RigidTransform
+from wpcal.searches import TouchSetup, read_touch_plan, read_touch_setup
+from wpcal.taught.table import TaughtPoints
+from wpcal.taught.touch_results import nominal_place, pair_results
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TouchRun:
+    """Touches of a run, and what the record of a calibration says about it.
+
+    Parameters
+    ----------
+    taught : TaughtPoints
+    T_nominal_part : RigidTransform
+        Where the plan has the part.
+    record : dict
+        `searches` of ``calibration.json``.
+    issues : tuple of Issue
+    """
+
+    taught: TaughtPoints
+    T_nominal_part: RigidTransform
+    record: dict[str, Any]
+    issues: tuple[Issue, ...]
+
+
+def read_touch_run(plan_file: Path, results_path: Path, setup_file: Path | None = None) -> TouchRun:
+    """Read a plan and the results of its program.
+
+    Parameters
+    ----------
+    plan_file : Path
+        ``touches.json``.
+    results_path : Path
+        As in `wpcal.controllers.touch_results.read_touch_results`.
+    setup_file : Path, optional
+        The touch setup of the cell.
+
+    Returns
+    -------
+    TouchRun
+
+    Raises
+    ------
+    InputError
+        When a file cannot be used, or the results are not those of the plan.
+    """
+    plan = read_touch_plan(plan_file)
+    setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)
+    results = read_touch_results(results_path, plan, setup)
+    paired = pair_results(plan, results, setup)
+    record = {
+        "plan": {"file": plan_file.name, "fingerprint": plan.fingerprint},
+        "controller": results.controller,
+        "tool": results.tool,
+        "used": list(paired.taught.names),
+        "left_out": [{"name": name, "outcome": outcome.value} for name, outcome in paired.left_out],
+        "stick_out_error_mm": paired.stick_out_mm,
+        "latency_mm": setup.latency_s * setup.search_speed_mm_s,
+    }
+    taught = replace(paired.taught, sha256=sha256_of(read_bytes(Path(results.path))))
+    return TouchRun(taught, nominal_place(plan), record, paired.issues)

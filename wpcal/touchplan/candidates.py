@@ -1,0 +1,165 @@
+"""The searches that a plan is chosen from: places to touch, thinned out, with room for the torch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.advise.design import farthest_rows
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.material import Material
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.errors import GeometryError
+from wpcal.core.progress import Progress
+from wpcal.core.wording import counted, listed
+from wpcal.touchplan.contacts import BORDER_MM, Contacts, find_contacts, word_of
+from wpcal.touchplan.free import SAFE_MM, Strokes, find_strokes, keeps_above_floor, with_free_torch
+from wpcal.touchplan.options import TouchOptions, displacement_mm
+
+MOST_FOLLOWED = 1500
+"""Places whose wire is followed: far from one another in place, normal and wire."""
+MOST_FELT = 420
+"""Searches whose torch is compared with the part."""
+MOST_CHOSEN_FROM = 200
+"""Searches that sets are chosen from: all exchanges of eight of them take some tenths of a second."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartPlace:
+    """The part as it stands: what candidates are measured against, in `part`.
+
+    Parameters
+    ----------
+    up : ndarray, shape (3,)
+        Against gravity.
+    centre : ndarray, shape (3,)
+        Middle of its box.
+    size_mm : float
+        Half the diagonal of the box.
+    floor_mm, top_mm : float
+        Lowest and highest level along `up`.
+    """
+
+    up: FloatArray
+    centre: FloatArray
+    size_mm: float
+    floor_mm: float
+    top_mm: float
+
+    @classmethod
+    def of(cls, trimmed: TrimmedFaces, up: FloatArray) -> PartPlace:
+        """Measure the boxes of the faces.
+
+        Parameters
+        ----------
+        trimmed : TrimmedFaces
+        up : ndarray, shape (3,)
+            Against gravity, in `part`.
+        """
+        low, high = trimmed.face_box
+        some = np.isfinite(low).all(axis=1)
+        least, most = low[some].min(axis=0), high[some].max(axis=0)
+        levels = np.where(up >= 0, low[some], high[some]) @ up, np.where(up >= 0, high[some], low[some]) @ up
+        size = float(np.linalg.norm(most - least)) / 2.0
+        return cls(up, (least + most) / 2.0, size, float(levels[0].min()), float(levels[1].max()))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidates:
+    """What a plan can be chosen from, and what was left out.
+
+    Parameters
+    ----------
+    strokes : Strokes
+    small : Contacts
+        Places too near to the border of their face.
+    safe_mm : float
+        Level along `up` on which the torch crosses the part.
+    """
+
+    strokes: Strokes
+    small: Contacts
+    safe_mm: float
+
+
+def find_candidates(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    materials: Sequence[Material],
+    place: PartPlace,
+    options: TouchOptions,
+    progress: Progress,
+) -> Candidates:
+    """Find the searches that the torch can make.
+
+    Parameters
+    ----------
+    graph, trimmed :
+        The part.
+    materials : sequence of Material
+        The part and the bodies of the cell, in `part`.
+    place : PartPlace
+    options : TouchOptions
+    progress : callable
+
+    Raises
+    ------
+    GeometryError
+        When there is none: what would help.
+    """
+    progress(f"looking for places to touch on {counted(graph.face_count, 'face')}")
+    held, small = find_contacts(graph, trimmed, place.up, place.centre, options)
+    if len(held) == 0:
+        raise GeometryError(too_small_words(graph, small, options))
+    held = held.select(_spread(held, MOST_FOLLOWED, place.size_mm))
+    progress(f"following the wire to {counted(len(held), 'place')}")
+    strokes = find_strokes(graph, trimmed, held, options)
+    rise = displacement_mm(
+        options.nominal.covariances(strokes.contacts.p, place.centre), np.tile(place.up, (len(strokes), 1))
+    )
+    strokes = strokes.select(keeps_above_floor(strokes, place.up, place.floor_mm, rise))
+    strokes = strokes.select(_spread(strokes.contacts, MOST_FELT, place.size_mm))
+    progress(f"comparing the torch with the part on {len(strokes)} searches")
+    safe = place.top_mm + float(np.max(rise, initial=0.0)) + SAFE_MM
+    strokes = with_free_torch(materials, strokes, options.torch, options.wire_mm, place.up, safe)
+    if len(strokes) == 0:
+        raise GeometryError(
+            f"no face can be touched with {options.torch.name}: the torch or the wire meets the part or a body of the "
+            "cell first; a slimmer --torch or a longer wire would help"
+        )
+    return Candidates(strokes, small, safe)
+
+
+def thinned(strokes: Strokes, place: PartPlace) -> Strokes:
+    """Keep at most `MOST_CHOSEN_FROM` searches, far from one another."""
+    return strokes.select(_spread(strokes.contacts, MOST_CHOSEN_FROM, place.size_mm))
+
+
+def too_small_words(graph: BrepGraph, small: Contacts, options: TouchOptions) -> str:
+    """Say which faces are too small for the displacement of the part, and what would help."""
+    if len(small) == 0:
+        return "the part has no face that can be touched from above; check how it stands (--nominal)"
+    faces = list(dict.fromkeys(small.face.tolist()))
+    need = float(np.median(np.hypot(small.along_mm, small.across_mm))) + BORDER_MM
+    words = listed([face_words(graph, small, face) for face in faces[:3]])
+    return (
+        f"too small for a displacement of {need - BORDER_MM:.1f} mm and {BORDER_MM:g} mm more to the border: {words}; "
+        f"a smaller --uncertainty-mm (now {options.nominal.sigma_mm:g}) or --uncertainty-deg would help"
+    )
+
+
+def face_words(graph: BrepGraph, contacts: Contacts, face: int) -> str:
+    """Say which face is meant: ``the plane of web at (100 60 50)``."""
+    p = contacts.p[contacts.face == face].mean(axis=0)
+    at = " ".join(f"{round(float(v), 1) + 0.0:g}" for v in p)
+    return f"the {word_of(graph, face)} of {graph.solid_names[graph.face_solid[face]]} at ({at})"
+
+
+def _spread(contacts: Contacts, most: int, size_mm: float) -> IntArray:
+    if len(contacts) <= most:
+        return np.arange(len(contacts))
+    features = np.concatenate([contacts.p, size_mm * contacts.normal, 0.5 * size_mm * contacts.wire], axis=1)
+    return np.sort(farthest_rows(features, most))

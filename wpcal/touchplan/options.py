@@ -1,0 +1,149 @@
+"""What a plan of touches is asked for, and how well the place of the part is known before it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from wpcal.calibrate.uncertainty import length_quantile
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.core.tangent import point_jacobian
+from wpcal.seam.torch import USUAL_TORCH, TorchShape
+from wpcal.searches.setup import TouchSetup
+
+LEAST_TOUCHES = 6
+"""Each touch on a face gives one number, and a place has six."""
+MOST_TOUCHES = 60
+"""Far more than anybody runs: the error falls with the root of the number."""
+HIT_LEVEL = 0.99
+"""Share of the parts that a search meets within its stroke."""
+
+
+class Template(StrEnum):
+    """The pattern of a plan."""
+
+    BEST = "best"
+    """Any set of touches."""
+    THREE_TWO_ONE = "3-2-1"
+    """Three touches on one side of the part, two on a second, one on a third."""
+    THREE_POINT = "three-point"
+    """Three places, at each of which two sides of the part are touched."""
+
+    @property
+    def touches(self) -> int | None:
+        """How many touches the pattern has; None if any number."""
+        return None if self is Template.BEST else LEAST_TOUCHES
+
+
+@dataclass(frozen=True, slots=True)
+class NominalError:
+    """How far the part may stand from where it is planned.
+
+    Parameters
+    ----------
+    sigma_mm : float
+        Standard deviation per axis of its middle.
+    sigma_rad : float
+        Standard deviation per axis of its rotation.
+
+    Raises
+    ------
+    InputError
+        When one is negative, or both are zero.
+    """
+
+    sigma_mm: float = 1.0
+    sigma_rad: float = math.radians(0.3)
+
+    def __post_init__(self) -> None:
+        if not (0.0 <= self.sigma_mm < math.inf and 0.0 <= self.sigma_rad <= math.pi):
+            raise InputError(
+                f"the uncertainty of the part's place: expected 0 or more, got {self.sigma_mm:g} mm and "
+                f"{math.degrees(self.sigma_rad):g} degrees"
+            )
+
+    def covariances(self, points: FloatArray, centre: FloatArray) -> FloatArray:
+        """Return the covariance of places of the part, mm², shape (n, 3, 3).
+
+        Parameters
+        ----------
+        points : ndarray, shape (n, 3)
+            In `part`, mm.
+        centre : ndarray, shape (3,)
+            Middle of the part.
+        """
+        J = point_jacobian(points - centre)
+        variances = np.repeat([self.sigma_rad**2, self.sigma_mm**2], 3)
+        return np.asarray(np.einsum("nij,j,nkj->nik", J, variances, J), dtype=np.float64)
+
+
+def displacement_mm(covariances: FloatArray, directions: FloatArray) -> FloatArray:
+    """Return how far places may be displaced along directions, either way, with a probability of 99 %.
+
+    Parameters
+    ----------
+    covariances : ndarray, shape (n, 3, 3)
+        Of the places, mm².
+    directions : ndarray, shape (n, 3)
+        Unit vectors in the same frame.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        mm.
+    """
+    along = np.einsum("ni,nij,nj->n", directions, covariances, directions)
+    return length_quantile(along[:, None, None], HIT_LEVEL)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TouchOptions:
+    """What is asked of a plan of touches.
+
+    Parameters
+    ----------
+    touches : int
+        How many searches, without that on a post.
+    template : Template
+    wire_mm : float
+        Diameter of the wire.
+    torch : TorchShape
+        Its wire is the stick-out.
+    nominal : NominalError
+    setup : TouchSetup
+        Repeatability, stick-out, latency and speed.
+    post_base : tuple of float or None
+        A post at a known place in `base`, mm: the middle of its flat top.
+    up_base : tuple of float
+        Direction against gravity in `base`.
+    most_tilt_rad : float
+        The wire leans from the vertical by at most this.
+    seed : int
+        Of the starts of the search.
+    """
+
+    touches: int = 8
+    template: Template = Template.BEST
+    wire_mm: float = 1.2
+    torch: TorchShape = USUAL_TORCH
+    nominal: NominalError = field(default_factory=NominalError)
+    setup: TouchSetup = field(default_factory=TouchSetup)
+    post_base: tuple[float, float, float] | None = None
+    up_base: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    most_tilt_rad: float = math.radians(60.0)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not LEAST_TOUCHES <= self.touches <= MOST_TOUCHES:
+            raise InputError(
+                f"{self.touches} touches: expected {LEAST_TOUCHES} to {MOST_TOUCHES}; a place has six freedoms, and "
+                "each touch holds one"
+            )
+        if self.template.touches not in (None, self.touches):
+            raise InputError(f"the template {self.template} has {self.template.touches} touches, got {self.touches}")
+        if not 0.0 < self.wire_mm < 2.0 * self.torch.mouth_mm:
+            raise InputError(f"the wire: expected a diameter above 0 and below the nozzle's, got {self.wire_mm:g} mm")
