@@ -16,6 +16,7 @@ from tests.cluttered_cells import FIXTURES, TOOL, urdf
 from tests.running import run_here
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.core.arrays import FloatArray
 
 STEP = Path(__file__).parents[2] / "shared" / "step"
 """STEP files of assemblies, beside the checkout."""
@@ -42,12 +43,14 @@ class Row(NamedTuple):
     pieces: int
     cpu_s: float
     untold: tuple[str, ...]
+    no_program: tuple[str, ...]
     faults: tuple[str, ...]
 
     def __str__(self) -> str:
         """Return the row of the table."""
+        wrong = (*self.untold, *self.no_program, *self.faults)
         told = f"{self.part:13} {self.arm:13} {self.welded_mm:6.0f} of {self.accepted_mm:6.0f} mm"
-        return f"{told} {self.pieces:4} pieces {self.cpu_s:6.1f} s  {'; '.join((*self.untold, *self.faults)) or 'free'}"
+        return f"{told} {self.pieces:4} pieces {self.cpu_s:6.1f} s  {'; '.join(wrong) or 'free'}"
 
 
 def result_of(part: str, folder: Path) -> Path:
@@ -74,6 +77,11 @@ def result_of(part: str, folder: Path) -> Path:
     return out
 
 
+def triangles_of(result: Path) -> FloatArray:
+    """Return the triangles of the part of a calibration in its own frame, shape (m, 3, 3), mm."""
+    return TriangleMaterial.of(read_part_glb((result / "part.glb").read_bytes(), path="part.glb")).corners
+
+
 def judged(part: str, arm: str, folder: Path, results: Path) -> Row:
     """Make the cell and plan as a user does, and judge what was written."""
     from tests.plan_faults import plan_faults  # needs FCL and trimesh
@@ -86,14 +94,25 @@ def judged(part: str, arm: str, folder: Path, results: Path) -> Row:
     done = run_here("plan", cell, result, "-o", out, "-f", ARMS.get(arm, "csv"))
     cpu_s = time.process_time() - start
     assert done.returncode in (0, 1), done.stderr
-    triangles = TriangleMaterial.of(read_part_glb((result / "part.glb").read_bytes(), path="part.glb")).corners
     plan = json.loads((out / "plan.json").read_text(encoding="utf-8"))
     seams = json.loads((result / "seams.json").read_text(encoding="utf-8"))["seams"]
-    faults = plan_faults(out, cell, {"robot": urdf(arm)}, result / "seams.json", triangles, COUPLED.get(arm, ()))
+    faults = plan_faults(
+        out, cell, {"robot": urdf(arm)}, result / "seams.json", triangles_of(result), COUPLED.get(arm, ())
+    )
     welded = sum(abs(piece["to_mm"] - piece["from_mm"]) for piece in plan["seams"])
     accepted = sum(seam["length_mm"] for seam in seams if seam["accepted"])
     untold = tuple(f"{gap['seam']}: no reason" for gap in plan["unwelded"] if not gap["why"])
-    return Row(part, arm, welded, accepted, len(plan["seams"]), cpu_s, untold, tuple(faults))
+    return Row(
+        part,
+        arm,
+        welded,
+        accepted,
+        len(plan["seams"]),
+        cpu_s,
+        untold,
+        tuple(plan["no_program"].values()),
+        tuple(faults),
+    )
 
 
 def main() -> None:
