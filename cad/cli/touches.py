@@ -68,10 +68,18 @@ class TouchFlags:
         "file with a 4×4 matrix.  [default: base and part coincide]",
     )
 
+    setup: Path | None = option(
+        "--setup",
+        metavar="FILE",
+        type=click.Path(path_type=Path),
+        help="Speed of a search and errors of a stored place in this cell: the touch setup (TOML) of `wpcal export`.",
+    )
+
     def to_options(self, torch: TorchShape) -> TouchOptions:
         """Check the numbers and return them as the plan takes them."""
         import math
 
+        from wpcal.searches import TouchSetup, read_touch_setup
         from wpcal.touchplan import NominalError, Template, TouchOptions
 
         template = Template(self.template)
@@ -83,6 +91,7 @@ class TouchFlags:
             torch=torch,
             nominal=NominalError(self.uncertainty_mm, math.radians(self.uncertainty_deg)),
             post_base=None if self.post is None else _point(self.post),
+            setup=TouchSetup() if self.setup is None else read_touch_setup(self.setup),
         )
 
 
