@@ -146,7 +146,7 @@ def test_a_name_where_the_language_numbers_inputs_is_one_line(language, name):
         ("urscript", TouchSetup(signal="8"), "expected 0 to 7"),
         ("urscript", TouchSetup(urscript=UrSetup('a"b')), "results_host"),
         ("as", TouchSetup(signal="1"), "expected 1001 to 2256"),
-        *((name, TouchSetup(with_package=True), "no searches of a") for name in ("krl", "inform", "urscript", "as")),
+        *((name, TouchSetup(with_package=True), "no searches of a") for name in ("inform", "urscript", "as")),
     ],
 )
 def test_a_setup_that_a_language_cannot_hold_is_one_line(language, setup, message):
@@ -177,6 +177,19 @@ def test_smartac_searches_over_twice_half_of_the_stroke():
     assert "pMiddle.trans:=0.5*(pStart.trans+pEnd.trans);" in text
     assert "Search_1D peOff\\SearchStop:=pHit,pStart,pMiddle,wptAir,tTorch\\WObj:=wpPart;" in text
     assert "SearchL" not in text
+
+
+def test_touch_sense_searches_over_the_middle_of_the_stroke_as_far_as_its_end():
+    files, program = written("krl", fewer(), TouchSetup(with_package=True, krl=KrlSetup(sensor=3)))
+    assert check_touches_written(files, program, name="krl") == 10  # the start of a fold is a point of its own
+    source, data = files["WPCAL_touch.src"], files["WPCAL_touch.dat"]
+    assert "TS_Search(XWPT_T1_M,ZSPWPT_T1_M,VCDWPT_T1_M)" in source
+    assert "INTERRUPT" not in source
+    assert "DECL E6POS XWPT_T1_M={X 40.00000,Y 100.00000,Z 10.00000," in data
+    assert "SensorNum 3,SearchDepth_Tol 8.0000,bBackToStartPos TRUE" in data
+    (reference,) = re.findall(r"VCDWPT_T1_M=\{.*Ref_W \{X (\S+),Y (\S+),Z (\S+),A", data)
+    place = tee_plan().T_base_part.apply(np.array([40.0, 100.0, 10.0]))
+    np.testing.assert_allclose(np.array(reference, dtype=float), place, rtol=0, atol=1e-4)  # degrees have 6 decimals
 
 
 def test_touch_sensing_of_fanuc_searches_along_axes_from_the_start():
