@@ -3,6 +3,7 @@
 `tests/e2e/test_touch_programs.py` runs them.
 """
 
+import json
 import re
 from dataclasses import replace
 
@@ -17,8 +18,10 @@ from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.touch_program import TouchProgram
 from wpcal.core.errors import InputError
+from wpcal.core.record_check import check_record
+from wpcal.core.records import to_json
 from wpcal.robot.kinematics.arm_file import find_arm
-from wpcal.searches import TouchSetup
+from wpcal.searches import TouchSetup, touches_record
 from wpcal.searches.setup import FanucSetup, InformSetup, KrlSetup, RapidSetup, UrSetup
 
 LANGUAGES = ("rapid", "krl", "fanuc", "inform", "urscript", "as")
@@ -213,6 +216,9 @@ def test_a_template_of_the_shop_switches_the_sensing(tmp_path):
     own.mkdir()
     (own / "touch_on.txt").write_text("SHOP_TOUCH_ON({{ signal }})\n", encoding="utf-8")
     controller = replace(CONTROLLER, templates=tmp_path)
+    with pytest.raises(InputError, match=r"touch_off\.txt: no such file; .* come together, or it may stay on"):
+        written("krl", controller=controller)
+    (own / "touch_off.txt").write_text("SHOP_TOUCH_OFF()\n", encoding="utf-8")
     assert "SHOP_TOUCH_ON($IN[1])" in text_of("krl", controller=controller)
 
 
@@ -230,6 +236,24 @@ def test_the_audit_knows_a_program_of_another_plan(language, tmp_path):
         if b"fingerprint" in other:
             (fault,) = touch_faults(other, path)
             assert "is of the plan 00000000" in fault.message
+
+
+@pytest.mark.parametrize(("arm", "language", "word"), [("m10ia", "fanuc", "CONFIG"), ("mh6", "inform", "RCONF")])
+def test_the_arm_of_the_plan_is_found_by_its_name(arm, language, word, tmp_path):
+    joints = np.radians([[10.0, 20.0, -30.0, 5.0, 60.0, 0.0]] * 3)
+    plan = replace(fewer(1, joints=joints), home_joints=HOME, robot=arm)
+    (tmp_path / "touches.json").write_text(to_json(touches_record(plan)), encoding="utf-8")
+    given = () if language == "fanuc" else ("--config", "1,0,0,0,0,0,0,0")
+    ended = run_here("export", tmp_path, "-f", language, *given, "--json")
+    assert ended.returncode == 0, ended.stderr
+    record = json.loads(ended.stdout)
+    check_record(record, "wpcal/export/1", path="export", is_complete=False)
+    assert record["searches"] == ["T1"]
+    text = " ".join(path.read_text(encoding="utf-8") for path in (tmp_path / language).iterdir())
+    assert f"{word} computed" in text or f"{word} as given" in text
+    assert "POSTYPE ANGLE" in text or "J1=" in text  # home
+    ended = run_here("export", tmp_path, "-f", language, *given, "--force", "--robot", "kr5_arc")
+    assert f"made for the arm {arm}" in ended.stderr
 
 
 def test_what_a_person_types_wrong_is_one_line(tmp_path):
