@@ -134,7 +134,7 @@ def plan_touches(
     progress("ordering the searches and finding the ways between them")
     strokes = strokes.select(chosen)
     air = Air(materials, options.torch, options.wire_mm, up, found.safe_mm, float(strokes.contacts.normal_mm.max()))
-    searches = _in_order(part, strokes, air, options)
+    searches = _in_order(part, strokes, air, options) if reach is None else _unordered(part, strokes, options)
     if options.post_base is not None:
         searches = (_post(options, T, up, found.safe_mm), *searches)
     plan = TouchPlan(
@@ -223,6 +223,12 @@ def _in_order(part: TouchPart, strokes: Strokes, air: Air, options: TouchOptions
             )
         searches.append(search_of(part, strokes, row, f"T{number + 1}", via, options))
     return tuple(searches)
+
+
+def _unordered(part: TouchPart, strokes: Strokes, options: TouchOptions) -> tuple[Search, ...]:
+    """Return the searches as they come: the arm orders them by its joints."""
+    none = np.empty((0, 3))
+    return tuple(search_of(part, strokes, row, f"T{row + 1}", none, options) for row in range(len(strokes)))
 
 
 def _words(p: FloatArray) -> str:
