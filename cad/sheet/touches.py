@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from cad.workpiece.workpiece import Workpiece
-from wpcal.core.errors import FormatError
+from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.tables import Table, parse_table
 from wpcal.features import feature_named
@@ -19,6 +19,8 @@ from wpcal.taught.columns import MODEL_COLUMNS, USES
 from wpcal.taught.kinds import KINDS, TouchKind
 from wpcal.taught.touched_face import touched_face
 
+OFF_PART_MM = 5.0
+"""A model point farther from every face was not taken on this part: such points are near the touch."""
 Xyz = tuple[float, float, float]
 
 
@@ -136,7 +138,7 @@ def drawn_touches(touches: Sequence[SheetTouch], workpiece: Workpiece) -> tuple[
     Raises
     ------
     InputError
-        When the part has no feature of a name.
+        When the part has no feature of a name, or a touch is away from it.
     """
     return tuple(_drawn(touch, workpiece) for touch in touches)
 
@@ -150,6 +152,10 @@ def _drawn(touch: SheetTouch, workpiece: Workpiece) -> DrawnTouch:
         found = touched_face(
             workpiece.trimmed, np.array(point), None if way is None else -np.array(way, dtype=np.float64)
         )
+        off_mm = float(np.linalg.norm(found.p_part - np.array(point)))
+        if off_mm > OFF_PART_MM:
+            what = f"touch {touch.name} is {off_mm:.0f} mm from the nearest face of this part; is it of another part?"
+            raise InputError(what)
         way = _xyz(-found.normal_part) if way is None else way
         solid = f"of {workpiece.graph.solid_names[workpiece.graph.face_solid[found.face]]}"
     words = " ".join(word for word in (touch.kind, touch.feature or solid) if word)

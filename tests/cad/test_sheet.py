@@ -180,3 +180,9 @@ def test_a_table_of_points_has_no_touches_and_a_row_without_a_place_is_refused(t
     table.write_text("name,kind,feature,x_mm,y_mm,z_mm\nT1,plane,P8,,,\nT2,edge,,,,\n")
     with pytest.raises(FormatError, match=r"line 3.*neither a feature nor a model point"):
         read_touches_to_make(table)
+
+
+def test_a_plan_of_another_part_is_refused(sample_part):
+    touches = touches_of_plan(read_touch_plan(TEE.parent / "touches_plan"))
+    with pytest.raises(InputError, match=r"touch T1 is \d+ mm from the nearest face of this part"):
+        make_sheet(sample_part("saddle"), options=SheetOptions(".svg", touches=touches))
