@@ -82,9 +82,16 @@ def triangles_of(result: Path) -> FloatArray:
     return TriangleMaterial.of(read_part_glb((result / "part.glb").read_bytes(), path="part.glb")).corners
 
 
+def texts_of(folder: Path) -> dict[str, str]:
+    """Return the files of a program with plain ends of lines."""
+    return {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.iterdir())}
+
+
 def judged(part: str, arm: str, folder: Path, results: Path) -> Row:
     """Make the cell and plan as a user does, and judge what was written."""
-    from tests.plan_faults import plan_faults  # needs FCL and trimesh
+    from tests.plan_faults import plan_faults  # needs FCL and trimesh, as what follows
+    from tests.plan_text import READERS, text_faults, way_of
+    from tests.real_cells import RealCell, of_record
 
     cell, out, result = folder / "cell.json", folder / "plan", result_of(part, results)
     tool = ",".join(map(str, TOOL))
@@ -99,6 +106,10 @@ def judged(part: str, arm: str, folder: Path, results: Path) -> Row:
     faults = plan_faults(
         out, cell, {"robot": urdf(arm)}, result / "seams.json", triangles_of(result), COUPLED.get(arm, ())
     )
+    language = ARMS.get(arm, "")
+    if language in READERS and language not in plan["no_program"]:
+        real = RealCell(cell, {"robot": urdf(arm)}, None, of_record(plan["T_carrier_part"]))
+        faults += text_faults(language, texts_of(out / language), way_of(plan, real))
     welded = sum(abs(piece["to_mm"] - piece["from_mm"]) for piece in plan["seams"])
     accepted = sum(seam["length_mm"] for seam in seams if seam["accepted"])
     untold = tuple(f"{gap['seam']}: no reason" for gap in plan["unwelded"] if not gap["why"])

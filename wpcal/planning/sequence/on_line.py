@@ -28,7 +28,7 @@ def states_on_lines(cell: OneRobotCell, q: FloatArray) -> tuple[FloatArray, Floa
     ----------
     cell : OneRobotCell
     q : ndarray, shape (n, k)
-        Neighbouring states of a weld, rad and mm.
+        Neighbouring states of a weld with its approach and retract, rad and mm.
 
     Returns
     -------

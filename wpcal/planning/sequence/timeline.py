@@ -91,9 +91,7 @@ def _weld(sequence: WeldSequence, piece: WeldPiece, row: int) -> Block:
     steps = np.maximum(air, axis_seconds(states[:-1], states[1:], sequence.cell.speeds))
     steps[a : a + n - 1] = np.diff(task.s_mm) / piece.speed_mm_s
     margin = _at_states(piece.check.at, piece.check.margin_mm, len(states))
-    q, at = states_on_lines(sequence.cell, states[a : a + n])
-    at = np.concatenate([np.arange(a), a + at, np.arange(a + n, len(states))])
-    q = np.concatenate([piece.before, q, piece.after])
+    q, at = states_on_lines(sequence.cell, states)
     along = (task.s_mm[0] + task.s_mm[-1] - task.s_mm) if piece.candidate.is_reversed else task.s_mm
     is_weld = (at >= a) & (at <= a + n - 1)
     phase = [
