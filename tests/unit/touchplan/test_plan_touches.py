@@ -9,6 +9,7 @@ import pytest
 
 from tests.benchmarks.bench_touches import compared
 from tests.touch_parts import touch_part
+from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.hits import find_hits
 from wpcal.brep.material import ExactMaterial
 from wpcal.core.errors import GeometryError, InputError
@@ -19,8 +20,11 @@ from wpcal.searches.setup import TouchSetup
 from wpcal.touchplan import NominalError, Pattern, TouchOptions, plan_touches
 from wpcal.touchplan.candidates import PartPlace, find_candidates
 from wpcal.touchplan.choose import TouchDesign, best_set
+from wpcal.touchplan.contacts import find_contacts, surface_labels
+from wpcal.touchplan.free import find_strokes
 from wpcal.touchplan.plan_touches import design_of
 
+UP = np.array([0.0, 0.0, 1.0])
 ON_FACE_MM = 1e-6
 SAMPLED = 0.35
 """Of the 95 % quantile of sixty runs."""
@@ -51,7 +55,7 @@ def test_the_choice_is_the_best_of_all_sets(seed: int) -> None:
 
 def test_the_choice_on_a_part_is_the_best_of_all_sets() -> None:
     part, options = touch_part("tee"), TouchOptions(touches=6)
-    place = PartPlace.of(part.trimmed, np.array([0.0, 0.0, 1.0]))
+    place = PartPlace.of(part.trimmed, UP)
     materials = [ExactMaterial(part.graph, part.trimmed)]
     found = find_candidates(part.graph, part.trimmed, materials, place, options, no_progress)
     some = np.random.default_rng(0).choice(len(found.strokes), 18, replace=False)
@@ -113,6 +117,27 @@ def test_every_search_keeps_the_rules(name: str) -> None:
         assert first == pytest.approx(before + search.radius_mm, abs=1e-3)  # the face itself
         assert np.linalg.det(search.R_part_tool) == pytest.approx(1.0)
         assert np.linalg.eigvalsh(search.covariance_part)[0] > 0.0
+
+
+def test_rounds_are_not_touched_although_they_look_everywhere() -> None:
+    part = touch_part("rounded-upright")
+    found, _ = find_contacts(part.graph, part.trimmed, UP, np.zeros(3), TouchOptions())
+    strokes = find_strokes(part.graph, part.trimmed, found, TouchOptions())
+    radius = part.graph.face_param[strokes.contacts.face, 0]
+    round_ = part.graph.face_kind[strokes.contacts.face] == SurfaceKind.CYLINDER
+    assert len(strokes)
+    assert not (round_ & (radius < 6.0)).any()
+
+
+def test_faces_of_one_surface_have_one_label() -> None:
+    graph = touch_part("saddle").graph
+    labels = surface_labels(graph)
+    for face in range(graph.face_count):
+        for other in range(face):
+            if labels[face] == labels[other]:
+                assert graph.face_solid[face] == graph.face_solid[other]
+                np.testing.assert_allclose(graph.face_param[face], graph.face_param[other], rtol=0, atol=1e-3)
+    assert len(np.unique(labels)) >= 6
 
 
 def test_a_part_that_stands_otherwise_is_touched_from_its_upper_side() -> None:
