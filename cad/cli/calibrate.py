@@ -136,6 +136,7 @@ def calibrate(
         "taught": reading.read_taught(taught) if run is None else run.taught,
         "searches": None if run is None else run.record,
         "run_issues": () if run is None else run.issues,
+        "silent": None if run is None else run.silent,
         "out": out,
         "overwrite": output.force,
         "T_nominal_part": nominal,

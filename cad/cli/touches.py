@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from wpcal.searches import TouchPlan
     from wpcal.touchplan import TouchOptions
 
-TEMPLATES = ("best", "3-2-1", "three-point")
-"""`wpcal.touchplan.Template`; written out so that the help needs no NumPy."""
+PATTERNS = ("best", "3-2-1", "three-point")
+"""`wpcal.touchplan.Pattern`; written out so that the help needs no NumPy."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,11 +30,11 @@ class TouchFlags:
     """How many touches, and what is known before them."""
 
     touches: int | None = option(
-        "--touches", type=int, help="Number of searches, without that on a post.  [default: 8; 6 with a template]"
+        "--touches", type=int, help="Number of searches, without that on a post.  [default: 8; 6 with a pattern]"
     )
-    template: str = option(
-        "--template",
-        type=click.Choice(TEMPLATES),
+    pattern: str = option(
+        "--pattern",
+        type=click.Choice(PATTERNS),
         default="best",
         show_default=True,
         help="Pattern of the touches: any, three on one side with two and one on two others, or two sides at each of "
@@ -64,15 +64,16 @@ class TouchFlags:
     )
     setup: Path | None = option(
         "--setup",
-        metavar="FILE.toml",
+        metavar="FILE",
         type=click.Path(path_type=Path),
-        help="How the cell senses a touch: repeatability, stick-out, latency, speeds.  [default: usual values]",
+        help="For a plan of touches: repeatability, stick-out, latency and speed of the cell (TOML).  [default: usual "
+        "values]",
     )
     nominal: str | None = option(
         "--nominal",
         metavar="POSE",
-        help="Place of the part in the base: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), or a JSON "
-        "file with a 4×4 matrix.  [default: base and part coincide]",
+        help="Place of the part in the cell's model: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), or a "
+        "JSON file with a 4×4 matrix; here in the base of the robot.  [default: that of --cell, else the base itself]",
     )
 
     def to_options(self, torch: TorchShape) -> TouchOptions:
@@ -81,13 +82,13 @@ class TouchFlags:
 
         from wpcal.searches import TouchSetup
         from wpcal.searches.setup import read_touch_setup
-        from wpcal.touchplan import NominalError, Template, TouchOptions
+        from wpcal.touchplan import NominalError, Pattern, TouchOptions
 
-        template = Template(self.template)
-        usual = template.touches or 8
+        pattern = Pattern(self.pattern)
+        usual = pattern.touches or 8
         return TouchOptions(
             touches=usual if self.touches is None else self.touches,
-            template=template,
+            pattern=pattern,
             wire_mm=self.wire_diameter_mm,
             torch=torch,
             nominal=NominalError(self.uncertainty_mm, math.radians(self.uncertainty_deg)),
@@ -115,8 +116,7 @@ class ArmFlags:
         "--cell",
         metavar="CELL.json",
         type=click.Path(path_type=Path),
-        help="Cell of one robot (`wpcal cell new`): reach, joints and ways of its arm are solved, and its bodies are "
-        "kept away from.",
+        help="The cell: of one robot (`wpcal cell new`); its arm makes the searches and keeps away from its bodies.",
     )
     arm: str | None = option(
         "--arm",

@@ -14,7 +14,7 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import ErrorCode, GeometryError
+from wpcal.core.errors import GeometryError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.one_robot import OneRobotCell
@@ -151,10 +151,7 @@ def _counted_seams(found: Sequence[Seam], names: Sequence[str]) -> list[Seam]:
         return [by_name[name] for name in seams_named(names, list(by_name))]
     accepted = [seam for seam in found if seam.accepted]
     if found and not accepted:
-        raise GeometryError(
-            f"none of the {len(found)} seams is accepted; name those where the error counts",
-            code=ErrorCode.NOTHING_ACCEPTED,
-        )
+        raise GeometryError(f"none of the {len(found)} seams is accepted; name those where the error counts (--only)")
     return accepted
 
 

@@ -21,7 +21,7 @@ from wpcal.core.errors import GeometryError
 from wpcal.core.progress import no_progress
 from wpcal.searches import Search
 from wpcal.searches.setup import TouchSetup
-from wpcal.touchplan import Template, TouchOptions, TouchPart, plan_touches
+from wpcal.touchplan import Pattern, TouchOptions, TouchPart, plan_touches
 from wpcal.touchplan.candidates import PartPlace, find_candidates, thinned
 from wpcal.touchplan.patterns import choose_touches
 from wpcal.touchplan.plan_touches import design_of, search_of
@@ -34,7 +34,7 @@ STRAIGHT = 0.1
 
 def best_classical(part: TouchPart, options: TouchOptions) -> list[Search]:
     """Return the best 3-2-1 with the wire held straight."""
-    options = replace(options, touches=6, template=Template.THREE_TWO_ONE)
+    options = replace(options, touches=6, pattern=Pattern.THREE_TWO_ONE)
     up = np.array([0.0, 0.0, 1.0])
     place = PartPlace.of(part.trimmed, up)
     materials = [ExactMaterial(part.graph, part.trimmed)]

@@ -24,6 +24,9 @@ NEIGHBOUR = "neighbour-feature"
 RIVAL = "rival-placement"
 """Code of the issue that the touches do not exclude another place of the part."""
 
+SILENT = "silent-search"
+"""Code of the issue that a search found nothing where the fit has a face."""
+
 NOT_NAMED = "blunder-not-named"
 """Code of the issue that points are wrong and the data cannot tell which."""
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.calibrate.criteria import BLUNDER, NEIGHBOUR, NOT_NAMED, RIVAL, CriterionFit
+from wpcal.calibrate.criteria import BLUNDER, NEIGHBOUR, NOT_NAMED, RIVAL, SILENT, CriterionFit
 from wpcal.calibrate.distrust import Distrusted
 from wpcal.calibrate.outlier_limits import FALSE_ALARM
 from wpcal.calibrate.residual_evidence import ResidualEvidence
@@ -73,6 +73,8 @@ class VerdictReason(Enum):
     """A check point is off by more than all errors explain."""
     RIVAL = "rival"
     """The touches do not exclude another place of the part."""
+    SILENT_SEARCH = "silent-search"
+    """A search found nothing where the fit has a face."""
     BEYOND = "beyond"
     """A seam is off by more than the tolerance, with 95 % confidence."""
 
@@ -275,9 +277,9 @@ def _contradicting_check(evidence: VerdictEvidence) -> tuple[VerdictReason, str]
 def _rival_place(evidence: VerdictEvidence) -> tuple[VerdictReason, str, str] | None:
     """Return that the touches do not exclude another place of the part, and what to do; or None."""
     for issue in evidence.issues:
-        if issue.code == RIVAL:
+        if issue.code in (RIVAL, SILENT):
             what, _, remedy = issue.message.partition(": ")
-            return VerdictReason.RIVAL, what, remedy
+            return VerdictReason.RIVAL if issue.code == RIVAL else VerdictReason.SILENT_SEARCH, what, remedy
     return None
 
 

@@ -113,7 +113,7 @@ def find_contacts(
     Returns
     -------
     held, small : Contacts
-        Those with room around them, and those too near to the border of their face for the displacement.
+        Those with room around them, and those on faces where no place has it.
     """
     faces = _large_faces(graph, trimmed)
     face, p, normal = _grid(graph, trimmed, faces)
@@ -125,7 +125,8 @@ def find_contacts(
     face, p, normal = face[inside], p[inside], normal[inside]
     found = _with_wires(graph, face, p, normal, up, centre, options)
     room = _has_room(graph, trimmed, found)
-    return found.select(room), found.select(~room)
+    held = found.select(room)
+    return held, found.select(~np.isin(found.face, held.face))
 
 
 def _large_faces(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:

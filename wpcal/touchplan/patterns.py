@@ -11,7 +11,7 @@ from wpcal.advise.design import SetSearch, farthest_rows
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import GeometryError
 from wpcal.touchplan.choose import TouchDesign, best_set
-from wpcal.touchplan.options import Template, TouchOptions
+from wpcal.touchplan.options import Pattern, TouchOptions
 
 SAME_SIDE_COS = 0.97
 """Faces within 14 degrees are one side of the part."""
@@ -47,15 +47,15 @@ def choose_touches(design: TouchDesign, p: FloatArray, normal: FloatArray, optio
         When the part has no set of the pattern that holds all six freedoms.
     """
     rng = np.random.default_rng(options.seed)
-    if options.template is Template.BEST:
+    if options.pattern is Pattern.BEST:
         return best_set(design, min(options.touches, len(design)), slots=None, rng=rng)[0]
-    if options.template is Template.THREE_TWO_ONE:
+    if options.pattern is Pattern.THREE_TWO_ONE:
         found = _three_two_one(design, p, normal, rng)
     else:
         found = _three_point(design, p, normal, rng)
     if len(found) == 0:
         raise GeometryError(
-            f"the part has no touches of the pattern {options.template} that hold all six freedoms; leave the template "
+            f"the part has no touches of the pattern {options.pattern} that hold all six freedoms; leave the pattern "
             "away"
         )
     return found

@@ -309,8 +309,7 @@ def _post(options: TouchOptions, T_base_part: RigidTransform, up: FloatArray, sa
 
 def _notes(graph: BrepGraph, found: Candidates, is_unplaced: bool) -> tuple[str, ...]:
     notes = list[str]()
-    touched = set(found.strokes.contacts.face.tolist())
-    small = [face for face in dict.fromkeys(found.small.face.tolist()) if face not in touched]
+    small = list(dict.fromkeys(found.small.face.tolist()))
     if small:
         which = face_words(graph, found.small, small[0])
         notes.append(f"{counted(len(small), 'face')} too small for the displacement of the part, such as {which}")
