@@ -151,7 +151,9 @@ def read_result_folder(folder: Path) -> ResultFolder:
         When a file breaks its format, or the files do not come from one calibration.
     """
     if not folder.is_dir():
-        raise InputError(f"{folder}: no such folder; expected the folder of a finished calibration")
+        raise InputError(
+            f"{folder}: no such folder; expected the folder of a finished calibration or of a plan of touches"
+        )
     calibration, seams = (read_record(folder, name) for name in RECORD_SCHEMAS)
     T_base_part = agreed_pose(calibration, seams, path=folder / SEAMS_FILE)
     check_same_run(folder, calibration)

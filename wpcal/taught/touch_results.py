@@ -116,7 +116,8 @@ def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | No
     found = [(search, result) for search, result in pairs if result.p is not None]
     _require_postures(plan, found, results.path)
     late = cell.latency_s * cell.search_speed_mm_s
-    places = [_place(plan, search, result) - late * search.direction for search, result in found]
+    T_base_stored = plan.T_base_part if results.T_base_part is None else results.T_base_part
+    places = [_place(plan, search, result, T_base_stored) - late * search.direction for search, result in found]
     outside = [text for (search, _), p in zip(found, places, strict=True) if (text := _outside(search, p))]
     if outside:
         raise FormatError(f"places outside of their strokes: {'; '.join(outside)}", path=results.path)
@@ -185,10 +186,13 @@ def _turn(one: FloatArray, other: FloatArray) -> float:
     return float(np.linalg.norm(log_rotation(one @ other.T)))
 
 
-def _place(plan: TouchPlan, search: Search, result: SearchResult) -> FloatArray:
-    """Return the stored place in the frame of its search: `part`, of a post `base`."""
-    p = np.asarray(result.p)
-    return np.asarray(plan.T_base_part.apply(p)) if search.kind is SearchKind.POST else p
+def _place(plan: TouchPlan, search: Search, result: SearchResult, T_base_stored: RigidTransform) -> FloatArray:
+    """Return the stored place in the frame of its search: `part`, of a post `base`.
+
+    Programs have the frame with the digits of their language, and store places relative to that.
+    """
+    p_base = T_base_stored.apply(np.asarray(result.p))
+    return np.asarray(p_base if search.kind is SearchKind.POST else plan.T_base_part.inverse().apply(p_base))
 
 
 def _outside(search: Search, p: FloatArray) -> str:

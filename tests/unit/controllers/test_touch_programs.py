@@ -3,6 +3,7 @@
 `tests/e2e/test_touch_programs.py` runs them.
 """
 
+import json
 import re
 from dataclasses import replace
 
@@ -17,8 +18,10 @@ from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.touch_program import TouchProgram
 from wpcal.core.errors import InputError
+from wpcal.core.record_check import check_record
+from wpcal.core.records import to_json
 from wpcal.robot.kinematics.arm_file import find_arm
-from wpcal.searches import TouchSetup
+from wpcal.searches import TouchSetup, touches_record
 from wpcal.searches.setup import FanucSetup, InformSetup, KrlSetup, RapidSetup, UrSetup
 
 LANGUAGES = ("rapid", "krl", "fanuc", "inform", "urscript", "as")
@@ -146,12 +149,32 @@ def test_a_name_where_the_language_numbers_inputs_is_one_line(language, name):
         ("urscript", TouchSetup(signal="8"), "expected 0 to 7"),
         ("urscript", TouchSetup(urscript=UrSetup('a"b')), "results_host"),
         ("as", TouchSetup(signal="1"), "expected 1001 to 2256"),
-        *((name, TouchSetup(with_package=True), "no searches of a") for name in ("krl", "inform", "urscript", "as")),
+        *((name, TouchSetup(with_package=True), "no searches of a") for name in ("inform", "urscript", "as")),
     ],
 )
 def test_a_setup_that_a_language_cannot_hold_is_one_line(language, setup, message):
     with pytest.raises(InputError, match=re.escape(message)):
         written(language, setup=setup)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"end": np.array([40.0, 100.0, -600.0])}, "a stroke of 618 mm; at most 300 mm"),
+        ({"end": np.array([40.0, 100.0, 30.0])}, "it runs away from the face that it should touch"),
+        ({"end": np.array([40.0, 100.0, 11.0])}, "its planned contact is not between its start and its end"),
+        ({"contact_part": np.array([48.0, 100.0, 10.0])}, "its planned contact is not between"),
+    ],
+)
+def test_a_search_that_does_not_move_onto_its_face_is_refused(changes, message):
+    with pytest.raises(InputError, match=f"search T1: .*{message}"):
+        written("rapid", fewer(1, **changes))
+
+
+def test_a_point_out_of_this_world_is_refused():
+    files, program = written("rapid", fewer(1, approach=np.array([40.0, 1e9, 115.0])))
+    with pytest.raises(InputError, match="rapid: point wptT1_A: expected coordinates of less than"):
+        check_touches_written(files, program, name="rapid")
 
 
 @pytest.mark.parametrize("language", ["fanuc", "inform"])
@@ -179,6 +202,19 @@ def test_smartac_searches_over_twice_half_of_the_stroke():
     assert "SearchL" not in text
 
 
+def test_touch_sense_searches_over_the_middle_of_the_stroke_as_far_as_its_end():
+    files, program = written("krl", fewer(), TouchSetup(with_package=True, krl=KrlSetup(sensor=3)))
+    assert check_touches_written(files, program, name="krl") == 10  # the start of a fold is a point of its own
+    source, data = files["WPCAL_touch.src"], files["WPCAL_touch.dat"]
+    assert "TS_Search(XWPT_T1_M,ZSPWPT_T1_M,VCDWPT_T1_M)" in source
+    assert "INTERRUPT" not in source
+    assert "DECL E6POS XWPT_T1_M={X 40.00000,Y 100.00000,Z 10.00000," in data
+    assert "SensorNum 3,SearchDepth_Tol 8.0000,bBackToStartPos TRUE" in data
+    (reference,) = re.findall(r"VCDWPT_T1_M=\{.*Ref_W \{X (\S+),Y (\S+),Z (\S+),A", data)
+    place = tee_plan().T_base_part.apply(np.array([40.0, 100.0, 10.0]))
+    np.testing.assert_allclose(np.array(reference, dtype=float), place, rtol=0, atol=1e-4)  # degrees have 6 decimals
+
+
 def test_touch_sensing_of_fanuc_searches_along_axes_from_the_start():
     text = text_of("fanuc", setup=TouchSetup(with_package=True))
     assert re.findall(r"Search\[(-?[XYZ])\]", text) == ["-Z", "-Z", "-Z", "Y", "Y", "X", "-X", "Y"]
@@ -200,6 +236,9 @@ def test_a_template_of_the_shop_switches_the_sensing(tmp_path):
     own.mkdir()
     (own / "touch_on.txt").write_text("SHOP_TOUCH_ON({{ signal }})\n", encoding="utf-8")
     controller = replace(CONTROLLER, templates=tmp_path)
+    with pytest.raises(InputError, match=r"touch_off\.txt: no such file; .* come together, or it may stay on"):
+        written("krl", controller=controller)
+    (own / "touch_off.txt").write_text("SHOP_TOUCH_OFF()\n", encoding="utf-8")
     assert "SHOP_TOUCH_ON($IN[1])" in text_of("krl", controller=controller)
 
 
@@ -217,6 +256,24 @@ def test_the_audit_knows_a_program_of_another_plan(language, tmp_path):
         if b"fingerprint" in other:
             (fault,) = touch_faults(other, path)
             assert "is of the plan 00000000" in fault.message
+
+
+@pytest.mark.parametrize(("arm", "language", "word"), [("m10ia", "fanuc", "CONFIG"), ("mh6", "inform", "RCONF")])
+def test_the_arm_of_the_plan_is_found_by_its_name(arm, language, word, tmp_path):
+    joints = np.radians([[10.0, 20.0, -30.0, 5.0, 60.0, 0.0]] * 3)
+    plan = replace(fewer(1, joints=joints), home_joints=HOME, robot=arm)
+    (tmp_path / "touches.json").write_text(to_json(touches_record(plan)), encoding="utf-8")
+    given = () if language == "fanuc" else ("--config", "1,0,0,0,0,0,0,0")
+    ended = run_here("export", tmp_path, "-f", language, *given, "--json")
+    assert ended.returncode == 0, ended.stderr
+    record = json.loads(ended.stdout)
+    check_record(record, "wpcal/export/1", path="export", is_complete=False)
+    assert record["searches"] == ["T1"]
+    text = " ".join(path.read_text(encoding="utf-8") for path in (tmp_path / language).iterdir())
+    assert f"{word} computed" in text or f"{word} as given" in text
+    assert "POSTYPE ANGLE" in text or "J1=" in text  # home
+    ended = run_here("export", tmp_path, "-f", language, *given, "--force", "--robot", "kr5_arc")
+    assert f"made for the arm {arm}" in ended.stderr
 
 
 def test_what_a_person_types_wrong_is_one_line(tmp_path):
@@ -238,3 +295,5 @@ def test_what_a_person_types_wrong_is_one_line(tmp_path):
     assert "name the plan" in said(folder, "-f", "abb")
     assert run_here("export", folder / "touches.json", "-f", "abb").returncode == 0
     assert "exists" in said(folder / "touches.json", "-f", "abb")
+    again = run_here("export", folder / "touches.json", "-f", "abb", "--force", "--program-name", "NEW")
+    assert "do not load them by mistake" in again.stderr
