@@ -61,6 +61,8 @@ class TaughtPoints:
         Of the bytes that were read; None for points that are not from a file.
     R_base_tool : ndarray, shape (n, 3, 3), or None
         The axes of the tool at each touch, as columns, in `base`; NaN in rows that do not say.
+    common : ndarray, shape (n, s, 3), or None
+        The part of the errors that all rows have together, see `wpcal.calibrate.touches.Touches`.
     """
 
     names: tuple[str, ...]
@@ -78,6 +80,7 @@ class TaughtPoints:
     tcp_bias_mm: float = 0.0
     sha256: str | None = None
     R_base_tool: FloatArray | None = None
+    common: FloatArray | None = None
 
     @property
     def postures(self) -> dict[str, FloatArray]:

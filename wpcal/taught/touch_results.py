@@ -28,6 +28,11 @@ SAME_POSTURE_RAD = np.radians(2.0)
 """The tool keeps its orientation during a search. A larger difference is another tool, or another program."""
 TOUCH_LEFT_OUT = "touch-left-out"
 STICK_OUT = "stick-out"
+FREEDOMS = 6
+NUMBERS = {"edge": 2, "point": 3}
+"""How many numbers a touch gives that is not on a face."""
+PARALLEL = 0.999
+"""Squared cosine above which a wire is along its search."""
 MOST_STICK_OUT_MM = 20.0
 """A post that is found further along the wire is not the post, or the tool centre point is wrong."""
 REASONS = {
@@ -83,8 +88,8 @@ def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | No
     Raises
     ------
     FormatError
-        When the results are those of another plan, frame or tool, a place is outside of its stroke, or no search on
-        the part found anything.
+        When the results are those of another plan, frame or tool, a place is outside of its stroke, or too few searches
+        on the part found anything.
     """
     cell = setup or TouchSetup()
     _require_same_plan(plan, results)
@@ -103,6 +108,13 @@ def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | No
     rows = [k for k, search in enumerate(searches) if search.kind is SearchKind.PART]
     if not rows:
         raise FormatError(f"no search on the part found anything: {_told(left_out)}", path=results.path)
+    numbers = sum(NUMBERS.get(searches[k].target, 1) for k in rows)
+    if left_out and numbers < FREEDOMS:
+        raise FormatError(
+            f"{_told(left_out)}. The {len(rows)} others cannot hold the part: a place has six freedoms, and a touch on "
+            "a face takes one",
+            path=results.path,
+        )
     taught = _taught(plan, [searches[k] for k in rows], [places[k] for k in rows], stick_out, cell, results.path)
     issues = [Issue(TOUCH_LEFT_OUT, f"left out: {_told(left_out)}", tuple(n for n, _ in left_out))] if left_out else []
     if stick_out is not None:
@@ -217,6 +229,7 @@ def _taught(
     covariances = np.array([search.covariance_part for search in searches])
     if stick_out is not None:
         covariances = _known_stick_out(covariances, wires, setup)
+    directions = np.array([search.direction for search in searches])
     n = len(searches)
     return TaughtPoints(
         tuple(search.name for search in searches),
@@ -230,7 +243,25 @@ def _taught(
         kinds=tuple(KINDS.get(search.target, TouchKind.SURFACE) for search in searches),
         radius_mm=np.array([search.radius_mm for search in searches]),
         R_base_tool=R @ np.array([search.R_part_tool for search in searches]),
+        common=_common_errors(covariances, wires, directions) @ R.T,
     )
+
+
+def _common_errors(covariances: FloatArray, wires: FloatArray, directions: FloatArray) -> FloatArray:
+    """Return the errors that all touches have together: of the stick-out and of the latency, shape (n, 2, 3).
+
+    A covariance is that of the repeatability, alike in all directions, plus one variance along the wire and one along
+    the search. Where these two are parallel they cannot be told apart, and need not be.
+    """
+    own = np.linalg.eigvalsh(covariances)[:, :1, None] * np.eye(3)
+    along, late = (np.einsum("ni,nij,nj->n", v, covariances - own, v) for v in (wires, directions))
+    both = np.einsum("ni,ni->n", wires, directions) ** 2
+    parallel = both > PARALLEL
+    apart = np.where(parallel, 1.0, 1.0 - both**2)
+    stick = np.where(parallel, along, (along - both * late) / apart)
+    rest = np.where(parallel, 0.0, (late - both * along) / apart)
+    sigma = np.sqrt(np.clip([stick, rest], 0.0, None))
+    return np.asarray(np.stack([sigma[0][:, None] * wires, sigma[1][:, None] * directions], axis=1))
 
 
 def _known_stick_out(covariances: FloatArray, wires: FloatArray, setup: TouchSetup) -> FloatArray:

@@ -1,9 +1,10 @@
 r"""The covariance of a fit of touches.
 
-A touch is off by a random vector :math:`\delta_i`; its residual sees :math:`A_i \delta_i`. With
-:math:`d = A(\delta - J\xi)` linear and :math:`M = \sum J_i^\top A_i J_i`, least squares has
-:math:`C = M^{-1} (\sum J_i^\top A_i C_i A_i J_i) M^{-1}`, which is :math:`\sigma^2 M^{-1}` for equal errors, and the
-weighted fit the inverse of its information. The further motion of the minimax fit is simulated on the linear model with
+A touch is off by a random vector :math:`\delta_i`; its residual sees :math:`A_i \delta_i`. With :math:`d = A(\delta -
+J\xi)` linear and :math:`M = \sum J_i^\top A_i J_i`, least squares has :math:`C = M^{-1} (\sum J_i^\top A_i C_i A_i
+J_i) M^{-1}`, which is :math:`\sigma^2 M^{-1}` for equal errors, and the weighted fit the inverse of its information.
+An error that all touches have together moves them by :math:`v_i`, and the fit by :math:`M^{-1} \sum J_i^\top W_i
+v_i`: it does not fall with their number. The further motion of the minimax fit is simulated on the linear model with
 a fixed seed, all samples at once (`wpcal.optim.least_largest`).
 """
 
@@ -52,7 +53,7 @@ def propagate_covariance(
     J, pivot, length = scaled_jacobian(touches, pose)
     to_origin = translation_adjoint(pivot) / np.repeat([length, 1.0], 3)  # of (L ω, v)
     if touches.covariances is not None:
-        scaled = _of_stated_errors(J, pose, touches.covariances, criterion, seed)
+        scaled = _of_stated_errors(J, pose, touches, criterion, seed)
         return to_origin @ scaled @ to_origin.T, Sigma.of_each(touches.covariances)
     sigma = _sigma(touches, pose, teaching)
     scaled = np.linalg.inv(np.einsum("nik,nil->kl", J, J))
@@ -61,19 +62,23 @@ def propagate_covariance(
     return sigma.mm**2 * to_origin @ scaled @ to_origin.T, sigma
 
 
-def _of_stated_errors(
-    J: FloatArray, pose: Pose, covariances: FloatArray, criterion: Criterion, seed: int
-) -> FloatArray:
+def _of_stated_errors(J: FloatArray, pose: Pose, touches: Touches, criterion: Criterion, seed: int) -> FloatArray:
     """Covariance of the scaled motion where every touch states its error, shape (6, 6)."""
-    if criterion is Criterion.WEIGHTED:
-        weights = pose.at.information(covariances)
-        return np.asarray(np.linalg.inv(np.einsum("nik,nij,njl->kl", J, weights, J)))
+    assert touches.covariances is not None
+    common = np.zeros((len(J), 0, 3)) if touches.common is None else touches.common
+    own = touches.covariances - np.einsum("nsi,nsj->nij", common, common)
     if criterion is Criterion.MINIMAX:  # its two parts are not independent then: the whole is simulated
-        draws = np.random.default_rng(seed).standard_normal((EXCESS_SAMPLES, len(J), 3))
-        _, motions = _simulated(J, pose, np.einsum("nij,mnj->mni", np.linalg.cholesky(covariances), draws))
+        rng = np.random.default_rng(seed)
+        draws = np.einsum("nij,mnj->mni", np.linalg.cholesky(own), rng.standard_normal((EXCESS_SAMPLES, len(J), 3)))
+        draws += np.einsum("nsi,ms->mni", common, rng.standard_normal((EXCESS_SAMPLES, common.shape[1])))
+        _, motions = _simulated(J, pose, draws)
         return np.asarray(motions.T @ motions / EXCESS_SAMPLES)
-    change = np.linalg.inv(np.einsum("nik,nil->kl", J, J))
-    return np.asarray(change @ np.einsum("nik,nij,njl->kl", J, covariances, J) @ change)  # J = A J
+    weights = pose.at.information(touches.covariances if criterion is Criterion.WEIGHTED else None)
+    JW = np.einsum("nik,nij->nkj", J, weights)
+    change = np.linalg.inv(np.einsum("nkj,njl->kl", JW, J))
+    shifts = change @ np.einsum("nkj,nsj->ks", JW, common)
+    spread = np.einsum("nki,nij,nlj->kl", JW, own, JW)
+    return np.asarray(change @ spread @ change + shifts @ shifts.T)
 
 
 def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> Sigma:

@@ -137,6 +137,9 @@ class Touches:
         The target of each touch.
     axes : tuple of NamedAxis
         Axes of the part by which messages name a motion.
+    common : ndarray, shape (n, s, 3), or None
+        The part of these errors that all touches have together, such as that of the stick-out: s errors of one standard
+        deviation, each as the vector by which it moves every touch, in `base`, mm. The covariances contain it.
 
     Raises
     ------
@@ -153,6 +156,7 @@ class Touches:
     space: RobotSpace
     rows: IntArray
     axes: tuple[NamedAxis, ...] = ()
+    common: FloatArray | None = None
 
     def __post_init__(self) -> None:
         n = len(as_points(self.p_base, name="touches"))
@@ -175,6 +179,7 @@ class Touches:
             words=tuple(self.words[i] for i in at),
             covariances=None if self.covariances is None else self.covariances[at],
             rows=self.rows[at],
+            common=None if self.common is None else self.common[at],
         )
 
     def joined(self, other: Touches) -> Touches:
@@ -184,6 +189,11 @@ class Touches:
         """
         if (self.covariances is None) != (other.covariances is None) or set(self.names) & set(other.names):
             return self
+        if (self.common is None) != (other.common is None):
+            return self
+        common = None
+        if self.common is not None and other.common is not None:
+            common = np.concatenate([self.common, other.common])
         covariances = None
         if self.covariances is not None and other.covariances is not None:
             covariances = np.concatenate([self.covariances, other.covariances])
@@ -197,6 +207,7 @@ class Touches:
             words=(*self.words, *other.words),
             covariances=covariances,
             rows=np.concatenate([self.rows, first + other.rows]),
+            common=common,
         )
 
     def paired(self, T_base_part: RigidTransform) -> PointPairs:
