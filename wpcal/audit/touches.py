@@ -19,11 +19,11 @@ from wpcal.core.transform import RigidTransform
 from wpcal.searches import TouchPlan, read_touch_plan
 from wpcal.searches.record import TOUCHES_FILE
 
-RESULT = re.compile(r"wptP_|WPR_|WPPLACE\b|wptp_", re.IGNORECASE)
-"""Names of places that a program stores. They are not poses that it goes to."""
+RESULT = re.compile(r"wptP_|WPR_|WPPLACE\b|wptp_|XWPT_\w+_M$", re.IGNORECASE)
+"""Names of places that a program stores, and of those between start and end of a search of TouchSense."""
 _MARKS = {
     ".mod": re.compile(r"\bwptO_\w+"),
-    ".src": re.compile(r"\bWPFIND\("),
+    ".src": re.compile(r"\bWPFIND\(|\bTS_Search\(XWPT_"),
     ".dat": re.compile(r"\bWPO_\w+"),
     ".ls": re.compile(r"\bSkip,LBL\[\d+\],PR\[|\bSearch Start\["),
     ".jbi": re.compile(r"\bSRCH RIN#\("),

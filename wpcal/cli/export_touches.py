@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 TAKEN = frozenset(
     {
-        *("folder", "formats", "out", "write_templates", "setup", "force", "as_json", "robot"),
+        *("folder", "formats", "out", "write_templates", "setup", "write_setup", "force", "as_json", "robot"),
         *("program_name", "tool_name", "tool_number", "configurations", "templates"),
     }
 )
@@ -73,6 +73,16 @@ def refuse_weld_options(context: click.Context) -> None:
                 else ("speeds and names of a touch program are in the touch setup (--setup)")
             )
             raise InputError(f"{each.opts[0]} is for weld programs, and this is a plan of touches; {where}")
+
+
+def write_touch_setup(path: Path, *, force: bool) -> int:
+    """Write a touch setup with every key; return the exit code."""
+    from wpcal.core.records import write_file
+    from wpcal.searches import setup_template
+
+    write_file(path, setup_template(), overwrite=force)
+    click.echo(f"touch setup: {path}")
+    return 0
 
 
 def export_touches(

@@ -13,7 +13,7 @@ import numpy as np
 from wpcal import __version__
 from wpcal.controllers.describe import NOT_CHECKED
 from wpcal.controllers.naming import NameRules, safe_name
-from wpcal.controllers.post import Blocks
+from wpcal.controllers.post import ENDING, TOUCH_BLOCKS, Blocks
 from wpcal.controllers.program import ControllerSettings
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
@@ -22,7 +22,7 @@ from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.posture import Posture, posture
 from wpcal.searches import STORED_NUMBERS, Outcome, Search, TouchPlan, TouchSetup
 
-ENDING = "_touch"
+NAME_ENDING = "_touch"
 """Of the name of a touch program, which thus never replaces the weld program of the same part."""
 FOUND, MISSED, ACTIVE, NOT_RUN = (
     STORED_NUMBERS[each] for each in (Outcome.FOUND, Outcome.MISSED, Outcome.ACTIVE_AT_START, Outcome.NOT_RUN)
@@ -100,8 +100,8 @@ class TouchProgram:
 
     def name(self, rules: NameRules) -> str:
         """Return the name of the program on the controller."""
-        longest = NameRules(rules.language, rules.longest - len(ENDING), rules.keywords)
-        return f"{safe_name(self.controller.program_name, longest)}{ENDING}"
+        longest = NameRules(rules.language, rules.longest - len(NAME_ENDING), rules.keywords)
+        return f"{safe_name(self.controller.program_name, longest)}{NAME_ENDING}"
 
     def steps(self, T_base_frame: RigidTransform) -> tuple[TouchSteps, ...]:
         """Return the poses of the searches.
@@ -132,9 +132,24 @@ def _postures(search: Search, arm: Arm | None) -> Posture | None:
 
 @dataclass(frozen=True, slots=True)
 class TouchPost(Blocks):
-    """The templates of one language for a touch program."""
+    """The templates of one language for a touch program.
+
+    Raises
+    ------
+    InputError
+        When a folder of the user has one of the two templates of sensing: what switches it on may then not be off.
+    """
 
     program: TouchProgram
+
+    def __post_init__(self) -> None:
+        folder = self.program.controller.templates
+        own = [] if folder is None else [(folder / self.language / f"{block}{ENDING}") for block in TOUCH_BLOCKS]
+        if sum(path.is_file() for path in own) == 1:
+            missing = next(path for path in own if not path.is_file())
+            raise InputError(
+                f"{missing}: no such file; templates that switch sensing on and off come together, or it may stay on"
+            )
 
     def sensing(self, *, on: bool, signal: str, enable: str) -> list[str]:
         """Return what switches the sensing on before a search, and waits until the signal is true, or off after it.
