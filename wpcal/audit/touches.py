@@ -127,6 +127,8 @@ def _check(files: Mapping[str, str], program: TouchProgram, name: str) -> int:
         except WpcalError as error:
             what = f"{name}: the written program cannot be read back: {error}; nothing is written"
             raise WrittenWrongError(what) from None
+    for fault in pose_faults(found, Surroundings(T)):
+        raise InputError(f"{name}: {fault.field}: {fault.message}; nothing is written")
     asked = _asked(program)
     read = np.array([pose.p_base for pose in found]).reshape(-1, 3), np.array([pose.R_base for pose in found])
     for these, others, what in ((asked, read, "is missing in"), (read, asked, "was not asked for, but is in")):

@@ -111,7 +111,7 @@ def export(
             for file, data in files.items():
                 (temporary / file).write_bytes(data.encode("utf-8") if isinstance(data, str) else data)
     unjudged = {each for name, files in contents.items() for each in unjudged_arcs(files, forms[name], name=name)}
-    _tell_earlier(earlier, targets)
+    tell_earlier(earlier, targets)
     _show(forms, contents, targets, unjudged=sorted(unjudged), as_json=as_json)
     program = forms[exporters[0].name]
     if program.calibration.get("verdict") == "PASS":
@@ -190,7 +190,8 @@ def _show(
     click.echo(f"wpcal: {'; '.join((*program.checked, not_checked))}", err=True)
 
 
-def _tell_earlier(earlier: Mapping[str, EarlierJobs], targets: Mapping[str, Path]) -> None:
+def tell_earlier(earlier: Mapping[str, EarlierJobs], targets: Mapping[str, Path]) -> None:
+    """Say on stderr which jobs of an earlier export were removed, and which files were kept."""
     for name, jobs in earlier.items():
         if jobs.ours:
             click.echo(f"wpcal: {targets[name]}: removed jobs of an earlier export: {', '.join(jobs.ours)}", err=True)

@@ -31,6 +31,12 @@ MISSED_TEXT, ACTIVE_TEXT = "missed: look at the part", "signal on at start"
 """After the name of a search, in the message at which a program stops: FANUC shows 24 characters after a name."""
 
 
+LONGEST_STROKE_MM = 300.0
+"""A part that is displaced by more is not where the plan says at all."""
+OFF_STROKE_MM = 1.0
+"""The planned contact is on the line of the search; a file that is typed may be this far off."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class TouchSteps:
     """The poses of one search, in the frame that the program makes its work object.
@@ -81,7 +87,7 @@ class TouchProgram:
     Raises
     ------
     InputError
-        When the plan has no searches.
+        When the plan has no searches, or a search would not move onto its own face: files are edited by hand.
     """
 
     plan: TouchPlan
@@ -92,6 +98,8 @@ class TouchProgram:
     def __post_init__(self) -> None:
         if not self.plan.searches:
             raise InputError("the plan of touches has no searches")
+        for search in self.plan.searches:
+            _refuse_unsafe(search)
 
     @property
     def arc(self) -> None:
@@ -113,6 +121,22 @@ class TouchProgram:
         """
         T_frame_part = T_base_frame.inverse() @ self.plan.T_base_part
         return tuple(_steps(search, T_frame_part, self.arm) for search in self.plan.searches)
+
+
+def _refuse_unsafe(search: Search) -> None:
+    """Refuse a search that is too long, runs away from its face, or does not pass where the contact is planned."""
+    if search.stroke_mm > LONGEST_STROKE_MM:
+        raise InputError(
+            f"search {search.name}: a stroke of {search.stroke_mm:.0f} mm; at most {LONGEST_STROKE_MM:g} mm"
+        )
+    if not search.direction @ search.normal_part < 0.0:
+        raise InputError(f"search {search.name}: it runs away from the face that it should touch")
+    along = float((search.planned - search.start) @ search.direction)
+    off = float(np.linalg.norm(search.planned - search.start - along * search.direction))
+    if not (0.0 < along < search.stroke_mm and off <= OFF_STROKE_MM):
+        raise InputError(
+            f"search {search.name}: its planned contact is not between its start and its end, to {OFF_STROKE_MM:g} mm"
+        )
 
 
 def _steps(search: Search, T_frame_part: RigidTransform, arm: Arm | None) -> TouchSteps:

@@ -157,6 +157,26 @@ def test_a_setup_that_a_language_cannot_hold_is_one_line(language, setup, messag
         written(language, setup=setup)
 
 
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"end": np.array([40.0, 100.0, -600.0])}, "a stroke of 618 mm; at most 300 mm"),
+        ({"end": np.array([40.0, 100.0, 30.0])}, "it runs away from the face that it should touch"),
+        ({"end": np.array([40.0, 100.0, 11.0])}, "its planned contact is not between its start and its end"),
+        ({"contact_part": np.array([48.0, 100.0, 10.0])}, "its planned contact is not between"),
+    ],
+)
+def test_a_search_that_does_not_move_onto_its_face_is_refused(changes, message):
+    with pytest.raises(InputError, match=f"search T1: .*{message}"):
+        written("rapid", fewer(1, **changes))
+
+
+def test_a_point_out_of_this_world_is_refused():
+    files, program = written("rapid", fewer(1, approach=np.array([40.0, 1e9, 115.0])))
+    with pytest.raises(InputError, match="rapid: point wptT1_A: expected coordinates of less than"):
+        check_touches_written(files, program, name="rapid")
+
+
 @pytest.mark.parametrize("language", ["fanuc", "inform"])
 def test_the_configuration_is_never_guessed(language):
     with pytest.raises(InputError, match="every position needs the arm's configuration"):
@@ -275,3 +295,5 @@ def test_what_a_person_types_wrong_is_one_line(tmp_path):
     assert "name the plan" in said(folder, "-f", "abb")
     assert run_here("export", folder / "touches.json", "-f", "abb").returncode == 0
     assert "exists" in said(folder / "touches.json", "-f", "abb")
+    again = run_here("export", folder / "touches.json", "-f", "abb", "--force", "--program-name", "NEW")
+    assert "do not load them by mistake" in again.stderr
