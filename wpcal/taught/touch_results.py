@@ -110,8 +110,8 @@ def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | No
     Raises
     ------
     FormatError
-        When the results are those of another plan, frame or tool, a place is outside of its stroke, or too few searches
-        on the part found anything.
+        When the results are those of another plan, frame or tool, a place is outside of its stroke, or no search on
+        the part found anything.
     """
     cell = setup or TouchSetup()
     _require_same_plan(plan, results)
@@ -131,13 +131,6 @@ def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | No
     rows = [k for k, search in enumerate(searches) if search.kind is SearchKind.PART]
     if not rows:
         raise FormatError(f"no search on the part found anything: {_told(left_out)}", path=results.path)
-    numbers = sum(NUMBERS.get(searches[k].target, 1) for k in rows)
-    if left_out and numbers < FREEDOMS:
-        raise FormatError(
-            f"{_told(left_out)}. The {len(rows)} others cannot hold the part: a place has six freedoms, and a touch on "
-            "a face takes one",
-            path=results.path,
-        )
     taught = _taught(plan, [searches[k] for k in rows], [places[k] for k in rows], stick_out, cell, results.path)
     issues = [Issue(TOUCH_LEFT_OUT, f"left out: {_told(left_out)}", tuple(n for n, _ in left_out))] if left_out else []
     if stick_out is not None:
@@ -146,6 +139,24 @@ def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | No
         issues.append(Issue(STICK_OUT, message))
     silent = _silent(plan, [(search, result) for search, result in pairs if result.p is None], results.path)
     return PairedTouches(taught, left_out, stick_out, results.tool, tuple(issues), silent)
+
+
+def require_enough(plan: TouchPlan, paired: PairedTouches) -> None:
+    """Refuse a run that left out so many searches that the others cannot hold the part.
+
+    Raises
+    ------
+    FormatError
+        Names what was left out.
+    """
+    used = set(paired.taught.names)
+    numbers = sum(NUMBERS.get(search.target, 1) for search in plan.searches if search.name in used)
+    if paired.left_out and numbers < FREEDOMS:
+        raise FormatError(
+            f"{_told(paired.left_out)}. The {len(used)} others cannot hold the part: a place has six freedoms, and a "
+            "touch on a face takes one",
+            path=paired.taught.path,
+        )
 
 
 def _require_same_plan(plan: TouchPlan, results: SearchResults) -> None:
