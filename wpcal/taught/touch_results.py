@@ -30,6 +30,8 @@ TOUCH_LEFT_OUT = "touch-left-out"
 STICK_OUT = "stick-out"
 MOST_STICK_OUT_MM = 20.0
 """A post that is found further along the wire is not the post, or the tool centre point is wrong."""
+MOST_SHARED = 0.99
+"""Share of the variance of a search that an error which all searches share can make up: each has errors of its own."""
 REASONS = {
     Outcome.MISSED: "missed: the end of its stroke was reached without contact",
     Outcome.NOT_RUN: "was not run",
@@ -257,7 +259,23 @@ def _taught(
         kinds=tuple(KINDS.get(search.target, TouchKind.SURFACE) for search in searches),
         radius_mm=np.array([search.radius_mm for search in searches]),
         R_base_tool=R @ np.array([search.R_part_tool for search in searches]),
+        shared=R @ _shared(covariances, wires, searches, stick_out, setup),
     )
+
+
+def _shared(
+    covariances: FloatArray, wires: FloatArray, searches: Sequence[Search], stick_out: float | None, setup: TouchSetup
+) -> FloatArray:
+    """Return what each place sees of the errors of the stick-out and of the latency, shape (n, 3, 2), mm."""
+    directions = np.array([search.direction for search in searches])
+    sticks = setup.stick_out_sigma_mm if stick_out is None else setup.repeatability_mm
+    own, found = covariances, []
+    for along, sigma in ((wires, sticks), (directions, setup.latency_sigma_s * setup.search_speed_mm_s)):
+        most = 1.0 / np.einsum("ni,nij,nj->n", along, np.linalg.inv(own), along)
+        size = np.minimum(sigma, np.sqrt(MOST_SHARED * most))
+        found.append(size[:, None] * along)
+        own = own - found[-1][:, :, None] * found[-1][:, None, :]
+    return np.stack(found, axis=2)
 
 
 def _silent(plan: TouchPlan, pairs: Sequence[tuple[Search, SearchResult]], path: str) -> SilentRows | None:
