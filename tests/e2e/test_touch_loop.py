@@ -164,8 +164,8 @@ def coverage(planned, out, runs, *, is_common):
     ran = run(planned, "tee", "rapid", TURNED, out)
     taught = read_touch_run(plan_file, ran.results).taught
     if not is_common:
-        taught = replace(taught, covariances=np.tile(0.01 * np.eye(3), (len(taught.names), 1, 1)), common=None)
-    common = np.zeros((len(taught.names), 0, 3)) if taught.common is None else taught.common
+        taught = replace(taught, covariances=np.tile(0.01 * np.eye(3), (len(taught.names), 1, 1)), shared=None)
+    common = np.zeros((len(taught.names), 3, 0)) if taught.shared is None else taught.shared
     part = touch_part("tee")
     nominal = read_touch_plan(plan_file).T_base_part
     touches = touches_of(taught, part.trimmed, part.features, use="yes", T_nominal_part=nominal)
@@ -176,7 +176,7 @@ def coverage(planned, out, runs, *, is_common):
     for _ in range(runs):
         own = rng.normal(scale=0.1, size=taught.p_base.shape)
         moved = replace(
-            touches, p_base=taught.p_base + own + np.einsum("nsi,s->ni", common, rng.normal(size=common.shape[1]))
+            touches, p_base=taught.p_base + own + np.einsum("nis,s->ni", common, rng.normal(size=common.shape[2]))
         )
         fits = fit_squares_of(moved, nominal.R[None], nominal.t_mm[None], weighted=True)
         pose = fits.pose(0)

@@ -31,10 +31,10 @@ STICK_OUT = "stick-out"
 FREEDOMS = 6
 NUMBERS = {"edge": 2, "point": 3}
 """How many numbers a touch gives that is not on a face."""
-PARALLEL = 0.999
-"""Squared cosine above which a wire is along its search."""
 MOST_STICK_OUT_MM = 20.0
 """A post that is found further along the wire is not the post, or the tool centre point is wrong."""
+MOST_SHARED = 0.99
+"""Share of the variance of a search that an error which all searches share can make up: each has errors of its own."""
 REASONS = {
     Outcome.MISSED: "missed: the end of its stroke was reached without contact",
     Outcome.NOT_RUN: "was not run",
@@ -267,7 +267,6 @@ def _taught(
     covariances = np.array([search.covariance_part for search in searches])
     if stick_out is not None:
         covariances = _known_stick_out(covariances, wires, setup)
-    directions = np.array([search.direction for search in searches])
     n = len(searches)
     return TaughtPoints(
         tuple(search.name for search in searches),
@@ -281,25 +280,23 @@ def _taught(
         kinds=tuple(KINDS.get(search.target, TouchKind.SURFACE) for search in searches),
         radius_mm=np.array([search.radius_mm for search in searches]),
         R_base_tool=R @ np.array([search.R_part_tool for search in searches]),
-        common=_common_errors(covariances, wires, directions) @ R.T,
+        shared=R @ _shared(covariances, wires, searches, stick_out, setup),
     )
 
 
-def _common_errors(covariances: FloatArray, wires: FloatArray, directions: FloatArray) -> FloatArray:
-    """Return the errors that all touches have together: of the stick-out and of the latency, shape (n, 2, 3).
-
-    A covariance is that of the repeatability, alike in all directions, plus one variance along the wire and one along
-    the search. Where these two are parallel they cannot be told apart, and need not be.
-    """
-    own = np.linalg.eigvalsh(covariances)[:, :1, None] * np.eye(3)
-    along, late = (np.einsum("ni,nij,nj->n", v, covariances - own, v) for v in (wires, directions))
-    both = np.einsum("ni,ni->n", wires, directions) ** 2
-    parallel = both > PARALLEL
-    apart = np.where(parallel, 1.0, 1.0 - both**2)
-    stick = np.where(parallel, along, (along - both * late) / apart)
-    rest = np.where(parallel, 0.0, (late - both * along) / apart)
-    sigma = np.sqrt(np.clip([stick, rest], 0.0, None))
-    return np.asarray(np.stack([sigma[0][:, None] * wires, sigma[1][:, None] * directions], axis=1))
+def _shared(
+    covariances: FloatArray, wires: FloatArray, searches: Sequence[Search], stick_out: float | None, setup: TouchSetup
+) -> FloatArray:
+    """Return what each place sees of the errors of the stick-out and of the latency, shape (n, 3, 2), mm."""
+    directions = np.array([search.direction for search in searches])
+    sticks = setup.stick_out_sigma_mm if stick_out is None else setup.repeatability_mm
+    own, found = covariances, []
+    for along, sigma in ((wires, sticks), (directions, setup.latency_sigma_s * setup.search_speed_mm_s)):
+        most = 1.0 / np.einsum("ni,nij,nj->n", along, np.linalg.inv(own), along)
+        size = np.minimum(sigma, np.sqrt(MOST_SHARED * most))
+        found.append(size[:, None] * along)
+        own = own - found[-1][:, :, None] * found[-1][:, None, :]
+    return np.stack(found, axis=2)
 
 
 def _silent(plan: TouchPlan, pairs: Sequence[tuple[Search, SearchResult]], path: str) -> SilentRows | None:

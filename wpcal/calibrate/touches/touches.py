@@ -137,9 +137,9 @@ class Touches:
         The target of each touch.
     axes : tuple of NamedAxis
         Axes of the part by which messages name a motion.
-    common : ndarray, shape (n, s, 3), or None
-        The part of these errors that all touches have together, such as that of the stick-out: s errors of one standard
-        deviation, each as the vector by which it moves every touch, in `base`, mm. The covariances contain it.
+    shared : ndarray, shape (n, 3, s), or None
+        What each position sees of one standard deviation of s errors that all touches share, in `base`, mm: of the
+        stick-out, of the latency. The covariances contain these errors, too.
 
     Raises
     ------
@@ -156,7 +156,7 @@ class Touches:
     space: RobotSpace
     rows: IntArray
     axes: tuple[NamedAxis, ...] = ()
-    common: FloatArray | None = None
+    shared: FloatArray | None = None
 
     def __post_init__(self) -> None:
         n = len(as_points(self.p_base, name="touches"))
@@ -179,7 +179,7 @@ class Touches:
             words=tuple(self.words[i] for i in at),
             covariances=None if self.covariances is None else self.covariances[at],
             rows=self.rows[at],
-            common=None if self.common is None else self.common[at],
+            shared=None if self.shared is None else self.shared[at],
         )
 
     def joined(self, other: Touches) -> Touches:
@@ -189,14 +189,12 @@ class Touches:
         """
         if (self.covariances is None) != (other.covariances is None) or set(self.names) & set(other.names):
             return self
-        if (self.common is None) != (other.common is None):
-            return self
-        common = None
-        if self.common is not None and other.common is not None:
-            common = np.concatenate([self.common, other.common])
         covariances = None
         if self.covariances is not None and other.covariances is not None:
             covariances = np.concatenate([self.covariances, other.covariances])
+        shared = None
+        if self.shared is not None and other.shared is not None and self.shared.shape[2] == other.shared.shape[2]:
+            shared = np.concatenate([self.shared, other.shared])
         targets, first = self.targets.joined(other.targets)
         return replace(
             self,
@@ -207,7 +205,7 @@ class Touches:
             words=(*self.words, *other.words),
             covariances=covariances,
             rows=np.concatenate([self.rows, first + other.rows]),
-            common=common,
+            shared=shared,
         )
 
     def paired(self, T_base_part: RigidTransform) -> PointPairs:
