@@ -280,6 +280,7 @@ def _taught(
         kinds=tuple(KINDS.get(search.target, TouchKind.SURFACE) for search in searches),
         radius_mm=np.array([search.radius_mm for search in searches]),
         R_base_tool=R @ np.array([search.R_part_tool for search in searches]),
+        normal_part=np.array([search.normal_part for search in searches]),
         shared=R @ _shared(covariances, wires, searches, stick_out, setup),
     )
 
