@@ -1,10 +1,11 @@
 """A plan of touches for the tee, written by hand: `fixtures/tee/touches_plan`.
 
-`python -m tests.touch_plans` writes it again.
+`python -m tests.touch_plans` writes it again, and `fixtures/tee/two_touches`.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from wpcal.searches import Contact, Search, TouchPlan, touches_csv, touches_reco
 from wpcal.searches.record import TOUCHES_FILE
 
 TEE_PLAN = Path(__file__).parents[1] / "fixtures" / "tee" / "touches_plan"
+TWO_TOUCHES = TEE_PLAN.with_name("two_touches")
+"""T1 and T4 of it: short enough for the programs in the docs."""
 CLEAR_Z_MM = 115.0
 """25 mm above the web."""
 DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
@@ -42,6 +45,12 @@ def tee_plan() -> TouchPlan:
     return TouchPlan("tee.step", tuple(_search(*each) for each in TOUCHED), place, WIRE_MM, STICK_OUT_MM)
 
 
+def two_touches() -> TouchPlan:
+    """Return a search with the end of the wire, and one with its side."""
+    plan = tee_plan()
+    return replace(plan, searches=(plan.search("T1"), plan.search("T4")))
+
+
 def _search(
     name: str, target: str, feature: str, at: tuple[float, ...], towards: tuple[float, ...], contact: Contact
 ) -> Search:
@@ -65,4 +74,6 @@ def _covariance(normal: FloatArray) -> FloatArray:
 if __name__ == "__main__":
     TEE_PLAN.mkdir(exist_ok=True)
     (TEE_PLAN / TOUCHES_FILE).write_text(to_json(touches_record(tee_plan())), encoding="utf-8")
+    TWO_TOUCHES.mkdir(exist_ok=True)
+    (TWO_TOUCHES / TOUCHES_FILE).write_text(to_json(touches_record(two_touches())), encoding="utf-8")
     (TEE_PLAN / "touches.csv").write_text(touches_csv(tee_plan()), encoding="utf-8")

@@ -6,9 +6,11 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from wpcal.controllers.rounding import rounded_frame
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, zyx_angles
 from wpcal.core.tangent import log_rotation
+from wpcal.core.transform import RigidTransform
 from wpcal.searches import STORED_NUMBERS, Outcome, TouchPlan, halves_of
 
 Stored = Mapping[str, FloatArray | Outcome]
@@ -66,8 +68,9 @@ def _labelled(p: FloatArray, R: FloatArray, keys: str, *, reverse: bool) -> str:
 def fanuc(plan: TouchPlan, stored: Stored) -> dict[str, str]:
     numbers = {151: halves_of(plan.fingerprint)[0], 152: halves_of(plan.fingerprint)[1], 153: 8, 154: 1}
     numbers[155] = len(plan.searches)
-    places = {51: _fanuc_pose(plan.T_base_part.t_mm, plan.T_base_part.R)}
-    for k, (_, number, p, R) in enumerate(_rows(plan, stored)):
+    frame = rounded_frame(plan.T_base_part, mm_decimals=3, deg_decimals=3)
+    places = {51: _fanuc_pose(frame.t_mm, frame.R)}
+    for k, (_, number, p, R) in enumerate(_rows(plan, stored, frame)):
         numbers[156 + k] = number
         if number == 1:
             places[52 + k] = _fanuc_pose(p, R)
@@ -96,7 +99,8 @@ def _fanuc_pose(p: FloatArray, R: FloatArray) -> str:
 def inform(plan: TouchPlan, stored: Stored) -> dict[str, str]:
     byte, double, places = [0] * 100, [0] * 100, ["0,0,0"] * 128
     double[50:55] = [*halves_of(plan.fingerprint), 8, 1, len(plan.searches)]
-    for k, (_, number, p, R) in enumerate(_rows(plan, stored)):
+    frame = rounded_frame(plan.T_base_part, mm_decimals=3, deg_decimals=4)  # typed in at the controller
+    for k, (_, number, p, R) in enumerate(_rows(plan, stored, frame)):
         byte[50 + k] = number
         if number == 1:
             angles = np.degrees(zyx_angles(R))
@@ -153,14 +157,20 @@ def _oat(p: FloatArray, R: FloatArray) -> str:
     return " ".join(f"{v:.6f}" for v in (*p, *np.degrees([o, a, t])))
 
 
-def _rows(plan: TouchPlan, stored: Stored) -> list[tuple[str, int, FloatArray, FloatArray]]:
+def _rows(
+    plan: TouchPlan, stored: Stored, frame: RigidTransform | None = None
+) -> list[tuple[str, int, FloatArray, FloatArray]]:
+    """Return name, outcome, place and posture of each search, relative to the frame that the controller has."""
+    T = (plan.T_base_part if frame is None else frame).inverse() @ plan.T_base_part.relabelled(
+        target="base", source="planned"
+    )
     rows = []
     for search in plan.searches:
         value = stored[search.name]
         found = not isinstance(value, Outcome)
         number = STORED_NUMBERS[Outcome.FOUND if found else value]
-        p = np.asarray(value) if found else np.zeros(3)
-        rows.append((search.name.upper(), number, p, search.R_part_tool if found else np.eye(3)))
+        p = T.apply(np.asarray(value)) if found else np.zeros(3)
+        rows.append((search.name.upper(), number, p, T.R @ search.R_part_tool if found else np.eye(3)))
     return rows
 
 

@@ -24,6 +24,8 @@ from wpcal.touchplan import NominalError, TouchPart
 
 RIM = 16
 """Points around the wire, at its end and above it."""
+ABOVE_MM = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0)
+"""Heights above the end at which the wire is felt."""
 CONTACT_MM = 1e-7
 """The wire touches if it is this near."""
 
@@ -102,7 +104,7 @@ def contact(
     x, y, z = search.R_part_tool.T
     turn = np.arange(RIM) * 2.0 * np.pi / RIM
     rim = wire_mm / 2.0 * (np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y)
-    wire = np.concatenate([rim + longer_mm * z, rim + (longer_mm - 8.0) * z])
+    wire = np.concatenate([rim + (longer_mm - above) * z for above in ABOVE_MM])
 
     def gap(s: float) -> float:
         p = T.inverse().apply(search.start + s * search.direction + wire)

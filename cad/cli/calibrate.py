@@ -50,7 +50,7 @@ class TouchFlags:
         "--setup",
         metavar="FILE",
         type=click.Path(path_type=Path),
-        help="With --touches: the touch setup with which the program was written (registers, latency).",
+        help="For a plan of touches: signal, speeds and names of the cell (TOML), as for its program.",
     )
 
     def read(self, taught: Path, fit: FitFlags, reading: ProgramFlags) -> TouchRun | None:
@@ -136,6 +136,7 @@ def calibrate(
         "taught": reading.read_taught(taught) if run is None else run.taught,
         "searches": None if run is None else run.record,
         "run_issues": () if run is None else run.issues,
+        "silent": None if run is None else run.silent,
         "out": out,
         "overwrite": output.force,
         "T_nominal_part": nominal,

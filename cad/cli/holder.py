@@ -22,7 +22,7 @@ class HolderFlags:
         "--cell",
         metavar="CELL.json",
         type=click.Path(path_type=Path),
-        help="With --holder-joints: the cell of two robots; cell.json with the part's place in the gripper is written.",
+        help="The cell: of two robots, for --holder-joints; cell.json with the part in the gripper is written.",
     )
     holder_joints: str | None = option(
         "--holder-joints", metavar="Q1,…,Q6", help="Shown angles of robot 2 while it held the part, deg."

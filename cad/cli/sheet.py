@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.argument("taught", required=False, metavar="[TAUGHT.csv]", type=click.Path(path_type=Path))
+@click.argument("taught", required=False, metavar="[TAUGHT.csv|TOUCHES]", type=click.Path(path_type=Path))
 @click.option(
     "-o",
     "--out",
@@ -50,7 +50,8 @@ def sheet(
 
     Front, left side, top and a view from above, without hidden lines. The points have the names that `wpcal features`,
     `advise` and `calibrate` use. The points are those of TAUGHT.csv, for example a table that `wpcal advise -o` wrote;
-    without it they are chosen anew.
+    without it they are chosen anew. Touches on faces and edges are drawn with arrows: those of a table with the column
+    `kind`, or those of a plan (TOUCHES: the folder of `wpcal touches`, or its touches.json).
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.cli.outputs import require_new
@@ -94,10 +95,18 @@ def _options(out: Path, points: str | None, taught: Path | None, paper: str) -> 
     if suffix in (".pdf", ".png") and find_spec("matplotlib") is None:
         raise InputError(f"a {suffix} sheet needs matplotlib: install wpcal[plots], or write .svg or .dxf")
     if taught is not None:
+        from cad.sheet.touches import read_touches_to_make, touches_of_plan
+        from wpcal.searches.record import read_touch_plan
         from wpcal.taught.table import read_features_to_touch
 
         if points is not None:
             raise InputError("give either TAUGHT.csv or --touch")
+        if taught.is_dir() or taught.suffix.lower() == ".json":
+            plan = touches_of_plan(read_touch_plan(taught))
+            return SheetOptions(suffix, PAPERS[paper], touches=plan)
+        touches = read_touches_to_make(taught)
+        if touches is not None:
+            return SheetOptions(suffix, PAPERS[paper], touches=touches)
         return SheetOptions(suffix, PAPERS[paper], names=read_features_to_touch(taught))
     if points is None:
         return SheetOptions(suffix, PAPERS[paper])

@@ -10,18 +10,19 @@ import click
 
 from cad.cli.options import MESH, PART, SeamChoiceFlags, SeamFlags, no_cache_option, read_pose
 from wpcal.cli.option_groups import option, takes
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP, TOOL_HELP, TOOL_METAVAR
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from cad.workpiece.touches import DrawnTouches
+    from wpcal.planning.cell.one_robot import OneRobotCell
     from wpcal.seam.torch import TorchShape
     from wpcal.searches import TouchPlan
     from wpcal.touchplan import TouchOptions
 
-TEMPLATES = ("best", "3-2-1", "three-point")
-"""`wpcal.touchplan.Template`; written out so that the help needs no NumPy."""
+PATTERNS = ("best", "3-2-1", "three-point")
+"""`wpcal.touchplan.Pattern`; written out so that the help needs no NumPy."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,11 +30,11 @@ class TouchFlags:
     """How many touches, and what is known before them."""
 
     touches: int | None = option(
-        "--touches", type=int, help="Number of searches, without that on a post.  [default: 8; 6 with a template]"
+        "--touches", type=int, help="Number of searches, without that on a post.  [default: 8; 6 with a pattern]"
     )
-    template: str = option(
-        "--template",
-        type=click.Choice(TEMPLATES),
+    pattern: str = option(
+        "--pattern",
+        type=click.Choice(PATTERNS),
         default="best",
         show_default=True,
         help="Pattern of the touches: any, three on one side with two and one on two others, or two sides at each of "
@@ -61,27 +62,37 @@ class TouchFlags:
         metavar="X,Y,Z",
         help="Top of a post at a known place in the base, mm: it is touched first and solves the stick-out.",
     )
+    setup: Path | None = option(
+        "--setup",
+        metavar="FILE",
+        type=click.Path(path_type=Path),
+        help="For a plan of touches: repeatability, stick-out, latency and speed of the cell (TOML).  [default: usual "
+        "values]",
+    )
     nominal: str | None = option(
         "--nominal",
         metavar="POSE",
-        help="Place of the part in the base: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), or a JSON "
-        "file with a 4×4 matrix.  [default: base and part coincide]",
+        help="Place of the part in the cell's model: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), or a "
+        "JSON file with a 4×4 matrix; here in the base of the robot.  [default: that of --cell, else the base itself]",
     )
 
     def to_options(self, torch: TorchShape) -> TouchOptions:
         """Check the numbers and return them as the plan takes them."""
         import math
 
-        from wpcal.touchplan import NominalError, Template, TouchOptions
+        from wpcal.searches import TouchSetup
+        from wpcal.searches.setup import read_touch_setup
+        from wpcal.touchplan import NominalError, Pattern, TouchOptions
 
-        template = Template(self.template)
-        usual = template.touches or 8
+        pattern = Pattern(self.pattern)
+        usual = pattern.touches or 8
         return TouchOptions(
             touches=usual if self.touches is None else self.touches,
-            template=template,
+            pattern=pattern,
             wire_mm=self.wire_diameter_mm,
             torch=torch,
             nominal=NominalError(self.uncertainty_mm, math.radians(self.uncertainty_deg)),
+            setup=TouchSetup() if self.setup is None else read_touch_setup(self.setup),
             post_base=None if self.post is None else _point(self.post),
         )
 
@@ -97,9 +108,52 @@ def _point(text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArmFlags:
+    """The arm that makes the searches, and what is around it."""
+
+    cell: Path | None = option(
+        "--cell",
+        metavar="CELL.json",
+        type=click.Path(path_type=Path),
+        help="The cell: of one robot (`wpcal cell new`); its arm makes the searches and keeps away from its bodies.",
+    )
+    arm: str | None = option(
+        "--arm",
+        metavar="ARM",
+        help="Arm without a cell: the name of a shipped arm, an arm file or a URDF file; with --tool and --nominal.",
+    )
+    tool: str | None = option("--tool", metavar=TOOL_METAVAR, help=TOOL_HELP)
+
+    def to_cell(self, torch: TorchShape, *, is_placed: bool) -> OneRobotCell | None:
+        """Read the cell, or make that of an arm alone."""
+        from wpcal.core.errors import InputError
+
+        if self.cell is not None:
+            from wpcal.planning.cell.one_robot_file import read_one_robot
+
+            if self.arm is not None or self.tool is not None:
+                raise InputError("--cell has an arm and its tool: leave --arm and --tool away")
+            cell = read_one_robot(self.cell)
+            return cell if is_placed or cell.T_part else None
+        if self.arm is None:
+            if self.tool is not None:
+                raise InputError("--tool needs --arm")
+            return None
+        if self.tool is None or not is_placed:
+            raise InputError(
+                "--arm needs --tool (the tool centre point) and --nominal (the part in the base of the arm)"
+            )
+        from wpcal.planning.cell.new_cell import bare_cell
+        from wpcal.robot.identify.poses_file import parse_tool
+
+        return bare_cell(self.arm, parse_tool(self.tool)[0], torch)
+
+
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @takes("touching", TouchFlags)
+@takes("moving", ArmFlags)
 @click.option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP} The error counts there.  [default: all accepted seams]")
 @takes("seams", SeamFlags)
 @takes("choice", SeamChoiceFlags)
@@ -113,6 +167,7 @@ def touches(
     *,
     part_step: Path,
     touching: TouchFlags,
+    moving: ArmFlags,
     only: str | None,
     seams: SeamFlags,
     choice: SeamChoiceFlags,
@@ -144,6 +199,7 @@ def touches(
         "choice": choice.to_choice(),
         "seams": split_names(only or ""),
         "T_base_part": None if place is None else place.relabelled(target="base", source="part"),
+        "cell": moving.to_cell(options.torch, is_placed=place is not None),
     }
     drawn: DrawnTouches = run_on_part(
         "cad.workpiece.touches:draw_touches",

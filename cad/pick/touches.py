@@ -17,11 +17,11 @@ from wpcal.calibrate.touches.held_motions import held_motions
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import error_95
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import GeometryError, InputError, WpcalError
+from wpcal.core.errors import FormatError, GeometryError, InputError, WpcalError
 from wpcal.features import ReferenceFeature, feature_named
 from wpcal.seam import Seam
 from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS
-from wpcal.taught.resolve import AMBIGUOUS_MM, named_axes, touches_of
+from wpcal.taught.resolve import named_axes, touches_of
 from wpcal.taught.touched_face import touched_face
 
 MODEL_DIGITS = 4
@@ -45,12 +45,17 @@ def touch_at(part: PickPart, point: FloatArray, normal: FloatArray) -> dict[str,
     Raises
     ------
     InputError
-        When the place is so near to the border of the face that a table could not say which face is meant.
+        When a table could not say which face is meant: near the border of the face, or where two solids touch.
     """
     found = touched_face(part.workpiece.trimmed, point, normal)
-    if found.border_mm <= AMBIGUOUS_MM:
-        what = f"{found.border_mm:.1f} mm from the border of this {found.kind.value}; click farther inside, or the edge"
-        raise InputError(what)
+    place = tuple(f"{v:.{MODEL_DIGITS}f}" for v in found.p_part)
+    columns = ("name", "kind", *TAUGHT_COLUMNS, *MODEL_COLUMNS)
+    row = Rows(columns, (("T1", found.kind.value, *place, *place),))
+    try:
+        touches_of(row.to_taught().with_ball(0.0), part.workpiece.trimmed, part.workpiece.features, use="yes")
+    except FormatError:
+        what = f"the {found.kind.value} here is as near as another face, {found.border_mm:.1f} mm from its border"
+        raise InputError(f"{what}; click farther inside, or the edge") from None
     return {
         "kind": found.kind.value,
         "p_mm": np.round(found.p_part, MODEL_DIGITS).tolist(),

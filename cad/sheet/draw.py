@@ -27,6 +27,10 @@ BALLOON = 0.95
 LABEL_TEXT = 1.2
 """Names at points are larger than other text, because people look for them."""
 CIRCLE_CORNERS = 24
+ARROW = 5.0
+"""Length of an arrow in the plane of a view, in heights of text."""
+ALONG_VIEW = 0.2
+"""A way whose part in the plane of a view is shorter than this runs along the view: no arrow is drawn."""
 AXIS_PART = 0.55
 """Length of the axes in the corner of a view, relative to the room for labels."""
 
@@ -40,12 +44,15 @@ class Row:
     number, name, where : str
     place : tuple of str
         x, y, z in `part`, mm.
+    way : tuple of float or None
+        Unit vector in `part` of the move that ends at the point; drawn as an arrow.
     """
 
     number: str
     name: str
     where: str
     place: tuple[str, str, str]
+    way: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +114,7 @@ def _draw_view(pen: Pen, place: Place, rows: Sequence[Row]) -> list[Label]:
             pen.space.add_lwpolyline(chain.tolist(), dxfattribs={"layer": layer})
     p, text = place.on_paper(view.p), pen.paper.text
     pen.text(view.axes.name, place.cell.x + 0.3 * room, place.cell.top - 0.3 * room, 1.1)
-    axes = _axes(pen, place)
+    axes = np.concatenate([_axes(pen, place), _arrows(pen, place, p, rows)])
     sizes = np.array([[_label_width(pen, row.name), 2 * BALLOON * text] for row in rows])
     clear = Box(place.cell.x + 1, place.cell.y + 1, place.cell.width - 2, place.cell.height - 0.6 * room - 1)
     labels = place_labels(p, sizes, drawn, clear, avoid=axes)
@@ -146,6 +153,23 @@ def _mark(pen: Pen, point: FloatArray, *, is_seen: bool) -> None:
     pen.space.add_hatch(color=256, dxfattribs={"layer": "POINTS"}).paths.add_polyline_path(
         ring.tolist(), is_closed=True
     )
+
+
+def _arrows(pen: Pen, place: Place, p: FloatArray, rows: Sequence[Row]) -> FloatArray:
+    """Draw an arrow that ends at every point with a way; return what labels avoid, shape (k, 2, 2)."""
+    text, drawn = pen.paper.text, []
+    for point, row in zip(p, rows, strict=True):
+        way = np.zeros(2) if row.way is None else place.view.axes.plane @ np.array(row.way)
+        if np.linalg.norm(way) < ALONG_VIEW:
+            continue
+        unit = way / np.linalg.norm(way)
+        side = np.array([-unit[1], unit[0]])
+        tip, tail = point - DOT * text * unit, point - ARROW * text * way - DOT * text * unit
+        pen.line(tail, tip, "POINTS")
+        for sign in (1.0, -1.0):
+            pen.line(tip, tip - 0.9 * text * unit + sign * 0.35 * text * side, "POINTS")
+        drawn.append([tail, tip])
+    return np.array(drawn).reshape(-1, 2, 2)
 
 
 def _axes(pen: Pen, place: Place) -> FloatArray:

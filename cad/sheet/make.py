@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from cad.draw.reproducible import reproducible
 from cad.sheet.paper import A3, Paper, SheetLayout, lay_out, scale_words
+from cad.sheet.touches import DrawnTouch, SheetTouch, drawn_touches
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal import __version__
@@ -36,12 +38,15 @@ class SheetOptions:
         Features to touch, in this order. If empty, `cad.workpiece.advise` chooses them.
     count : int
         How many features to choose if `names` is empty.
+    touches : tuple of SheetTouch
+        Touches on faces and edges, in place of features.
     """
 
     suffix: str
     paper: Paper = A3
     names: tuple[str, ...] = ()
     count: int = 4
+    touches: tuple[SheetTouch, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,24 +98,24 @@ def make_sheet(
     require_font()
     paper = options.paper
     workpiece = open_workpiece(step, cache=cache, progress=progress)
-    features = _features(workpiece, options, progress)
-    if len(features) > paper.most_points:
-        raise InputError(f"{paper.name} has room for {paper.most_points} points, got {len(features)}")
+    rows, points = _asked(workpiece, options, progress)
+    if len(rows) > paper.most_points:
+        raise InputError(f"{paper.name} has room for {paper.most_points} points, got {len(rows)}")
     progress(f"projecting the views: {workpiece.size}")
-    points = np.array([feature.p_mm for feature in features])
-    views = project_views(workpiece.graph, part_lines(workpiece), points)
-    layout = lay_out(paper, views, len(features))
-    progress(f"drawing the sheet: {counted(len(features), 'point')}")
+    places = np.array([point["p_mm"] for point in points])
+    views = project_views(workpiece.graph, part_lines(workpiece), places)
+    layout = lay_out(paper, views, len(rows))
+    progress(f"drawing the sheet: {counted(len(rows), 'point')}")
     title = _title(workpiece)
     with reproducible():
-        document = _drawn(layout, _rows(features), title)
+        document = _drawn(layout, rows, title)
         data = render(document, paper, options.suffix)
     record = {
         "schema": SHEET_SCHEMA,
         "part": {"file": title.file, "sha256": title.sha256},
         "paper": paper.name,
         "scale": scale_words(layout.places[0].scale),
-        "points": [{"number": k, **feature.to_record()} for k, feature in enumerate(features, 1)],
+        "points": points,
         "issues": [issue.to_record() for issue in workpiece.issues],
     }
     return Sheet(data, record)
@@ -127,6 +132,15 @@ def _drawn(layout: SheetLayout, rows: list[Any], title: Any) -> Any:
     draw_table(pen, layout.table, rows)
     draw_title(pen, layout, title)
     return document
+
+
+def _asked(workpiece: Workpiece, options: SheetOptions, progress: Progress) -> tuple[list[Any], list[dict[str, Any]]]:
+    """Return what is drawn: the rows of the table, and the same points as the record holds them."""
+    if options.touches:
+        touches = drawn_touches(options.touches, workpiece)
+        return _touch_rows(touches), [{"number": k, **one.to_record()} for k, one in enumerate(touches, 1)]
+    features = _features(workpiece, options, progress)
+    return _rows(features), [{"number": k, **one.to_record()} for k, one in enumerate(features, 1)]
 
 
 def _features(workpiece: Workpiece, options: SheetOptions, progress: Progress) -> tuple[ReferenceFeature, ...]:
@@ -147,11 +161,24 @@ def _rows(features: Sequence[ReferenceFeature]) -> list[Any]:
     from cad.sheet.draw import Row
     from wpcal.advise.advice import what_it_is
 
-    rows = []
-    for number, feature in enumerate(features, 1):
-        x, y, z = (f"{v + 0.0:.3f}" for v in np.round(feature.p_mm, 3))
-        rows.append(Row(str(number), feature.name, " ".join(what_it_is(feature).split()), (x, y, z)))
-    return rows
+    return [
+        Row(str(number), feature.name, " ".join(what_it_is(feature).split()), _place(feature.p_mm))
+        for number, feature in enumerate(features, 1)
+    ]
+
+
+def _touch_rows(touches: Sequence[DrawnTouch]) -> list[Any]:
+    from cad.sheet.draw import Row
+
+    return [
+        Row(str(number), touch.name, touch.where, _place(touch.p_part), touch.way_part)
+        for number, touch in enumerate(touches, 1)
+    ]
+
+
+def _place(p_mm: ArrayLike) -> tuple[str, str, str]:
+    x, y, z = (f"{v + 0.0:.3f}" for v in np.round(np.asarray(p_mm, dtype=np.float64), 3))
+    return x, y, z
 
 
 def _title(workpiece: Workpiece) -> Any:

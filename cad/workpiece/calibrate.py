@@ -36,6 +36,7 @@ from wpcal.seam.record import seams_csv, seams_record
 from wpcal.seam.torch import USUAL_TORCH, TorchShape
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, read_taught
+from wpcal.taught.touch_results import SilentRows
 
 if TYPE_CHECKING:
     from wpcal.planning.cell.grasp import Holding
@@ -126,6 +127,7 @@ def calibrate_workpiece(
     *,
     T_nominal_part: RigidTransform | None = None,
     options: CalibrateOptions | None = None,
+    silent: SilentRows | None = None,
     progress: Progress = no_progress,
 ) -> WorkpieceCalibration:
     """Find the pose of a real part, and its weld seams in the robot's base.
@@ -140,6 +142,8 @@ def calibrate_workpiece(
     T_nominal_part : RigidTransform, optional
         Pose of the part in the model of the cell; identity if not given.
     options : CalibrateOptions, optional
+    silent : SilentRows, optional
+        Searches of a touch program that found nothing.
     progress : callable, optional
         Gets one line per step.
 
@@ -176,7 +180,7 @@ def calibrate_workpiece(
     given = read_taught(Path(taught)) if isinstance(taught, str | Path) else taught
     workpiece = open_workpiece(step, progress=progress)
     named = name_taught(given, workpiece.features, options=options, T_nominal_part=T_nominal_part, progress=progress)
-    observed = prepare_fit(named.taught, workpiece, T_nominal_part=T_nominal_part)
+    observed = prepare_fit(named.taught, workpiece, T_nominal_part=T_nominal_part, silent=silent)
     progress(f"finding seams: {workpiece.size}")
     seams, workpiece = find_seams(workpiece, options.seams, options.choice)
     progress(f"fitting {counted(len(named.taught.names), 'point')}, {counted(len(seams), 'seam')}")
@@ -240,6 +244,7 @@ def calibrate_files(
     holding: Holding | None = None,
     searches: dict[str, Any] | None = None,
     run_issues: Sequence[Issue] = (),
+    silent: SilentRows | None = None,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> WrittenCalibration:
@@ -268,6 +273,8 @@ def calibrate_files(
         Which searches of a touch program the points are, for the record.
     run_issues : sequence of Issue
         What is odd about that run.
+    silent : SilentRows, optional
+        Its searches that found nothing.
     cache : AnswerCache
         As in `open_workpiece`.
 
@@ -288,7 +295,9 @@ def calibrate_files(
     source = workpiece.file
     progress(f"drawing the part: {workpiece.size}")
     part_glb, mesh_issues = draw_part(source)
-    found = calibrate_workpiece(workpiece, taught, T_nominal_part=T_nominal_part, options=options, progress=progress)
+    found = calibrate_workpiece(
+        workpiece, taught, T_nominal_part=T_nominal_part, options=options, silent=silent, progress=progress
+    )
     marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams if s.accepted] if mark_seams else []
     seams = found.seams_record()
     with new_directory(out, overwrite=overwrite, head=CALIBRATION_FILE, leave_out=files_of_run(out)) as folder:

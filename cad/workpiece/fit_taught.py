@@ -16,6 +16,7 @@ from cad.workpiece.seams import SeamChoice
 from cad.workpiece.workpiece import Workpiece
 from wpcal.advise import advise_set
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, Touches, calibrate
+from wpcal.calibrate.touches.silent import SilentSearches
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import WpcalError, blamed_on
@@ -28,6 +29,7 @@ from wpcal.seam import Seam, SeamOptions
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.resolve import named_axes, touches_of
 from wpcal.taught.table import TaughtPoints, pair_points
+from wpcal.taught.touch_results import SilentRows
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +118,8 @@ class Observed:
         Places that can be touched as points, in `part`, mm: a suspicious point is tried on them.
     postures : dict of str to ndarray of shape (3, 3)
         The axes of the tool in `base` by the names of the rows that say them.
+    silent : SilentSearches or None
+        Searches of a touch program that found nothing.
     """
 
     fitted: PointPairs | Touches
@@ -123,10 +127,15 @@ class Observed:
     tcp_bias_mm: float = 0.0
     features: dict[str, FloatArray] = field(default_factory=dict)
     postures: dict[str, FloatArray] = field(default_factory=dict)
+    silent: SilentSearches | None = None
 
 
 def prepare_fit(
-    taught: TaughtPoints, workpiece: Workpiece, *, T_nominal_part: RigidTransform | None = None
+    taught: TaughtPoints,
+    workpiece: Workpiece,
+    *,
+    T_nominal_part: RigidTransform | None = None,
+    silent: SilentRows | None = None,
 ) -> Observed:
     """Find what every taught row lies on.
 
@@ -137,6 +146,8 @@ def prepare_fit(
     workpiece : Workpiece
     T_nominal_part : RigidTransform, optional
         Where the cell's model has the part: finds the face of touches that name none.
+    silent : SilentRows, optional
+        Searches of a touch program that found nothing.
 
     Returns
     -------
@@ -154,7 +165,11 @@ def prepare_fit(
     find = partial(touches_of, taught, workpiece.trimmed, features, T_nominal_part=T_nominal_part)
     checked = find(use="check") if "check" in taught.use else None
     fitted = replace(find(use="yes"), axes=named_axes(features))
-    return Observed(fitted, checked, taught.tcp_bias_mm, postures=taught.postures)
+    unmet = None
+    if silent is not None:
+        ends = touches_of(silent.ends, workpiece.trimmed, features, use="yes", T_nominal_part=T_nominal_part)
+        unmet = SilentSearches(ends, silent.starts, silent.was_active)
+    return Observed(fitted, checked, taught.tcp_bias_mm, postures=taught.postures, silent=unmet)
 
 
 def next_point(
@@ -249,6 +264,7 @@ def run_fit(
         suggest=suggest,
         features=observed.features,
         postures=observed.postures,
+        silent=observed.silent,
     )
     if not seams:
         return result, ()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,10 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import ErrorCode, GeometryError
+from wpcal.core.errors import GeometryError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.names import seams_named
 from wpcal.searches import SearchKind, TouchPlan
@@ -24,6 +25,7 @@ from wpcal.taught.touched_face import touched_face
 from wpcal.touchplan.options import TouchOptions
 from wpcal.touchplan.plan_touches import TouchPart
 from wpcal.touchplan.plan_touches import plan_touches as plan_touches_of
+from wpcal.touchplan.reach import ArmReach
 
 
 def plan_touches(
@@ -34,6 +36,7 @@ def plan_touches(
     choice: SeamChoice | None = None,
     seams: Sequence[str] = (),
     T_base_part: RigidTransform | None = None,
+    cell: OneRobotCell | None = None,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> TouchPlan:
@@ -49,7 +52,9 @@ def plan_touches(
     seams : sequence of str
         Names of the seams where the error counts, and ranges as ``W5-W8``. If empty, all accepted seams count.
     T_base_part : RigidTransform, optional
-        Where the part stands as planned. By default base and part coincide.
+        Where the part stands as planned. By default that of the cell, otherwise base and part coincide.
+    cell : OneRobotCell, optional
+        The arm that makes the searches, and the bodies around it. Without it, joints stay empty.
     cache : AnswerCache
         As in `open_workpiece`.
     progress : callable, optional
@@ -72,6 +77,7 @@ def plan_touches(
         choice=choice,
         seams=seams,
         T_base_part=T_base_part,
+        cell=cell,
         cache=cache,
         progress=progress,
     ).plan
@@ -106,6 +112,7 @@ def draw_touches(
     choice: SeamChoice | None = None,
     seams: Sequence[str] = (),
     T_base_part: RigidTransform | None = None,
+    cell: OneRobotCell | None = None,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> DrawnTouches:
@@ -116,15 +123,20 @@ def draw_touches(
     found, _ = find_seams(workpiece, seam_options or SeamOptions(), choice)
     counted = _counted_seams(found, seams)
     part_glb = _triangles(workpiece, progress)
+    material = None if part_glb is None else TriangleMaterial.of(read_part_glb(part_glb))
     part = TouchPart(
         Path(step).name if isinstance(step, str | Path) else "part",
         workpiece.graph,
         workpiece.trimmed,
         counted,
         workpiece.features,
-        None if part_glb is None else TriangleMaterial.of(read_part_glb(part_glb)),
+        material,
     )
-    plan = plan_touches_of(part, options=options or TouchOptions(), T_base_part=T_base_part, progress=progress)
+    options, reach = options or TouchOptions(), None
+    if cell is not None:
+        reach = ArmReach.of(cell, T_base_part, material)
+        options, T_base_part = replace(options, up_base=reach.up_base), reach.T_base_part
+    plan = plan_touches_of(part, options=options, T_base_part=T_base_part, reach=reach, progress=progress)
     border_mm = {
         search.name: touched_face(workpiece.trimmed, search.contact_part, search.normal_part).border_mm
         for search in plan.searches
@@ -139,10 +151,7 @@ def _counted_seams(found: Sequence[Seam], names: Sequence[str]) -> list[Seam]:
         return [by_name[name] for name in seams_named(names, list(by_name))]
     accepted = [seam for seam in found if seam.accepted]
     if found and not accepted:
-        raise GeometryError(
-            f"none of the {len(found)} seams is accepted; name those where the error counts",
-            code=ErrorCode.NOTHING_ACCEPTED,
-        )
+        raise GeometryError(f"none of the {len(found)} seams is accepted; name those where the error counts (--only)")
     return accepted
 
 

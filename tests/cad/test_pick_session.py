@@ -95,7 +95,7 @@ def test_planned_touches_promise_what_their_fit_then_says(part: PickPart) -> Non
 def test_a_click_near_a_border_is_refused_with_what_to_do(part: PickPart) -> None:
     session = PickSession(part)
     assert session.touch(np.array([40.0, 0.1, 5.2]), np.array([0.0, -1.0, 0.0]))["kind"] == "plane"
-    with pytest.raises(InputError, match=r"0\.3 mm from the border of this plane; click farther inside, or the edge"):
+    with pytest.raises(InputError, match=r"0\.3 mm from its border; click farther inside, or the edge"):
         session.touch(np.array([40.0, 0.3, 10.0]), np.array([0.0, 0.0, 1.0]))
 
 

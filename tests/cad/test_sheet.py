@@ -12,10 +12,12 @@ from cad.sheet import SheetOptions, make_sheet
 from cad.sheet.draw import Pen, Row, draw_views
 from cad.sheet.make import _new_document
 from cad.sheet.paper import A3, A4, lay_out
+from cad.sheet.touches import read_touches_to_make, touches_of_plan
 from cad.sheet.views import ISO, part_lines, project_views
 from cad.workpiece.workpiece import open_workpiece
-from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.errors import FormatError, GeometryError, InputError
 from wpcal.features import feature_named
+from wpcal.searches.record import read_touch_plan
 
 ROOT = Path(__file__).parents[2]
 TEE = ROOT / "fixtures" / "tee" / "tee.step"
@@ -139,3 +141,48 @@ def test_what_does_not_fit_or_exist_is_refused(tee):
 
     with pytest.raises(GeometryError, match="or name the features"):
         make_sheet(Box(10, 20, 30), options=SheetOptions(".dxf"))
+
+
+def arrows_of(sheet):
+    """The lines of arrows in a DXF sheet, each from its tail to its tip, on paper: barbs are shorter."""
+    document = ezdxf.read(io.StringIO(sheet.data.decode("utf-8")))
+    lines = [line for line in document.modelspace().query("LINE") if line.dxf.layer == "POINTS"]
+    pairs = np.array([[[*line.dxf.start][:2], [*line.dxf.end][:2]] for line in lines])
+    return pairs[np.linalg.norm(pairs[:, 1] - pairs[:, 0], axis=1) > 1.5 * A3.text]
+
+
+def test_touches_of_a_plan_are_drawn_with_arrows_in_their_direction(tee):
+    plan = read_touch_plan(TEE.parent / "touches_plan")
+    sheet = make_sheet(tee, options=SheetOptions(".dxf", touches=touches_of_plan(plan)))
+    points = sheet.record["points"]
+    assert [point["name"] for point in points] == [search.name for search in plan.searches]
+    for point, search in zip(points, plan.searches, strict=True):
+        np.testing.assert_allclose(point["way"], search.direction, rtol=0, atol=SAME_MM)
+    assert points[7]["words"] == "hole H1, wire side, 6 mm"
+    arrows = arrows_of(sheet)
+    # T1 to T3 go down: not in the view from above. T4, T5 and T8 go along y: not from the front. T6 and T7 along x.
+    assert len(arrows) == 3 * 3 + 3 * 3 + 2 * 3
+    way = (arrows[:, 1] - arrows[:, 0]) / np.linalg.norm(arrows[:, 1] - arrows[:, 0], axis=1)[:, None]
+    assert np.sum(np.abs(way @ [0.0, -1.0] - 1.0) < SAME_MM) == 3 + 3 + 3  # T1 to T3 in front, left and iso
+
+
+def test_touches_of_a_table_come_against_their_faces(tee):
+    touches = read_touches_to_make(TEE.parent / "touches_321.csv")
+    points = make_sheet(tee, options=SheetOptions(".svg", touches=touches)).record["points"]
+    expected = [[0, 0, -1]] * 3 + [[0, 1, 0]] * 2 + [[1, 0, 0]]
+    np.testing.assert_allclose([point["way"] for point in points], expected, rtol=0, atol=SAME_MM)
+    assert points[0]["words"] == "plane of base plate"
+
+
+def test_a_table_of_points_has_no_touches_and_a_row_without_a_place_is_refused(tmp_path):
+    assert read_touches_to_make(TEE.parent / "taught.csv") is None
+    table = tmp_path / "touched.csv"
+    table.write_text("name,kind,feature,x_mm,y_mm,z_mm\nT1,plane,P8,,,\nT2,edge,,,,\n")
+    with pytest.raises(FormatError, match=r"line 3.*neither a feature nor a model point"):
+        read_touches_to_make(table)
+
+
+def test_a_plan_of_another_part_is_refused(sample_part):
+    touches = touches_of_plan(read_touch_plan(TEE.parent / "touches_plan"))
+    with pytest.raises(InputError, match=r"touch T1 is \d+ mm from the nearest face of this part"):
+        make_sheet(sample_part("saddle"), options=SheetOptions(".svg", touches=touches))

@@ -186,6 +186,60 @@ def test_a_post_solves_the_stick_out(exact: dict[str, FloatArray]) -> None:
     assert (np.trace(paired.taught.covariances, axis1=1, axis2=2) < np.trace(plain.covariances, axis1=1, axis2=2)).all()
 
 
+SHIFTS = ((0, -70, 0), (0, -60, 0), (60, 0, 0), (50, 0, 0), (-50, 0, 0), (0, 35, 0), (0, 0, 20))
+"""From the first seven searches to seven more on the same faces."""
+
+
+def twice_touched() -> TouchPlan:
+    more = [
+        replace(s, name=f"{s.name}b", contact_part=s.contact_part + d, start=s.start + d, end=s.end + d)
+        for s, d in zip(PLAN.searches, SHIFTS, strict=False)
+    ]
+    return replace(PLAN, searches=(*PLAN.searches, *more))
+
+
+@pytest.mark.parametrize("missed", [False, True])
+def test_a_missed_search_shows_that_the_part_is_turned(tee: Workpiece, missed: bool) -> None:
+    """Turned by 180 degrees the tee has the same faces but for its hole: only the search in it finds nothing."""
+    plan = twice_touched()
+    stored = {s.name: touched(tee, s, MOVED) for s in plan.searches}
+    if missed:
+        stored["T8"] = Outcome.MISSED  # type: ignore[assignment]
+    paired = pair_results(plan, _results(plan, stored))
+    nominal = nominal_place(plan)
+    observed = prepare_fit(paired.taught, tee, T_nominal_part=nominal, silent=paired.silent)
+    found = calibrate(
+        observed.fitted, criterion=Criterion.WEIGHTED, T_nominal_part=nominal, tolerance_mm=1.5, silent=observed.silent
+    )
+    assert found.verdict == ("UNSURE" if missed else "PASS")
+    assert ("silent-search" in [issue.code for issue in found.issues]) is missed
+
+
+def test_a_search_that_rightly_found_nothing_is_no_evidence(tee: Workpiece) -> None:
+    plan = twice_touched()
+    away = RigidTransform(np.eye(3), np.array([7.0, 0.0, 0.0]), "part", "part")  # the hole is 7 mm beside its search
+    stored = {s.name: touched(tee, s, away) for s in plan.searches if s.name != "T8"}
+    paired = pair_results(plan, _results(plan, {**stored, "T8": Outcome.MISSED}))
+    nominal = nominal_place(plan)
+    observed = prepare_fit(paired.taught, tee, T_nominal_part=nominal, silent=paired.silent)
+    found = calibrate(
+        observed.fitted, criterion=Criterion.WEIGHTED, T_nominal_part=nominal, tolerance_mm=1.5, silent=observed.silent
+    )
+    assert found.verdict == "PASS"
+
+
+def test_touches_of_another_face_are_no_pass(tee: Workpiece, exact: dict[str, FloatArray]) -> None:
+    plan = twice_touched()
+    stored = {s.name: touched(tee, s) for s in plan.searches}
+    for name in ("T6", "T6b"):  # a clamp before the face
+        stored[name] = stored[name] - 5.0 * plan.search(name).direction
+    paired = pair_results(plan, _results(plan, stored))
+    nominal = nominal_place(plan)
+    observed = prepare_fit(paired.taught, tee, T_nominal_part=nominal)
+    found = calibrate(observed.fitted, criterion=Criterion.WEIGHTED, T_nominal_part=nominal, tolerance_mm=1.5)
+    assert found.verdict == "FAIL"
+
+
 def test_what_is_no_results_file_is_one_line(exact: dict[str, FloatArray], tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected"):
         read_touch_results(Path("touches.csv"), PLAN)

@@ -9,7 +9,7 @@ from typing import Any
 
 from wpcal.core.schemas import schema_names, schema_text
 
-TEXTS = ("a", "a-b", "0" * 64, "1:2", "135", "")
+TEXTS = ("a", "a-b", "0" * 64, "1:2", "135", "", "0123abcd")
 """Of these the first that fits the pattern of a field is taken."""
 
 

@@ -20,6 +20,7 @@ from cad.step.products import components_of, find_roots
 from tests.fuzz.audited import audited_targets
 from tests.fuzz.further import CELL, further_targets
 from tests.fuzz.target import FIXTURES, Target, of_path, seed
+from tests.fuzz.touch_results import touch_results_targets
 from wpcal.brep.graph_file import read_graph
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.taught_program import ENCODING, require_program
@@ -166,6 +167,7 @@ def targets() -> dict[str, Target]:
     }
     for suffix in ("mod", "ls", "dat", "jbi", "as"):
         found[suffix] = Target(program, (seed(f"teach.{suffix}"),), f"teach.{suffix}")
+    found |= touch_results_targets()
     found |= further_targets()
     found |= audited_targets()
     return found

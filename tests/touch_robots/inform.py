@@ -322,20 +322,19 @@ class Controller:
     # -- files -----------------------------------------------------------------------------------------------------
 
     def backup(self) -> dict[str, str]:
-        """Return `VAR.DAT` with the variables that the controller has."""
-        rows = ["/CNFG", "///SHARE 100,100,100,100,20,128,20,20"]
-        for kind in "BID":
-            rows.append(f"///{kind}")
+        """Return `VAR.DAT`: a section for each kind of variable in the order of their numbers.
+
+        That B, I and D are ten to a row, and P one, is public. What a row of P holds is not: here it is what a job has.
+        """
+        rows = ["//VAR", "///SHARE 100,100,100,100,100,128,128,128"]
+        for kind in "BIDR":
             values = [self.numbers.get(f"{kind}{n:03d}", 0) for n in range(100)]
-            rows += [" ".join(str(v) for v in values[i : i + 10]) for i in range(0, 100, 10)]
+            rows += [f"///{kind}", *(",".join(map(str, values[i : i + 10])) for i in range(0, 100, 10))]
         rows.append("///P")
-        for number in range(128):
-            place = self.places.get(f"P{number:03d}")
-            rows.append("0,0,0" if place is None else _printed(place))
+        rows += [_printed(self.places.get(f"P{number:03d}")) for number in range(128)]
         return {"VAR.DAT": "\r\n".join(rows) + "\r\n"}
 
 
-def _printed(place: Place) -> str:
-    """Print a position variable; the layout is that of docs/reference/touch-results.md."""
-    values = [*(f"{v:.3f}" for v in place.values[:3]), *(f"{v:.4f}" for v in place.values[3:])]
-    return ",".join(values)
+def _printed(place: Place | None) -> str:
+    values = (0.0,) * 6 if place is None else place.values
+    return ",".join([*(f"{v:.3f}" for v in values[:3]), *(f"{v:.4f}" for v in values[3:])])

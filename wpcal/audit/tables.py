@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from wpcal.audit.fault import Fault
 from wpcal.core.errors import WpcalError
-from wpcal.core.tables import read_table
+from wpcal.core.tables import parse_table, read_table
 from wpcal.planning.cell.bases import BASE1_COLUMNS, BASE2_COLUMNS, read_base_points
 from wpcal.taught.columns import TAUGHT_COLUMNS
 from wpcal.taught.pairs import REAL_COLUMNS, read_pairs
@@ -65,7 +65,19 @@ def audit_table(raw: bytes, path: Path, *, is_named: bool) -> tuple[str, list[Fa
     found = _kind_of(raw) or (TAUGHT if is_named else None)
     if found is not None and found.may_have_no_rows and len(raw.split()) == 1:  # only the header: a part without seams
         return found.kind, []
+    if found is TAUGHT and _is_form(raw, path):
+        return f"{found.kind}, to be filled in", faults_by_line(raw, path, read_numbers)
     return None if found is None else (found.kind, faults_by_line(raw, path, found.read))
+
+
+def _is_form(raw: bytes, path: Path) -> bool:
+    """Tell whether no row of a taught table has a coordinate yet, as `wpcal touches` writes it."""
+    try:
+        table = parse_table(raw, path=str(path))
+    except WpcalError:
+        return False
+    touched = [cell for name in ("x_mm", "y_mm", "z_mm") for cell in table.columns.get(name, ("unknown",))]
+    return len(table) > 0 and not any(touched)
 
 
 def _kind_of(raw: bytes) -> TableKind | None:

@@ -19,11 +19,11 @@ from wpcal.core.transform import RigidTransform
 from wpcal.searches import TouchPlan, read_touch_plan
 from wpcal.searches.record import TOUCHES_FILE
 
-RESULT = re.compile(r"wptP_|WPR_|WPPLACE\b|wptp_", re.IGNORECASE)
-"""Names of places that a program stores. They are not poses that it goes to."""
+RESULT = re.compile(r"wptP_|WPR_|WPPLACE\b|wptp_|XWPT_\w+_M$", re.IGNORECASE)
+"""Names of places that a program stores, and of those between start and end of a search of TouchSense."""
 _MARKS = {
     ".mod": re.compile(r"\bwptO_\w+"),
-    ".src": re.compile(r"\bWPFIND\("),
+    ".src": re.compile(r"\bWPFIND\(|\bTS_Search\(XWPT_"),
     ".dat": re.compile(r"\bWPO_\w+"),
     ".ls": re.compile(r"\bSkip,LBL\[\d+\],PR\[|\bSearch Start\["),
     ".jbi": re.compile(r"\bSRCH RIN#\("),
@@ -127,6 +127,8 @@ def _check(files: Mapping[str, str], program: TouchProgram, name: str) -> int:
         except WpcalError as error:
             what = f"{name}: the written program cannot be read back: {error}; nothing is written"
             raise WrittenWrongError(what) from None
+    for fault in pose_faults(found, Surroundings(T)):
+        raise InputError(f"{name}: {fault.field}: {fault.message}; nothing is written")
     asked = _asked(program)
     read = np.array([pose.p_base for pose in found]).reshape(-1, 3), np.array([pose.R_base for pose in found])
     for these, others, what in ((asked, read, "is missing in"), (read, asked, "was not asked for, but is in")):

@@ -14,6 +14,7 @@ from wpcal.calibrate.uncertainty import POSTURE_FACTOR, Sigma, TeachingError, er
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import plural
 
 BLUNDER = "blunder"
 """Code of the issue that names observations which the others contradict."""
@@ -22,6 +23,9 @@ NEIGHBOUR = "neighbour-feature"
 
 RIVAL = "rival-placement"
 """Code of the issue that the touches do not exclude another place of the part."""
+
+SILENT = "silent-search"
+"""Code of the issue that a search found nothing where the fit has a face."""
 
 NOT_NAMED = "blunder-not-named"
 """Code of the issue that points are wrong and the data cannot tell which."""
@@ -296,13 +300,15 @@ def _best(rows: list[dict[str, Any]], problem: FitProblem, issues: tuple[Issue, 
     if any(issue.code == BLUNDER and set(issue.ids) & set(problem.names) for issue in issues):
         return Criterion.ROBUST, f"a mis-taught {word} was named, and robust leaves it out"
     if problem.has_covariances:
-        return Criterion.WEIGHTED, f"the errors of the {word}s are stated one by one, and weighted uses them"
+        return Criterion.WEIGHTED, f"the errors of the {plural(word)} are stated one by one, and weighted uses them"
     error = {row["criterion"]: row["seam_error_95_mm"] for row in rows}
     squares, largest = error[Criterion.LEAST_SQUARES.value], error[Criterion.MINIMAX.value]
     model = "bounded" if problem.teaching.is_bounded else "Gaussian"
     if largest < squares:
         return Criterion.MINIMAX, f"for {model} errors it predicts {largest:.3g} mm, least squares {squares:.3g} mm"
     ratio = (
-        f"minimax predicts {largest / squares:.2f} times its seam error" if squares > 0 else f"all {word}s fit exactly"
+        f"minimax predicts {largest / squares:.2f} times its seam error"
+        if squares > 0
+        else f"all {plural(word)} fit exactly"
     )
     return Criterion.LEAST_SQUARES, f"for {model} errors of equal size {ratio}, and no {word} stands out"

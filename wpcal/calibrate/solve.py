@@ -30,6 +30,7 @@ from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.suspect import Diagnosis
 from wpcal.calibrate.touches.evidence import TouchEvidence
 from wpcal.calibrate.touches.problem import search_touches
+from wpcal.calibrate.touches.silent import SilentSearches, silent_issues
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import TeachingError
 from wpcal.calibrate.verdict import VerdictEvidence, bias_advice, judge_fit, verdict_issues
@@ -62,6 +63,7 @@ def calibrate(
     suggest: Callable[[], str | None] | None = None,
     features: Mapping[str, FloatArray] | None = None,
     postures: Mapping[str, FloatArray] | None = None,
+    silent: SilentSearches | None = None,
 ) -> CalibrationResult:
     """Find the pose of the real part.
 
@@ -105,6 +107,9 @@ def calibrate(
     postures : mapping of str to ndarray of shape (3, 3), optional
         The axes of the tool (or of the flange) in the base at each touch, as columns, by the names of the observations.
         If they differ, they show whether the tool centre point of the controller is at the tip.
+    silent : SilentSearches, optional
+        Searches of a touch program that found nothing. They are not fitted; the verdict is not ``PASS`` if one of them
+        should have met the part.
 
     Returns
     -------
@@ -161,6 +166,8 @@ def calibrate(
     pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
     points = pairs.p_source if seam_points is None else as_points(seam_points, name="seam points")
     criteria, found, distrusted = _assess(problem, fit, points)
+    if silent is not None:
+        found = replace(found, issues=(*found.issues, *silent_issues(silent, fit)))
     if found.tool is not None:  # the bias that the touches show counts as a stated one does
         model = replace(model, tcp_bias_mm=max(model.tcp_bias_mm, found.tool.bound_mm))
     residuals = _residual_evidence(problem, fit, check)

@@ -7,6 +7,7 @@ from typing import Any
 
 from wpcal.calibrate.tool_offset import ToolOffset
 from wpcal.core.issue import Issue
+from wpcal.core.wording import plural
 
 MOST_LISTED = 6
 """Most names in a sentence; the issue's ids have the rest."""
@@ -90,7 +91,7 @@ class Suspect:
         pairs = list(zip(self.names, self.off_mm, strict=True))
         listed = ", ".join(f"{name} ({off:.3g} mm off their fit)" for name, off in pairs[:MOST_LISTED])
         more = f" and {len(pairs) - MOST_LISTED} more" if len(pairs) > MOST_LISTED else ""
-        return f"the other {self.word}s contradict {listed}{more}{self._sureness()}"
+        return f"the other {plural(self.word)} contradict {listed}{more}{self._sureness()}"
 
     def _sureness(self) -> str:
         if self.probability is None:
@@ -100,11 +101,11 @@ class Suspect:
 
     def _unnamed(self) -> str:
         if self.at_least > 1 and not self.rivals:
-            return f"two or more {self.word}s are wrong, and the data cannot tell which"
+            return f"two or more {plural(self.word)} are wrong, and the data cannot tell which"
         listed = " or ".join(f"{' and '.join(names)} ({_percent(p)})" for names, p in self.rivals[:4])
         if not listed:
             return f"a {self.word} is wrong, and the data cannot tell which"
-        count = f"one {self.word} is" if self.at_least == 1 else f"{self.at_least} {self.word}s are"
+        count = f"one {self.word} is" if self.at_least == 1 else f"{self.at_least} {plural(self.word)} are"
         return f"{count} wrong, and the data cannot tell which: {listed}"
 
     def to_record(self) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.calibrate.criteria import BLUNDER, NEIGHBOUR, NOT_NAMED, RIVAL, CriterionFit
+from wpcal.calibrate.criteria import BLUNDER, NEIGHBOUR, NOT_NAMED, RIVAL, SILENT, CriterionFit
 from wpcal.calibrate.distrust import Distrusted
 from wpcal.calibrate.outlier_limits import FALSE_ALARM
 from wpcal.calibrate.residual_evidence import ResidualEvidence
@@ -33,6 +33,7 @@ from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import plural
 
 MOST_NAMED = 6
 """Most observations that the sentence names."""
@@ -72,6 +73,8 @@ class VerdictReason(Enum):
     """A check point is off by more than all errors explain."""
     RIVAL = "rival"
     """The touches do not exclude another place of the part."""
+    SILENT_SEARCH = "silent-search"
+    """A search found nothing where the fit has a face."""
     BEYOND = "beyond"
     """A seam is off by more than the tolerance, with 95 % confidence."""
 
@@ -187,7 +190,11 @@ def judge_fit(evidence: VerdictEvidence, *, suggest: Callable[[], str | None] | 
         return Verdict(VerdictKind.FAIL, failed[1], seam, failed[0], error_mm)
     unsure = _rival_place(evidence) or _doubt(evidence, seam, error_mm)
     if unsure is None:
-        what = f"the {len(set(evidence.seam_names))} accepted seams are" if seam else f"the fitted {evidence.word}s are"
+        what = (
+            f"the {len(set(evidence.seam_names))} accepted seams are"
+            if seam
+            else f"the fitted {plural(evidence.word)} are"
+        )
         if len(set(evidence.seam_names)) == 1:
             what = f"seam {seam} is"
         sentence = (
@@ -270,9 +277,9 @@ def _contradicting_check(evidence: VerdictEvidence) -> tuple[VerdictReason, str]
 def _rival_place(evidence: VerdictEvidence) -> tuple[VerdictReason, str, str] | None:
     """Return that the touches do not exclude another place of the part, and what to do; or None."""
     for issue in evidence.issues:
-        if issue.code == RIVAL:
+        if issue.code in (RIVAL, SILENT):
             what, _, remedy = issue.message.partition(": ")
-            return VerdictReason.RIVAL, what, remedy
+            return VerdictReason.RIVAL if issue.code == RIVAL else VerdictReason.SILENT_SEARCH, what, remedy
     return None
 
 

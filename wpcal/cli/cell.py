@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from wpcal.core.arrays import FloatArray
     from wpcal.core.transform import RigidTransform
     from wpcal.robot.kinematics.arm import Coupling
+    from wpcal.seam.torch import TorchShape
 
 PLACE_METAVAR = "X,Y,Z[,RX,RY,RZ]"
 PLACE_HELP = "mm and degrees (R = Rz Ry Rx)"
@@ -54,13 +55,27 @@ def cell() -> None:
     show_default=True,
     help="Axis of the tool along the wire.",
 )
-@click.option("--wire-mm", type=float, default=20.0, show_default=True, help="From the tip of the wire to the nozzle.")
-@click.option("--nozzle-radius-mm", type=float, default=11.0, show_default=True, help="Radius of nozzle and neck.")
+@click.option(
+    "--torch",
+    metavar="NAME|FILE",
+    default="straight",
+    show_default=True,
+    help="The torch: one of wpcal torches, or a file of that form. A neck bends towards the flange.",
+)
+@click.option("--wire-mm", type=float, help="From the tip of the wire to the nozzle.  [default: that of the torch]")
+@click.option("--nozzle-radius-mm", type=float, help="Radius of the nozzle.  [default: that of the torch]")
 @click.option(
     "--torch-mesh",
     metavar="FILE.stl",
     type=click.Path(path_type=Path),
-    help="Torch as a mesh in the frame of the flange, mm.  [default: capsules from the lengths]",
+    help="Bodies of the torch from a mesh in the frame of the flange, mm.  [default: from the sizes of the torch]",
+)
+@click.option(
+    "--torch-capsule",
+    "torch_capsules",
+    metavar="X,Y,Z,X,Y,Z,R",
+    multiple=True,
+    help="Bodies of the torch from capsules: two ends in the frame of the flange, and the radius, mm. Repeatable.",
 )
 @click.option(
     "--box",
@@ -94,9 +109,11 @@ def new(
     tool: str | None,
     tool_from: str | None,
     tool_axis: str,
-    wire_mm: float,
-    nozzle_radius_mm: float,
+    torch: str,
+    wire_mm: float | None,
+    nozzle_radius_mm: float | None,
     torch_mesh: Path | None,
+    torch_capsules: tuple[str, ...],
     boxes: tuple[str, ...],
     rail: str | None,
     home: str | None,
@@ -115,15 +132,15 @@ def new(
     from wpcal.planning.cell.one_robot_check import check_one_robot
     from wpcal.planning.cell.one_robot_file import read_one_robot
     from wpcal.robot.kinematics.arm_file import find_arm
-    from wpcal.seam.torch import TorchShape
 
     arm = find_arm(torch_robot)
     cell = NewCell(
         robot=torch_robot,
         T_world_base=_place("--robot-at", robot_at, "world", "base", up=-arm.mount_mm),
         T_flange_tool=_tool(tool, tool_from, tool_axis),
-        torch=TorchShape(wire_mm, nozzle_radius_mm),
+        torch=_torch(torch, wire_mm, nozzle_radius_mm),
         torch_mesh=torch_mesh,
+        torch_capsules=[_capsule(text) for text in torch_capsules],
         positioner=positioner,
         T_world_positioner=None if positioner is None else _positioner_place(positioner, positioner_at),
         T_carrier_part=None if part_at is None else _place("--part-at", part_at, "carrier", "part"),
@@ -133,6 +150,8 @@ def new(
         safety_mm=safety_mm,
         couplings=[_coupling(text) for text in coupled],
     )
+    if torch_mesh is not None and torch_capsules:
+        raise InputError("give either --torch-mesh or --torch-capsule")
     if positioner is None and positioner_at is not None:
         raise InputError("--positioner-at needs --positioner")
     files = new_cell_files(cell, output.name)
@@ -146,7 +165,8 @@ def new(
         )
         return 0
     for issue in check_one_robot(read_one_robot(output)):
-        click.echo(f"wpcal: odd cell: {issue.message}", err=True)
+        tried = "no free home was found: " if issue.code == "home" and home is None else ""
+        click.echo(f"wpcal: odd cell: {tried}{issue.message}", err=True)
     return 0
 
 
@@ -241,6 +261,32 @@ def _tool(tool: str | None, tool_from: str | None, axis: str) -> RigidTransform 
     # z of ours is x of theirs; x of ours is their -z, so that y stays
     turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     return RigidTransform(found.R @ turn, found.t_mm, "flange", "tool")
+
+
+def _torch(name: str, wire_mm: float | None, nozzle_radius_mm: float | None) -> TorchShape:
+    """Return the torch; the options change the sizes of a straight one."""
+    from wpcal.core.errors import InputError
+    from wpcal.seam.torch import TorchShape
+    from wpcal.seam.torch_file import find_torch
+
+    shape = find_torch(name)
+    wire, radius = wire_mm or shape.wire_mm, nozzle_radius_mm or shape.nozzle_radius_mm
+    if (wire, radius) == (shape.wire_mm, shape.nozzle_radius_mm):
+        return shape
+    if shape.neck is not None or shape.mouth_radius_mm is not None:
+        raise InputError(f"--wire-mm, --nozzle-radius-mm: {name} has its own sizes; change them in a torch file")
+    return TorchShape(wire, radius, shape.length_mm)
+
+
+def _capsule(text: str) -> tuple[FloatArray, FloatArray, float]:
+    import numpy as np
+
+    from wpcal.core.errors import InputError
+
+    values = _numbers("--torch-capsule", text, (7,))
+    if not values[6] > 0.0:
+        raise InputError(f"--torch-capsule: expected two ends and a positive radius, got {text!r}")
+    return np.array(values[:3]), np.array(values[3:6]), values[6]
 
 
 def _box(text: str) -> tuple[FloatArray, FloatArray]:

@@ -45,7 +45,13 @@ if TYPE_CHECKING:
     "--setup",
     metavar="FILE",
     type=click.Path(path_type=Path),
-    help="For a plan of touches: signal, speeds and names of the cell (TOML).  [default: see docs]",
+    help="For a plan of touches: signal, speeds and names of the cell (TOML).  [default: as --write-setup writes it]",
+)
+@click.option(
+    "--write-setup",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="Only write a touch setup with every key, its default and a sentence, to be changed and used with --setup.",
 )
 @takes("flags", WeldProgramFlags)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folders.")
@@ -57,6 +63,7 @@ def export(
     out: Path | None,
     write_templates: Path | None,
     setup: Path | None,
+    write_setup: Path | None,
     flags: WeldProgramFlags,
     force: bool,
     as_json: bool,
@@ -68,7 +75,7 @@ def export(
     Ends with code 1 unless the verdict of the calibration is PASS; the files are written and say so.
     """
     from wpcal.audit.programs import check_written, unjudged_arcs
-    from wpcal.cli.export_touches import export_touches, refuse_weld_options, touches_file
+    from wpcal.cli.export_touches import export_touches, refuse_weld_options, touches_file, write_touch_setup
     from wpcal.cli.progress import shown_progress
     from wpcal.controllers.earlier_jobs import find_earlier_jobs
     from wpcal.core.errors import InputError
@@ -80,6 +87,8 @@ def export(
     exporters = list({exporter.name: exporter for exporter in map(exporter_named, formats)}.values())
     if write_templates is not None:
         return _write_templates(write_templates, [exporter.name for exporter in exporters], force=force)
+    if write_setup is not None:
+        return write_touch_setup(write_setup, force=force)
     plan = touches_file(folder)
     if plan is not None:
         refuse_weld_options(click.get_current_context())
@@ -102,7 +111,7 @@ def export(
             for file, data in files.items():
                 (temporary / file).write_bytes(data.encode("utf-8") if isinstance(data, str) else data)
     unjudged = {each for name, files in contents.items() for each in unjudged_arcs(files, forms[name], name=name)}
-    _tell_earlier(earlier, targets)
+    tell_earlier(earlier, targets)
     _show(forms, contents, targets, unjudged=sorted(unjudged), as_json=as_json)
     program = forms[exporters[0].name]
     if program.calibration.get("verdict") == "PASS":
@@ -181,7 +190,8 @@ def _show(
     click.echo(f"wpcal: {'; '.join((*program.checked, not_checked))}", err=True)
 
 
-def _tell_earlier(earlier: Mapping[str, EarlierJobs], targets: Mapping[str, Path]) -> None:
+def tell_earlier(earlier: Mapping[str, EarlierJobs], targets: Mapping[str, Path]) -> None:
+    """Say on stderr which jobs of an earlier export were removed, and which files were kept."""
     for name, jobs in earlier.items():
         if jobs.ours:
             click.echo(f"wpcal: {targets[name]}: removed jobs of an earlier export: {', '.join(jobs.ours)}", err=True)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 TAKEN = frozenset(
     {
-        *("folder", "formats", "out", "write_templates", "setup", "force", "as_json", "robot"),
+        *("folder", "formats", "out", "write_templates", "setup", "write_setup", "force", "as_json", "robot"),
         *("program_name", "tool_name", "tool_number", "configurations", "templates"),
     }
 )
@@ -75,6 +75,16 @@ def refuse_weld_options(context: click.Context) -> None:
             raise InputError(f"{each.opts[0]} is for weld programs, and this is a plan of touches; {where}")
 
 
+def write_touch_setup(path: Path, *, force: bool) -> int:
+    """Write a touch setup with every key; return the exit code."""
+    from wpcal.core.records import write_file
+    from wpcal.searches import setup_template
+
+    write_file(path, setup_template(), overwrite=force)
+    click.echo(f"touch setup: {path}")
+    return 0
+
+
 def export_touches(
     file: Path,
     exporters: Sequence[Exporter | Controller],
@@ -106,6 +116,8 @@ def export_touches(
         The exit code.
     """
     from wpcal.audit.touches import check_touches_written
+    from wpcal.cli.export import tell_earlier
+    from wpcal.controllers.earlier_jobs import find_earlier_jobs
     from wpcal.controllers.touch_program import TouchProgram
     from wpcal.core.records import check_writable, new_directory
     from wpcal.searches import TouchSetup, read_touch_plan, read_touch_setup
@@ -120,10 +132,12 @@ def export_touches(
     contents = {each.name: each.write_touches(program) for each in controllers}
     for name, files in contents.items():
         check_touches_written(files, program, name=name)
+    earlier = {name: find_earlier_jobs(targets[name], tuple(files)) for name, files in contents.items()}
     for name, files in contents.items():
-        with new_directory(targets[name], overwrite=force) as temporary:
+        with new_directory(targets[name], overwrite=force, leave_out=earlier[name].ours) as temporary:
             for each, text in files.items():
                 (temporary / each).write_bytes(text.encode("utf-8"))
+    tell_earlier(earlier, targets)
     _show(program, contents, targets, setup_file=setup_file, as_json=as_json)
     return 0
 

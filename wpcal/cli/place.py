@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from wpcal.cli.part_option import part_option, read_part_option
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP
 
 
@@ -13,6 +14,7 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP
 @click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
 @click.argument("result", metavar="RESULT", type=click.Path(path_type=Path))
 @click.option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP}  [default: the accepted ones]")
+@part_option
 @click.option(
     "--move",
     type=click.Choice(["part", "robot"]),
@@ -37,6 +39,7 @@ def place(
     result: Path,
     only: str | None,
     move: str,
+    part: Path | None,
     range_mm: float,
     map_step_mm: float,
     output: Path,
@@ -45,8 +48,9 @@ def place(
 ) -> int:
     """Search where the part or the robot should stand so that most length of the seams is reachable.
 
-    Writes a picture of the map. Joint limits and singular poses are looked at, collisions are not: plan at the best
-    place to see them. Ends with code 1 if no place reaches all seams.
+    Writes a picture of the map. The ends and the middle of each seam are looked at: joint limits, singular poses, and
+    collisions with the bodies of the cell. Plan at the best place to see the rest. Ends with code 1 if no place
+    reaches all seams.
     """
     from wpcal.cli.progress import shown_progress
     from wpcal.core.records import to_json, write_file
@@ -57,7 +61,8 @@ def place(
     from wpcal.seam.names import split_names
 
     cell = read_one_robot(cell_json)
-    given = read_sequence_input(result, cell, None if only is None else split_names(only))
+    names = None if only is None else split_names(only)
+    given = read_sequence_input(result, cell, names, part_glb=read_part_option(part))
     cell = given.placed(cell)
     with shown_progress("starting") as progress:
         found = map_places(

@@ -11,11 +11,14 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import option, takes
+from wpcal.cli.part_option import part_option
 from wpcal.cli.plan_sequence import SequenceFlags
 from wpcal.cli.shared_help import ANGLE, FORCE_HELP, JSON_HELP, SPEED, SPEED_HELP, TRAVEL_ANGLE_HELP, WORK_ANGLE_HELP
 from wpcal.cli.two_robots import TwoRobotFlags
 
 if TYPE_CHECKING:
+    from wpcal.planning.cell.one_robot import OneRobotCell
+    from wpcal.planning.cell.robot_cell import RobotCell
     from wpcal.planning.search.nsga2 import Nsga2Options
     from wpcal.planning.search.targets import WeldTargets
 
@@ -92,7 +95,8 @@ class GeneticFlags:
 @click.command()
 @click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
 @click.argument("seams_json", metavar="[RESULT]", required=False, type=click.Path(path_type=Path))
-@click.option("--seam", metavar="NAME", help="With two robots, which seam of the file: W1, W2, …")
+@click.option("--seam", metavar="NAME", help="With two robots: only this seam.  [default: those of --only]")
+@part_option
 @click.option("-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), help="Output: a folder.")
 @click.option(
     "--check",
@@ -118,6 +122,7 @@ def plan(
     cell_json: Path,
     seams_json: Path | None,
     seam: str | None,
+    part: Path | None,
     output: Path | None,
     check_only: bool,
     prefer: str,
@@ -128,7 +133,7 @@ def plan(
     force: bool,
     as_json: bool,
 ) -> int:
-    """Plan how a robot welds all seams of a part, or how two robots weld one seam.
+    """Plan how one robot welds all seams of a part, or how two robots weld its seams one by one.
 
     CELL.json describes the cell: robots, positioner, tools and their places (`wpcal cell new`). RESULT is the folder of
     `wpcal calibrate` or `wpcal seams`, or its seams.json.
@@ -137,10 +142,11 @@ def plan(
     arm, and the moves between seams. Writes plan.json, plan.csv, plan.html, and programs. Seams that cannot be welded
     are told with the reason; the command then ends with code 1.
 
-    With two robots (a cell with holder_robot) one seam is planned: robot 1 with the torch, robot 2 holding and turning
-    the part. Writes pareto.json (the trade-off plans), plan.html (a page that shows them), and for the chosen plan
-    plan.json, plan.csv and the programs of both robots: coordinated motion in the frame of the held part, or with
-    --joints joint moves. Ctrl-C keeps the best plans so far. Ends with code 1 if there is no feasible plan.
+    With two robots (a cell with holder_robot) each seam is planned by itself, in a folder of its name if there are
+    several: robot 1 with the torch, robot 2 holding and turning the part. The ways between seams are not planned.
+    Writes pareto.json (the trade-off plans), plan.html (a page that shows them), and for the chosen plan plan.json,
+    plan.csv and the programs of both robots: coordinated motion in the frame of the held part, or with --joints joint
+    moves. Ctrl-C keeps the best plans so far. Ends with code 1 if there is no feasible plan.
 
     With --check only the cell is read, listed and drawn, as by `wpcal cell check`. It ends with code 2 if anything in
     the cell is odd.
@@ -150,33 +156,36 @@ def plan(
 
         return run_cell_check(cell_json, output, force=force, as_json=as_json)
     if seams_json is None or output is None:
-        raise _incomplete({"RESULT": seams_json, "--seam": seam, "-o": output})
-    from wpcal.core.records import check_writable
-    from wpcal.planning.cell.one_robot_file import read_any_cell
+        raise _incomplete({"RESULT": seams_json, "-o": output})
     from wpcal.planning.cell.robot_cell import RobotCell
 
-    check_writable(output, overwrite=force)
-    _require_extra("fcl", *(("pymoo",) if genetic.generations else ()))
-    cell = read_any_cell(cell_json)
-    if not isinstance(cell, RobotCell):
-        from wpcal.cli.plan_sequence import run_sequence
+    cell = _cell(cell_json, output, needs_pymoo=bool(genetic.generations), force=force)
+    if isinstance(cell, RobotCell):
+        from wpcal.cli.two_robots import TwoRobotRequest, run_seams_of_two_robots
 
-        asked = sequence.to_targets(weld, seed=genetic.seed)
-        return run_sequence(cell, seams_json, output, asked, sequence, prefer=prefer, force=force, as_json=as_json)
-    if seam is None:
-        raise _incomplete({"--seam": None})
-    from wpcal.cli.two_robots import TwoRobotRequest, run_two_robots
-    from wpcal.planning.plan.seam_file import read_seam_path
-    from wpcal.planning.search.pareto import Preference
-    from wpcal.planning.search.problem import PlanningProblem
-    from wpcal.results.folder import SEAMS_FILE
+        if part is not None:
+            raise click.UsageError("--part is for one robot: the bodies of a held part are in its cell file")
+        options = genetic.to_options()
+        request = TwoRobotRequest(cell, seams_json, output, two_robots.joints, weld, prefer, options, sequence)
+        return run_seams_of_two_robots(request, seam, force=force, as_json=as_json)
+    from wpcal.cli.plan_sequence import SequenceRequest, run_sequence
 
-    seams_json = seams_json / SEAMS_FILE if seams_json.is_dir() else seams_json
-    problem = PlanningProblem(cell, read_seam_path(seams_json, seam, cell), weld.to_targets(), weld.speed_mm_s)
-    request = TwoRobotRequest(
-        problem, seams_json, output, two_robots.joints, Preference(prefer), genetic.to_options(), sequence
+    if seam is not None:
+        raise click.UsageError("--seam is for two robots; name the seams of one robot with --only")
+    asked = SequenceRequest(
+        cell, seams_json, output, sequence.to_targets(weld, seed=genetic.seed), sequence, prefer, part
     )
-    return run_two_robots(request, force=force, as_json=as_json)
+    return run_sequence(asked, force=force, as_json=as_json)
+
+
+def _cell(cell_json: Path, output: Path, *, needs_pymoo: bool, force: bool) -> RobotCell | OneRobotCell:
+    """Refuse at the start what would fail at the end, and read the cell."""
+    from wpcal.core.records import check_writable
+    from wpcal.planning.cell.one_robot_file import read_any_cell
+
+    check_writable(output, overwrite=force)
+    _require_extra("fcl", *(("pymoo",) if needs_pymoo else ()))
+    return read_any_cell(cell_json)
 
 
 def _incomplete(given: Mapping[str, object]) -> click.UsageError:
@@ -185,7 +194,6 @@ def _incomplete(given: Mapping[str, object]) -> click.UsageError:
 
 
 def _require_extra(*modules: str) -> None:
-    """Refuse at the start what would fail at the end."""
     from importlib.util import find_spec
 
     from wpcal.core.errors import InputError

@@ -11,6 +11,7 @@ import click
 
 from wpcal.cli.export_options import ControllerFlags, PathFlags
 from wpcal.cli.option_groups import option
+from wpcal.cli.part_option import read_part_option
 from wpcal.cli.shared_help import ANGLE, ONLY_HELP
 from wpcal.cli.weld_options import ArcFlags
 
@@ -83,17 +84,36 @@ class SequenceFlags:
         )
 
 
-def run_sequence(
-    cell: OneRobotCell,
-    result: Path,
-    output: Path,
-    targets: SequenceTargets,
-    flags: SequenceFlags,
-    *,
-    prefer: str,
-    force: bool,
-    as_json: bool,
-) -> int:
+@dataclass(frozen=True, slots=True)
+class SequenceRequest:
+    """What is planned with one robot.
+
+    Parameters
+    ----------
+    cell : OneRobotCell
+    result : Path
+        A folder with ``seams.json``, or the file.
+    output : Path
+        The folder.
+    targets : SequenceTargets
+    flags : SequenceFlags
+        Seams, languages, tolerance of the path, names in the controller, and the arc.
+    prefer : str
+        Which plan is written as programs.
+    part : Path or None
+        The part, if not ``part.glb`` beside the seams.
+    """
+
+    cell: OneRobotCell
+    result: Path
+    output: Path
+    targets: SequenceTargets
+    flags: SequenceFlags
+    prefer: str
+    part: Path | None
+
+
+def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
     """Plan, write the folder and print what was found; 1 if a stretch is not welded or a move is not free."""
     from wpcal.cli.progress import shown_progress
     from wpcal.controllers.describe import describe_woven_data
@@ -107,18 +127,21 @@ def run_sequence(
     from wpcal.planning.sequence.timeline import build_timeline
     from wpcal.seam.names import split_names
 
+    flags, targets, output = asked.flags, asked.targets, asked.output
     writers = _writers(flags.formats)
     names = None if flags.only is None else split_names(flags.only)
-    given = read_sequence_input(result, cell, names)
-    cell = given.placed(cell)
+    given = read_sequence_input(asked.result, asked.cell, names, part_glb=read_part_option(asked.part))
+    cell = given.placed(asked.cell)
     if not cell.torch:
         raise InputError(
             "the torch has no bodies: no collision of the torch can be found; list them in torch_robot.torch"
         )
-    given, made = _with_welds(given, cell, flags, result, targets.speed_mm_s)
+    given, made = _with_welds(given, cell, flags, asked.result, targets.speed_mm_s)
+    if other := given.other_torch(cell):
+        click.echo(f"wpcal: {other}", err=True)
     with shown_progress("starting") as progress:
         choice = plan_sequence(
-            cell, given.part, given.seams, targets, prefer=SequencePreference(prefer), progress=progress
+            cell, given.part, given.seams, targets, prefer=SequencePreference(asked.prefer), progress=progress
         )
     line = build_timeline(choice.sequence)
     programs, refused = _programs(choice.sequence, given, made, writers)
@@ -270,7 +293,7 @@ def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:
         console.print(f"out of position (!), more than the tolerance: {listed}")
     console.print(f"{'free' if sequence.is_free else 'NOT FREE'}: {checked_text(sequence)}")
     if not has_part:
-        console.print("NOT CHECKED for collisions with the part: there is no part.glb beside the seams")
+        console.print("NOT CHECKED for collisions with the part: there is no part.glb beside the seams; give --part")
 
 
 def _along(cell: OneRobotCell, axis: int, column: FloatArray) -> str:

@@ -13,8 +13,10 @@ import click
 from wpcal.cli.option_groups import option
 
 if TYPE_CHECKING:
+    from wpcal.cli.plan import WeldFlags
     from wpcal.cli.plan_sequence import SequenceFlags
     from wpcal.controllers.two_robots import HeldWeld
+    from wpcal.planning.cell.robot_cell import RobotCell
     from wpcal.planning.plan.coordinated import CoordinatedRun
     from wpcal.planning.plan.plan import Plan
     from wpcal.planning.plan.run import CellRun
@@ -42,29 +44,116 @@ class TwoRobotRequest:
 
     Parameters
     ----------
-    problem : PlanningProblem
-    seams_json : Path
+    cell : RobotCell
+    result : Path
+        ``seams.json``, or the folder with it.
     output : Path
         The folder.
     joints : bool
         Whether programs are joint moves.
-    preference : Preference
+    weld : WeldFlags
+        Targets and speed.
+    prefer : str
         Which plan is written as programs.
     genetic : Nsga2Options or None
     programs : SequenceFlags
-        Languages, tolerance of the path, names in the controller, and the arc.
+        Seams, languages, tolerance of the path, names in the controller, and the arc.
     """
 
-    problem: PlanningProblem
-    seams_json: Path
+    cell: RobotCell
+    result: Path
     output: Path
     joints: bool
-    preference: Preference
+    weld: WeldFlags
+    prefer: str
     genetic: Nsga2Options | None
     programs: SequenceFlags
 
+    @property
+    def seams_json(self) -> Path:
+        """The file with the seams."""
+        from wpcal.results.folder import SEAMS_FILE
 
-def run_two_robots(asked: TwoRobotRequest, *, force: bool, as_json: bool) -> int:
+        return self.result / SEAMS_FILE if self.result.is_dir() else self.result
+
+    @property
+    def preference(self) -> Preference:
+        """Which plan is written as programs."""
+        from wpcal.planning.search.pareto import Preference
+
+        return Preference(self.prefer)
+
+    def problem(self, seam: str) -> PlanningProblem:
+        """Return what is searched for a seam.
+
+        Raises
+        ------
+        InputError
+            When there is no such seam, or a target is out of its range.
+        """
+        from wpcal.planning.plan.seam_file import read_seam_path
+        from wpcal.planning.search.problem import PlanningProblem
+
+        path = read_seam_path(self.seams_json, seam, self.cell)
+        return PlanningProblem(self.cell, path, self.weld.to_targets(), self.weld.speed_mm_s)
+
+    def names(self) -> list[str]:
+        """Return the seams of ``--only``, else the accepted ones, in the order of the file.
+
+        Raises
+        ------
+        InputError
+            When a name is unknown, or no seam is accepted.
+        """
+        from wpcal.core.errors import InputError
+        from wpcal.planning.plan.seam_file import read_held_seams
+        from wpcal.seam.names import seams_named, split_names
+
+        seams = read_held_seams(self.seams_json, self.cell)
+        only = self.programs.only
+        chosen = None if only is None else set(seams_named(split_names(only), list(seams)))
+        names = [name for name, seam in seams.items() if (seam.accepted if chosen is None else name in chosen)]
+        if not names:
+            raise InputError(f"{self.seams_json}: none of the {len(seams)} seams is accepted; name one with --only")
+        return names
+
+
+WAYS_BETWEEN = "the ways from one seam to the next are not planned: move both robots there by hand, or by your program"
+"""Said where several seams are planned with two robots."""
+LONGEST_FOLDER = 60
+"""Characters of the name of a folder."""
+
+
+def run_seams_of_two_robots(asked: TwoRobotRequest, seam: str | None, *, force: bool, as_json: bool) -> int:
+    """Plan one seam, or each of several in a folder of its own; 1 if one of them has no plan that is free.
+
+    Raises
+    ------
+    InputError
+        As `run_two_robots` does; also when several seams shall be one record on stdout.
+    """
+    from wpcal.controllers.naming import NameRules, safe_names
+    from wpcal.core.errors import InputError
+
+    names = asked.names() if seam is None else [seam]
+    if seam is not None and asked.programs.only is not None:
+        raise InputError("give either --seam or --only")
+    if len(names) == 1:
+        return run_two_robots(asked, names[0], force=force, as_json=as_json)
+    if as_json:
+        raise InputError(f"--json prints the record of one seam: name it with --seam; these are {', '.join(names)}")
+    problems = [asked.problem(name) for name in names]  # refused before the first search
+    folders, codes = safe_names(names, NameRules("folders", LONGEST_FOLDER)), {}
+    for name, problem in zip(names, problems, strict=True):
+        click.echo(f"{name}: {problem.path.s_mm[-1]:.0f} mm")
+        own = replace(asked, output=asked.output / folders[name])
+        codes[name] = run_two_robots(own, name, force=force, as_json=False)
+    good = [name for name, code in codes.items() if code == 0]
+    click.echo(f"{len(good)} of {len(names)} seams have programs: {', '.join(good) or '-'}; {WAYS_BETWEEN}")
+    return max(codes.values())
+
+
+def run_two_robots(asked: TwoRobotRequest, seam: str, *, force: bool, as_json: bool) -> int:
     """Plan, write the folder and print what was found; 1 if there is no feasible plan or its path is not free.
 
     Raises
@@ -78,9 +167,9 @@ def run_two_robots(asked: TwoRobotRequest, *, force: bool, as_json: bool) -> int
     from wpcal.planning.search.obstacle import NoFeasiblePlanError
     from wpcal.planning.search.plan_seam import plan_seam
 
-    problem, cell = asked.problem, asked.problem.cell
+    problem, cell = asked.problem(seam), asked.cell
     _refuse_options(asked)
-    held = _held_weld(asked, None)  # bad weld data is refused before the search
+    held = _held_weld(asked, seam, None)  # bad weld data is refused before the search
     mesh = _read_mesh(asked.seams_json)
     for issue in check_cell(cell):
         if issue.code != "bases-too-near":  # the search refuses such a cell with the same words
@@ -118,6 +207,11 @@ def _refuse_options(asked: TwoRobotRequest) -> None:
         raise InputError("two robots in coordinated motion have lines and arcs: use --joints for every point")
     if flags.controller.templates is not None:
         raise InputError("programs of two robots have no templates: leave out --template")
+    if flags.controller.configurations:
+        raise InputError(
+            "programs of two robots have the joints of the plan, or configurations that follow from them: leave out "
+            "--config"
+        )
     if flags.arc.tacks == "only":
         raise InputError("a plan of two robots is one bead along the whole seam: leave out --tacks only")
     if flags.arc.weave == "points":
@@ -148,7 +242,7 @@ class Programs:
         return [(", ".join(name for name, one in self.motions.items() if one is motion), motion) for motion in found]
 
 
-def _held_weld(asked: TwoRobotRequest, plan: Plan | None) -> HeldWeld:
+def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld:
     """Return what is welded: the seam in `part`, and its weld data in the position that a plan gives it.
 
     Raises
@@ -163,9 +257,9 @@ def _held_weld(asked: TwoRobotRequest, plan: Plan | None) -> HeldWeld:
     from wpcal.planning.plan.seam_file import read_held_seams
     from wpcal.seam.path.position import weld_positions
 
-    cell = asked.problem.cell
+    cell = asked.cell
     seams = read_held_seams(asked.seams_json, cell)
-    seam, position = seams[asked.problem.path.name], "-"
+    seam, position = seams[name], "-"
     if plan is not None:
         R = part_in_world(cell, plan.state.joints2)[:, :3, :3] @ seam.frames.R
         position, _ = Counter(weld_positions(R, seam.weld).name).most_common(1)[0]
@@ -188,7 +282,7 @@ def _programs(run: CellRun, held: HeldWeld, asked: TwoRobotRequest) -> Programs:
 
     if run.verdict is not CollisionVerdict.FREE:
         return Programs()
-    cell, settings = asked.problem.cell, asked.programs.controller.to_settings()
+    cell, settings = asked.cell, asked.programs.controller.to_settings()
     settings = replace(settings, program_name=f"{settings.program_name}_{run.plan.seam}")
     names = [controller_named(name).name for name in asked.programs.formats] or None
     if asked.joints:
@@ -244,7 +338,7 @@ def _write(asked: TwoRobotRequest, result: PlanningResult, mesh: bytes | None, *
 
     cell, preference = result.problem.cell, asked.preference
     plans, chosen = result.front.plans, result.front.chosen(preference)
-    held = _held_weld(asked, plans[chosen])
+    held = _held_weld(asked, result.problem.path.name, plans[chosen])
     speed = None if held.weld is None else held.weld.values.speed_mm_s
     speed = speed or result.problem.speed_mm_s
     runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=speed)) for one in plans]

@@ -139,6 +139,7 @@ def welds(
     from wpcal.cli.outputs import require_new
     from wpcal.core.records import to_json, write_file
     from wpcal.core.robot_space import RobotSpace
+    from wpcal.core.wording import listed
     from wpcal.results.folder import SEAMS_FILE, read_finished, read_record
     from wpcal.weld.record import welds_record
     from wpcal.weld.rules import shipped_text
@@ -169,8 +170,10 @@ def welds(
     if write_xmcf is not None:
         text = xmcf_text(chosen.seams, finished.T_base_part.inverse(), found.by_seam())
         write_file(write_xmcf, text, overwrite=force)
-    what = "is not accepted or not chosen; its values are kept under without_seam"
-    notes = [*found.notes, *stated.notes, *(f"{one.name} {what}" for one in found.not_chosen)]
+    notes = [*found.notes, *stated.notes]
+    if found.not_chosen:
+        what = "not accepted or not chosen; values are kept under without_seam"
+        notes.append(f"{listed(one.name for one in found.not_chosen)}: {what}")
     if as_json:
         click.echo(to_json({**record, "notes": notes}), nl=False)
     else:

@@ -1,7 +1,8 @@
 """The robot controllers that wpcal knows: one record each, found by the entry points ``wpcal.controllers``.
 
 To add a controller, make one folder and one entry-point line. The folder holds `write.py` and, where wpcal can do more,
-`read.py` (taught points) and `sync.py` (two robots in step). Its `__init__.py` holds the `Controller`:
+`read.py` (taught points), `sync.py` (two robots in step) and `touch.py` (searches). Its `__init__.py` holds the
+`Controller`:
 
 .. code-block:: toml
 

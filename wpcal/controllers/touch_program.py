@@ -13,7 +13,7 @@ import numpy as np
 from wpcal import __version__
 from wpcal.controllers.describe import NOT_CHECKED
 from wpcal.controllers.naming import NameRules, safe_name
-from wpcal.controllers.post import Blocks
+from wpcal.controllers.post import ENDING, TOUCH_BLOCKS, Blocks
 from wpcal.controllers.program import ControllerSettings
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
@@ -22,13 +22,19 @@ from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.posture import Posture, posture
 from wpcal.searches import STORED_NUMBERS, Outcome, Search, TouchPlan, TouchSetup
 
-ENDING = "_touch"
+NAME_ENDING = "_touch"
 """Of the name of a touch program, which thus never replaces the weld program of the same part."""
 FOUND, MISSED, ACTIVE, NOT_RUN = (
     STORED_NUMBERS[each] for each in (Outcome.FOUND, Outcome.MISSED, Outcome.ACTIVE_AT_START, Outcome.NOT_RUN)
 )
 MISSED_TEXT, ACTIVE_TEXT = "missed: look at the part", "signal on at start"
 """After the name of a search, in the message at which a program stops: FANUC shows 24 characters after a name."""
+
+
+LONGEST_STROKE_MM = 300.0
+"""A part that is displaced by more is not where the plan says at all."""
+OFF_STROKE_MM = 1.0
+"""The planned contact is on the line of the search; a file that is typed may be this far off."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +87,7 @@ class TouchProgram:
     Raises
     ------
     InputError
-        When the plan has no searches.
+        When the plan has no searches, or a search would not move onto its own face: files are edited by hand.
     """
 
     plan: TouchPlan
@@ -92,6 +98,8 @@ class TouchProgram:
     def __post_init__(self) -> None:
         if not self.plan.searches:
             raise InputError("the plan of touches has no searches")
+        for search in self.plan.searches:
+            _refuse_unsafe(search)
 
     @property
     def arc(self) -> None:
@@ -100,8 +108,8 @@ class TouchProgram:
 
     def name(self, rules: NameRules) -> str:
         """Return the name of the program on the controller."""
-        longest = NameRules(rules.language, rules.longest - len(ENDING), rules.keywords)
-        return f"{safe_name(self.controller.program_name, longest)}{ENDING}"
+        longest = NameRules(rules.language, rules.longest - len(NAME_ENDING), rules.keywords)
+        return f"{safe_name(self.controller.program_name, longest)}{NAME_ENDING}"
 
     def steps(self, T_base_frame: RigidTransform) -> tuple[TouchSteps, ...]:
         """Return the poses of the searches.
@@ -113,6 +121,22 @@ class TouchProgram:
         """
         T_frame_part = T_base_frame.inverse() @ self.plan.T_base_part
         return tuple(_steps(search, T_frame_part, self.arm) for search in self.plan.searches)
+
+
+def _refuse_unsafe(search: Search) -> None:
+    """Refuse a search that is too long, runs away from its face, or does not pass where the contact is planned."""
+    if search.stroke_mm > LONGEST_STROKE_MM:
+        raise InputError(
+            f"search {search.name}: a stroke of {search.stroke_mm:.0f} mm; at most {LONGEST_STROKE_MM:g} mm"
+        )
+    if not search.direction @ search.normal_part < 0.0:
+        raise InputError(f"search {search.name}: it runs away from the face that it should touch")
+    along = float((search.planned - search.start) @ search.direction)
+    off = float(np.linalg.norm(search.planned - search.start - along * search.direction))
+    if not (0.0 < along < search.stroke_mm and off <= OFF_STROKE_MM):
+        raise InputError(
+            f"search {search.name}: its planned contact is not between its start and its end, to {OFF_STROKE_MM:g} mm"
+        )
 
 
 def _steps(search: Search, T_frame_part: RigidTransform, arm: Arm | None) -> TouchSteps:
@@ -132,9 +156,24 @@ def _postures(search: Search, arm: Arm | None) -> Posture | None:
 
 @dataclass(frozen=True, slots=True)
 class TouchPost(Blocks):
-    """The templates of one language for a touch program."""
+    """The templates of one language for a touch program.
+
+    Raises
+    ------
+    InputError
+        When a folder of the user has one of the two templates of sensing: what switches it on may then not be off.
+    """
 
     program: TouchProgram
+
+    def __post_init__(self) -> None:
+        folder = self.program.controller.templates
+        own = [] if folder is None else [(folder / self.language / f"{block}{ENDING}") for block in TOUCH_BLOCKS]
+        if sum(path.is_file() for path in own) == 1:
+            missing = next(path for path in own if not path.is_file())
+            raise InputError(
+                f"{missing}: no such file; templates that switch sensing on and off come together, or it may stay on"
+            )
 
     def sensing(self, *, on: bool, signal: str, enable: str) -> list[str]:
         """Return what switches the sensing on before a search, and waits until the signal is true, or off after it.

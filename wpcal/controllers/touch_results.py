@@ -6,7 +6,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from wpcal.controllers.registry import Controller, controller_named, controllers
-from wpcal.core.errors import FormatError, InputError
+from wpcal.controllers.taught_program import ENCODING
+from wpcal.core.errors import InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.wording import listed
 from wpcal.searches import ResultsFile, SearchResults, TouchPlan, TouchSetup
@@ -76,11 +77,4 @@ def _is_partner(path: Path, other: Path, controller: Controller) -> bool:
 
 
 def _read(path: Path) -> ResultsFile:
-    raw = read_bytes(path)
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = raw.decode("latin-1")  # comments of old controllers
-    if "\0" in text:
-        raise FormatError("is not a text file", path=str(path))
-    return ResultsFile(str(path), text)
+    return ResultsFile(str(path), read_bytes(path).decode(ENCODING))

@@ -12,7 +12,7 @@ from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
 from wpcal.searches import TouchSetup, read_touch_plan, read_touch_setup
 from wpcal.taught.table import TaughtPoints
-from wpcal.taught.touch_results import nominal_place, pair_results
+from wpcal.taught.touch_results import SilentRows, nominal_place, pair_results
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,12 +27,15 @@ class TouchRun:
     record : dict
         `searches` of ``calibration.json``.
     issues : tuple of Issue
+    silent : SilentRows or None
+        Searches that found nothing.
     """
 
     taught: TaughtPoints
     T_nominal_part: RigidTransform
     record: dict[str, Any]
     issues: tuple[Issue, ...]
+    silent: SilentRows | None
 
 
 def read_touch_run(plan_file: Path, results_path: Path, setup_file: Path | None = None) -> TouchRun:
@@ -70,4 +73,4 @@ def read_touch_run(plan_file: Path, results_path: Path, setup_file: Path | None 
         "latency_mm": setup.latency_s * setup.search_speed_mm_s,
     }
     taught = replace(paired.taught, sha256=sha256_of(read_bytes(Path(results.path))))
-    return TouchRun(taught, nominal_place(plan), record, paired.issues)
+    return TouchRun(taught, nominal_place(plan), record, paired.issues, paired.silent)

@@ -22,7 +22,12 @@ def shown(value: object) -> str:
 
 def counted(number: int, word: str) -> str:
     """Return a number with its noun: ``1 face``, ``31 faces``."""
-    return f"{number} {word}" if number == 1 else f"{number} {word}s"
+    return f"{number} {word}" if number == 1 else f"{number} {plural(word)}"
+
+
+def plural(word: str) -> str:
+    """Return the plural of a noun: ``points``, ``touches``."""
+    return f"{word}es" if word.endswith(("ch", "s", "sh", "x")) else f"{word}s"
 
 
 def listed(names: Iterable[str]) -> str:

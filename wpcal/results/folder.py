@@ -21,7 +21,7 @@ from wpcal.seam.names import seams_named
 from wpcal.seam.record import SEAMS_SCHEMA, errors_from_record, seams_from_record
 from wpcal.seam.seam import Seam
 from wpcal.seam.torch import TorchShape
-from wpcal.seam.torch_file import torch_from_fields
+from wpcal.seam.torch_file import torch_of_seams
 
 CALIBRATION_FILE, SEAMS_FILE, PART_FILE = "calibration.json", "seams.json", "part.glb"
 RECORD_SCHEMAS = {CALIBRATION_FILE: CALIBRATION_SCHEMA, SEAMS_FILE: SEAMS_SCHEMA}
@@ -151,7 +151,9 @@ def read_result_folder(folder: Path) -> ResultFolder:
         When a file breaks its format, or the files do not come from one calibration.
     """
     if not folder.is_dir():
-        raise InputError(f"{folder}: no such folder; expected the folder of a finished calibration")
+        raise InputError(
+            f"{folder}: no such folder; expected the folder of a finished calibration or of a plan of touches"
+        )
     calibration, seams = (read_record(folder, name) for name in RECORD_SCHEMAS)
     T_base_part = agreed_pose(calibration, seams, path=folder / SEAMS_FILE)
     check_same_run(folder, calibration)
@@ -198,16 +200,5 @@ def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> Fi
     if stated is not space:
         raise FrameError(f"{path}: {_WRONG_SPACE[stated]}", code=ErrorCode.ROBOT_SPACE)
     seams = seams_from_record(found.seams, path=str(path))
-    errors, torch = errors_from_record(found.seams), _torch(found.seams, path)
+    errors, torch = errors_from_record(found.seams), torch_of_seams(found.seams, path)
     return FinishedCalibration(found.T_base_part, seams, errors, found.calibration, found.part_glb, torch)
-
-
-def _torch(record: dict[str, Any], path: Path) -> TorchShape | None:
-    if "torch" not in record:
-        return None
-    try:
-        return torch_from_fields(record["torch"])
-    except InputError as error:
-        raise FormatError(str(error), path=str(path)) from None
-    except (AttributeError, TypeError, ValueError) as error:
-        raise FormatError(f"torch is not complete: {error}", path=str(path)) from None

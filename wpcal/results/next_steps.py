@@ -153,6 +153,13 @@ def _rival(calibration: Mapping[str, Any], _: Mapping[str, Any]) -> list[str]:
     return ["Touch one more face, of another direction.", "Or give the rough place of the part (--nominal)."]
 
 
+def _silent(_: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[str]:
+    return [
+        "Look at the part: does it stand as in the model, not turned or mirrored?",
+        "Run the touch program again. If the same search finds nothing, check the wire and the touch signal there.",
+    ]
+
+
 def _list(names: Any) -> str:
     found = list(names)
     more = f" and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
@@ -183,4 +190,5 @@ _STEPS = {
     "check": _check,
     "check-contradicts": _check,
     "rival": _rival,
+    "silent-search": _silent,
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from importlib import resources
@@ -96,6 +96,24 @@ def torch_from_fields(record: dict[str, Any]) -> TorchShape:
     fields = dict(record)
     neck = fields.pop("neck", None)
     return TorchShape(**fields, neck=None if neck is None else Neck(**neck))
+
+
+def torch_of_seams(record: Mapping[str, Any], path: Path) -> TorchShape | None:
+    """Return the torch with which the seams of a ``seams.json`` were felt; None in files that do not state it.
+
+    Raises
+    ------
+    FormatError
+        If it is not complete, or its sizes are not those of a torch.
+    """
+    if record.get("torch") is None:
+        return None
+    try:
+        return torch_from_fields(record["torch"])
+    except InputError as error:
+        raise FormatError(str(error), path=str(path)) from None
+    except (AttributeError, TypeError, ValueError) as error:
+        raise FormatError(f"torch is not complete: {error}", path=str(path)) from None
 
 
 def _record(path: Path) -> dict[str, Any]:

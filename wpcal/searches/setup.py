@@ -40,9 +40,10 @@ class RapidSetup:
 
 @dataclass(frozen=True, slots=True)
 class KrlSetup:
-    """KUKA: the number of the interrupt that a search uses."""
+    """KUKA: the number of the interrupt that a search uses, and the sensor of the package."""
 
     interrupt: int = 20
+    sensor: int = 1
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import FormatError
 from wpcal.core.issue import Issue
 from wpcal.core.tangent import log_rotation
@@ -38,6 +38,25 @@ REASONS = {
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class SilentRows:
+    """Searches on the part that ran and found nothing.
+
+    Parameters
+    ----------
+    ends : TaughtPoints
+        Rows with the ends of their strokes as places.
+    starts : ndarray, shape (n, 3)
+        In `base`, mm.
+    was_active : ndarray of bool, shape (n,)
+        The touch signal was on at the start.
+    """
+
+    ends: TaughtPoints
+    starts: FloatArray
+    was_active: BoolArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class PairedTouches:
     """The touches of a run, ready to be fitted.
 
@@ -53,6 +72,8 @@ class PairedTouches:
         Of the program.
     issues : tuple of Issue
         What a person should know.
+    silent : SilentRows or None
+        Searches that found nothing and may test the fit.
     """
 
     taught: TaughtPoints
@@ -60,6 +81,7 @@ class PairedTouches:
     stick_out_mm: float | None
     tool: str
     issues: tuple[Issue, ...]
+    silent: SilentRows | None = None
 
 
 def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | None = None) -> PairedTouches:
@@ -94,7 +116,8 @@ def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | No
     found = [(search, result) for search, result in pairs if result.p is not None]
     _require_postures(plan, found, results.path)
     late = cell.latency_s * cell.search_speed_mm_s
-    places = [_place(plan, search, result) - late * search.direction for search, result in found]
+    T_base_stored = plan.T_base_part if results.T_base_part is None else results.T_base_part
+    places = [_place(plan, search, result, T_base_stored) - late * search.direction for search, result in found]
     outside = [text for (search, _), p in zip(found, places, strict=True) if (text := _outside(search, p))]
     if outside:
         raise FormatError(f"places outside of their strokes: {'; '.join(outside)}", path=results.path)
@@ -109,7 +132,8 @@ def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | No
         longer = "longer" if stick_out > 0 else "shorter"
         message = f"the post shows that the wire is {abs(stick_out):.3g} mm {longer} than planned; this is corrected"
         issues.append(Issue(STICK_OUT, message))
-    return PairedTouches(taught, left_out, stick_out, results.tool, tuple(issues))
+    silent = _silent(plan, [(search, result) for search, result in pairs if result.p is None], results.path)
+    return PairedTouches(taught, left_out, stick_out, results.tool, tuple(issues), silent)
 
 
 def _require_same_plan(plan: TouchPlan, results: SearchResults) -> None:
@@ -162,10 +186,13 @@ def _turn(one: FloatArray, other: FloatArray) -> float:
     return float(np.linalg.norm(log_rotation(one @ other.T)))
 
 
-def _place(plan: TouchPlan, search: Search, result: SearchResult) -> FloatArray:
-    """Return the stored place in the frame of its search: `part`, of a post `base`."""
-    p = np.asarray(result.p)
-    return np.asarray(plan.T_base_part.apply(p)) if search.kind is SearchKind.POST else p
+def _place(plan: TouchPlan, search: Search, result: SearchResult, T_base_stored: RigidTransform) -> FloatArray:
+    """Return the stored place in the frame of its search: `part`, of a post `base`.
+
+    Programs have the frame with the digits of their language, and store places relative to that.
+    """
+    p_base = T_base_stored.apply(np.asarray(result.p))
+    return np.asarray(p_base if search.kind is SearchKind.POST else plan.T_base_part.inverse().apply(p_base))
 
 
 def _outside(search: Search, p: FloatArray) -> str:
@@ -231,6 +258,16 @@ def _taught(
         radius_mm=np.array([search.radius_mm for search in searches]),
         R_base_tool=R @ np.array([search.R_part_tool for search in searches]),
     )
+
+
+def _silent(plan: TouchPlan, pairs: Sequence[tuple[Search, SearchResult]], path: str) -> SilentRows | None:
+    ran = [each for each in pairs if each[0].kind is SearchKind.PART and each[1].outcome is not Outcome.NOT_RUN]
+    if not ran:
+        return None
+    searches = [search for search, _ in ran]
+    ends = _taught(plan, searches, [search.end for search in searches], None, TouchSetup(), path)
+    starts = plan.T_base_part.apply(np.array([search.start for search in searches]))
+    return SilentRows(ends, starts, np.array([result.outcome is Outcome.ACTIVE_AT_START for _, result in ran]))
 
 
 def _known_stick_out(covariances: FloatArray, wires: FloatArray, setup: TouchSetup) -> FloatArray:

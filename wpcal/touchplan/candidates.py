@@ -75,7 +75,7 @@ class Candidates:
     ----------
     strokes : Strokes
     small : Contacts
-        Places too near to the border of their face.
+        Places on faces that are too small for the displacement.
     safe_mm : float
         Level along `up` on which the torch crosses the part.
     """

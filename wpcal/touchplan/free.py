@@ -32,7 +32,7 @@ FLOOR_MM = 1.0
 APPROACH_MM = 30.0
 """From the start back along the wire to where the robot comes through the air."""
 RISE_STEP_MM = 12.0
-"""On its way up the torch is compared with the part at this distance."""
+"""On its way up the torch is compared with the part at this distance, and its wire is felt as thick as this."""
 SAFE_MM = 20.0
 """The tip crosses the part so much above its displaced top."""
 SPINS = 8
@@ -211,23 +211,23 @@ def _is_free(
     free = np.ones(len(strokes), dtype=bool)
     approach = strokes.approach
     steps = [
-        (strokes.at(strokes.before_mm), True),
-        (strokes.at(0.0), False),
-        (strokes.at(-strokes.after_mm), False),
-        (strokes.at(strokes.before_mm) - APPROACH_MM / 2 * contacts.wire, True),
-        (approach, True),
+        (strokes.at(strokes.before_mm), wire_mm),
+        (strokes.at(0.0), None),
+        (strokes.at(-strokes.after_mm), None),
+        (strokes.at(strokes.before_mm) - APPROACH_MM / 2 * contacts.wire, wire_mm),
+        (approach, wire_mm),
     ]
     most = max(0, math.ceil(float(np.max(safe_mm - approach @ up, initial=0.0)) / RISE_STEP_MM))
     for step in range(1, most + 1):
         height = np.minimum(step * RISE_STEP_MM, np.maximum(safe_mm - approach @ up, 0.0))
-        steps.append((approach + height[:, None] * up, True))
-    for tips, with_wire in steps:
+        steps.append((approach + height[:, None] * up, RISE_STEP_MM))
+    for tips, felt_mm in steps:
         rows = np.flatnonzero(free)
         if len(rows) == 0:
             break
         clear = contacts.normal_mm[rows] + LEAST_GAP_MM
         where = (tips[rows], contacts.wire[rows], strokes.bend[rows])
-        free[rows] = torch_is_free(materials, torch, *where, clear, wire_mm=wire_mm if with_wire else None)
+        free[rows] = torch_is_free(materials, torch, *where, clear, wire_mm=felt_mm)
     return free
 
 

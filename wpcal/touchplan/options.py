@@ -23,7 +23,7 @@ HIT_LEVEL = 0.99
 """Share of the parts that a search meets within its stroke."""
 
 
-class Template(StrEnum):
+class Pattern(StrEnum):
     """The pattern of a plan."""
 
     BEST = "best"
@@ -36,7 +36,7 @@ class Template(StrEnum):
     @property
     def touches(self) -> int | None:
         """How many touches the pattern has; None if any number."""
-        return None if self is Template.BEST else LEAST_TOUCHES
+        return None if self is Pattern.BEST else LEAST_TOUCHES
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +108,7 @@ class TouchOptions:
     ----------
     touches : int
         How many searches, without that on a post.
-    template : Template
+    pattern : Pattern
     wire_mm : float
         Diameter of the wire.
     torch : TorchShape
@@ -127,7 +127,7 @@ class TouchOptions:
     """
 
     touches: int = 8
-    template: Template = Template.BEST
+    pattern: Pattern = Pattern.BEST
     wire_mm: float = 1.2
     torch: TorchShape = USUAL_TORCH
     nominal: NominalError = field(default_factory=NominalError)
@@ -143,7 +143,7 @@ class TouchOptions:
                 f"{self.touches} touches: expected {LEAST_TOUCHES} to {MOST_TOUCHES}; a place has six freedoms, and "
                 "each touch holds one"
             )
-        if self.template.touches not in (None, self.touches):
-            raise InputError(f"the template {self.template} has {self.template.touches} touches, got {self.touches}")
+        if self.pattern.touches not in (None, self.touches):
+            raise InputError(f"the pattern {self.pattern} has {self.pattern.touches} touches, got {self.touches}")
         if not 0.0 < self.wire_mm < 2.0 * self.torch.mouth_mm:
             raise InputError(f"the wire: expected a diameter above 0 and below the nozzle's, got {self.wire_mm:g} mm")

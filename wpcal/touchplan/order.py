@@ -27,6 +27,8 @@ MOST_EXACT = 11
 """Orders of up to this many searches are all compared (by subsets); of more, stretches are reversed."""
 LEVELS_MM = (0.0, 60.0, 150.0)
 """If the torch is not free on the safe level, it is tried so much higher."""
+NOT_FIRST = 1e12
+"""What an order costs that begins elsewhere than it has to."""
 TURN_MM_PER_RAD = 100.0
 """A turn of the torch is weighed like this way."""
 
@@ -75,7 +77,13 @@ class Air:
         tips, frames = np.concatenate(places), np.concatenate(turns)
         clear = np.full(len(tips), math.ceil((self.clear_mm + STEP_MM / 2) / BIN_MM) * BIN_MM)
         free = torch_is_free(
-            self.materials, self.torch, tips, frames[:, :, 2], frames[:, :, 0], clear, wire_mm=self.wire_mm
+            self.materials,
+            self.torch,
+            tips,
+            frames[:, :, 2],
+            frames[:, :, 0],
+            clear,
+            wire_mm=max(self.wire_mm, STEP_MM),
         )
         return bool(free.all())
 
@@ -88,9 +96,10 @@ class Air:
         """Return the points between two places on the way through the air, shape (k, 3); None if none is free."""
         if self.is_free(np.stack([a, b]), np.stack([Ra, Rb])):
             return np.empty((0, 3))
+        below = self.over(a, b)  # the ways up to this level are free: each search was taken only with its own
         for higher in LEVELS_MM:
             via = self.over(a, b, higher)
-            if self.is_free(np.stack([a, *via, b]), np.stack([Ra, Ra, Rb, Rb])):
+            if self.is_free(np.stack([below[0], *via, below[1]]), np.stack([Ra, Ra, Rb, Rb])):
                 return via
         return None
 
@@ -123,14 +132,30 @@ def order_searches(approach: FloatArray, R: FloatArray, air: Air) -> tuple[IntAr
         ways[i, j], ways[j, i] = found, found[::-1]
         points = np.concatenate([approach[i : i + 1], found, approach[j : j + 1]])
         cost[i, j] = cost[j, i] = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()) + turn
-    order = _by_subsets(cost) if n <= MOST_EXACT else _by_reversals(cost)
-    return order, ways
+    return shortest_order(cost), ways
 
 
-def _by_subsets(cost: FloatArray) -> IntArray:
+def shortest_order(cost: FloatArray, *, first: int | None = None) -> IntArray:
+    """Return the shortest open way through all places.
+
+    Parameters
+    ----------
+    cost : ndarray, shape (n, n)
+        Of the way between two of them, the same in both directions.
+    first : int, optional
+        Where the way begins.
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+    """
+    return _by_subsets(cost, first) if len(cost) <= MOST_EXACT else _by_reversals(cost, first)
+
+
+def _by_subsets(cost: FloatArray, first: int | None) -> IntArray:
     """Return the shortest open way through all (Held and Karp 1962)."""
     n = len(cost)
-    best = {(1 << i, i): (0.0, -1) for i in range(n)}
+    best = {(1 << i, i): (0.0 if first in (None, i) else NOT_FIRST, -1) for i in range(n)}
     for size in range(2, n + 1):
         for some in combinations(range(n), size):
             mask = sum(1 << i for i in some)
@@ -147,9 +172,10 @@ def _by_subsets(cost: FloatArray) -> IntArray:
     return np.array(order[::-1], dtype=np.int64)
 
 
-def _by_reversals(cost: FloatArray) -> IntArray:
+def _by_reversals(cost: FloatArray, first: int | None) -> IntArray:
     n = len(cost)
-    order, left = [0], set(range(1, n))
+    order = [first or 0]
+    left = set(range(n)) - set(order)
     while left:
         order.append(min(left, key=lambda k: (cost[order[-1], k], k)))
         left.discard(order[-1])
@@ -160,7 +186,7 @@ def _by_reversals(cost: FloatArray) -> IntArray:
     improved = True
     while improved:
         improved = False
-        for i, j in combinations(range(n), 2):
+        for i, j in combinations(range(0 if first is None else 1, n), 2):
             other = order[:i] + order[i : j + 1][::-1] + order[j + 1 :]
             if length(other) < length(order) - 1e-9:
                 order, improved = other, True

@@ -7,11 +7,11 @@ from itertools import permutations
 
 import numpy as np
 
-from wpcal.advise.design import SetSearch
+from wpcal.advise.design import SetSearch, farthest_rows
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import GeometryError
 from wpcal.touchplan.choose import TouchDesign, best_set
-from wpcal.touchplan.options import Template, TouchOptions
+from wpcal.touchplan.options import Pattern, TouchOptions
 
 SAME_SIDE_COS = 0.97
 """Faces within 14 degrees are one side of the part."""
@@ -19,6 +19,8 @@ ACROSS_COS = 0.5
 """Two sides of a pattern are 60 degrees or more apart."""
 MOST_SIDES = 6
 """Sides that are tried, those with the most places to touch: six of a box."""
+MOST_PER_SIDE = 40
+"""Touches of a side, far from one another: all choices of three sides are tried."""
 PLACE_MM = 120.0
 """Touches of one place of the three-point pattern are at most so far apart."""
 MOST_PARTNERS = 3
@@ -45,33 +47,34 @@ def choose_touches(design: TouchDesign, p: FloatArray, normal: FloatArray, optio
         When the part has no set of the pattern that holds all six freedoms.
     """
     rng = np.random.default_rng(options.seed)
-    if options.template is Template.BEST:
+    if options.pattern is Pattern.BEST:
         return best_set(design, min(options.touches, len(design)), slots=None, rng=rng)[0]
-    if options.template is Template.THREE_TWO_ONE:
-        found = _three_two_one(design, normal, rng)
+    if options.pattern is Pattern.THREE_TWO_ONE:
+        found = _three_two_one(design, p, normal, rng)
     else:
         found = _three_point(design, p, normal, rng)
     if len(found) == 0:
         raise GeometryError(
-            f"the part has no touches of the pattern {options.template} that hold all six freedoms; leave the template "
+            f"the part has no touches of the pattern {options.pattern} that hold all six freedoms; leave the pattern "
             "away"
         )
     return found
 
 
-def _sides(normal: FloatArray) -> list[IntArray]:
+def _sides(p: FloatArray, normal: FloatArray) -> list[IntArray]:
     """Return touches by sides of the part, those with most of them first."""
     left, sides = np.arange(len(normal)), list[IntArray]()
     while len(left) and len(sides) < MOST_SIDES:
         near = normal[left] @ normal[left].T >= SAME_SIDE_COS
         best = int(np.argmax(near.sum(axis=1)))
-        sides.append(left[near[best]])
+        side = left[near[best]]
+        sides.append(side[np.sort(farthest_rows(p[side], MOST_PER_SIDE))])
         left = left[~near[best]]
     return sides
 
 
-def _three_two_one(design: TouchDesign, normal: FloatArray, rng: np.random.Generator) -> IntArray:
-    sides = _sides(normal)
+def _three_two_one(design: TouchDesign, p: FloatArray, normal: FloatArray, rng: np.random.Generator) -> IntArray:
+    sides = _sides(p, normal)
     best, least = np.zeros(0, dtype=np.int64), np.inf
     for a, b, c in permutations(range(len(sides)), 3):
         ways = [normal[sides[k]].mean(axis=0) for k in (a, b, c)]

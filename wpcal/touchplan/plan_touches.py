@@ -134,7 +134,7 @@ def plan_touches(
     progress("ordering the searches and finding the ways between them")
     strokes = strokes.select(chosen)
     air = Air(materials, options.torch, options.wire_mm, up, found.safe_mm, float(strokes.contacts.normal_mm.max()))
-    searches = _in_order(part, strokes, air, options)
+    searches = _in_order(part, strokes, air, options) if reach is None else _unordered(part, strokes, options)
     if options.post_base is not None:
         searches = (_post(options, T, up, found.safe_mm), *searches)
     plan = TouchPlan(
@@ -225,6 +225,12 @@ def _in_order(part: TouchPart, strokes: Strokes, air: Air, options: TouchOptions
     return tuple(searches)
 
 
+def _unordered(part: TouchPart, strokes: Strokes, options: TouchOptions) -> tuple[Search, ...]:
+    """Return the searches as they come: the arm orders them by its joints."""
+    none = np.empty((0, 3))
+    return tuple(search_of(part, strokes, row, f"T{row + 1}", none, options) for row in range(len(strokes)))
+
+
 def _words(p: FloatArray) -> str:
     return f"({' '.join(f'{round(float(v), 1) + 0.0:g}' for v in p)})"
 
@@ -303,8 +309,7 @@ def _post(options: TouchOptions, T_base_part: RigidTransform, up: FloatArray, sa
 
 def _notes(graph: BrepGraph, found: Candidates, is_unplaced: bool) -> tuple[str, ...]:
     notes = list[str]()
-    touched = set(found.strokes.contacts.face.tolist())
-    small = [face for face in dict.fromkeys(found.small.face.tolist()) if face not in touched]
+    small = list(dict.fromkeys(found.small.face.tolist()))
     if small:
         which = face_words(graph, found.small, small[0])
         notes.append(f"{counted(len(small), 'face')} too small for the displacement of the part, such as {which}")

@@ -115,17 +115,24 @@ def find_welds(
             welds.append(_weld(seam, place, rules, material, own, groove, planned))
         except InputError as error:
             raise InputError(f"{stated_in}: {error}" if stated_in else str(error), code=error.code) from None
-    notes += [
-        f"{weld.name}: its thickness and its size are not known; state thickness_mm, or leg_mm or throat_mm"
+    return FoundWelds(tuple(welds), (*notes, *_of_welds(welds)), left, tuple(not_chosen))
+
+
+def _of_welds(welds: Sequence[SeamWeld]) -> list[str]:
+    """Return what is not obvious about welds, one line for all welds that it concerns."""
+    unsized = [
+        weld.name
         for weld in welds
         if weld.weld is WeldType.FILLET and weld.values.leg_mm is None and weld.values.throat_mm is None
     ]
-    notes += [
-        f"{weld.name}: runs along the root face of a groove; lay it or leave it out (--only), as the drawing says"
+    at_root = [
+        weld.name
         for weld in welds
         if weld.values.weld is WeldKind.SQUARE and weld.origins["weld"].source is Source.MODEL
     ]
-    return FoundWelds(tuple(welds), tuple(notes), left, tuple(not_chosen))
+    size = "thickness and size are not known; state thickness_mm, or leg_mm or throat_mm"
+    root = "runs along the root face of a groove; lay it or leave it out (--only), as the drawing says"
+    return [f"{listed(names)}: {what}" for names, what in ((unsized, size), (at_root, root)) if names]
 
 
 def seam_places(seams: Sequence[Seam], T_base_part: RigidTransform) -> list[tuple[str, Place]]:

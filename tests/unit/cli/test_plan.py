@@ -68,6 +68,28 @@ def test_a_plan_is_written_whole(tmp_path, few_points, swept, capsys):
     assert {file.suffix for file in out.iterdir()} >= {".mod", ".jbi", ".json", ".csv"}
 
 
+def test_without_a_name_every_accepted_seam_has_a_folder(tmp_path, few_points, swept, capsys):
+    """W3 is refused, and W2 is the same weld as W1 under another name."""
+    swept(SHOWN)
+    record = json.loads(few_points.read_text(encoding="utf-8"))
+    (first,) = record["seams"]
+    copies = [{**first, "name": name} for name in ("W2", "W3")]
+    copies[1] |= {"confidence": 0.0, "accepted": False}
+    record["seams"] += copies
+    file = tmp_path / "seams.json"
+    file.write_text(json.dumps(record), encoding="utf-8")
+    out = tmp_path / "out"
+    assert call("plan", CELL, file, "-o", out, "-f", "rapid") == 0
+    assert sorted(path.name for path in out.iterdir()) == ["W1", "W2"]
+    for name in ("W1", "W2"):
+        assert any(f"_{name}_" in path.name for path in (out / name).glob("*.mod"))
+        assert json.loads((out / name / "plan.json").read_text(encoding="utf-8"))["freedom"] == "free"
+    shown = capsys.readouterr().out
+    assert "2 of 2 seams have programs: W1, W2; the ways from one seam to the next are not planned" in shown
+    assert call("plan", CELL, file, "-o", out, "--json", "--force") == 2
+    assert "name it with --seam; these are W1, W2" in capsys.readouterr().err
+
+
 def test_json_is_the_record_alone(tmp_path, few_points, swept, capsys):
     swept(SHOWN)
     out = tmp_path / "out"
@@ -168,7 +190,7 @@ def test_the_check_as_json_is_a_record(tmp_path, capsys):
 
 def test_a_plan_without_seams_says_what_is_missing(tmp_path, capsys):
     assert call("plan", CELL) == 2
-    assert "a plan needs RESULT, --seam, -o; to check the cell alone, add --check" in capsys.readouterr().err
+    assert "a plan needs RESULT, -o; to check the cell alone, add --check" in capsys.readouterr().err
 
 
 def remove_grasp(record):
@@ -219,6 +241,10 @@ def test_a_bad_cell_is_one_line_and_nothing_written(tmp_path, few_points, monkey
         (("--seam", "W1", "--arc", "on"), "arc instructions need weld data"),
         (("--seam", "W1", "--every-point"), "use --joints for every point"),
         (("--seam", "W1", "--template", "mine"), "have no templates"),
+        (("--seam", "W1", "--config", "N U T, 0, 0, 0"), "leave out --config"),
+        (("--seam", "W1", "--only", "W1"), "either --seam or --only"),
+        (("--only", "W7"), "W7"),
+        (("--part", "x.glb"), "--part is for one robot"),
         (("--seam", "W1", "--tacks", "only"), "leave out --tacks only"),
         (("--seam", "W1", "--weave", "points"), "leave out --weave points"),
         (("--seam", "W1", "--path-tol-mm", "-1"), "path tolerance: expected a positive number"),

@@ -19,6 +19,10 @@ WHOLE = {
     "fanuc.md": ["WPCAL.ls", "W1.ls", "W2.ls"],
     "kawasaki.md": ["WPCAL.as", "WPCAL.as"],
     "kuka.md": ["WPCAL.src", "WPCAL.dat", "WPCAL.src"],
+    "touch-programs.md": [
+        *("WPCAL_touch.mod", "WPCAL_touch_res.mod", "WPCAL_touch.src", "WPCAL_touch.dat", "WPCAL_TOUCH.ls"),
+        *("WPCAL_TOUCH.jbi", "WPCAL_touch.script", "WPCAL_touch.as"),
+    ],
     "two-robots.md": [
         *("WPCAL_W2_R1.mod", "WPCAL_W2_R2.mod", "WPCAL_W2.jbi", "wpcal_w2.ls"),
         *("WPCAL_W2_R1.src", "WPCAL_W2_R1.dat", "WPCAL_W2_R2.src", "WPCAL_W2_R2.dat"),

@@ -13,6 +13,7 @@ from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.records import to_json
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.one_robot_file import read_one_robot
+from wpcal.planning.cell.robot_cell import Shape
 from wpcal.planning.sequence.order import Stop, find_order
 from wpcal.planning.sequence.place import Moved, map_places, place_svg
 from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
@@ -230,6 +231,23 @@ def test_a_cell_without_tool_data_is_one_line(tmp_path):
     record["torch_robot"]["T_flange_tool"] = None
     with pytest.raises(InputError, match="T_flange_tool is missing"):
         read_one_robot(write_cell(tmp_path, record))
+
+
+def test_a_place_where_a_body_is_in_the_way_does_not_count(given):
+    """A lid over the part: the arm would reach the seams there. A plan finds the same."""
+    cell, seams = given.placed(fixed_cell()), [each for each in given.seams if each.name == "W2"]
+    one = {"range_mm": 400.0, "step_mm": 400.0}
+    before = map_places(cell, given.part, seams, SequenceTargets(), **one)
+    assert before.now == 1.0
+    at = cell.part_places(cell.home[None])[0] @ [100.0, 10.0, 70.0, 1.0]
+    lid = Shape("lid", at[None, :3] - [200.0, 0.0, 0.0], at[None, :3] + [200.0, 0.0, 0.0], np.array([40.0]))
+    covered = dataclasses.replace(cell, bench=(*cell.bench, lid))
+    found = map_places(covered, given.part, seams, SequenceTargets(), **one)
+    assert found.now == 0.0
+    assert found.best[3] == 1.0
+    with pytest.raises(GeometryError, match="lid"):
+        plan_sequence(covered, given.part, seams, SequenceTargets(torch_range_rad=0.0))
+    assert (found.share <= before.share).all()
 
 
 def test_the_map_finds_a_place_for_a_part_out_of_reach(given):

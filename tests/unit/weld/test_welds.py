@@ -186,7 +186,7 @@ def test_a_file_is_written_edited_and_written_again(finished_folder, tmp_path, m
     monkeypatch.setenv("COLUMNS", "160")  # no cell of the table is folded
     folder, file = finished_folder(), tmp_path / "welds.json"
     first = run_here("welds", folder, "-o", file)
-    assert "W1: its thickness and its size are not known; state thickness_mm, or leg_mm" in first.stderr
+    assert "W1, Kehlnaht Ü/3: thickness and size are not known; state thickness_mm, or leg_mm" in first.stderr
     assert run_here("welds", folder, "-o", file, "--set", "W1:thickness_mm=8").returncode == 0
     record = json.loads(file.read_text())
     assert [one["name"] for one in record["welds"]] == ["W1", "Kehlnaht Ü/3"]
@@ -260,7 +260,7 @@ def test_values_of_a_seam_that_is_not_chosen_are_kept(finished_folder, tmp_path)
     folder, file = finished_folder(), tmp_path / "welds.json"
     assert run_here("welds", folder, "-o", file, "--set", "W1:leg_mm=4").returncode == 0
     ended = run_here("welds", folder, "-o", file, "--only", "Kehlnaht Ü/3")
-    assert "W1 is not accepted or not chosen; its values are kept under without_seam" in ended.stderr
+    assert "W1: not accepted or not chosen; values are kept under without_seam" in ended.stderr
     (kept,) = json.loads(file.read_text())["without_seam"]
     assert (kept["name"], kept["values"]) == ("W1", {"leg_mm": 4})
     ended = run_here("welds", folder, "-o", file)

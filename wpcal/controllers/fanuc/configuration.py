@@ -36,8 +36,8 @@ def config(posture: Posture) -> list[str]:
     beyond = np.abs(posture.degrees[:, [0, 3, 4, 5]]).max(axis=1) > ONE_TURN_DEG
     refuse_first(
         beyond,
-        "joint 1, 4, 5 or 6 is beyond 180 deg, and public sources do not agree on the turn numbers (another "
-        "--near-joints may keep the joints within it)",
+        "joint 1, 4, 5 or 6 is beyond 180 deg, and public sources do not agree on the turn numbers (the joints from "
+        "which the program starts decide whether they stay within it)",
     )
     flips = np.sin(posture.joints[:, 4]) > 0.0
     return [

@@ -104,7 +104,7 @@ def fold_moves(path: WeldPath, along: Sequence[str], program: WeldProgram, stops
     lines = [
         f";FOLD ARCON {data} LIN {first} Vel={air:g} m/s CPDAT{first} {place}",
         *_parameters("arconlin", first, "", data, air, blends=False),
-        *_act(first, f"{air:g}"),
+        *act_lines(first, f"{air:g}"),
         _trigger(f"DISTANCE=1 DELAY=ArcGetDelay(#PreDefinition,{data})", f"#PreDefinition,{data},W{first}"),
         _trigger(f"PATH={on_the_fly} DELAY=ArcGetDelay(#GasPreflow,{data})", f"#GasPreflow,{data},W{first}"),
         _trigger(f"PATH={on_the_fly} DELAY=0", f"#ArcOnMoveStd,{data},W{first}"),
@@ -128,7 +128,7 @@ def _fold(move: Move, along: Sequence[str], data: str, place: str, *, is_last: b
     head = [
         f";FOLD {name} {data} {word} {points} CPDAT{to} {place}",
         *_parameters(f"{provider}{kind}", to, via, data, 0.0, blends=bool(ends)),
-        *_act(to, "gArcBasVelDefinition"),
+        *act_lines(to, "gArcBasVelDefinition"),
     ]
     motion = f"{word} {f'X{via},' if via else ''}X{to}{ends}"
     if not is_last:
@@ -165,7 +165,8 @@ def _parameters(provider: str, point: str, via: str, data: str, velocity: float,
     return [";FOLD Parameters ;%{h}", f";Params {text}", ";ENDFOLD"]
 
 
-def _act(point: str, velocity: str) -> list[str]:
+def act_lines(point: str, velocity: str) -> list[str]:
+    """Return what every fold of a linear move sets before it."""
     return [
         "$BWDSTART=FALSE",
         f"LDAT_ACT=LCPDAT{point}",

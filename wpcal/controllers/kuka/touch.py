@@ -5,6 +5,8 @@ leaves the search (``RESUME``). ``RESUME`` ends all subprograms up to the level 
 is therefore two levels deep: `WPFIND` declares the interrupt, `WPSEARCH` moves and is ended. ``WAIT SEC 0`` after the
 move stops the advance run, so that the program does not leave `WPSEARCH` before the robot is there.
 
+With `with_package` the searches are folds of TouchSense (`wpcal.controllers.kuka.touch_sense`).
+
 Results are variables of the data list, which the controller keeps in the ``.dat``.
 
 References
@@ -16,6 +18,7 @@ $POS_INT).
 from __future__ import annotations
 
 from wpcal.controllers.kuka.configuration import status_and_turn
+from wpcal.controllers.kuka.touch_sense import sense_data, sense_moves
 from wpcal.controllers.kuka.write import (
     ATTRIBUTES,
     DEG_DECIMALS,
@@ -40,9 +43,9 @@ from wpcal.controllers.touch_program import (
     TouchSteps,
     describe_touches,
     number_of,
-    refuse_package,
 )
 from wpcal.core.errors import InputError
+from wpcal.core.transform import RigidTransform
 
 LARGEST_INPUT = 4096
 """Inputs and outputs of a KR C4."""
@@ -69,9 +72,8 @@ def write_touch_krl(program: TouchProgram) -> dict[str, str]:
     Raises
     ------
     InputError
-        When KRL has no such input, output or interrupt, or for `with_package`.
+        When KRL has no such input, output or interrupt.
     """
-    refuse_package(program, "KRL")
     name = program.name(NAMES)
     T_base_frame = rounded_frame(program.plan.T_base_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)
     steps = program.steps(T_base_frame)
@@ -90,8 +92,10 @@ def write_touch_krl(program: TouchProgram) -> dict[str, str]:
         f"DECL FRAME WPPART={frame}",
         f"DECL INT WPRESULT={NOT_RUN}",
         f"DECL E6POS WPPLACE={NOWHERE}",
+        *([f"DECL FRAME WPSEEN={frame}"] if program.setup.with_package else []),
         *_home(program),
         *(line for row, each in enumerate(steps) for line in _points(each, None if known is None else known[row])),
+        *(line for each in steps for line in _sensed(program, each, T_base_frame)),
         *(line for each in steps for line in _stored(each)),
         "ENDDAT",
         "",
@@ -105,8 +109,7 @@ def write_touch_krl(program: TouchProgram) -> dict[str, str]:
         *([] if program.plan.home_joints is None else post.joint_move(HOME, speed="")),
         *post.footer(),
         "",
-        *_find(program, post),
-        "",
+        *([] if program.setup.with_package else [*_find(program, post), ""]),
     ]
     return {f"{name}.src": "\r\n".join(source), f"{name}.dat": "\r\n".join(data)}
 
@@ -122,6 +125,8 @@ def _about(program: TouchProgram, name: str, *, known: bool) -> list[str]:
         f"tool {program.controller.tool_number}, interrupt {_interrupt(program)}",
         f"PTP moves run with {JOINT_PERCENT} % of the axes' speed",
     ]
+    if program.setup.with_package:
+        results.append(f"searches with TouchSense, sensor {program.setup.krl.sensor}, at its slow speed")
     about = describe_touches(program, signal=f"$IN[{_signal(program)}]", results=results)
     return comment_lines(about, mark="", longest=LONGEST_COMMENT)
 
@@ -170,6 +175,10 @@ def _points(steps: TouchSteps, known: list[tuple[int, int]] | None) -> list[str]
     return [f"DECL E6POS {_label(steps, mark)}={text}" for mark, text in zip(steps.marks, texts, strict=True)]
 
 
+def _sensed(program: TouchProgram, steps: TouchSteps, T_base_frame: RigidTransform) -> list[str]:
+    return sense_data(program, steps, T_base_frame, _label(steps, "S")) if program.setup.with_package else []
+
+
 def _stored(steps: TouchSteps) -> list[str]:
     return [f"DECL INT {OUTCOME}{steps.name}={NOT_RUN}", f"DECL E6POS {PLACE}{steps.name}={NOWHERE}"]
 
@@ -201,7 +210,8 @@ def _search(steps: TouchSteps, program: TouchProgram, post: TouchPost) -> list[s
     lines = [f"; {steps.name}", f"$VEL.CP={air}", *post.air_move(way[0], speed=air, joint=is_first)]
     for label in (*way[1:], start):
         lines += post.air_move(label, speed=air)
-    lines += [f"WPFIND({end})", f"IF WPRESULT=={FOUND} THEN", f"{PLACE}{steps.name}=WPPLACE", "ENDIF"]
+    lines += [f"WPFIND({end})"] if not program.setup.with_package else sense_moves(program, steps, start, air)
+    lines += [f"IF WPRESULT=={FOUND} THEN", f"{PLACE}{steps.name}=WPPLACE", "ENDIF"]
     lines += [f"{OUTCOME}{steps.name}=WPRESULT", f"$VEL.CP={air}"]
     for label in (start, retract):
         lines += post.air_move(label, speed=air)

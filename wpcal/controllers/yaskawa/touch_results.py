@@ -1,5 +1,8 @@
 """Results of a touch program in INFORM: the variables of ``VAR.DAT``.
 
+The file does not hold the user frame. The job says in remarks which numbers are typed in at the controller: those of
+the plan with the digits of the language.
+
 Sections ``///B``, ``///D`` and ``///P`` hold the variables in the order of their numbers, from 0. Rows of B and D have
 any length. A position variable is one row; lines of settings (``///POSTYPE``, ``///USER``) between rows do not count.
 """
@@ -9,6 +12,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from wpcal.controllers.rounding import rounded_frame
+from wpcal.controllers.yaskawa.write import DEG_DECIMALS, MM_DECIMALS
 from wpcal.core.errors import FormatError
 from wpcal.core.transform import RigidTransform
 from wpcal.searches.plan import TouchPlan
@@ -42,6 +47,7 @@ def read_touch_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: Tou
         fingerprint=fingerprint_of_stored(double.get(first), double.get(first + 1)),
         tool=text_number(number_at(double, first + 3, f"D{first + 3:03d}", file.path)),
         count=number_at(double, first + 4, f"D{first + 4:03d}", file.path),
+        T_base_part=rounded_frame(plan.T_base_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS),
     )
     for k, search in enumerate(plan.searches):
         name, number = search.name.upper(), inform.first_position_variable + k

@@ -18,6 +18,7 @@ from wpcal.planning.cell.bodies import arm_frames
 from wpcal.planning.cell.robot_cell import JOINTS, Shape, joint_speeds
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.forward import Frames, start_frames
+from wpcal.seam.torch import TorchShape
 
 MOST_AXES = 2
 """Axes of a positioner: one turns the part, two also tilt it."""
@@ -126,6 +127,8 @@ class OneRobotCell:
         Height in `world` at which the arm is mounted, mm; None: on the floor.
     source : str
         Origin of the numbers.
+    torch_shape : TorchShape or None
+        The torch whose bodies `torch` holds, to be compared with that of the seams; None: not stated.
 
     Raises
     ------
@@ -149,6 +152,7 @@ class OneRobotCell:
     floor_z_mm: float = 0.0
     mount_z_mm: float | None = None
     source: str = ""
+    torch_shape: TorchShape | None = None
 
     def __post_init__(self) -> None:
         if len(self.arm.joints) != JOINTS:

@@ -19,6 +19,10 @@ from wpcal.planning.cell.cell_check import (
 )
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance, one_robot_bodies
+from wpcal.planning.cell.segments import Segments, segment_distances
+
+WIRE_MM = 80.0
+"""No wire is so long: the nozzle of a torch is nearer to the tip."""
 
 
 def check_one_robot(cell: OneRobotCell) -> tuple[Issue, ...]:
@@ -31,7 +35,7 @@ def check_one_robot(cell: OneRobotCell) -> tuple[Issue, ...]:
     Returns
     -------
     tuple of Issue
-        Codes ``mounting-face``, ``no-bodies``, ``metres``, ``capsule-and-hull`` and ``home``.
+        Codes ``mounting-face``, ``no-bodies``, ``metres``, ``capsule-and-hull``, ``torch-place`` and ``home``.
     """
     bodies = one_robot_bodies(cell)
     small = [body for body in bodies if extent_mm(body.shape) < SMALLEST_MM]
@@ -41,6 +45,7 @@ def check_one_robot(cell: OneRobotCell) -> tuple[Issue, ...]:
         *_missing(cell),
         *(metres_issue(body) for body in small),
         *capsule_issues(sized),
+        *_torch_place(cell),
         *_home(cell),
     )
 
@@ -90,6 +95,27 @@ def _missing(cell: OneRobotCell) -> Iterator[Issue]:
     for shapes, name, says, field in groups:
         if not shapes:
             yield Issue("no-bodies", f"{says}; list bodies in {field}", (name,))
+
+
+def _torch_place(cell: OneRobotCell) -> Iterator[Issue]:
+    """Yield what does not fit between the torch and the tip of the wire, the origin of the frame `tool`."""
+    nearest = np.inf
+    for shape in cell.torch:
+        capsules, tip = Segments(shape.p.T, (shape.q - shape.p).T), np.zeros((3, 1))
+        apart = segment_distances(capsules, Segments(tip, tip)) - shape.radius_mm
+        if not len(apart):
+            continue
+        nearest = min(nearest, float(apart.min()))
+        if not len(shape.hull) and apart.min() < 0.0:  # the capsule around a hull is only a bound
+            says = f"the tip of the wire is {-apart.min():.0f} mm inside {shape.name}, which would never reach a seam"
+            yield Issue("torch-place", f"{says}; correct T_flange_tool or torch in torch_robot", (shape.name,))
+    if WIRE_MM < nearest < np.inf:
+        yield Issue(
+            "torch-place",
+            f"the bodies of the torch begin {nearest:.0f} mm from the tip of the wire: they are in another frame than "
+            "tool (--torch-mesh and --torch-capsule: flange), or T_flange_tool is wrong",
+            ("torch",),
+        )
 
 
 def _home(cell: OneRobotCell) -> Iterator[Issue]:

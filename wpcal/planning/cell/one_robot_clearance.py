@@ -15,6 +15,7 @@ Which pairs are compared
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -148,6 +149,12 @@ class OneRobotClearance:
         least = np.full(len(carriers), np.inf)
         np.minimum.at(least, row.ravel(), safety)
         return carriers, row.ravel(), least
+
+    def standing_as(self, cell: OneRobotCell) -> OneRobotClearance:
+        """Return the same measures in a cell whose bodies stand elsewhere and are the same; no grid is made again."""
+        other = copy(self)
+        other.cell = cell
+        return other
 
     def names(self, pair: int) -> tuple[str, str]:
         """Return the names of the two bodies of a pair."""

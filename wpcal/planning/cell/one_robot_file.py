@@ -16,6 +16,7 @@ from wpcal.planning.cell.cell_file import CELL_SCHEMA, arm_beside, built_from, c
 from wpcal.planning.cell.one_robot import OneRobotCell, Positioner, Rail
 from wpcal.planning.cell.robot_cell import JOINTS, RobotCell
 from wpcal.robot.kinematics.arm import Arm
+from wpcal.seam.torch_file import torch_from_fields
 
 
 def read_any_cell(path: Path) -> RobotCell | OneRobotCell:
@@ -65,7 +66,7 @@ def _cell(record: Mapping[str, Any], path: Path) -> OneRobotCell:
             "--tool-from with a program of the controller)"
         )
     arm = arm_beside(str(robot["arm"]), path)
-    rail = _rail(robot.get("rail"))
+    rail = None if robot.get("rail") is None else rail_from_record(robot["rail"])
     positioner = _positioner(record.get("positioner"), path)
     place = record.get("T_world_part") if positioner is None else record["positioner"].get("T_flange_part")
     external = _external(robot, record, "home_mm", "home_deg", rail, positioner)
@@ -86,6 +87,7 @@ def _cell(record: Mapping[str, Any], path: Path) -> OneRobotCell:
         floor_z_mm=float(record.get("floor_z_mm", 0.0)),
         mount_z_mm=None if robot.get("mounting_face_z_mm") is None else float(robot["mounting_face_z_mm"]),
         source=str(record.get("source", "")),
+        torch_shape=None if robot.get("torch_shape") is None else torch_from_fields(robot["torch_shape"]),
     )
 
 
@@ -103,9 +105,8 @@ def default_home(arm: Arm) -> FloatArray:
     return np.clip(home, low, high)
 
 
-def _rail(record: Mapping[str, Any] | None) -> Rail | None:
-    if record is None:
-        return None
+def rail_from_record(record: Mapping[str, Any]) -> Rail:
+    """Return the rail of a cell file."""
     limits = (float(record[name]) for name in ("min_mm", "max_mm", "speed_mm_s"))
     return Rail(_array(record["direction"], "rail.direction"), *limits)
 

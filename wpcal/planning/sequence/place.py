@@ -1,7 +1,8 @@
 """Where the part or the robot should stand so that most length of the seams is reachable.
 
-Only the arm is looked at: limits, singular poses, and that one branch reaches a whole seam with the torch at its target
-angles. Collisions are not: a plan at the best place shows them.
+A seam counts as reachable if one branch of the arm reaches its ends and its middle with the torch at its target angles,
+within limits and away from singular poses, and no body of the cell is in the way there. The ways between these points
+are not looked at: a plan at the best place does that.
 """
 
 from __future__ import annotations
@@ -14,12 +15,13 @@ from typing import Any
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.robot_cell import JOINTS
 from wpcal.planning.cell.singularity import is_regular, is_within_turns
 from wpcal.planning.sequence.external import axes_of, external_axes, values_along
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
@@ -34,6 +36,10 @@ TURNS_DEG = (0.0, 90.0, 180.0, 270.0)
 """Turns of the part about the vertical that are tried at every place."""
 MOST_AXES = 12
 """Positions of the external axes that are tried per seam and place."""
+MOST_WAYS = 4
+"""Branches, with positions of the external axes, that are compared with the bodies of the cell per seam and place."""
+MOST_SPINS = 4
+"""Poses of the torch that are compared per point of a seam: quarter turns about the wire."""
 RUNGS = 3
 """Points of a seam that are looked at: its ends and its middle."""
 
@@ -134,6 +140,11 @@ def map_places(
     Returns
     -------
     PlaceMap
+
+    Notes
+    -----
+    Only places that the arm reaches, and that could be better than with the part turned otherwise, are compared with
+    the bodies of the cell: at most `RUNGS` times `MOST_WAYS` times `MOST_SPINS` states per seam.
     """
     clearance = OneRobotClearance(cell, part)
     tasks = [seam_task(seam.seam) for seam in seams]
@@ -145,13 +156,16 @@ def map_places(
     share, best_turn = np.zeros((len(grid), len(grid))), np.zeros((len(grid), len(grid)))
     middle = _middle(cell, tasks)
     for turn in turns:
-        found = np.zeros((len(grid), len(grid)))
+        grid_of = _Grid(clearance, _turned(cell, turn, middle), targets, moved, grid)
+        found, rest = np.zeros_like(share), 1.0
         for number, (task, pose) in enumerate(zip(tasks, poses, strict=True), start=1):
             progress(f"places: seam {number} of {len(tasks)}, part turned by {turn:g} deg")
-            found += length[number - 1] * _reached(_turned(cell, turn, middle), task, pose, targets, moved, grid)
-        better = found / length.sum() > share + 1e-9
+            own = length[number - 1] / length.sum()
+            found += own * grid_of.reached(task, pose, found + rest > share + 1e-9)
+            rest -= own
+        better = found > share + 1e-9
         best_turn = np.where(better, turn, best_turn)
-        share = np.where(better, found / length.sum(), share)
+        share = np.where(better, found, share)
         if turn == 0.0:
             now = float(share[steps, steps])
     return PlaceMap(moved, grid, grid, best_turn, share, now)
@@ -182,30 +196,86 @@ def _thinned(task: SeamTask, poses: TorchPoses) -> TorchPoses:
     )
 
 
-def _reached(
-    cell: OneRobotCell, task: SeamTask, poses: TorchPoses, targets: SequenceTargets, moved: Moved, grid: FloatArray
-) -> FloatArray:
-    """Return 1 where one branch reaches a seam from a place, shape (a, b)."""
-    values = external_axes(cell, task, targets).values[:MOST_AXES]
-    T_base_world = np.linalg.inv(cell.base_places(axes_of(cell, values[:, 0])))
-    along = np.repeat(values_along(values, task, poses.rungs), poses.is_free.shape[1], axis=1)
-    places = cell.part_places(axes_of(cell, along.reshape(along.shape[0] * along.shape[1], along.shape[2]))).reshape(
-        *along.shape[:2], 4, 4
-    )
-    T_part_flange = poses.T_part_tool.reshape(-1, 4, 4) @ cell.T_flange_tool.inverse().matrix
-    T_flange = T_base_world[:, None] @ (places @ T_part_flange)
-    sign = 1.0 if moved is Moved.PART else -1.0
-    found = np.zeros((len(grid), len(grid)))
-    for i, x in enumerate(grid):
-        moves = np.column_stack([np.full(len(grid), x), grid, np.zeros(len(grid))]) * sign
-        shift = np.einsum("cij,bj->bci", T_base_world[:, :3, :3], moves)
-        T = np.repeat(T_flange[None], len(grid), axis=0)
-        T[..., :3, 3] += shift[:, :, None]
-        joints = solve_inverse(cell.arm, T.reshape(-1, 4, 4)).joints
-        usable = is_within_turns(cell.arm, joints) & is_regular(cell.arm, joints)
-        usable = usable.reshape(len(grid), len(values), *poses.is_free.shape, BRANCHES) & poses.is_free[..., None]
-        found[i] = np.any(np.all(np.any(usable, axis=3), axis=2), axis=(1, 2))
-    return found
+@dataclass(frozen=True, slots=True)
+class _Grid:
+    """The cell at every place of the map, with the part turned in one way."""
+
+    clearance: OneRobotClearance
+    cell: OneRobotCell
+    targets: SequenceTargets
+    moved: Moved
+    mm: FloatArray
+
+    def reached(self, task: SeamTask, poses: TorchPoses, asked: BoolArray) -> FloatArray:
+        """Return 1 where one branch reaches a seam, free of collision; shape (a, b), 0 where `asked` is not."""
+        cell, grid = self.cell, self.mm
+        values = external_axes(cell, task, self.targets).values[:MOST_AXES]
+        T_base_world = np.linalg.inv(cell.base_places(axes_of(cell, values[:, 0])))
+        along = np.repeat(values_along(values, task, poses.rungs), poses.is_free.shape[1], axis=1)
+        axes = axes_of(cell, along.reshape(along.shape[0] * along.shape[1], along.shape[2]))
+        places = cell.part_places(axes).reshape(*along.shape[:2], 4, 4)
+        T_part_flange = poses.T_part_tool.reshape(-1, 4, 4) @ cell.T_flange_tool.inverse().matrix
+        T_flange = T_base_world[:, None] @ (places @ T_part_flange)
+        shape = (len(values), *poses.is_free.shape)
+        outer = axes[:, JOINTS:].reshape(*shape, -1)
+        sign = 1.0 if self.moved is Moved.PART else -1.0
+        found = np.zeros((len(grid), len(grid)))
+        for i, x in enumerate(grid.tolist()):
+            columns = np.flatnonzero(asked[i])
+            moves = np.column_stack([np.full(len(columns), x), grid[columns], np.zeros(len(columns))]) * sign
+            shift = np.einsum("cij,bj->bci", T_base_world[:, :3, :3], moves)
+            T = np.repeat(T_flange[None], len(columns), axis=0)
+            T[..., :3, 3] += shift[:, :, None]
+            joints = solve_inverse(cell.arm, T.reshape(-1, 4, 4)).joints
+            usable = is_within_turns(cell.arm, joints) & is_regular(cell.arm, joints)
+            usable = usable.reshape(len(columns), *shape, BRANCHES) & poses.is_free[..., None]
+            joints = joints.reshape(len(columns), *shape, BRANCHES, JOINTS)
+            for row in np.flatnonzero(np.any(np.all(np.any(usable, axis=3), axis=2), axis=(1, 2))):
+                y = float(grid[columns[row]])
+                found[i, columns[row]] = self._is_free_way((x, y), usable[row], joints[row], outer)
+        return found
+
+    def _is_free_way(self, at: tuple[float, float], usable: BoolArray, joints: FloatArray, outer: FloatArray) -> bool:
+        """Tell whether one branch reaches all points of a seam without collision at a place.
+
+        Parameters
+        ----------
+        at : tuple of float
+            Move in x and y, mm.
+        usable : ndarray of bool, shape (c, m, K, 8)
+            For each position of the external axes, point, pose of the torch and branch.
+        joints : ndarray, shape (c, m, K, 8, 6)
+            rad.
+        outer : ndarray, shape (c, m, K, e)
+            External axes, rad and mm.
+        """
+        counts = usable.sum(axis=2).min(axis=1)  # poses at the point that has the fewest
+        ways = np.argsort(-counts, axis=None, kind="stable")[:MOST_WAYS]
+        clearance = self.clearance.standing_as(_moved(self.cell, self.moved, *at))
+        for value, branch in zip(*np.unravel_index(ways[counts.ravel()[ways] > 0], counts.shape), strict=True):
+            rows = [np.flatnonzero(usable[value, rung, :, branch]) for rung in range(usable.shape[1])]
+            rows = [row[np.linspace(0, len(row) - 1, min(len(row), MOST_SPINS)).astype(int)] for row in rows]
+            rung = np.repeat(np.arange(len(rows)), [len(row) for row in rows])
+            pose = np.concatenate(rows)
+            q = np.concatenate([joints[value, rung, pose, branch], outer[value, rung, pose]], axis=1)
+            clear = clearance.margins(q).is_clear
+            if np.isin(np.arange(len(rows)), rung[clear]).all():
+                return True
+        return False
+
+
+def _moved(cell: OneRobotCell, moved: Moved, x_mm: float, y_mm: float) -> OneRobotCell:
+    """Return the cell with the robot, or the part with its positioner, moved in `world`."""
+    if moved is Moved.ROBOT:
+        return replace(cell, T_world_base=_shifted(cell.T_world_base, x_mm, y_mm))
+    if cell.positioner is None:
+        return replace(cell, T_carrier_part=_shifted(cell.T_part, x_mm, y_mm))
+    standing = replace(cell.positioner, T_world_base=_shifted(cell.positioner.T_world_base, x_mm, y_mm))
+    return replace(cell, positioner=standing)
+
+
+def _shifted(T: RigidTransform, x_mm: float, y_mm: float) -> RigidTransform:
+    return RigidTransform(T.R, T.t_mm + np.array([x_mm, y_mm, 0.0]), T.target, T.source)
 
 
 def place_svg(found: PlaceMap) -> str:
@@ -223,7 +293,11 @@ def place_svg(found: PlaceMap) -> str:
     )
     texts = [
         (LEFT, 24, title),
-        (LEFT, 44, "x and y of world, mm, from where the cell has it; collisions are not looked at"),
+        (
+            LEFT,
+            44,
+            "x and y of world, mm, from where the cell has it; looked at: ends and middles of seams, with collisions",
+        ),
     ]
     texts += [(LEFT + CELL * i + 2, bottom + 18, f"{x:g}") for i, x in enumerate(found.x_mm.tolist())]
     texts += [(6, TOP + CELL * (b - 1 - j) + CELL // 2 + 5, f"{y:g}") for j, y in enumerate(found.y_mm.tolist())]

@@ -25,6 +25,7 @@ from wpcal.planning.sequence.remedies import RemedySearch
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
 from wpcal.planning.sequence.sequence_input import PlannedSeam
+from wpcal.planning.sequence.smooth import smoothed
 from wpcal.planning.sequence.start_check import require_sound_start
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.weld_sequence import (
@@ -211,7 +212,8 @@ def _worked_out(
         stops = list(zip(order.stops, order.ways, strict=True))
         for stop, way in stops:
             if (stop, way) not in pieces:
-                pieces[stop, way] = _piece(search, stretches[stop].name, stretches[stop].candidates[way])
+                found = smoothed(search, stretches[stop].candidates[way])
+                pieces[stop, way] = _piece(search, stretches[stop].name, found)
         ends = [
             cell.home,
             *(row for at in stops for row in (pieces[at].states[0], pieces[at].states[-1])),

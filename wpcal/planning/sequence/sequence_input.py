@@ -20,10 +20,14 @@ from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.seam.names import seams_named
 from wpcal.seam.record import SEAMS_SCHEMA, errors_from_record, seams_from_record
 from wpcal.seam.seam import Seam
+from wpcal.seam.torch import TorchShape
+from wpcal.seam.torch_file import torch_of_seams
 from wpcal.weld.runs import RunChoice, WeldRun, chosen_runs
 from wpcal.weld.seam_weld import SeamWeld
 
 SEAMS_FILE, PART_FILE = "seams.json", "part.glb"
+OFF_PART_MM = 10.0
+"""A seam is this far from the box of its part at most: half of a wide gap."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +82,8 @@ class SequenceInput:
     part : TriangleMaterial or None
         In `part`; None if there is no ``part.glb``.
     part_glb : bytes or None
+    torch : TorchShape or None
+        With which reach was felt when the seams were found; None in files that do not state it.
     """
 
     seams: tuple[PlannedSeam, ...]
@@ -85,6 +91,7 @@ class SequenceInput:
     T_base_part: RigidTransform | None
     part: TriangleMaterial | None
     part_glb: bytes | None
+    torch: TorchShape | None = None
 
     def placed(self, cell: OneRobotCell) -> OneRobotCell:
         """Return the cell with the part where the robot found it, or as the cell says.
@@ -97,6 +104,17 @@ class SequenceInput:
         found = cell if self.T_base_part is None else cell.with_touched_part(self.T_base_part)
         _ = found.T_part  # refuses a part whose place is not known
         return found
+
+    def other_torch(self, cell: OneRobotCell) -> str | None:
+        """Say that the seams were felt with another torch than that of the cell; None if they agree, or nobody says."""
+        felt, own = self.torch, cell.torch_shape
+        if felt is None or own is None or replace(felt, name=own.name) == own:
+            return None
+        return (
+            f"the seams were felt with {felt.name} ({felt}), and the cell has {own.name} ({own}): the plan is made "
+            "with the bodies of the cell; find the seams again with --torch, or make the cell with --torch "
+            f"{felt.name}"
+        )
 
     def in_base(self, cell: OneRobotCell) -> tuple[RigidTransform, tuple[Seam, ...]]:
         """Return ``T_base_part`` and all seams with frames in the base: as the robot found them, else as at home.
@@ -134,7 +152,9 @@ class SequenceInput:
         return replace(self, seams=tuple(PlannedSeam(run.seam, run.u95_mm, run) for run in runs))
 
 
-def read_sequence_input(result: Path, cell: OneRobotCell, names: Sequence[str] | None = None) -> SequenceInput:
+def read_sequence_input(
+    result: Path, cell: OneRobotCell, names: Sequence[str] | None = None, *, part_glb: bytes | None = None
+) -> SequenceInput:
     """Read what is to be welded.
 
     Parameters
@@ -145,11 +165,13 @@ def read_sequence_input(result: Path, cell: OneRobotCell, names: Sequence[str] |
         Its robot must have the robot space in which frames in `base` were calibrated.
     names : sequence of str, optional
         Seams and ranges (``W1``, ``W5-W8``); None: the accepted ones.
+    part_glb : bytes, optional
+        Triangles of the part; by default ``part.glb`` beside the seams, if it is there.
 
     Raises
     ------
     InputError
-        When a file cannot be opened, a name is unknown, or no seam is left.
+        When a file cannot be opened, a name is unknown, no seam is left, or a seam is outside of the given part.
     FormatError
         When a file breaks its format.
     FrameError
@@ -170,11 +192,26 @@ def read_sequence_input(result: Path, cell: OneRobotCell, names: Sequence[str] |
         for seam in seams
     )
     glb = path.with_name(PART_FILE)
-    raw = read_bytes(glb) if glb.exists() else None
+    raw = part_glb if part_glb is not None else read_bytes(glb) if glb.exists() else None
     part = None if raw is None else TriangleMaterial.of(read_part_glb(raw, path=str(glb)))
+    if part is not None and part_glb is not None:
+        _require_on_part([in_part[row] for row in rows], part)
     errors = errors_from_record(record)
     planned = tuple(PlannedSeam(in_part[row], errors[row]) for row in rows)
-    return SequenceInput(planned, in_part, T_base_part, part, raw)
+    return SequenceInput(planned, in_part, T_base_part, part, raw, torch_of_seams(record, path))
+
+
+def _require_on_part(seams: Sequence[Seam], part: TriangleMaterial) -> None:
+    corners = part.corners.reshape(-1, 3)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    for seam in seams:
+        p = seam.frames.p
+        off = float(np.maximum(np.maximum(low - p, p - high), 0.0).max())
+        if off > OFF_PART_MM:
+            raise InputError(
+                f"--part: seam {seam.name} is {off:.0f} mm outside of this part; expected the part in which the seams "
+                "were found"
+            )
 
 
 def _place(record: dict[str, object], seams: Sequence[Seam], path: Path, cell: OneRobotCell) -> RigidTransform | None:

@@ -42,6 +42,13 @@ test("fewer than three points: the page says how many are missing", () => {
   assert.match(stateOf(rowsOf(2, 1), NONE).text, /^A fit needs the coordinates of 1 more point that/);
 });
 
+test("touches that all wait ask for their coordinates; wpcal counts those that are typed", () => {
+  const touched = (x) =>
+    new Rows({ columns: ["name", "x_mm", "y_mm", "z_mm", "kind"], rows: [["T1", x, x, x, "plane"]] });
+  assert.match(stateOf(touched(""), NONE).text, /^Type the coordinates/);
+  assert.equal(stateOf(touched("1"), NONE).text, "");
+});
+
 test("a fault of a row counts first, one of the whole table only when enough points are there", () => {
   const ofRow = { message: "A, x_mm: expected a number", code: "format", row: 0, column: "x_mm" };
   const ofAll = { message: "the points lie on one line", code: "geometry", row: null, column: null };

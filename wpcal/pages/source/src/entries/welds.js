@@ -15,6 +15,7 @@ import { plural } from "../words.js";
 
 const SEAM = "#c2410c";
 const CHOSEN = "#1d5fa8";
+const MOST_NAMED = 6; // seams in a sentence
 const IN_WORDS = ["leg_mm", "throat_mm", "depth_mm", "passes", "process", "speed_mm_s", "weave", "stitch"];
 
 class WeldsPage {
@@ -110,7 +111,8 @@ class WeldsPage {
     this.show();
     const what =
       value === undefined ? "goes back to the rules" : `is ${shown(field, value)} ${value === null ? "" : field.unit}`;
-    const where = rows.map((row) => this.data.welds[row].name).join(", ");
+    const few = rows.length <= MOST_NAMED;
+    const where = few ? rows.map((row) => this.data.welds[row].name).join(", ") : plural(rows.length, "seam");
     this.say(`${field.label} ${what.trim()} in ${where}`);
     return this.grid.cell().focus();
   }

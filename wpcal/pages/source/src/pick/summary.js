@@ -10,6 +10,8 @@ const FIRST_STEP =
   "Click a feature on the part, and type the coordinates that the robot shows there. " +
   "Or drop a table or a robot program here.";
 
+const TOUCH_STEP = "Type the coordinates that the robot shows at each touch.";
+
 /**
  * The line below the heading: what is missing, what is wrong, or the verdict.
  *
@@ -30,7 +32,8 @@ export function stateOf(rows, { answer, fault }) {
 /** What a fit still needs, or null. Touches on faces are counted by wpcal, not here. */
 function missingText(rows) {
   const ready = rows.rows.filter((row) => !rows.isWaiting(row) && row.use === "yes").length;
-  if (ready >= LEAST_POINTS || "kind" in rows.rows[0]) return null;
+  if ("kind" in rows.rows[0]) return waitingIn(rows) === rows.rows.length ? TOUCH_STEP : null;
+  if (ready >= LEAST_POINTS) return null;
   const points = plural(LEAST_POINTS - ready, "more point");
   const isTyping = waitingIn(rows) >= LEAST_POINTS - ready;
   return `A fit needs ${isTyping ? "the coordinates of " : ""}${points} that do not lie on one line.`;

@@ -1,0 +1,186 @@
+"""The bodies of a torch for a cell file: from its sizes, from a mesh, or from capsules that the user states.
+
+All are in the frame `tool`, whose z is the wire direction and whose origin is the tip of the wire. A torch with a neck
+bends towards the flange.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wpcal.brep.surface_points import surface_points
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.hulls import capsule_around
+from wpcal.robot.kinematics.urdf_bodies import hull_corners, read_stl
+from wpcal.seam.torch import TorchShape
+
+NOZZLE_TO_PART_MM = 3.0
+"""The nozzle works near the part: this is above the errors of a calibration and of a path."""
+NOZZLE_MM = 110.0
+"""From the tip of the wire to where a usual swan neck bends."""
+NECK_RADIUS_MM = 30.0
+"""Half of the width of a usual torch body with its cables."""
+ON_WIRE_MM = 1.0
+"""A flange that is nearer to the line of the wire gives no direction for the neck."""
+CIRCLE = 16
+"""Corners around a conical nozzle: it becomes thicker by 2 % of its radius at most."""
+SLICE_MM = 30.0
+"""A torch mesh is cut across the wire into pieces of this length, each with its own hull: a bent neck stays bent."""
+SMALLEST_TORCH_MM = 30.0
+"""No torch is shorter."""
+SAMPLE_MM = 3.0
+"""Points on a torch mesh are at most this far apart."""
+
+
+def hulled(name: str, hull: FloatArray, **more: Any) -> dict[str, Any]:
+    """Return the record of a body: a convex hull, and the capsule around it.
+
+    Parameters
+    ----------
+    name : str
+    hull : ndarray, shape (n, 3)
+        Corners in the frame of the body, mm.
+    **more : object
+        Other fields of the record.
+    """
+    p, q, radius = capsule_around(hull)
+    capsule = {"p_mm": _rounded(p), "q_mm": _rounded(q), "radius_mm": float(np.ceil(radius * 100 + 2) / 100)}
+    return {"name": name, **more, "capsules": [capsule], "hull_mm": hull.tolist()}
+
+
+def bodies_of_shape(shape: TorchShape, T_flange_tool: RigidTransform) -> list[dict[str, Any]]:
+    """Return the bodies of a torch with known sizes, and what joins it to the flange.
+
+    Parameters
+    ----------
+    shape : TorchShape
+        Straight, or with a neck.
+    T_flange_tool : RigidTransform
+
+    Returns
+    -------
+    list of dict
+        Records of shapes in `tool`.
+    """
+    flange = T_flange_tool.inverse().t_mm
+    if shape.neck is None:
+        bend = np.array([0.0, 0.0, -max(NOZZLE_MM, shape.wire_mm + 2.0 * shape.nozzle_radius_mm)])
+        return [_nozzle(shape, -float(bend[2])), *_joined(bend, flange, min(NECK_RADIUS_MM, _apart(bend, flange) / 2))]
+    towards = np.array([flange[0], flange[1], 0.0])
+    off = float(np.linalg.norm(towards))
+    x = towards / off if off > ON_WIRE_MM else np.array([-1.0, 0.0, 0.0])  # as wpcal export turns a neck
+    back = np.array([0.0, 0.0, -1.0])
+    R = np.stack([x, np.cross(back, x), back], axis=1)
+    mouth = shape.wire_mm * back
+    bodies = [_nozzle(shape, shape.wire_mm + shape.neck.from_mm)]
+    end = bend = mouth + shape.neck.from_mm * back
+    for number, tube in enumerate(shape.tubes, start=1):
+        p, end = mouth + R @ tube.start, mouth + R @ tube.end
+        body = _capsule(f"torch {number}", p, end, tube.radius_mm)
+        if _apart(p, bend) + shape.wire_mm + shape.neck.from_mm < NOZZLE_MM:
+            body["to_part_mm"] = NOZZLE_TO_PART_MM
+        bodies.append(body)
+    return [*bodies, *_joined(end, flange, 0.0)]
+
+
+def _joined(end: FloatArray, flange: FloatArray, from_mm: float) -> list[dict[str, Any]]:
+    """Return the body from the end of a torch to the flange; none if they are as near as it is thick."""
+    length = _apart(end, flange)
+    if length <= NECK_RADIUS_MM:
+        return []
+    return [_capsule("torch body", end + (flange - end) / length * from_mm, flange, NECK_RADIUS_MM)]
+
+
+def _apart(p: FloatArray, q: FloatArray) -> float:
+    return float(np.linalg.norm(q - p))
+
+
+def _nozzle(shape: TorchShape, end_mm: float) -> dict[str, Any]:
+    """Return the nozzle from its mouth to `end_mm` behind the tip: a capsule, or the hull of a conical one."""
+    radius = shape.nozzle_radius_mm
+    if shape.mouth_radius_mm is None:
+        body = _capsule("nozzle", np.array([0.0, 0.0, -shape.wire_mm - radius]), np.array([0.0, 0.0, -end_mm]), radius)
+    else:
+        turn = 2.0 * np.pi * np.arange(CIRCLE) / CIRCLE
+        circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(CIRCLE)]) / np.cos(np.pi / CIRCLE)
+        rings = ((shape.mouth_mm, shape.wire_mm), (radius, shape.wire_mm + shape.taper_mm), (radius, end_mm))
+        corners = np.concatenate([r * circle - [0.0, 0.0, back] for r, back in rings])
+        body = hulled("nozzle", corners)
+    body["to_part_mm"] = NOZZLE_TO_PART_MM
+    return body
+
+
+def bodies_of_capsules(
+    capsules: Sequence[tuple[FloatArray, FloatArray, float]], T_flange_tool: RigidTransform
+) -> list[dict[str, Any]]:
+    """Return the bodies of capsules that the user states.
+
+    Parameters
+    ----------
+    capsules : sequence of (p, q, radius)
+        Ends, shape (3,) each, in the frame `flange`, and the radius, mm.
+    T_flange_tool : RigidTransform
+    """
+    T, bodies = T_flange_tool.inverse(), []
+    for number, (p, q, radius) in enumerate(capsules, start=1):
+        ends = T.apply(np.array([p, q]))
+        body = _capsule(f"torch {number}", ends[0], ends[1], radius)
+        if ends[:, 2].min() > -NOZZLE_MM - radius:
+            body["to_part_mm"] = NOZZLE_TO_PART_MM
+        bodies.append(body)
+    return bodies
+
+
+def _capsule(name: str, p: FloatArray, q: FloatArray, radius: float) -> dict[str, Any]:
+    return {"name": name, "capsules": [{"p_mm": _rounded(p), "q_mm": _rounded(q), "radius_mm": float(radius)}]}
+
+
+def _rounded(values: FloatArray) -> list[float]:
+    return [float(value) for value in np.round(values, 2) + 0.0]
+
+
+def bodies_of_mesh(path: Path, T_flange_tool: RigidTransform, wire_mm: float) -> list[dict[str, Any]]:
+    """Return hulls of the slices of a torch mesh across the wire; what is in front of the nozzle is the wire.
+
+    Parameters
+    ----------
+    path : Path
+        STL file in the frame `flange`, mm.
+    T_flange_tool : RigidTransform
+    wire_mm : float
+        From the tip of the wire to the nozzle.
+
+    Raises
+    ------
+    InputError
+        When nothing of the mesh is behind the nozzle, or it is so small that it must be in metres.
+    FormatError
+        When the file is not an STL file.
+    """
+    corners = T_flange_tool.inverse().apply(read_stl(path)).reshape(-1, 3, 3)
+    size_mm = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+    if size_mm < SMALLEST_TORCH_MM:
+        raise InputError(f"{path}: this mesh is {size_mm:.3g} mm long: it is probably in metres; expected it in mm")
+    points = np.concatenate(surface_points(corners, SAMPLE_MM))
+    points = points[points[:, 2] <= SAMPLE_MM - wire_mm]
+    if not len(points):
+        raise InputError(f"{path}: no part of this mesh is behind the nozzle; expected it in mm in the frame flange")
+    bodies = []
+    number = np.floor(points[:, 2] / SLICE_MM).astype(int)
+    for row, which in enumerate(np.unique(number)[::-1], start=1):
+        edge = which * SLICE_MM
+        own = points[(points[:, 2] >= edge - SAMPLE_MM) & (points[:, 2] <= edge + SLICE_MM + SAMPLE_MM)]
+        try:
+            body = hulled(f"torch {row}", hull_corners(own))
+        except FormatError:  # the last points of a mesh: they are in the slice beside it, too
+            continue
+        if -edge - SLICE_MM < NOZZLE_MM:
+            body["to_part_mm"] = NOZZLE_TO_PART_MM
+        bodies.append(body)
+    return bodies
