@@ -21,17 +21,28 @@ MOST = 5
 
 
 def plan_faults(
-    folder: Path, cell_json: Path, urdfs: dict[str, Path], seams_json: Path, part: Array | None
+    folder: Path,
+    cell_json: Path,
+    urdfs: dict[str, Path],
+    seams_json: Path,
+    part: Array | None,
+    coupled: tuple[tuple[str, str], ...] = (),
 ) -> list[str]:
-    """Return what is wrong with the plan in a folder; empty if nothing is."""
+    """Return what is wrong with the plan in a folder; empty if nothing is.
+
+    `coupled`: joints whose angles in the plan do not hold the motion of another one, which the URDF file adds.
+    """
     plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"))
     T = of_record(plan["T_carrier_part"])
     cell = RealCell(cell_json, urdfs, part, T)
     points = plan["points"]
     q = np.radians([point["axes"] for point in points])
     t = np.array([point["t_s"] for point in points])
+    limits = _limits(cell, q, t)[:MOST]
+    for joint, other in coupled:
+        q[:, cell.robot.number[joint]] += q[:, cell.robot.number[other]]
     return [
-        *_limits(cell, q, t)[:MOST],
+        *limits,
         *_hits(cell, points, q)[:MOST],
         *_off_path(cell, plan, points, q, seams_json)[:MOST],
         *_missing(plan, points, seams_json)[:MOST],

@@ -81,6 +81,7 @@ def touches_of(
         None if taught.covariances is None else taught.covariances[rows],
         taught.space,
         np.arange(len(rows)),
+        shared=None if taught.shared is None else taught.shared[rows],
     )
 
 

@@ -8,7 +8,8 @@ import re
 import numpy as np
 import pytest
 
-from tests.coordinated_programs import READERS, Seam, faults, followed
+from tests.coordinated_faults import Seam, faults
+from tests.coordinated_programs import READERS, followed
 from tests.saddle import CELLS
 from wpcal.audit import audit_path
 from wpcal.controllers.arc_settings import ArcSettings

@@ -147,6 +147,8 @@ class HullMeasure:
     def raise_bounds(self, bounds: FloatArray, frames: tuple[Frames, ...]) -> None:
         """Measure, in place, the hulls of pairs whose lower bound is not positive, until one of a state is too near.
 
+        The bounds of the pairs of that state that are not measured become infinite: they name nobody.
+
         Parameters
         ----------
         bounds : ndarray, shape (m, n)
@@ -168,9 +170,11 @@ class HullMeasure:
         for i in states:
             here = [(R[min(i, len(R) - 1)], p[min(i, len(p) - 1)]) for R, p in places]
             near = np.flatnonzero(close[:, i])
-            for k in near[np.argsort(bounds[near, i], kind="stable")].tolist():
+            near = near[np.argsort(bounds[near, i], kind="stable")]
+            for row, k in enumerate(near.tolist(), 1):
                 bounds[k, i] = self._distance(k, here) - self.pairs.safety_mm[k]
                 if bounds[k, i] <= 0.0:
+                    bounds[near[row:], i] = np.inf
                     break
 
     def _distance(self, pair: int, places: list[tuple[FloatArray, FloatArray]]) -> float:

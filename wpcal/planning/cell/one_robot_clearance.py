@@ -214,17 +214,21 @@ class OneRobotClearance:
         p, q = capsules.in_part(frames, self.cell.part_row)
         margin = self._grid_margins(p, q, capsules.radius_mm, capsules.needed_mm)
         open_rows = np.broadcast_to(known > 0.0, len(margin)).copy()  # a state in collision anyway needs no more
-        near = (margin <= 0.0) & open_rows[:, None]
+        unknown = margin <= 0.0
+        near = unknown & open_rows[:, None]
+        unknown &= ~near
         self._measure_capsules(
             margin, np.argwhere(near & ~capsules.has_hull), p, q, capsules.radius_mm + capsules.needed_mm
         )
         open_rows &= ~((margin <= 0.0) & ~capsules.has_hull).any(axis=1)
         for column in np.flatnonzero((near & capsules.has_hull).any(axis=0)).tolist():
             rows = np.flatnonzero(near[:, column] & open_rows)
+            unknown[:, column] |= near[:, column] & ~open_rows
             if not len(rows):
                 continue
             margin[rows, column] = self._hull_margins(column, frames, rows)
             open_rows[rows] = margin[rows, column] > 0.0
+        margin[unknown] = np.inf  # of a state where others are too near: a bound that names nobody
         return margin.T, len(self.pairs) + capsules.body
 
     def capsule_margins(self, p: FloatArray, q: FloatArray, radius: FloatArray, needed: FloatArray) -> FloatArray:

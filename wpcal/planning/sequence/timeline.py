@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.planning.sequence.on_line import states_on_lines
 from wpcal.planning.sequence.order import axis_seconds
 from wpcal.planning.sequence.weld_sequence import WeldPiece, WeldSequence, air_seconds
 
@@ -85,22 +86,30 @@ def _air(sequence: WeldSequence, q: FloatArray, first: int, margin: FloatArray) 
 def _weld(sequence: WeldSequence, piece: WeldPiece, row: int) -> Block:
     states, a, n = piece.states, len(piece.before), len(piece.candidate)
     task = piece.candidate.task
-    phase = [SequencePhase.APPROACH] * a + [SequencePhase.WELD] * n + [SequencePhase.RETRACT] * len(piece.after)
-    s = np.full(len(states), np.nan)
-    s[a : a + n] = (task.s_mm[0] + task.s_mm[-1] - task.s_mm) if piece.candidate.is_reversed else task.s_mm
     tip = sequence.cell.tool_places(states)[:, :3, 3]
     air = np.linalg.norm(np.diff(tip, axis=0), axis=1) / sequence.targets.air_speed_mm_s
     steps = np.maximum(air, axis_seconds(states[:-1], states[1:], sequence.cell.speeds))
     steps[a : a + n - 1] = np.diff(task.s_mm) / piece.speed_mm_s
     margin = _at_states(piece.check.at, piece.check.margin_mm, len(states))
+    q, at = states_on_lines(sequence.cell, states[a : a + n])
+    at = np.concatenate([np.arange(a), a + at, np.arange(a + n, len(states))])
+    q = np.concatenate([piece.before, q, piece.after])
+    along = (task.s_mm[0] + task.s_mm[-1] - task.s_mm) if piece.candidate.is_reversed else task.s_mm
+    is_weld = (at >= a) & (at <= a + n - 1)
+    phase = [
+        SequencePhase.WELD if weld else SequencePhase.APPROACH if place < a else SequencePhase.RETRACT
+        for place, weld in zip(at.tolist(), is_weld.tolist(), strict=True)
+    ]
+    s = np.where(is_weld, np.interp(at - a, np.arange(n), along), np.nan)
+    t = np.interp(at, np.arange(len(states)), np.concatenate([[0.0], np.cumsum(steps)]))
     # the first state is the end of the way through the air
     return (
-        list(states[1:]),
-        steps.tolist(),
+        list(q[1:]),
+        np.diff(t).tolist(),
         phase[1:],
-        [row] * (len(states) - 1),
+        [row] * (len(q) - 1),
         s[1:].tolist(),
-        margin[1:].tolist(),
+        margin[at[1:].astype(int)].tolist(),
     )
 
 

@@ -1,0 +1,135 @@
+"""Complete programs of parts with arms, judged by other kinematics and real meshes: `python -m tests.whole_table`."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from tests.cluttered_cells import FIXTURES, TOOL, urdf
+from tests.running import run_here
+from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.core.arrays import FloatArray
+
+STEP = Path(__file__).parents[2] / "shared" / "step"
+"""STEP files of assemblies, beside the checkout."""
+ARMS = {"irb1600_6_12": "rapid", "ma2010": "inform", "kr5_arc": "krl", "m10ia": "fanuc"}
+"""Arms with the language of their maker."""
+ASSEMBLIES = {
+    "box_sides": ("box_sides.STEP", (850.0, -100.0, 250.0), "box_base"),
+    "tail_section": ("tail_section_asm.stp", (600.0, -440.0, 420.0), None),
+}
+"""File, place of the part in the base of the robot (mm), and the solid that is touched (None: any)."""
+COUPLED = {"m10ia": (("joint_3", "joint_2"),)}
+"""Joints whose shown angles do not hold the motion of another one: the URDF files have the true angles."""
+TAUGHT = 4
+"""Corners that are touched."""
+
+
+class Row(NamedTuple):
+    """What came of one part with one arm; lengths in mm."""
+
+    part: str
+    arm: str
+    welded_mm: float
+    accepted_mm: float
+    pieces: int
+    cpu_s: float
+    untold: tuple[str, ...]
+    no_program: tuple[str, ...]
+    faults: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """Return the row of the table."""
+        wrong = (*self.untold, *self.no_program, *self.faults)
+        told = f"{self.part:13} {self.arm:13} {self.welded_mm:6.0f} of {self.accepted_mm:6.0f} mm"
+        return f"{told} {self.pieces:4} pieces {self.cpu_s:6.1f} s  {'; '.join(wrong) or 'free'}"
+
+
+def result_of(part: str, folder: Path) -> Path:
+    """Return the folder of a calibration: of the fixtures, or of an assembly that is touched where it should be."""
+    if part not in ASSEMBLIES:
+        return FIXTURES / part / "golden"
+    out = folder / part
+    if not out.is_dir():
+        name, place, solid = ASSEMBLIES[part]
+        taught = folder / f"{part}.csv"
+        found = json.loads(run_here("features", STEP / name, "--json").stdout)["features"]
+        corners = [row for row in found if row["kind"] == "vertex" and solid in (None, row["solid"])]
+        points = np.array([row["p_mm"] for row in corners])
+        chosen = [int(np.argmin(points.sum(axis=1)))]
+        while len(chosen) < TAUGHT:  # each as far from the others as possible
+            apart = np.linalg.norm(points[:, None] - points[chosen], axis=2).min(axis=1)
+            chosen.append(int(np.argmax(apart)))
+        with taught.open("w", encoding="utf-8", newline="") as file:
+            rows = csv.writer(file)
+            rows.writerow(["name", "x_mm", "y_mm", "z_mm"])
+            rows.writerows([corners[k]["name"], *(points[k] + place).round(4).tolist()] for k in chosen)
+        done = run_here("calibrate", STEP / name, taught, "-o", out)
+        assert done.returncode in (0, 1), done.stderr
+    return out
+
+
+def triangles_of(result: Path) -> FloatArray:
+    """Return the triangles of the part of a calibration in its own frame, shape (m, 3, 3), mm."""
+    return TriangleMaterial.of(read_part_glb((result / "part.glb").read_bytes(), path="part.glb")).corners
+
+
+def judged(part: str, arm: str, folder: Path, results: Path) -> Row:
+    """Make the cell and plan as a user does, and judge what was written."""
+    from tests.plan_faults import plan_faults  # needs FCL and trimesh
+
+    cell, out, result = folder / "cell.json", folder / "plan", result_of(part, results)
+    tool = ",".join(map(str, TOOL))
+    coupled = [text for pair in COUPLED.get(arm, ()) for text in ("--coupled", ":".join(pair))]
+    assert run_here("cell", "new", "--torch-robot", urdf(arm), "--tool", tool, *coupled, "-o", cell).returncode == 0
+    start = time.process_time()
+    done = run_here("plan", cell, result, "-o", out, "-f", ARMS.get(arm, "csv"))
+    cpu_s = time.process_time() - start
+    assert done.returncode in (0, 1), done.stderr
+    plan = json.loads((out / "plan.json").read_text(encoding="utf-8"))
+    seams = json.loads((result / "seams.json").read_text(encoding="utf-8"))["seams"]
+    faults = plan_faults(
+        out, cell, {"robot": urdf(arm)}, result / "seams.json", triangles_of(result), COUPLED.get(arm, ())
+    )
+    welded = sum(abs(piece["to_mm"] - piece["from_mm"]) for piece in plan["seams"])
+    accepted = sum(seam["length_mm"] for seam in seams if seam["accepted"])
+    untold = tuple(f"{gap['seam']}: no reason" for gap in plan["unwelded"] if not gap["why"])
+    return Row(
+        part,
+        arm,
+        welded,
+        accepted,
+        len(plan["seams"]),
+        cpu_s,
+        untold,
+        tuple(plan["no_program"].values()),
+        tuple(faults),
+    )
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--parts", default=f"tee,frame,saddle,{','.join(ASSEMBLIES)}")
+    parser.add_argument("--arms", default=",".join(ARMS))
+    parser.add_argument("--keep", type=Path, help="Folder for cells and plans.")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = given.keep or Path(temporary)
+        for part in given.parts.split(","):
+            for arm in given.arms.split(","):
+                own = folder / f"{part}-{arm}"
+                own.mkdir(parents=True)
+                print(judged(part, arm, own, folder), flush=True)
+
+
+if __name__ == "__main__":
+    main()
