@@ -120,7 +120,7 @@ def _knots(way: Candidate) -> IntArray:
     return way.task.rungs()
 
 
-def smoothed(search: SeamSearch, way: Candidate) -> Candidate:
+def smoothed(search: SeamSearch, way: Candidate, *, may_tilt: bool = True) -> Candidate:
     """Return a way whose joints move less, with the same branch and external axes.
 
     Parameters
@@ -128,6 +128,8 @@ def smoothed(search: SeamSearch, way: Candidate) -> Candidate:
     search : SeamSearch
         Checks the new way: limits, singular poses, collisions, also between points.
     way : Candidate
+    may_tilt : bool
+        Whether the torch may leave its targets so that the joints move less.
 
     Returns
     -------
@@ -135,7 +137,7 @@ def smoothed(search: SeamSearch, way: Candidate) -> Candidate:
         The given one if no better one is clear.
     """
     spun = _refined(search, way, is_tilted=False)
-    if search.targets.torch_range_rad == 0.0:
+    if not may_tilt or search.targets.torch_range_rad == 0.0:
         return spun
     tilted = _refined(search, way, is_tilted=True)
     most = min(CLEARLY_LESS * spun.motion_rad_mm, spun.motion_rad_mm - LEAST_GAIN_RAD_MM)
