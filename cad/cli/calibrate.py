@@ -53,7 +53,7 @@ class TouchFlags:
         help="For a plan of touches: signal, speeds and names of the cell (TOML), as for its program.",
     )
 
-    def read(self, taught: Path, fit: FitFlags, reading: ProgramFlags) -> TouchRun | None:
+    def read(self, part: Path, taught: Path, fit: FitFlags, reading: ProgramFlags) -> TouchRun | None:
         """Read the plan and the results; None without --touches.
 
         Raises
@@ -73,7 +73,7 @@ class TouchFlags:
             raise InputError("--ball-mm cannot be used with --touches: the plan says what meets each face")
         from wpcal.controllers.touch_run import read_touch_run
 
-        return read_touch_run(self.touches, taught, self.setup)
+        return read_touch_run(self.touches, taught, self.setup, part=part.name)
 
 
 @click.command()
@@ -125,7 +125,7 @@ def calibrate(
     from wpcal.core.records import check_writable
 
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
-    run = touching.read(taught, calibration.fit, reading)
+    run = touching.read(part_step, taught, calibration.fit, reading)
     if run is not None:
         nominal = nominal or run.T_nominal_part
         if not is_given("criterion"):

@@ -54,12 +54,11 @@ def error_95_mm(errors: FloatArray) -> float:
     return float(np.quantile(kept, 0.95, axis=0).max())
 
 
-def compared(name: str, setup: TouchSetup, runs: int = RUNS) -> tuple[float, float, float]:
+def compared(part: TouchPart, setup: TouchSetup, runs: int = RUNS) -> tuple[float, float, float]:
     """Return predicted and simulated error of six planned touches, and the simulated error of the best 3-2-1, mm.
 
     That of a part without three plane sides is NaN.
     """
-    part = touch_part(name)
     options = TouchOptions(touches=6, setup=setup)
     plan = plan_touches(part, options=options)
     assert plan.predicted is not None
@@ -77,8 +76,8 @@ def main() -> None:
     print("| part | predicted | planned | best 3-2-1 | ratio | ratio with a post |")
     print("|-|-|-|-|-|-|")
     for name in PARTS:
-        predicted, planned, classical = compared(name, TouchSetup())
-        _, known, known_classical = compared(name, TouchSetup(stick_out_sigma_mm=0.0))
+        predicted, planned, classical = compared(touch_part(name), TouchSetup())
+        _, known, known_classical = compared(touch_part(name), TouchSetup(stick_out_sigma_mm=0.0))
         ratios = f"{planned / classical:.2f} | {known / known_classical:.2f}"
         print(f"| {name} | {predicted:.2f} | {planned:.2f} | {classical:.2f} | {ratios} |", flush=True)
 

@@ -14,7 +14,10 @@ from tests.running import run_here
 from tests.touch_plans import TEE_PLAN, tee_plan
 from tests.touch_results_files import DIGITS_MM, WRITERS
 from wpcal.brep.surfaces import project_to_faces
-from wpcal.calibrate import Criterion, Touches, calibrate
+from wpcal.calibrate import Criterion, TeachingError, Touches, calibrate
+from wpcal.calibrate.touches.covariance import propagate_covariance
+from wpcal.calibrate.touches.fit import Pose, fit_squares
+from wpcal.calibrate.uncertainty import error_95
 from wpcal.controllers.registry import controllers
 from wpcal.controllers.touch_results import read_touch_results
 from wpcal.core import FormatError, InputError, RigidTransform
@@ -240,6 +243,20 @@ def test_touches_of_another_face_are_no_pass(tee: Workpiece, exact: dict[str, Fl
     assert found.verdict == "FAIL"
 
 
+def test_the_planned_normal_decides_between_two_faces_of_an_edge(tee: Workpiece, exact: dict[str, FloatArray]) -> None:
+    """The side of the wire may touch 0.2 mm below the border of its face."""
+    low = np.array([0.0, 0.0, 4.8])
+    near = replace(PLAN.search("T6"), contact_part=PLAN.search("T6").contact_part + low)
+    plan = replace(PLAN, searches=tuple(near if s.name == "T6" else s for s in PLAN.searches))
+    taught = pair_results(plan, _results(plan, exact)).taught
+    observed = prepare_fit(taught, tee, T_nominal_part=nominal_place(plan)).fitted
+    assert isinstance(observed, Touches)
+    normals = observed.targets.nearest(observed.rows, taught.p_part).normal
+    np.testing.assert_allclose(normals[5], near.normal_part, rtol=0, atol=1e-9)
+    with pytest.raises(FormatError, match="equally near to two faces"):
+        prepare_fit(replace(taught, normal_part=None), tee, T_nominal_part=nominal_place(plan))
+
+
 def test_what_is_no_results_file_is_one_line(exact: dict[str, FloatArray], tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected"):
         read_touch_results(Path("touches.csv"), PLAN)
@@ -283,3 +300,28 @@ def test_the_command_fits_results_and_says_which_searches_it_used(exact: dict[st
     assert record["criterion"] == "weighted"
     t = np.array(record["T_base_part"])[:3, 3]
     np.testing.assert_allclose(t, (PLAN.T_base_part @ MOVED).t_mm, rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize("criterion", [Criterion.WEIGHTED, Criterion.LEAST_SQUARES])
+def test_errors_that_all_touches_share_are_in_the_predicted_error(
+    tee: Workpiece, exact: dict[str, FloatArray], criterion: Criterion
+) -> None:
+    """Three touches see the same wrong stick-out: its error does not become smaller with their number."""
+    taught = pair_results(PLAN, _results(PLAN, exact)).taught
+    touches = prepare_fit(taught, tee, T_nominal_part=nominal_place(PLAN)).fitted
+    assert isinstance(touches, Touches)
+    assert touches.shared is not None
+    assert touches.covariances is not None
+    truth, rng, covered = PLAN.T_base_part @ MOVED, np.random.default_rng(0), []
+    start = Pose.of(touches, truth.R, truth.t_mm)
+    covariance = propagate_covariance(touches, start, criterion, TeachingError())[0]
+    seam = truth.apply(np.array([[25.0, 60, 10], [100, 60, 10], [175, 60, 10]]))
+    predicted = error_95(seam, covariance)
+    own = np.linalg.cholesky(touches.covariances - touches.shared @ touches.shared.swapaxes(1, 2))
+    for _ in range(400):
+        off = np.einsum("nij,nj->ni", own, rng.normal(size=(len(touches), 3))) + touches.shared @ rng.normal(size=2)
+        noisy = replace(touches, p_base=touches.p_base + off)
+        pose = fit_squares(noisy, start, weighted=criterion is Criterion.WEIGHTED)
+        moved = (seam - truth.t_mm) @ truth.R @ pose.R.T + pose.t
+        covered.append(np.linalg.norm(moved - seam, axis=1) <= predicted)
+    assert 0.92 <= np.mean(covered) <= 0.98

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from tests.fuzz.sample_records import sample_records
@@ -25,8 +25,11 @@ from wpcal.robot.kinematics.urdf import read_urdf
 
 DOCS = FIXTURES.parent / "docs" / "how-to"
 AROUND = Surroundings(T_base_part=RigidTransform.identity(target="base", source="part"))
-WRITTEN = re.compile(r"^<!-- wpcal export \S+ [^\n]*: (\S+) -->\n+```text\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+SHOWN = r" \S+ [^\n]*: (\S+) -->\n+```text\n(.*?)^```$"
+WRITTEN = re.compile(rf"^<!-- wpcal export{SHOWN}", re.MULTILINE | re.DOTALL)
 """The programs that the docs show: files as `wpcal export` writes them."""
+COORDINATED = re.compile(rf"^<!-- wpcal plan{SHOWN}", re.MULTILINE | re.DOTALL)
+"""Programs of two robots that the docs show: files as `wpcal plan` writes them."""
 
 
 class AuditWrongError(Exception):
@@ -35,11 +38,14 @@ class AuditWrongError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Audited:
-    """The audit of one file, compared with the reader of its kind, if it has one."""
+    """The audit of one file, compared with the reader of its kind, if it has one; other files may be beside it."""
 
     read: Callable[[Path], object] | None = None
+    beside: Mapping[str, bytes] = field(default_factory=dict)
 
     def __call__(self, data: bytes, path: Path) -> object:
+        for name, other in self.beside.items():
+            path.with_name(name).write_bytes(other)
         path.write_bytes(data)
         report = audit_path(path, AROUND)
         to_json({**report.to_record(), "repaired": []}).encode("utf-8")
@@ -74,7 +80,17 @@ def audited_targets() -> dict[str, Target]:
     found["audit-tables"] = Target(Audited(), (*seeds, *(path.read_bytes() for path in tables), frames), "table.csv")
     for suffix, texts in written_programs().items():
         found[f"audit{suffix}"] = Target(Audited(), texts, f"program{suffix}")
-    return found
+    return {**found, **_of_two_robots()}
+
+
+def _of_two_robots() -> dict[str, Target]:
+    """Return the audit of every file of programs of two robots, with the files of the other robot beside it."""
+    page = (DOCS / "two-robots.md").read_text(encoding="utf-8")
+    files = {name: text.encode("latin-1", "replace") for name, text in COORDINATED.findall(page)}
+    return {
+        f"audit-two-{name}": Target(Audited(beside={k: v for k, v in files.items() if k != name}), (text,), name)
+        for name, text in files.items()
+    }
 
 
 def written_programs() -> dict[str, tuple[bytes, ...]]:

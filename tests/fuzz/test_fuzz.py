@@ -12,7 +12,7 @@ from tests.fuzz.targets import targets
 
 INPUTS, FEW = 80, 15
 """For each reader, and for one that takes more than 3 ms: all readers together take about 3 s."""
-SLOW = ("export-", "picker", "audit.", "cell-")
+SLOW = ("export-", "picker", "audit.", "audit-two-", "cell-")
 """Their names begin so: they write programs, fit, or draw."""
 KEPT = sorted(path.relative_to(FINDINGS).as_posix() for path in FINDINGS.glob("*/*") if path.parent.name in targets())
 N = 300_000
@@ -43,6 +43,12 @@ LARGE = {
         "sections": ".PROGRAM\n" * (N // 9),
         "moves": ".PROGRAM a()\nLMOVE " + "a," * (N // 2),
         "brackets": ".PROGRAM a()\nPOINT a = TRANS(" + "(" * N,
+    },
+    "audit-two-wpcal_w2.ls": {
+        "positions without an end": "/PROG a\n/MN\n   1:L P[1] 1mm/sec FINE COORD ;\n/POS\n" + "P[1]{\n" * (N // 6),
+    },
+    "audit-two-WPCAL_W2_R1.mod": {
+        "marks twice": "MODULE a\nSyncMoveOn s,t;\n" + "".join(f"\\ID:={i},\n" for i in range(N // 24)) * 2,
     },
     "jbi": {"commas": "//POS\n///POSTYPE ROBOT\nC00000=" + "," * N},
     "taught": {

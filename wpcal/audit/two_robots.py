@@ -33,6 +33,7 @@ _SIGNS: Mapping[str, re.Pattern[str]] = {
 _RAPID_MARK = re.compile(r"\\ID:=(\d{1,9}+),", re.IGNORECASE)
 _KRL_MARK = re.compile(r"\$SYNC_ID\[\]=\"(\w{1,40}+)\"", re.IGNORECASE)
 _WORK_OBJECT = re.compile(r"\bwobjdata (\w++):=\[(\w++),(\w++),\"(\w*+)\"", re.IGNORECASE)
+_POSITION = re.compile(r"^P\[(\d{1,9}+)[^\]\n]*+\]\{([^{}]*+)\};", re.MULTILINE)
 _KRL_MOVE = re.compile(r"^[ \t]*+S(?:LIN|CIRC)[ \t]++(?:(\w++),)?(\w++)", re.IGNORECASE)
 
 
@@ -76,17 +77,19 @@ def _marks_of(lines: list[str], pattern: re.Pattern[str]) -> list[tuple[str, int
 def _compared(lines: list[str], path: Path, pattern: re.Pattern[str]) -> Iterator[Fault]:
     """Yield marks that are written twice, and those that the other robot does not have or has in another order."""
     marks = _marks_of(lines, pattern)
+    first = dict(reversed(marks))
     for mark, count in Counter(mark for mark, _ in marks).items():
         if count > 1:
-            yield Fault(f"mark {mark} is there {count} times", next(line for name, line in marks if name == mark))
+            yield Fault(f"mark {mark} is there {count} times", first[mark])
     other = _other(path)
     if other is None:
         return
     theirs = [mark for mark, _ in _marks_of(read_bytes(other).decode(ENCODING).splitlines(), pattern)]
-    missing = [(mark, line) for mark, line in marks if mark not in theirs]
+    known = set(theirs)
+    missing = [(mark, line) for mark, line in marks if mark not in known]
     yield from (Fault(f"mark {mark} is not in {other.name}: this robot would wait", line) for mark, line in missing)
-    common = [mark for mark, _ in marks if mark in theirs]
-    if common != [mark for mark in theirs if mark in common]:
+    common = [mark for mark, _ in marks if mark in known]
+    if common != [mark for mark in theirs if mark in first]:
         yield Fault(f"the marks are in another order than in {other.name}", marks[0][1])
 
 
@@ -132,7 +135,7 @@ def _inform(lines: list[str], _path: Path) -> Iterator[Fault]:
 
 def _fanuc(lines: list[str], _path: Path) -> Iterator[Fault]:
     split = next((row for row, line in enumerate(lines) if line.startswith("/POS")), len(lines))
-    found = re.findall(r"^P\[(\d+)[^\]]*\]\{(.*?)\};", "\n".join(lines[split:]), re.MULTILINE | re.DOTALL)
+    found = _POSITION.findall("\n".join(lines[split:]))
     groups = {name: ("GP1:" in block, "GP2:" in block) for name, block in found}
     leader = {name: block.partition("GP2:")[2].split() for name, block in found}
     before: str | None = None

@@ -245,6 +245,58 @@ def refuse_package(program: TouchProgram, language: str) -> None:
         raise InputError(f"{what}: with_package = false in the touch setup")
 
 
+@dataclass(frozen=True, slots=True)
+class Room:
+    """Registers or variables of a controller.
+
+    Parameters
+    ----------
+    what : str
+        One of them; the keys ``first_…`` and ``last_…`` of the touch setup have its name.
+    first, last : int
+        As in the touch setup.
+    needed : int
+        How many the searches need.
+    least : int
+        The first one that the controller has.
+    """
+
+    what: str
+    first: int
+    last: int
+    needed: int
+    least: int = 0
+
+
+def require_room(program: TouchProgram, room: Room, *, language: str) -> None:
+    """Refuse a plan with more searches than fit.
+
+    Raises
+    ------
+    InputError
+        If it is so.
+    """
+    if room.first < room.least or room.first + room.needed - 1 > room.last:
+        key = room.what.replace(" ", "_")
+        raise InputError(
+            f"{language}: {_count(len(program.plan.searches))} need {room.needed} {room.what}s from {room.first} on; "
+            f"the controller has {room.least} to {room.last}: change first_{key} or last_{key} in the touch setup"
+        )
+
+
+def require_frame(program: TouchProgram, *, language: str, most: int) -> None:
+    """Refuse a user frame that a controller does not have.
+
+    Raises
+    ------
+    InputError
+        If it is so.
+    """
+    number = program.setup.frame_number
+    if not 1 <= number <= most:
+        raise InputError(f"frame_number = {number} of the touch setup: {language} has the user frames 1 to {most}")
+
+
 def number_of(text: str, *, default: int, what: str, language: str, most: int, least: int = 1) -> int:
     """Return the number of an input or output of a language that numbers them.
 

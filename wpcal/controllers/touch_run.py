@@ -12,7 +12,10 @@ from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
 from wpcal.searches import TouchSetup, read_touch_plan, read_touch_setup
 from wpcal.taught.table import TaughtPoints
-from wpcal.taught.touch_results import SilentRows, nominal_place, pair_results
+from wpcal.taught.touch_results import SilentRows, nominal_place, pair_results, require_enough
+
+OTHER_PART = "other-part"
+"""Code of the issue that the plan is for a part of another name."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,17 +41,21 @@ class TouchRun:
     silent: SilentRows | None
 
 
-def read_touch_run(plan_file: Path, results_path: Path, setup_file: Path | None = None) -> TouchRun:
+def read_touch_run(
+    plan_file: Path, results_path: Path, setup_file: Path | None = None, *, part: str | None = None
+) -> TouchRun:
     """Read a plan and the results of its program.
 
     Parameters
     ----------
     plan_file : Path
-        ``touches.json``.
+        ``touches.json``, or a folder with it.
     results_path : Path
         As in `wpcal.controllers.touch_results.read_touch_results`.
     setup_file : Path, optional
         The touch setup of the cell.
+    part : str, optional
+        File name of the part that is calibrated; an issue tells if the plan is for another one.
 
     Returns
     -------
@@ -63,6 +70,7 @@ def read_touch_run(plan_file: Path, results_path: Path, setup_file: Path | None 
     setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)
     results = read_touch_results(results_path, plan, setup)
     paired = pair_results(plan, results, setup)
+    require_enough(plan, paired)
     record = {
         "plan": {"file": plan_file.name, "fingerprint": plan.fingerprint},
         "controller": results.controller,
@@ -73,4 +81,8 @@ def read_touch_run(plan_file: Path, results_path: Path, setup_file: Path | None 
         "latency_mm": setup.latency_s * setup.search_speed_mm_s,
     }
     taught = replace(paired.taught, sha256=sha256_of(read_bytes(Path(results.path))))
-    return TouchRun(taught, nominal_place(plan), record, paired.issues, paired.silent)
+    issues = paired.issues
+    if part is not None and plan.part and plan.part != part:
+        other = f"the touches were planned for {plan.part}, and the part is {part}; is it the same part?"
+        issues = (Issue(OTHER_PART, other), *issues)
+    return TouchRun(taught, nominal_place(plan), record, issues, paired.silent)

@@ -35,6 +35,10 @@ GRID = 9
 """Points along each side of a face. Those at its corners count most, and the others are there for faces with holes."""
 EDGE_SHARES = np.linspace(0.06, 0.94, 9)
 """Places along an edge from which touches with the side of the wire are sunk into the face below it."""
+LEAST_LEAN_RAD = math.radians(4.5)
+"""The tip touches first if the wire leans by more than the part may be turned, and a round face turns away under it."""
+FREE_FORM_TURN_RAD = math.radians(20.0)
+"""A free-form face is taken to turn by this within a displacement: it is touched with the end or a leaning wire."""
 CLOSE_MM = 1.0
 """A place whose nearest point on the face is farther away has left the face."""
 WORDS = {
@@ -80,6 +84,15 @@ class Contacts:
     def cos_angle(self) -> FloatArray:
         """Cosine of φ, shape (n,)."""
         return np.asarray(-np.einsum("ni,ni->n", self.wire, self.normal))
+
+    @property
+    def ways(self) -> tuple[FloatArray, FloatArray]:
+        """Unit vectors in the face, (n, 3) each: along the wire, or any where its end touches; and across it."""
+        along = self.wire + self.cos_angle[:, None] * self.normal
+        end = np.linalg.norm(along, axis=1) < 1e-6
+        along[end] = np.cross(self.normal[end], np.eye(3)[np.argmin(np.abs(self.normal[end]), axis=1)])
+        along = _unit(along)
+        return along, np.cross(self.normal, along)
 
     @property
     def is_side(self) -> BoolArray:
@@ -204,6 +217,7 @@ def _with_wires(
     """Hold the wire in all ways at places, those with the torch too low left out."""
     down = _downwards(normal, up)
     level = np.linalg.norm(np.cross(normal, up), axis=1) <= FLAT_SIN
+    looks_up = normal @ up >= -FLAT_SIN  # no wire searches upwards below an overhang
     hollow = (graph.face_kind[face] == SurfaceKind.CYLINDER) & (graph.face_outward[face] < 0)
     rows, wires = [], []
     for angle in ANGLES:
@@ -211,8 +225,9 @@ def _with_wires(
             tangent = math.cos(turn * math.pi / 2) * down + math.sin(turn * math.pi / 2) * np.cross(normal, down)
             wire = -math.cos(angle) * normal + math.sin(angle) * tangent
             upright = wire @ up <= -math.cos(options.most_tilt_rad) + 1e-9
-            upright &= (turn == 0) | level
-            upright &= ~hollow | (angle == ANGLES[-1])
+            upright &= ((turn == 0) | level) & looks_up & (~hollow | (angle == ANGLES[-1]))
+            if angle > 0:
+                upright &= math.pi / 2 - angle >= LEAST_LEAN_RAD + _turn_along(graph, face, p, tangent, centre, options)
             rows.append(np.flatnonzero(upright))
             wires.append(wire[upright])
     row, wire = np.concatenate(rows), np.concatenate(wires)
@@ -223,6 +238,39 @@ def _with_wires(
     covariance = options.nominal.covariances(p, centre)
     moved = (displacement_mm(covariance, way) for way in (normal, tangent, np.cross(normal, tangent)))
     return Contacts(face[row], p, normal, wire, *moved)
+
+
+def _turn_along(
+    graph: BrepGraph, face: IntArray, p: FloatArray, way: FloatArray, centre: FloatArray, options: TouchOptions
+) -> FloatArray:
+    """Return by how much round faces turn away under a wire that is displaced along it, rad, shape (n,).
+
+    A free-form face may turn by any angle that a leaning wire still allows, so its side does not touch it.
+    """
+    kind, (a, b) = graph.face_kind[face], graph.face_param[face].T
+    radius = np.where(kind == SurfaceKind.TORUS, b, a)
+    axis = graph.face_frame[face, 3]
+    straight = np.einsum("ni,ni->n", way, axis) ** 2 * np.isin(kind, (SurfaceKind.CYLINDER, SurfaceKind.CONE))
+    moved = displacement_mm(options.nominal.covariances(p, centre), way)
+    turn = (1.0 - straight) * moved / np.maximum(radius, 1e-3)
+    turn[(kind == SurfaceKind.PLANE) | (graph.face_outward[face] < 0)] = 0.0
+    turn[kind == SurfaceKind.NURBS] = FREE_FORM_TURN_RAD
+    return np.asarray(turn)
+
+
+def surface_labels(graph: BrepGraph) -> IntArray:
+    """Return a number for each face, the same for faces of one solid on one plane, cylinder, cone, ball or ring."""
+    origin, axis = graph.face_frame[:, 0], graph.face_frame[:, 3]
+    round_ = np.isin(graph.face_kind, (SurfaceKind.CYLINDER, SurfaceKind.CONE))
+    along = np.einsum("ni,ni->n", origin, axis)[:, None] * axis
+    foot = np.where(
+        round_[:, None], origin - along, np.where(graph.face_kind[:, None] == SurfaceKind.PLANE, along, origin)
+    )
+    own = np.where(graph.face_kind >= SurfaceKind.NURBS, np.arange(graph.face_count), -1)
+    sense = np.where(axis[np.arange(len(axis)), np.argmax(np.abs(axis), axis=1)] < 0, -1.0, 1.0)[:, None]
+    columns = [graph.face_solid, graph.face_kind, graph.face_outward, own]
+    rows = np.column_stack([*columns, np.round(np.column_stack([foot, sense * axis, graph.face_param]), 3) + 0.0])
+    return np.asarray(np.unique(rows, axis=0, return_inverse=True)[1]).ravel()
 
 
 def _has_room(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts) -> BoolArray:
@@ -239,8 +287,7 @@ def _has_room(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts) -> Bo
     room[rows] = trimmed.boundary_distance(contacts.face[rows], contacts.p[rows], within_mm=far) >= need
     rows = np.flatnonzero(side)
     own = contacts.select(rows)
-    along = _unit(own.wire + own.cos_angle[:, None] * own.normal)
-    across = np.cross(own.normal, along)
+    along, across = own.ways
     hollow = (graph.face_kind[own.face] == SurfaceKind.CYLINDER) & (graph.face_outward[own.face] < 0)
     above = own.p - (own.along_mm + BORDER_MM)[:, None] * along
     for share in (-1.0, 0.0, 1.0):

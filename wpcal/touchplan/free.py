@@ -18,7 +18,7 @@ from wpcal.brep.material import Material
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.torch import TorchShape
-from wpcal.touchplan.contacts import Contacts
+from wpcal.touchplan.contacts import BORDER_MM, Contacts, surface_labels
 from wpcal.touchplan.options import TouchOptions
 
 MARGIN_MM = 3.0
@@ -134,23 +134,40 @@ def _meets_its_face_first(
     graph: BrepGraph, trimmed: TrimmedFaces, strokes: Strokes, options: TouchOptions
 ) -> BoolArray:
     """Tell which searches meet their own face, and nothing else of the part before it, also beside the plan."""
-    contacts = strokes.contacts
+    contacts, labels = strokes.contacts, surface_labels(graph)
     length = options.torch.wire_mm - GUARD_MM
-    across = np.cross(contacts.normal, contacts.wire)
-    size = np.linalg.norm(across, axis=1, keepdims=True)
-    across = np.where(size > 1e-6, across / np.maximum(size, 1e-12), 0.0)
+    along, across = contacts.ways
     flat = graph.face_kind[contacts.face] == SurfaceKind.PLANE
-    aside = np.where(flat, contacts.across_mm, 0.0)
-    start = strokes.at(strokes.before_mm)
     good = np.ones(len(strokes), dtype=bool)
+    reach = strokes.before_mm + strokes.radius_mm + GUARD_MM
+    start = strokes.at(strokes.before_mm)
     for share in (0.0, 1 / 3, 2 / 3, 1.0):
         for side in (-1.0, 0.0, 1.0):
-            origins = start - share * length * contacts.wire + (side * aside)[:, None] * across
-            reach = strokes.before_mm + strokes.radius_mm + GUARD_MM
+            aside = np.where(flat, side * contacts.across_mm, 0.0)[:, None] * across
+            origins = start - share * length * contacts.wire + aside
             hits = find_hits(graph, trimmed, origins, -contacts.normal, length_mm=reach)
-            other = hits.face != contacts.face[hits.ray]
-            smooth = ~flat[hits.ray] & (graph.face_solid[hits.face] == graph.face_solid[contacts.face[hits.ray]])
-            good[hits.ray[other & ~smooth]] = False
+            good[hits.ray[labels[hits.face] != labels[contacts.face[hits.ray]]]] = False
+    beside = _is_hit_beside(graph, trimmed, strokes, labels, along, across)
+    return np.asarray(good & (flat | beside), dtype=bool)
+
+
+def _is_hit_beside(
+    graph: BrepGraph, trimmed: TrimmedFaces, strokes: Strokes, labels: IntArray, along: FloatArray, across: FloatArray
+) -> BoolArray:
+    """Tell which searches meet their own round face first where the part is displaced to any side."""
+    contacts = strokes.contacts
+    hollow = graph.face_outward[contacts.face] < 0
+    room = np.where(hollow, 0.0, BORDER_MM)  # a hole is hit from within as long as the wire is in it
+    start, length = strokes.at(strokes.before_mm), strokes.before_mm + strokes.radius_mm + strokes.after_mm
+    good = np.ones(len(strokes), dtype=bool)
+    offsets = [side * (contacts.across_mm + room)[:, None] * across for side in (-1.0, 1.0)]
+    offsets.append(-(contacts.along_mm + BORDER_MM)[:, None] * along)
+    offsets.append(np.where(contacts.is_side, 0.0, contacts.along_mm + BORDER_MM)[:, None] * along)
+    for offset in offsets:
+        hits = find_hits(graph, trimmed, start + offset, -contacts.normal, length_mm=length)
+        first = np.full(len(strokes), -1)
+        first[hits.ray[::-1]] = hits.face[::-1]  # sorted by distance: the nearest is written last
+        good &= (first >= 0) & (labels[first] == labels[contacts.face])
     return good
 
 

@@ -33,6 +33,8 @@ SPINS = 12
 """Turns of the tool about the wire that are tried."""
 MOST_TURN_RAD = math.radians(40.0)
 """No joint turns by more between the approach and the start, or along the stroke: the branch would be near its end."""
+ALONG = (0.0, 1 / 3, 2 / 3, 1.0)
+"""Places on a straight way at which the bodies are measured: 10 mm apart."""
 TRIED = 6
 """Of the ways to hold the tool so many are compared with the bodies, those nearest to home."""
 
@@ -46,11 +48,15 @@ class ArmReach:
     cell : OneRobotCell
         With the part where it stands.
     clearance : OneRobotClearance
+        With the part.
+    around : OneRobotClearance
+        Without the part, which the wire meets on its way.
     T_base_part : RigidTransform
     """
 
     cell: OneRobotCell
     clearance: OneRobotClearance
+    around: OneRobotClearance
     T_base_part: RigidTransform
 
     @classmethod
@@ -74,7 +80,7 @@ class ArmReach:
         q = _states(cell, cell.home[None, :JOINTS])
         T = np.linalg.inv(cell.base_places(q)[0]) @ cell.part_places(q)[0]
         place = RigidTransform.from_matrix(T, target="base", source="part")
-        return cls(cell, OneRobotClearance(cell, part), place)
+        return cls(cell, OneRobotClearance(cell, part), OneRobotClearance(cell, None), place)
 
     @property
     def up_base(self) -> tuple[float, float, float]:
@@ -213,11 +219,16 @@ class ArmReach:
         return np.asarray(np.where(regular[..., None], q, np.nan), dtype=np.float64)
 
     def _are_free(self, joints: FloatArray) -> BoolArray:
-        """Tell at which searches no body is too near at the approach and at the start, shape (n,)."""
+        """Tell at which searches no body is too near, from the approach to the end of the stroke, shape (n,)."""
         if len(joints) == 0:
             return np.zeros(0, dtype=bool)
-        states = _states(self.cell, joints[:, :2].reshape(-1, JOINTS))
-        return np.asarray(np.all(self.clearance.margins(states).is_clear.reshape(-1, 2), axis=1), dtype=bool)
+        approach, start, end = joints.transpose(1, 0, 2)
+        free = np.ones(len(joints), dtype=bool)
+        for clearance, a, b in ((self.clearance, approach, start), (self.around, start, end)):
+            way = np.stack([a + share * (b - a) for share in ALONG], axis=1)
+            clear = clearance.margins(_states(self.cell, way.reshape(-1, JOINTS))).is_clear
+            free &= np.all(clear.reshape(len(joints), -1), axis=1)
+        return free
 
     def _whole(self, joints: FloatArray) -> FloatArray:
         return np.asarray(_states(self.cell, joints[None])[0], dtype=np.float64)

@@ -7,16 +7,27 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from tests.benchmarks.bench_touches import compared
 from tests.touch_parts import touch_part
+from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.hits import find_hits
+from wpcal.brep.material import ExactMaterial
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.progress import no_progress
 from wpcal.core.transform import RigidTransform
 from wpcal.searches import Contact, SearchKind, plan_from_record, touches_record
 from wpcal.searches.setup import TouchSetup
 from wpcal.touchplan import NominalError, Pattern, TouchOptions, plan_touches
+from wpcal.touchplan.candidates import PartPlace, find_candidates
 from wpcal.touchplan.choose import TouchDesign, best_set
+from wpcal.touchplan.contacts import find_contacts, surface_labels
+from wpcal.touchplan.free import find_strokes
+from wpcal.touchplan.plan_touches import design_of
 
+UP = np.array([0.0, 0.0, 1.0])
 ON_FACE_MM = 1e-6
+SAMPLED = 0.35
+"""Of the 95 % quantile of sixty runs."""
 SAME = 1e-9
 """Of errors that are computed in another order."""
 
@@ -40,6 +51,24 @@ def test_the_choice_is_the_best_of_all_sets(seed: int) -> None:
     rows, error = best_set(design, 7, slots=None, rng=np.random.default_rng(0))
     assert len(set(rows.tolist())) == 7
     assert error == pytest.approx(least, rel=SAME)
+
+
+def test_the_choice_on_a_part_is_the_best_of_all_sets() -> None:
+    part, options = touch_part("tee"), TouchOptions(touches=6)
+    place = PartPlace.of(part.trimmed, UP)
+    materials = [ExactMaterial(part.graph, part.trimmed)]
+    found = find_candidates(part.graph, part.trimmed, materials, place, options, no_progress)
+    some = np.random.default_rng(0).choice(len(found.strokes), 18, replace=False)
+    design = design_of(part, found.strokes.select(some), place, options)
+    every = np.array(list(combinations(range(18), 6)))
+    _, error = best_set(design, 6, slots=None, rng=np.random.default_rng(0))
+    assert error == pytest.approx(design.largest_errors(every).min(), rel=SAME)
+
+
+def test_six_planned_touches_are_better_than_the_best_classical_pattern_where_fits_are_simulated() -> None:
+    predicted, planned, classical = compared(touch_part("lap"), TouchSetup(), runs=60)
+    assert planned <= 0.8 * classical
+    assert planned == pytest.approx(predicted, rel=SAMPLED)
 
 
 def test_the_predicted_covariance_is_that_of_simulated_fits() -> None:
@@ -88,6 +117,27 @@ def test_every_search_keeps_the_rules(name: str) -> None:
         assert first == pytest.approx(before + search.radius_mm, abs=1e-3)  # the face itself
         assert np.linalg.det(search.R_part_tool) == pytest.approx(1.0)
         assert np.linalg.eigvalsh(search.covariance_part)[0] > 0.0
+
+
+def test_rounds_are_not_touched_although_they_look_everywhere() -> None:
+    part = touch_part("rounded-upright")
+    found, _ = find_contacts(part.graph, part.trimmed, UP, np.zeros(3), TouchOptions())
+    strokes = find_strokes(part.graph, part.trimmed, found, TouchOptions())
+    radius = part.graph.face_param[strokes.contacts.face, 0]
+    round_ = part.graph.face_kind[strokes.contacts.face] == SurfaceKind.CYLINDER
+    assert len(strokes)
+    assert not (round_ & (radius < 6.0)).any()
+
+
+def test_faces_of_one_surface_have_one_label() -> None:
+    graph = touch_part("saddle").graph
+    labels = surface_labels(graph)
+    for face in range(graph.face_count):
+        for other in range(face):
+            if labels[face] == labels[other]:
+                assert graph.face_solid[face] == graph.face_solid[other]
+                np.testing.assert_allclose(graph.face_param[face], graph.face_param[other], rtol=0, atol=1e-3)
+    assert len(np.unique(labels)) >= 6
 
 
 def test_a_part_that_stands_otherwise_is_touched_from_its_upper_side() -> None:

@@ -2,9 +2,11 @@ r"""The covariance of a fit of touches.
 
 A touch is off by a random vector :math:`\delta_i`; its residual sees :math:`A_i \delta_i`. With
 :math:`d = A(\delta - J\xi)` linear and :math:`M = \sum J_i^\top A_i J_i`, least squares has
-:math:`C = M^{-1} (\sum J_i^\top A_i C_i A_i J_i) M^{-1}`, which is :math:`\sigma^2 M^{-1}` for equal errors, and the
-weighted fit the inverse of its information. The further motion of the minimax fit is simulated on the linear model with
-a fixed seed, all samples at once (`wpcal.optim.least_largest`).
+:math:`C = M^{-1} (\sum J_i^\top A_i C_i A_i J_i) M^{-1}`, which is :math:`\sigma^2 M^{-1}` for equal errors. An
+error :math:`u_i` that all touches share, such as that of the stick-out, adds :math:`g g^\top` with
+:math:`g = M^{-1} \sum J_i^\top A_i u_i`. The weighted fit has its weights in place of :math:`A_i`. The further motion
+of the minimax fit is simulated on the linear model with a fixed seed, all samples at once
+(`wpcal.optim.least_largest`).
 """
 
 from __future__ import annotations
@@ -52,7 +54,8 @@ def propagate_covariance(
     J, pivot, length = scaled_jacobian(touches, pose)
     to_origin = translation_adjoint(pivot) / np.repeat([length, 1.0], 3)  # of (L ω, v)
     if touches.covariances is not None:
-        scaled = _of_stated_errors(J, pose, touches.covariances, criterion, seed)
+        shared = np.zeros((len(J), 3, 0)) if touches.shared is None else touches.shared
+        scaled = _of_stated_errors(J, pose, touches.covariances, shared, criterion, seed)
         return to_origin @ scaled @ to_origin.T, Sigma.of_each(touches.covariances)
     sigma = _sigma(touches, pose, teaching)
     scaled = np.linalg.inv(np.einsum("nik,nil->kl", J, J))
@@ -62,18 +65,27 @@ def propagate_covariance(
 
 
 def _of_stated_errors(
-    J: FloatArray, pose: Pose, covariances: FloatArray, criterion: Criterion, seed: int
+    J: FloatArray, pose: Pose, covariances: FloatArray, shared: FloatArray, criterion: Criterion, seed: int
 ) -> FloatArray:
     """Covariance of the scaled motion where every touch states its error, shape (6, 6)."""
-    if criterion is Criterion.WEIGHTED:
-        weights = pose.at.information(covariances)
-        return np.asarray(np.linalg.inv(np.einsum("nik,nij,njl->kl", J, weights, J)))
+    own = covariances - shared @ shared.swapaxes(1, 2)
     if criterion is Criterion.MINIMAX:  # its two parts are not independent then: the whole is simulated
-        draws = np.random.default_rng(seed).standard_normal((EXCESS_SAMPLES, len(J), 3))
-        _, motions = _simulated(J, pose, np.einsum("nij,mnj->mni", np.linalg.cholesky(covariances), draws))
+        rng = np.random.default_rng(seed)
+        errors = np.einsum("nij,mnj->mni", _root(own), rng.standard_normal((EXCESS_SAMPLES, len(J), 3)))
+        errors += np.einsum("nis,ms->mni", shared, rng.standard_normal((EXCESS_SAMPLES, shared.shape[2])))
+        _, motions = _simulated(J, pose, errors)
         return np.asarray(motions.T @ motions / EXCESS_SAMPLES)
-    change = np.linalg.inv(np.einsum("nik,nil->kl", J, J))
-    return np.asarray(change @ np.einsum("nik,nij,njl->kl", J, covariances, J) @ change)  # J = A J
+    weights = pose.at.information(covariances if criterion is Criterion.WEIGHTED else None)
+    WJ = weights @ J
+    change = np.linalg.inv(np.einsum("nik,nil->kl", J, WJ))
+    common = np.einsum("nik,nis->ks", WJ, shared)
+    return np.asarray(change @ (np.einsum("nik,nij,njl->kl", WJ, own, WJ) + common @ common.T) @ change)
+
+
+def _root(covariances: FloatArray) -> FloatArray:
+    """Return square roots of covariances (n, 3, 3), which may be singular."""
+    values, vectors = np.linalg.eigh(covariances)
+    return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]) @ vectors.swapaxes(1, 2))
 
 
 def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> Sigma:

@@ -137,6 +137,9 @@ class Touches:
         The target of each touch.
     axes : tuple of NamedAxis
         Axes of the part by which messages name a motion.
+    shared : ndarray, shape (n, 3, s), or None
+        What each position sees of one standard deviation of s errors that all touches share, in `base`, mm: of the
+        stick-out, of the latency. The covariances contain these errors, too.
 
     Raises
     ------
@@ -153,6 +156,7 @@ class Touches:
     space: RobotSpace
     rows: IntArray
     axes: tuple[NamedAxis, ...] = ()
+    shared: FloatArray | None = None
 
     def __post_init__(self) -> None:
         n = len(as_points(self.p_base, name="touches"))
@@ -175,6 +179,7 @@ class Touches:
             words=tuple(self.words[i] for i in at),
             covariances=None if self.covariances is None else self.covariances[at],
             rows=self.rows[at],
+            shared=None if self.shared is None else self.shared[at],
         )
 
     def joined(self, other: Touches) -> Touches:
@@ -187,6 +192,9 @@ class Touches:
         covariances = None
         if self.covariances is not None and other.covariances is not None:
             covariances = np.concatenate([self.covariances, other.covariances])
+        shared = None
+        if self.shared is not None and other.shared is not None and self.shared.shape[2] == other.shared.shape[2]:
+            shared = np.concatenate([self.shared, other.shared])
         targets, first = self.targets.joined(other.targets)
         return replace(
             self,
@@ -197,6 +205,7 @@ class Touches:
             words=(*self.words, *other.words),
             covariances=covariances,
             rows=np.concatenate([self.rows, first + other.rows]),
+            shared=shared,
         )
 
     def paired(self, T_base_part: RigidTransform) -> PointPairs:

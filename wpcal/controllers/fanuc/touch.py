@@ -35,11 +35,14 @@ from wpcal.controllers.touch_program import (
     FOUND,
     MISSED,
     NOT_RUN,
+    Room,
     TouchPost,
     TouchProgram,
     TouchSteps,
     describe_touches,
     number_of,
+    require_frame,
+    require_room,
 )
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
@@ -96,18 +99,12 @@ def write_touch_fanuc(program: TouchProgram) -> dict[str, str]:
 
 def _check(program: TouchProgram) -> None:
     setup, count = program.setup.fanuc, len(program.plan.searches)
-    if not 1 <= program.setup.frame_number <= LARGEST_FRAME:
-        what = f"frame_number = {program.setup.frame_number} of the touch setup"
-        raise InputError(f"{what}: FANUC has the user frames 1 to {LARGEST_FRAME}")
+    require_frame(program, language="FANUC", most=LARGEST_FRAME)
     for what, first, last, needed in (
         ("position register", setup.first_position_register, setup.last_position_register, count + 1),
         ("register", setup.first_register, setup.last_register, count + HEAD),
     ):
-        if first < 1 or first + needed - 1 > last:
-            raise InputError(
-                f"FANUC: {count} searches need {needed} {what}s from {first} on, and the last one is {last}: change "
-                f"first_{what.replace(' ', '_')} or last_{what.replace(' ', '_')} in the touch setup"
-            )
+        require_room(program, Room(what, first, last, needed, least=1), language="FANUC")
     if program.arm is not None and not program.arm.couplings:
         raise InputError(
             "FANUC shows J3 against the horizontal: the arm's file needs a coupling of J3 to J2 with factor 1"

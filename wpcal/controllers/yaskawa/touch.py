@@ -24,12 +24,15 @@ from wpcal.controllers.touch_program import (
     MISSED,
     MISSED_TEXT,
     NOT_RUN,
+    Room,
     TouchPost,
     TouchProgram,
     TouchSteps,
     describe_touches,
     number_of,
     refuse_package,
+    require_frame,
+    require_room,
 )
 from wpcal.controllers.user_frame_jobs import frame_in_words
 from wpcal.controllers.yaskawa.write import (
@@ -44,7 +47,6 @@ from wpcal.controllers.yaskawa.write import (
     inform_speed,
     joint_rows,
 )
-from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.searches import halves_of
 
@@ -102,19 +104,13 @@ def write_touch_inform(program: TouchProgram) -> dict[str, str]:
 
 def _check(program: TouchProgram) -> None:
     setup, count = program.setup.inform, len(program.plan.searches)
-    if not 1 <= program.setup.frame_number <= LARGEST_FRAME:
-        what = f"frame_number = {program.setup.frame_number} of the touch setup"
-        raise InputError(f"{what}: INFORM has the user frames 1 to {LARGEST_FRAME}")
+    require_frame(program, language="INFORM", most=LARGEST_FRAME)
     for what, first, last, needed in (
         ("position", setup.first_position_variable, setup.last_position_variable, count),
         ("byte", setup.first_byte_variable, setup.last_byte_variable, count),
         ("double", setup.first_double_variable, setup.last_double_variable, HEAD + 1),
     ):
-        if first + needed - 1 > last:
-            raise InputError(
-                f"INFORM: {count} searches need {needed} {what} variables from {first} on, and the last one is {last}: "
-                f"change first_{what}_variable or last_{what}_variable in the touch setup"
-            )
+        require_room(program, Room(f"{what} variable", first, last, needed), language="INFORM")
 
 
 def _signal(program: TouchProgram) -> str:

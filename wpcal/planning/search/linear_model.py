@@ -5,11 +5,10 @@ Angles are in degrees and lengths in millimetres here, so that one unit of each 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.arrays import FloatArray
+from wpcal.optim.banded import LinearModel
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, joint_slopes
 from wpcal.planning.cell.robot_cell import JOINTS
 from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
@@ -32,79 +31,6 @@ CLEARANCE_STIFFNESS = 0.2 * STIFFNESS
 """Weight of a missing millimetre: at arm's length five millimetres are a third of a degree."""
 GRADIENT_STEP_RAD = 1e-6
 """Step of the difference quotients of clearances: 1e-3 mm at arm's length, far above round-off and below a radius."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LinearModel:
-    """The sum of squares of a path, as a function of a small step of the coordinates.
-
-    Parameters
-    ----------
-    deviation : ndarray, shape (n, 4)
-        Weighted deviations of slope, rotation, work and travel.
-    ddeviation : ndarray, shape (4, 9)
-        Their derivatives, the same at every point.
-    beyond : ndarray, shape (n, h)
-        Excess of each point over its limits, weighted; it counts where positive.
-    dbeyond : ndarray, shape (n, h, 9)
-    move : ndarray, shape (n - 1, 12)
-        Weighted joint steps.
-    dq : ndarray, shape (n, 12, 9)
-        Derivatives of the joints, deg per unit of the coordinates.
-    scale : ndarray, shape (n - 1, 12)
-        Weights of the joint steps.
-    """
-
-    deviation: FloatArray
-    ddeviation: FloatArray
-    beyond: FloatArray
-    dbeyond: FloatArray
-    move: FloatArray
-    dq: FloatArray
-    scale: FloatArray
-
-    @property
-    def cost(self) -> float:
-        """The sum of squares."""
-        return float((self.deviation**2).sum() + (np.maximum(self.beyond, 0.0) ** 2).sum() + (self.move**2).sum())
-
-    def predicted_cost(self, step: FloatArray) -> float:
-        """Return the sum of squares after a step of shape (n, 9), to first order of every residual."""
-        deviation = self.deviation + step @ self.ddeviation.T
-        move = self.move + self.scale * np.diff(np.einsum("nmi,ni->nm", self.dq, step), axis=0)
-        beyond = np.maximum(self.beyond_after(step), 0.0)
-        return float((deviation**2).sum() + (beyond**2).sum() + (move**2).sum())
-
-    def beyond_after(self, step: FloatArray) -> FloatArray:
-        """Return the excess over the limits after a step of shape (n, 9), to first order; shape (n, h)."""
-        return np.asarray(self.beyond + np.einsum("nmi,ni->nm", self.dbeyond, step), dtype=np.float64)
-
-    def gradient(self, active: BoolArray) -> FloatArray:
-        """Return half the gradient of the sum if the limits in `active`, shape (n, h), count; shape (n, 9)."""
-        gradient = self.deviation @ self.ddeviation + np.einsum(
-            "nmi,nm->ni", self.dbeyond, np.where(active, self.beyond, 0.0)
-        )
-        pull = self.scale * self.move
-        gradient[:-1] -= np.einsum("nmi,nm->ni", self.dq[:-1], pull)
-        gradient[1:] += np.einsum("nmi,nm->ni", self.dq[1:], pull)
-        return np.asarray(gradient, dtype=np.float64)
-
-    def band(self, active: BoolArray) -> FloatArray:
-        """Return the normal matrix if the limits in `active`, shape (n, h), count; lower banded, shape (18, 9 n)."""
-        n, k = len(self.deviation), COORDINATES
-        limits = self.dbeyond * active[:, :, None]
-        before, after = self.scale[:, :, None] * self.dq[:-1], self.scale[:, :, None] * self.dq[1:]
-        diagonal = np.swapaxes(limits, 1, 2) @ limits + self.ddeviation.T @ self.ddeviation
-        diagonal[:-1] += np.swapaxes(before, 1, 2) @ before
-        diagonal[1:] += np.swapaxes(after, 1, 2) @ after
-        coupling = -np.swapaxes(before, 1, 2) @ after  # rows: coordinates of a point, columns: of the next
-        band = np.zeros((2 * k, n * k))  # band[d, j] holds element (j + d, j)
-        for i in range(k):
-            for j in range(k):
-                if i >= j:
-                    band[i - j, j::k] = diagonal[:, i, j]
-                band[k + j - i, i : (n - 1) * k : k] = coupling[:, i, j]
-        return band
 
 
 def linearise(

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from wpcal.planning.sequence.remedies import RemedySearch
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
 from wpcal.planning.sequence.sequence_input import PlannedSeam
+from wpcal.planning.sequence.smooth import smoothed
 from wpcal.planning.sequence.start_check import require_sound_start
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.weld_sequence import (
@@ -126,9 +128,10 @@ def plan_sequence(
         more = f"; and {len(unwelded) - 1} more" if len(unwelded) > 1 else ""
         raise GeometryError(f"no seam can be welded: {unwelded[0].describe()}{more}")
     progress("the order of the seams")
+    smoother = _Smoother(search)
     orders = {each: _order(cell, stretches, targets, each, ()) for each in SequencePreference}
-    values = {each: _values(cell, stretches, targets, order) for each, order in orders.items()}
-    sequence = _worked_out(search, stretches, unwelded, orders[prefer], prefer, progress)
+    values = {each: _values(cell, stretches, targets, order, smoother.of(each)) for each, order in orders.items()}
+    sequence = _worked_out(search, stretches, unwelded, orders[prefer], prefer, progress, smoother.of(prefer))
     return SequenceChoice(sequence, {**values, prefer: sequence.values}, prefer)
 
 
@@ -184,9 +187,33 @@ def _order(
     return find_order(stops, cell.home, AIR_SHARE * cell.speeds, targets.order, blocked)
 
 
-def _values(cell: OneRobotCell, stretches: Sequence[_Ways], targets: SequenceTargets, order: Order) -> SequenceValues:
+class _Smoother:
+    """Smoothed ways, each made once."""
+
+    def __init__(self, search: SeamSearch) -> None:
+        self.search = search
+        self.found: dict[tuple[int, bool], tuple[Candidate, Candidate]] = {}
+
+    def of(self, prefer: SequencePreference) -> Callable[[Candidate], Candidate]:
+        """Return what smooths ways; with the preference for the position the torch stays at its targets."""
+        return partial(self._smoothed, may_tilt=prefer is not SequencePreference.POSITION)
+
+    def _smoothed(self, way: Candidate, *, may_tilt: bool) -> Candidate:
+        key = id(way), may_tilt
+        if key not in self.found:
+            self.found[key] = way, smoothed(self.search, way, may_tilt=may_tilt)  # the way is kept with its id
+        return self.found[key][1]
+
+
+def _values(
+    cell: OneRobotCell,
+    stretches: Sequence[_Ways],
+    targets: SequenceTargets,
+    order: Order,
+    smooth: Callable[[Candidate], Candidate],
+) -> SequenceValues:
     """Return the values of a plan that is not worked out: straight moves between the welds."""
-    chosen = [stretches[stop].candidates[way] for stop, way in zip(order.stops, order.ways, strict=True)]
+    chosen = [smooth(stretches[stop].candidates[way]) for stop, way in zip(order.stops, order.ways, strict=True)]
     ends = [cell.home, *(row for c in chosen for row in (c.q[0], c.q[-1])), cell.home]
     air = sum(float(air_seconds(cell, np.stack(ends[i : i + 2]))[0]) for i in range(0, len(ends), 2))
     air += sum(2.0 * targets.approach_mm / targets.air_speed_mm_s for _ in chosen)
@@ -200,6 +227,7 @@ def _worked_out(
     order: Order,
     prefer: SequencePreference,
     progress: Progress,
+    smooth: Callable[[Candidate], Candidate],
 ) -> WeldSequence:
     """Return a sequence with all its moves; another order is tried where no free way leads to the next seam."""
     cell, targets = search.cell, search.targets
@@ -211,7 +239,8 @@ def _worked_out(
         stops = list(zip(order.stops, order.ways, strict=True))
         for stop, way in stops:
             if (stop, way) not in pieces:
-                pieces[stop, way] = _piece(search, stretches[stop].name, stretches[stop].candidates[way])
+                ways_there = stretches[stop]
+                pieces[stop, way] = _piece(search, ways_there.name, smooth(ways_there.candidates[way]))
         ends = [
             cell.home,
             *(row for at in stops for row in (pieces[at].states[0], pieces[at].states[-1])),

@@ -1,0 +1,169 @@
+"""Torch angles along a weld that move the joints least: banded least squares over the rungs of the seam.
+
+The ladder chooses among a grid of torch angles and spins. Here spin, work and travel at the rungs are real numbers. The
+sum of the squared joint rates and of the squared deviations of the torch from its targets becomes least, within the
+range of the torch angles, joint limits, and away from singular poses. Between rungs the angles are straight, as in the
+ladder: on a straight seam the spin is even from its start to its end, as a controller moves on a line.
+First only the spin is free. Work and travel leave their targets only if the joints then move clearly less. The way that
+is found is checked like those of the ladder. If it is not clear, less of the change is made.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.optim.banded import LinearModel, descend
+from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
+from wpcal.planning.sequence.candidate import Candidate
+from wpcal.planning.sequence.external import values_along
+from wpcal.planning.sequence.seam_search import SeamSearch
+from wpcal.planning.sequence.torch_poses import tool_on_seam, torch_angles
+from wpcal.robot.kinematics.inverse import TURN, solve_inverse
+
+MOTION = 10.0
+"""Degrees of the torch off its targets that a joint rate of one degree per mm costs, as the balanced choice of ways."""
+KEEP_OFF_RAD = math.radians(0.5)
+"""Limits count from this far inside, so that a path that a squared penalty holds back stays within them."""
+STIFFNESS = 30.0
+"""Weight of an excess over a limit: far above that of a deviation."""
+SPIN_PULL = 1e-3
+"""Weight of a spin away from that of the ladder: where it moves no joint, it stays."""
+STEP_RAD = 1e-5
+"""Of central differences: the error of the closed-form inverse is about 1e-12 rad."""
+CLEARLY_LESS, LEAST_GAIN_RAD_MM = 0.95, math.radians(0.03)
+"""The torch leaves its targets for at most this part of the joint motion at them, and for this much less at least: at a
+usual speed of 6 mm/s it is 0.2 degrees per second."""
+SHARES = (1.0, 0.5, 0.25)
+"""Parts of the change that are tried, until the way is clear."""
+STRAIGHT_RAD = math.radians(0.1)
+"""A seam whose frames turn by less is straight: its angles are even from its start to its end."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rungs:
+    """Torch angles (m, 3) at the rungs, rad, and the joints (m, 6) there."""
+
+    angles: FloatArray
+    joints: FloatArray
+
+
+class _Problem:
+    """The sum of squares of one way: its rungs, and what holds at each of them."""
+
+    def __init__(self, search: SeamSearch, way: Candidate, *, is_tilted: bool) -> None:
+        self.search, self.way, self.task = search, way, way.task
+        self.is_free = np.array([is_tilted, is_tilted, True])
+        self.rows = _knots(way)
+        self.external = values_along(way.q[None, [0, -1], JOINTS:], self.task, self.rows)
+        self.start = _Rungs(way.angles[self.rows], way.q[self.rows, :JOINTS])
+        self.asked = torch_angles(self.task, self.rows, search.targets)
+        self.low, self.high = search.cell.arm.limits
+
+    def joints(self, angles: FloatArray, near: FloatArray) -> FloatArray:
+        """Return the joints (m, 6) at angles (m, 3), in the turns of joints nearby; NaN where there are none."""
+        T = tool_on_seam(self.task, self.rows, angles)
+        flange = self.search.flange_places(T, self.external)[0]
+        found = solve_inverse(self.search.cell.arm, flange).joints[:, self.way.branch]
+        return np.asarray(found + TURN * np.rint((near - found) / TURN))
+
+    def moved(self, at: _Rungs, step: FloatArray) -> _Rungs | None:
+        """Return the way after a step of shape (m, 3); None where the arm does not reach."""
+        angles = at.angles + step * self.is_free
+        reach = self.search.targets.torch_range_rad
+        if self.is_free.all():
+            angles[:, :2] = np.clip(angles[:, :2], self.asked - reach, self.asked + reach)
+        joints = self.joints(angles, at.joints)
+        return _Rungs(angles, joints) if np.isfinite(joints).all() else None
+
+    def linearise(self, at: _Rungs) -> LinearModel:
+        """Return the sum of squares around a way."""
+        m, s = len(self.rows), self.task.s_mm[self.rows]
+        slopes = np.stack([self._slope(at, column) for column in range(3)], axis=2)
+        weights = self.search.weights
+        scale = MOTION * np.sqrt(weights / (weights.sum() * (s[-1] - s[0])) / np.diff(s)[:, None])
+        off = np.concatenate(
+            [at.angles[:, :2] - self.asked, SPIN_PULL * (at.angles - self.start.angles)[:, 2:]], axis=1
+        )
+        doff = np.diag([1.0, 1.0, SPIN_PULL] * self.is_free)
+        values, slopes_of = regularity(self.search.cell.arm, at.joints)
+        missing = LEAST_REGULARITY - values + KEEP_OFF_RAD
+        beyond = np.concatenate([at.joints - self.high, self.low - at.joints], axis=1) + KEEP_OFF_RAD
+        return LinearModel(
+            deviation=off / math.sqrt(m),
+            ddeviation=doff / math.sqrt(m),
+            beyond=STIFFNESS * np.concatenate([beyond, missing], axis=1),
+            dbeyond=STIFFNESS * np.concatenate([slopes, -slopes, -(slopes_of @ slopes)], axis=1),
+            move=scale * np.diff(at.joints, axis=0),
+            dq=slopes,
+            scale=scale,
+        )
+
+    def _slope(self, at: _Rungs, column: int) -> FloatArray:
+        if not self.is_free[column]:
+            return np.zeros_like(at.joints)
+        step = STEP_RAD * np.eye(3)[column]
+        ends = [self.joints(at.angles + sign * step, at.joints) for sign in (1.0, -1.0)]
+        return np.nan_to_num((ends[0] - ends[1]) / (2.0 * STEP_RAD))
+
+
+def _knots(way: Candidate) -> IntArray:
+    """Return the points at which the angles are free: the rungs; of a straight seam its ends."""
+    R = way.task.R
+    cosine = (np.einsum("ij,nij->n", R[0], R) - 1.0) / 2.0
+    if math.acos(min(max(float(cosine.min()), -1.0), 1.0)) < STRAIGHT_RAD:
+        return np.array([0, len(way) - 1])
+    return way.task.rungs()
+
+
+def smoothed(search: SeamSearch, way: Candidate, *, may_tilt: bool = True) -> Candidate:
+    """Return a way whose joints move less, with the same branch and external axes.
+
+    Parameters
+    ----------
+    search : SeamSearch
+        Checks the new way: limits, singular poses, collisions, also between points.
+    way : Candidate
+    may_tilt : bool
+        Whether the torch may leave its targets so that the joints move less.
+
+    Returns
+    -------
+    Candidate
+        The given one if no better one is clear.
+    """
+    spun = _refined(search, way, is_tilted=False)
+    if not may_tilt or search.targets.torch_range_rad == 0.0:
+        return spun
+    tilted = _refined(search, way, is_tilted=True)
+    most = min(CLEARLY_LESS * spun.motion_rad_mm, spun.motion_rad_mm - LEAST_GAIN_RAD_MM)
+    return tilted if tilted.motion_rad_mm < most else spun
+
+
+def _refined(search: SeamSearch, way: Candidate, *, is_tilted: bool) -> Candidate:
+    problem = _Problem(search, way, is_tilted=is_tilted)
+    found = descend(problem.start, problem.linearise, problem.moved)
+    s, rungs = way.task.s_mm, way.task.s_mm[problem.rows]
+    start = way.angles if len(rungs) > 2 else _along(s, rungs, problem.start.angles)
+    change = _along(s, rungs, found.angles - problem.start.angles)
+    for share in SHARES:
+        angles = start + share * change
+        q, bad = search.checked(way.task, angles, way.q[[0, -1], JOINTS:], way.branch)
+        if bad is None:
+            better = replace(search.candidate(way.task, angles, q, way.branch), is_reversed=way.is_reversed)
+            if _cost(better) < _cost(way):
+                return better
+    return way
+
+
+def _along(s_mm: FloatArray, rungs_mm: FloatArray, angles: FloatArray) -> FloatArray:
+    """Return angles (n, 3) at all points, straight between those at the rungs (m, 3)."""
+    return np.stack([np.interp(s_mm, rungs_mm, column) for column in angles.T], axis=1)
+
+
+def _cost(way: Candidate) -> float:
+    return way.off_torch_rad**2 + (MOTION * way.motion_rad_mm) ** 2
