@@ -135,7 +135,7 @@ def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | No
     issues = [Issue(TOUCH_LEFT_OUT, f"left out: {_told(left_out)}", tuple(n for n, _ in left_out))] if left_out else []
     if stick_out is not None:
         longer = "longer" if stick_out > 0 else "shorter"
-        message = f"the post shows that the wire is {abs(stick_out):.3g} mm {longer} than planned; this is corrected"
+        message = f"the post shows that the wire is {abs(stick_out):.2f} mm {longer} than planned; this is corrected"
         issues.append(Issue(STICK_OUT, message))
     silent = _silent(plan, [(search, result) for search, result in pairs if result.p is None], results.path)
     return PairedTouches(taught, left_out, stick_out, results.tool, tuple(issues), silent)
@@ -280,6 +280,7 @@ def _taught(
         kinds=tuple(KINDS.get(search.target, TouchKind.SURFACE) for search in searches),
         radius_mm=np.array([search.radius_mm for search in searches]),
         R_base_tool=R @ np.array([search.R_part_tool for search in searches]),
+        normal_part=np.array([search.normal_part for search in searches]),
         shared=R @ _shared(covariances, wires, searches, stick_out, setup),
     )
 
