@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import signal
 import subprocess
 import sys
@@ -84,9 +85,12 @@ def open_page(browser: Any) -> Iterator[Any]:
 class Picker:
     """`wpcal pick` in a process of its own."""
 
-    def __init__(self, folder: Path, *arguments: str | Path) -> None:
+    def __init__(self, folder: Path, answers: Path, *arguments: str | Path) -> None:
         command = [sys.executable, "-m", "wpcal", "pick", *map(str, arguments), "--no-browser"]
-        self.process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        environment = {**os.environ, "WPCAL_CACHE": str(answers)}
+        self.process = subprocess.Popen(
+            command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
         assert self.process.stdout is not None
         self.said = self.process.stdout.readline()
         self.url = next((word for word in self.said.split() if word.startswith("http://")), "")
@@ -104,13 +108,19 @@ class Picker:
         self.process.communicate(timeout=60)
 
 
+@pytest.fixture(scope="session")
+def answers(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What pickers found in parts: the first of a part loads the kernel, the others begin where that one was."""
+    return tmp_path_factory.mktemp("answers")
+
+
 @pytest.fixture
-def start(tmp_path: Path) -> Iterator[Any]:
+def start(tmp_path: Path, answers: Path) -> Iterator[Any]:
     """Return a function that starts a picker in `tmp_path`; pickers that still run at the end are killed."""
     running: list[Picker] = []
 
     def started(*arguments: str | Path) -> Picker:
-        running.append(Picker(tmp_path, *arguments))
+        running.append(Picker(tmp_path, answers, *arguments))
         return running[-1]
 
     yield started

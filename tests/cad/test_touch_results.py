@@ -243,6 +243,20 @@ def test_touches_of_another_face_are_no_pass(tee: Workpiece, exact: dict[str, Fl
     assert found.verdict == "FAIL"
 
 
+def test_the_planned_normal_decides_between_two_faces_of_an_edge(tee: Workpiece, exact: dict[str, FloatArray]) -> None:
+    """The side of the wire may touch 0.2 mm below the border of its face."""
+    low = np.array([0.0, 0.0, 4.8])
+    near = replace(PLAN.search("T6"), contact_part=PLAN.search("T6").contact_part + low)
+    plan = replace(PLAN, searches=tuple(near if s.name == "T6" else s for s in PLAN.searches))
+    taught = pair_results(plan, _results(plan, exact)).taught
+    observed = prepare_fit(taught, tee, T_nominal_part=nominal_place(plan)).fitted
+    assert isinstance(observed, Touches)
+    normals = observed.targets.nearest(observed.rows, taught.p_part).normal
+    np.testing.assert_allclose(normals[5], near.normal_part, rtol=0, atol=1e-9)
+    with pytest.raises(FormatError, match="equally near to two faces"):
+        prepare_fit(replace(taught, normal_part=None), tee, T_nominal_part=nominal_place(plan))
+
+
 def test_what_is_no_results_file_is_one_line(exact: dict[str, FloatArray], tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected"):
         read_touch_results(Path("touches.csv"), PLAN)

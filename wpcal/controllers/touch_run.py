@@ -12,7 +12,7 @@ from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
 from wpcal.searches import TouchSetup, read_touch_plan, read_touch_setup
 from wpcal.taught.table import TaughtPoints
-from wpcal.taught.touch_results import SilentRows, nominal_place, pair_results
+from wpcal.taught.touch_results import SilentRows, nominal_place, pair_results, require_enough
 
 OTHER_PART = "other-part"
 """Code of the issue that the plan is for a part of another name."""
@@ -70,6 +70,7 @@ def read_touch_run(
     setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)
     results = read_touch_results(results_path, plan, setup)
     paired = pair_results(plan, results, setup)
+    require_enough(plan, paired)
     record = {
         "plan": {"file": plan_file.name, "fingerprint": plan.fingerprint},
         "controller": results.controller,

@@ -162,7 +162,7 @@ class _Finder:
         if len(faces) == 0:
             raise self._fault(row, f"the part has no face to touch as {kind.value}", "kind")
         point = self._model_point(row)
-        faces = faces[self._within_reach(faces, point)]
+        faces = self._facing(row, faces[self._within_reach(faces, point)], point)
         at = np.tile(point, (len(faces), 1))
         foot = project_to_faces(self.graph, faces, at)
         inside = self.trimmed.contains(faces, foot.uv)
@@ -175,6 +175,14 @@ class _Finder:
                 row, "the model point is equally near to two faces: give one further from their edge", "kind"
             )
         return int(faces[best])
+
+    def _facing(self, row: int, faces: IntArray, point: FloatArray) -> IntArray:
+        """Keep the faces whose outward normal is that of the row, if it states one and any face has it."""
+        if self.taught.normal_part is None:
+            return faces
+        foot = project_to_faces(self.graph, faces, np.tile(point, (len(faces), 1)))
+        facing = faces[foot.normal @ self.taught.normal_part[row] >= SAME_DIRECTION]
+        return facing if len(facing) else faces
 
     def _within_reach(self, faces: IntArray, point: FloatArray) -> BoolArray:
         """Tell which faces can be the nearest, from their bounding boxes."""

@@ -61,6 +61,8 @@ class TaughtPoints:
         Of the bytes that were read; None for points that are not from a file.
     R_base_tool : ndarray, shape (n, 3, 3), or None
         The axes of the tool at each touch, as columns, in `base`; NaN in rows that do not say.
+    normal_part : ndarray, shape (n, 3), or None
+        Outward normals of the touched faces in `part`. They decide between faces equally near to a model point.
     shared : ndarray, shape (n, 3, s), or None
         What each point sees of one standard deviation of s errors that all share, in `base`, mm; the covariances
         contain them.
@@ -81,6 +83,7 @@ class TaughtPoints:
     tcp_bias_mm: float = 0.0
     sha256: str | None = None
     R_base_tool: FloatArray | None = None
+    normal_part: FloatArray | None = None
     shared: FloatArray | None = None
 
     @property

@@ -28,6 +28,9 @@ SAME_POSTURE_RAD = np.radians(2.0)
 """The tool keeps its orientation during a search. A larger difference is another tool, or another program."""
 TOUCH_LEFT_OUT = "touch-left-out"
 STICK_OUT = "stick-out"
+FREEDOMS = 6
+NUMBERS = {"edge": 2, "point": 3}
+"""How many numbers a touch gives that is not on a face."""
 MOST_STICK_OUT_MM = 20.0
 """A post that is found further along the wire is not the post, or the tool centre point is wrong."""
 MOST_SHARED = 0.99
@@ -132,10 +135,28 @@ def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | No
     issues = [Issue(TOUCH_LEFT_OUT, f"left out: {_told(left_out)}", tuple(n for n, _ in left_out))] if left_out else []
     if stick_out is not None:
         longer = "longer" if stick_out > 0 else "shorter"
-        message = f"the post shows that the wire is {abs(stick_out):.3g} mm {longer} than planned; this is corrected"
+        message = f"the post shows that the wire is {abs(stick_out):.2f} mm {longer} than planned; this is corrected"
         issues.append(Issue(STICK_OUT, message))
     silent = _silent(plan, [(search, result) for search, result in pairs if result.p is None], results.path)
     return PairedTouches(taught, left_out, stick_out, results.tool, tuple(issues), silent)
+
+
+def require_enough(plan: TouchPlan, paired: PairedTouches) -> None:
+    """Refuse a run that left out so many searches that the others cannot hold the part.
+
+    Raises
+    ------
+    FormatError
+        Names what was left out.
+    """
+    used = set(paired.taught.names)
+    numbers = sum(NUMBERS.get(search.target, 1) for search in plan.searches if search.name in used)
+    if paired.left_out and numbers < FREEDOMS:
+        raise FormatError(
+            f"{_told(paired.left_out)}. The {len(used)} others cannot hold the part: a place has six freedoms, and a "
+            "touch on a face takes one",
+            path=paired.taught.path,
+        )
 
 
 def _require_same_plan(plan: TouchPlan, results: SearchResults) -> None:
@@ -259,6 +280,7 @@ def _taught(
         kinds=tuple(KINDS.get(search.target, TouchKind.SURFACE) for search in searches),
         radius_mm=np.array([search.radius_mm for search in searches]),
         R_base_tool=R @ np.array([search.R_part_tool for search in searches]),
+        normal_part=np.array([search.normal_part for search in searches]),
         shared=R @ _shared(covariances, wires, searches, stick_out, setup),
     )
 
