@@ -106,7 +106,9 @@ def test_the_error_of_the_seams_is_that_of_the_plan(planned, tmp_path):
         assert found[each["seam"]] == pytest.approx(each["error_95_mm"], rel=0.15)
 
 
-@pytest.mark.parametrize("brand", BRANDS)
+@pytest.mark.parametrize(
+    "brand", [pytest.param(name, marks=[] if name in {"krl", "as"} else pytest.mark.deep) for name in BRANDS]
+)
 def test_missed_searches_are_told(brand, planned, tmp_path):
     """The part is too low: searches from above and at the upper borders of faces end above it."""
     ran = run(planned, "tee", brand, ((0.0, 0.0, -9.0),), tmp_path / "results")
@@ -140,8 +142,17 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize("wrong", WRONG)
-@pytest.mark.parametrize("part", ["frame", "saddle"])
+WRONG_IN_CI = {("frame", "20 mm along y"), ("frame", "mirrored"), ("saddle", "mirrored")}
+
+
+@pytest.mark.parametrize(
+    ("part", "wrong"),
+    [
+        pytest.param(part, wrong, marks=[] if (part, wrong) in WRONG_IN_CI else pytest.mark.deep)
+        for part in ("frame", "saddle")
+        for wrong in WRONG
+    ],
+)
 def test_a_part_that_stands_wrong_does_not_pass(part, wrong, planned, tmp_path):
     moved, mirrored = WRONG[wrong]
     try:

@@ -7,7 +7,7 @@ MOST_SKIPS = {
     "no disk can be mounted": 1,
     "the sample files of xMCF are not here": 2,
     "rapidchecker is not installed": 4,
-    "WPCAL_KRL_PARSER does not name a folder with krlParser.py": 2,
+    "WPCAL_KRL_PARSER does not name a folder with krlParser.py": 3,
     "root writes into a folder that nobody may write to": 1,
 }
 

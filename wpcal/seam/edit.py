@@ -28,7 +28,8 @@ from wpcal.seam.path.cut import middles
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.record import SEAMS_SCHEMA
 from wpcal.seam.rules import Rule
-from wpcal.seam.seam import Candidate, JoinedStretch, Seam, SeamEdit, SeamPieces
+from wpcal.seam.seam import Seam, SeamPieces
+from wpcal.seam.seam_edit import Candidate, JoinedStretch, SeamEdit
 
 SAME_PLACE_MM = 0.1
 """A candidate is the one in the file if start, middle and length agree within this. Files hold all digits. Few seams of

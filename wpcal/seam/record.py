@@ -18,19 +18,17 @@ from wpcal.seam.frame_records import frame_records, frames_from_records, leans_f
 from wpcal.seam.member.note import MemberNotes
 from wpcal.seam.record_check import check_seams
 from wpcal.seam.seam import (
-    Candidate,
     Finding,
     Groove,
     Hiding,
-    JoinedStretch,
     JointType,
     OtherTorch,
     Seam,
-    SeamEdit,
     SeamPieces,
     SeamSource,
     WeldType,
 )
+from wpcal.seam.seam_edit import Candidate, JoinedStretch, SeamEdit
 from wpcal.seam.torch import USUAL_TORCH, TorchShape
 from wpcal.seam.torch_file import without_none
 

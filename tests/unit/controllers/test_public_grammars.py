@@ -20,6 +20,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.running import run_here
+from tests.touch_plans import TEE_PLAN
 from wpcal.controllers.arc_settings import ArcSettings
 from wpcal.controllers.few_moves import fit_program
 from wpcal.controllers.program import ControllerSettings, build_program
@@ -84,3 +86,17 @@ def test_krl_is_what_another_grammar_takes(part, monkeypatch):
         assert word in arcs["WPCAL.src"]
         assert [faults(text) for text in arcs.values()] == [0, 0]
     assert faults(files["WPCAL.src"].replace("\r\nLIN ", "\r\nLIN , ", 1)) > 0
+
+
+@pytest.mark.skipif(not KRL_PARSER, reason="WPCAL_KRL_PARSER does not name a folder with krlParser.py")
+def test_a_touch_program_in_krl_is_what_another_grammar_takes(tmp_path, monkeypatch):
+    antlr4 = pytest.importorskip("antlr4", reason="antlr4-python3-runtime is not installed")
+    monkeypatch.syspath_prepend(KRL_PARSER)
+    from krlLexer import krlLexer
+    from krlParser import krlParser
+
+    assert run_here("export", TEE_PLAN, "-f", "krl", "-o", tmp_path / "out").returncode == 0
+    for file in sorted((tmp_path / "out" / "krl").iterdir()):
+        parser = krlParser(antlr4.CommonTokenStream(krlLexer(antlr4.InputStream(file.read_bytes().decode()))))
+        parser.module()
+        assert parser.getNumberOfSyntaxErrors() == 0, file.name

@@ -12,7 +12,7 @@ from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.path.corners import CORNER_MM, CORNER_STEP_RAD
 from wpcal.seam.path.turning import rotation_angles
-from wpcal.seam.seam import Candidate, JoinedStretch, SeamEdit
+from wpcal.seam.seam_edit import Candidate, JoinedStretch, SeamEdit
 
 ROUND_OFF_MM = 1e-9
 

@@ -1,0 +1,66 @@
+"""What a person decided about a candidate of a part, and how the candidate is recognised again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """Which candidate of a part a seam is: identified by its place, so that it is recognised under another number.
+
+    Parameters
+    ----------
+    name : str
+        As found: ``W7``.
+    start_mm, middle_mm : tuple of float
+        Its start, and the point at half its length, in `part`, mm.
+    length_mm : float
+    """
+
+    name: str
+    start_mm: tuple[float, float, float]
+    middle_mm: tuple[float, float, float]
+    length_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class JoinedStretch:
+    """A candidate, or a part of it, that another seam goes on along.
+
+    Parameters
+    ----------
+    candidate : Candidate
+    range_mm : tuple of float or None
+        Two lengths from the start of the candidate, mm; None for all of it.
+    """
+
+    candidate: Candidate
+    range_mm: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SeamEdit:
+    """What a person decided about a candidate.
+
+    Parameters
+    ----------
+    accept : bool or None
+        True to weld it, false to reject it; None to leave it to the rules.
+    reverse : bool
+        Whether it is welded in the other direction.
+    name : str or None
+    range_mm : tuple of float or None
+        The part of it that is welded: two lengths from the start of the candidate, mm.
+    other_side : bool
+        Whether the torch comes from the other side: y and z are reversed.
+    join : tuple of JoinedStretch
+        Other candidates, or parts of them, that are welded with it in one run. Their ends meet.
+    """
+
+    accept: bool | None = None
+    reverse: bool = False
+    name: str | None = None
+    range_mm: tuple[float, float] | None = None
+    other_side: bool = False
+    join: tuple[JoinedStretch, ...] = ()
