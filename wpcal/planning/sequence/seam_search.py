@@ -267,12 +267,9 @@ class SeamSearch:
                 return np.zeros((0, JOINTS + values.shape[1])), 0
             path = continue_branch(self.cell.arm, joints[:end], self.cell.home[:JOINTS])
         q = np.concatenate([path, external[0, :end]], axis=1)
-        good = is_regular(self.cell.arm, path)
-        if good.all():
-            good &= self.clearance.margins(q).is_clear
-        if not good.all():
-            end = int(np.argmin(good))
-        elif end > 1 and not (moves := self.checker.check(q)).is_free:
+        end = _leading(is_regular(self.cell.arm, path))
+        end = _leading(self.clearance.margins(q[:end]).is_clear)
+        if end > 1 and not (moves := self.checker.check(q[:end])).is_free:
             end = math.ceil(moves.at[np.argmax(moves.margin_mm <= 0.0)])
         return q[:end], None if end == n else end
 
@@ -294,3 +291,8 @@ class SeamSearch:
         asked = torch_angles(task, np.arange(len(task)), self.targets)
         torch = float(np.sqrt(((angles[:, :2] - asked) ** 2).sum(axis=1).mean()))
         return Candidate(task, q, angles, branch, off, torch)
+
+
+def _leading(good: BoolArray) -> int:
+    """Return how many of the first values are true."""
+    return len(good) if good.all() else int(np.argmin(good))
