@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from wpcal.advise.design import FREEDOMS, QUANTILES, SetSearch, farthest_rows
+from wpcal.calibrate.residual_evidence import LEAST_REDUNDANCY
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
 from wpcal.searches.setup import TouchSetup
@@ -27,6 +28,12 @@ FLAT = 1e-8
 """A set leaves a motion free if the reciprocal condition of its scaled information is below this."""
 RIDGE = 1e-13
 """Share of the information's trace that is added, so that every set has an inverse."""
+TESTED_FROM = 8
+"""From so many touches on, a wrong one shall leave a residual, whichever it is: six hold the part, two test them."""
+TESTED = 2.0 * LEAST_REDUNDANCY
+"""A touch counts as tested if it keeps this share of its error: the part is not quite where it is planned."""
+UNTESTED_FACTOR = 1.0
+"""A set with a touch that nothing tests counts as one with twice its error."""
 STARTS = 3
 """Sets from which touches are exchanged: that of the greedy choice, and random ones."""
 
@@ -131,12 +138,26 @@ class TouchDesign:
         G = A @ common.reshape(len(sets), 6, -1)
         return A @ noise.reshape(-1, 6, 6) @ A + G @ G.transpose(0, 2, 1), free
 
+    def least_redundancy(self, sets: IntArray) -> FloatArray:
+        """Share of its own error that the touch which the others test least keeps in its residual, shape (m,).
+
+        Baarda's redundancy number, as `wpcal.calibrate.residual_evidence.unchecked_names` has it.
+        """
+        H = (self.rows / self._scale)[sets]
+        M = np.einsum("mni,mnj->mij", H, H)
+        trace = np.trace(M, axis1=1, axis2=2)
+        A = np.linalg.inv(M + (RIDGE * trace)[:, None, None] * np.eye(6))
+        return np.asarray(1.0 - np.einsum("mni,mij,mnj->mn", H, A, H).max(axis=1))
+
     def _errors(self, sets: IntArray) -> FloatArray:
         C, free = self._scaled_covariances(sets)
         S = (C.reshape(-1, 36) @ self._seam_squares).reshape(len(sets), -1, 9)
         trace = S[..., 0] + S[..., 4] + S[..., 8]
         square = np.maximum(np.einsum("mki,mki->mk", S, S), 1e-300)
         error = np.sqrt(np.maximum(trace, 0.0) * np.interp(trace**2 / square, FREEDOMS, QUANTILES)).max(axis=1)
+        if sets.shape[1] >= TESTED_FROM:
+            lacking = np.maximum(1.0 - self.least_redundancy(sets) / TESTED, 0.0)
+            error *= 1.0 + UNTESTED_FACTOR * lacking
         error[free] = np.inf
         return np.asarray(error, dtype=np.float64)
 

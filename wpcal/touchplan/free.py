@@ -91,6 +91,12 @@ class Strokes:
         return np.asarray(self.at(self.before_mm) - APPROACH_MM * self.contacts.wire)
 
 
+def tool_axes(strokes: Strokes) -> FloatArray:
+    """Return the axes of the tool as columns in `part`, shape (n, 3, 3): x to the neck's side, z along the wire."""
+    x, z = strokes.bend, strokes.contacts.wire
+    return np.stack([x, np.cross(z, x), z], axis=2)
+
+
 def find_strokes(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, options: TouchOptions) -> Strokes:
     """Find start and end of the search of each contact; those that are not possible are left out.
 

@@ -15,8 +15,9 @@ import numpy as np
 
 from wpcal.brep.material import Material
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.core.tangent import exp_rotation, log_rotation
+from wpcal.core.tangent import log_rotation
 from wpcal.seam.torch import TorchShape
+from wpcal.touchplan.displaced import DisplacedPart, poses_between
 from wpcal.touchplan.free import BIN_MM, torch_is_free
 
 STEP_MM = 10.0
@@ -48,6 +49,7 @@ class Air:
         Level along `up` above everything.
     clear_mm : float
         Least distance of the torch.
+    part : DisplacedPart
     """
 
     materials: Sequence[Material]
@@ -56,6 +58,7 @@ class Air:
     up: FloatArray
     safe_mm: float
     clear_mm: float
+    part: DisplacedPart
 
     def is_free(self, p: FloatArray, R: FloatArray) -> bool:
         """Tell whether the torch is free on straight ways.
@@ -67,14 +70,7 @@ class Air:
         R : ndarray, shape (m, 3, 3)
             Axes of the tool there; it turns evenly between them.
         """
-        places, turns = [p[:1]], [R[:1]]
-        for a, b, Ra, Rb in zip(p[:-1], p[1:], R[:-1], R[1:], strict=True):
-            turn = log_rotation(Ra.T @ Rb)
-            count = max(1, math.ceil(np.linalg.norm(b - a) / STEP_MM), math.ceil(np.linalg.norm(turn) / STEP_RAD))
-            share = np.arange(1, count + 1) / count
-            places.append(a + share[:, None] * (b - a))
-            turns.append(np.stack([Ra @ exp_rotation(s * turn) for s in share]))
-        tips, frames = np.concatenate(places), np.concatenate(turns)
+        tips, frames = poses_between(p, R, STEP_MM, STEP_RAD)
         clear = np.full(len(tips), math.ceil((self.clear_mm + STEP_MM / 2) / BIN_MM) * BIN_MM)
         free = torch_is_free(
             self.materials,
@@ -100,6 +96,35 @@ class Air:
         for higher in LEVELS_MM:
             via = self.over(a, b, higher)
             if self.is_free(np.stack([below[0], *via, below[1]]), np.stack([Ra, Ra, Rb, Rb])):
+                return via
+        return None
+
+    def safe_way(
+        self, way: FloatArray, a: FloatArray, Ra: FloatArray, b: FloatArray, Rb: FloatArray
+    ) -> FloatArray | None:
+        """Return the points of a way on which the torch passes the part wherever it stands.
+
+        Parameters
+        ----------
+        way : ndarray, shape (k, 3)
+            Points of the way between two approaches that is free of the part as planned.
+        a, b : ndarray, shape (2, 3)
+            Approach and start of the two searches.
+        Ra, Rb : ndarray, shape (3, 3)
+
+        Returns
+        -------
+        ndarray, shape (k, 3), or None
+            The way itself, or one over the safe level; None if the torch passes on none.
+        """
+        for line, R_line in ((a, Ra), (b, Rb)):
+            if not self.part.lets_pass(self.torch, self.wire_mm, line, np.stack([R_line] * 2), along_wire=True):
+                return None
+        for via in (way, *(self.over(a[0], b[0], higher) for higher in LEVELS_MM)):
+            turned = len(via) // 2  # the torch turns in the middle: on the level
+            p = np.concatenate([a[:1], via, b[:1]])
+            R = np.stack([Ra] * (1 + turned) + [Rb] * (len(via) - turned + 1))
+            if self.part.lets_pass(self.torch, self.wire_mm, p, R) and (via is way or self.is_free(p, R)):
                 return via
         return None
 

@@ -31,7 +31,8 @@ from wpcal.touchplan.candidates import (
 )
 from wpcal.touchplan.choose import TouchDesign
 from wpcal.touchplan.contacts import word_of
-from wpcal.touchplan.free import APPROACH_MM, Strokes
+from wpcal.touchplan.displaced import DisplacedPart
+from wpcal.touchplan.free import APPROACH_MM, Strokes, tool_axes
 from wpcal.touchplan.options import TouchOptions
 from wpcal.touchplan.order import Air, order_searches
 from wpcal.touchplan.patterns import choose_touches
@@ -48,7 +49,7 @@ class Reach(Protocol):
     def turned(self, strokes: Strokes) -> tuple[Strokes, tuple[str, ...]]:
         """Turn the tool about the wire so that the arm reaches; leave out what it cannot reach, and say so."""
 
-    def with_joints(self, plan: TouchPlan) -> TouchPlan:
+    def with_joints(self, plan: TouchPlan, air: Air) -> TouchPlan:
         """Return the plan with the joints of the arm."""
 
 
@@ -121,7 +122,8 @@ def plan_touches(
     materials = [part.material or ExactMaterial(part.graph, part.trimmed), *bodies]
     found = find_candidates(part.graph, part.trimmed, materials, place, options, progress)
     notes: tuple[str, ...] = ()
-    strokes = found.strokes
+    displaced = DisplacedPart.of(materials[0], place.centre, options.nominal)
+    strokes = found.strokes.select(displaced.lets_start(found.strokes, options.torch, options.wire_mm))
     if reach is not None:
         progress(f"solving the joints of {len(strokes)} searches")
         strokes, notes = reach.turned(strokes)
@@ -133,7 +135,8 @@ def plan_touches(
     predicted = _prediction(part.seams, design, chosen, place.centre)
     progress("ordering the searches and finding the ways between them")
     strokes = strokes.select(chosen)
-    air = Air(materials, options.torch, options.wire_mm, up, found.safe_mm, float(strokes.contacts.normal_mm.max()))
+    clear = float(strokes.contacts.normal_mm.max())
+    air = Air(materials, options.torch, options.wire_mm, up, found.safe_mm, clear, displaced)
     searches = _in_order(part, strokes, air, options) if reach is None else _unordered(part, strokes, options)
     if options.post_base is not None:
         searches = (_post(options, T, up, found.safe_mm), *searches)
@@ -146,7 +149,7 @@ def plan_touches(
         predicted=predicted,
         notes=(*notes, *_notes(part.graph, found, T_base_part is None)),
     )
-    return plan if reach is None else reach.with_joints(plan)
+    return plan if reach is None else reach.with_joints(plan, air)
 
 
 def design_of(part: TouchPart, strokes: Strokes, place: PartPlace, options: TouchOptions) -> TouchDesign:
@@ -207,19 +210,22 @@ def _prediction(seams: Sequence[Seam], design: TouchDesign, chosen: IntArray, ce
 
 
 def _in_order(part: TouchPart, strokes: Strokes, air: Air, options: TouchOptions) -> tuple[Search, ...]:
-    approach, R = strokes.approach, tool_axes(strokes)
-    order, ways = order_searches(approach, R, air)
+    R = tool_axes(strokes)
+    ends = np.stack([strokes.approach, strokes.at(strokes.before_mm)], axis=1)
+    order, ways = order_searches(strokes.approach, R, air)
     searches = list[Search]()
     for number, row in enumerate(order.tolist()):
-        before = order[number - 1] if number else -1
-        if before < 0:
-            via = air.over(approach[row], approach[row])[:1]
-        elif (int(before), row) in ways:
-            via = ways[int(before), row]
-        else:
+        via: FloatArray | None = air.over(ends[row, 0], ends[row, 0])[:1]
+        if number:
+            before = int(order[number - 1])
+            via = ways.get((before, row))
+            via = None if via is None else air.safe_way(via, ends[before], R[before], ends[row], R[row])
+        if via is None:
             raise GeometryError(
-                f"the torch finds no free way from the touch at {_words(strokes.contacts.p[before])} to that at "
-                f"{_words(strokes.contacts.p[row])}; a slimmer --torch would help"
+                f"the torch finds no way from the touch at {_words(strokes.contacts.p[before])} to that at "
+                f"{_words(strokes.contacts.p[row])} that is free wherever the part may stand; a slimmer --torch or a "
+                "smaller --uncertainty-mm or --uncertainty-deg would help",
+                code=ErrorCode.NO_FREE_WAY,
             )
         searches.append(search_of(part, strokes, row, f"T{number + 1}", via, options))
     return tuple(searches)
@@ -233,12 +239,6 @@ def _unordered(part: TouchPart, strokes: Strokes, options: TouchOptions) -> tupl
 
 def _words(p: FloatArray) -> str:
     return f"({' '.join(f'{round(float(v), 1) + 0.0:g}' for v in p)})"
-
-
-def tool_axes(strokes: Strokes) -> FloatArray:
-    """Return the axes of the tool as columns in `part`, shape (n, 3, 3): x to the neck's side, z along the wire."""
-    x, z = strokes.bend, strokes.contacts.wire
-    return np.stack([x, np.cross(z, x), z], axis=2)
 
 
 def search_of(part: TouchPart, strokes: Strokes, row: int, name: str, via: FloatArray, options: TouchOptions) -> Search:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -26,13 +27,16 @@ from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.order import axis_seconds
 from wpcal.robot.kinematics.inverse import solve_inverse, turn_into_limits
 from wpcal.searches import Search, SearchKind, TouchPlan
+from wpcal.touchplan.displaced import STEP_MM, STEP_RAD
 from wpcal.touchplan.free import Strokes
-from wpcal.touchplan.order import shortest_order
+from wpcal.touchplan.order import LEVELS_MM, Air, shortest_order
 
 SPINS = 12
 """Turns of the tool about the wire that are tried."""
 MOST_TURN_RAD = math.radians(40.0)
 """No joint turns by more between the approach and the start, or along the stroke: the branch would be near its end."""
+MOST_RISE_RAD = math.radians(90.0)
+"""No joint turns by more between an approach and the place above it: that would be another branch."""
 ALONG = (0.0, 1 / 3, 2 / 3, 1.0)
 """Places on a straight way at which the bodies are measured: 10 mm apart."""
 TRIED = 6
@@ -118,8 +122,14 @@ class ArmReach:
         notes = () if left == 0 else (f"{self.cell.arm.name} does not reach {left} of {len(strokes)} searches",)
         return Strokes(some.contacts, some.radius_mm, some.before_mm, some.after_mm, held.bend[rows]), notes
 
-    def with_joints(self, plan: TouchPlan) -> TouchPlan:
+    def with_joints(self, plan: TouchPlan, air: Air) -> TouchPlan:
         """Return the plan in the shortest order of the arm, with its joints and the ways between the searches.
+
+        Parameters
+        ----------
+        plan : TouchPlan
+        air : Air
+            Where the torch passes the part wherever it stands.
 
         Raises
         ------
@@ -139,14 +149,14 @@ class ArmReach:
         searches, before, number = list[Search](), home, 0
         for k in order:
             search, own = joints[k]
-            way = self._way(planner, before, self._whole(own[0]), search.name)
+            way = self._safe_way(planner, air, before, self._whole(own[0]), search.name)
             number += search.kind is SearchKind.PART
             name = f"T{number}" if search.kind is SearchKind.PART else search.name
             via = way[1:-1]
             searches.append(replace(search, name=name, via=self._places(via), via_joints=via[:, :JOINTS], joints=own))
             before = self._whole(own[0])
         notes = plan.notes
-        if len(self._way(planner, before, home, "home")) > 2:
+        if len(self._safe_way(planner, air, before, home, "home")) > 2:
             notes = (
                 *notes,
                 f"the straight way from {searches[-1].name} home is not free",
@@ -158,6 +168,51 @@ class ArmReach:
             return planner.path(a, b).q
         except GeometryError as error:
             raise GeometryError(f"search {name}: {error}", code=ErrorCode.NO_FREE_WAY) from None
+
+    def _safe_way(self, planner: AirPlanner, air: Air, a: FloatArray, b: FloatArray, name: str) -> FloatArray:
+        """Return a way on which the torch passes the part wherever it stands: the shortest, or one over the part."""
+        way = self._way(planner, a, b, name)
+        if self._passes(air, way):
+            return way
+        for higher in LEVELS_MM:
+            tops = [self._above(air, q, higher) for q in (a, b)]
+            if tops[0] is None or tops[1] is None:
+                continue
+            legs = [self._way(planner, q, r, name) for q, r in pairwise([a, tops[0], tops[1], b])]
+            way = np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
+            if self._passes(air, way):
+                return way
+        raise GeometryError(
+            f"search {name}: no way to it is free wherever the part may stand; a smaller --uncertainty-mm or "
+            "--uncertainty-deg, or more room around the part, would help",
+            code=ErrorCode.NO_FREE_WAY,
+        )
+
+    def _passes(self, air: Air, way: FloatArray) -> bool:
+        """Tell whether the torch passes the part on a way of the joints, wherever the part stands."""
+        states = [way[:1]]
+        for a, b in pairwise(way):
+            reach = float(np.linalg.norm(np.diff(self._tools(np.stack([a, b]))[:, :3, 3], axis=0)))
+            turn = float(np.abs(b - a)[:JOINTS].max())
+            count = max(1, math.ceil(max(reach / STEP_MM, turn / STEP_RAD)) * 2)  # the tip goes on an arc
+            states.append(a + np.arange(1, count + 1)[:, None] / count * (b - a))
+        T = self._tools(np.concatenate(states))
+        return air.part.lets_through(air.torch, air.wire_mm, T[:, :3, 3], T[:, :3, :3])
+
+    def _above(self, air: Air, q: FloatArray, higher_mm: float) -> FloatArray | None:
+        """Return the joints with which the tool is above its place, on the safe level; None if it cannot be there."""
+        T = self._tools(q[None])[0]
+        T[:3, 3] = air.over(T[:3, 3], T[:3, 3], higher_mm)[0]
+        flange = self.T_base_part.matrix @ T @ np.linalg.inv(self.cell.T_flange_tool.matrix)
+        solved = solve_inverse(self.cell.arm, flange[None]).joints.reshape(-1, JOINTS)
+        near = turn_into_limits(self.cell.arm, solved, q[:JOINTS])
+        far = np.nan_to_num(np.abs(near - q[:JOINTS]).max(axis=1), nan=np.inf)
+        best = int(np.argmin(far))
+        return self._whole(near[best]) if far[best] <= MOST_RISE_RAD else None
+
+    def _tools(self, q: FloatArray) -> FloatArray:
+        """Return the poses of the tool in `part`, shape (k, 4, 4)."""
+        return np.asarray(np.linalg.inv(self.cell.part_places(q)) @ self.cell.tool_places(q))
 
     def _of_search(self, search: Search) -> tuple[Search, FloatArray]:
         """Return a search with the axes of its tool, and the joints at approach, start and end, shape (3, 6)."""
@@ -237,8 +292,7 @@ class ArmReach:
         """Return places of the tool centre point in `part`, shape (k, 3)."""
         if len(q) == 0:
             return np.empty((0, 3))
-        T = np.linalg.inv(self.cell.part_places(q)) @ self.cell.tool_places(q)
-        return np.asarray(T[:, :3, 3])
+        return self._tools(q)[:, :3, 3]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
