@@ -98,7 +98,7 @@ def judged(part: str, arm: str, folder: Path, results: Path) -> Row:
     coupled = [text for pair in COUPLED.get(arm, ()) for text in ("--coupled", ":".join(pair))]
     assert run_here("cell", "new", "--torch-robot", urdf(arm), "--tool", tool, *coupled, "-o", cell).returncode == 0
     start = time.process_time()
-    done = run_here("plan", cell, result, "-o", out, "-f", ARMS.get(arm, "csv"))
+    done = run_here("plan", cell, result, "-o", out, "-f", ARMS.get(arm, "rapid"))
     cpu_s = time.process_time() - start
     assert done.returncode in (0, 1), done.stderr
     plan = json.loads((out / "plan.json").read_text(encoding="utf-8"))
