@@ -19,6 +19,8 @@ from tests.real_cells import Array, RealCell, matrix
 
 JOINT_DEG = 1e-3
 """Rounding of the files, of five decimals and more."""
+CHORD_MM = 0.1
+"""How far a seam may be off the lines between its frames (`--chord-mm`): plans follow these lines, programs write arcs."""
 FINER = 10
 """Places between two points of the plan."""
 
@@ -113,11 +115,12 @@ def text_faults(language: str, files: dict[str, str], way: tuple[Array, Array]) 
     (q, T), found, now = way, list[str](), -1
     for move in READERS[language](files):
         later = slice(max(now, 0), None)
+        most_mm = PATH_MM if move.via is None else PATH_MM + CHORD_MM
         if move.joints is not None:
             off = np.abs(q[later, : len(move.joints)] - move.joints).max(axis=1) / JOINT_DEG
         else:
             turn = Rotation.from_matrix(T[later, :3, :3]) * Rotation.from_matrix(move.pose[:3, :3]).inv()
-            off = np.linalg.norm(T[later, :3, 3] - move.pose[:3, 3], axis=1) / PATH_MM
+            off = np.linalg.norm(T[later, :3, 3] - move.pose[:3, 3], axis=1) / most_mm
             off = np.maximum(off, np.degrees(turn.magnitude()) / AXIS_DEG)
         near = np.flatnonzero(off <= 1.0)
         if not len(near):
@@ -128,7 +131,7 @@ def text_faults(language: str, files: dict[str, str], way: tuple[Array, Array]) 
         if not move.fits(q[to]):
             found.append(f"{name} has another configuration")
         beside = _off(move, q[now : to + 1], T[now : to + 1]) if 0 <= now < to else 0.0
-        if beside > (JOINT_DEG if move.joints is not None else PATH_MM):
+        if beside > (JOINT_DEG if move.joints is not None else most_mm):
             found.append(f"{name}: the plan is {beside:.3f} off its way")
         now = to
     return (
