@@ -20,7 +20,7 @@ from tests.real_cells import Array, RealCell, matrix
 JOINT_DEG = 1e-3
 """Rounding of the files, of five decimals and more."""
 CHORD_MM = 0.1
-"""How far a seam may be off the lines between its frames (`--chord-mm`): plans follow these lines, programs write arcs."""
+"""How far a seam may be off the lines between its frames (`--chord-mm`): plans follow these, programs write arcs."""
 FINER = 10
 """Places between two points of the plan."""
 
