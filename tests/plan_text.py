@@ -19,8 +19,6 @@ from tests.real_cells import Array, RealCell, matrix
 
 JOINT_DEG = 1e-3
 """Rounding of the files, of five decimals and more."""
-CHORD_MM = 0.1
-"""How far a seam may be off the lines between its frames (`--chord-mm`): plans follow these, programs write arcs."""
 FINER = 10
 """Places between two points of the plan."""
 
@@ -110,12 +108,16 @@ def way_of(plan: dict[str, Any], cell: RealCell) -> tuple[Array, Array]:
     return q, np.array([np.linalg.inv(at["part"]) @ at["tool"] for at in places])
 
 
-def text_faults(language: str, files: dict[str, str], way: tuple[Array, Array]) -> list[str]:
-    """Return where a program and the way of its plan differ; empty if they do not."""
+def text_faults(language: str, files: dict[str, str], way: tuple[Array, Array], *, chord_mm: float = 0.0) -> list[str]:
+    """Return where a program and the way of its plan differ; empty if they do not.
+
+    Plans follow the lines between the frames of a seam, programs write arcs through them: an arc may be off the plan by
+    `chord_mm` more, which is measured on the frames (`tests.plan_faults.chord`).
+    """
     (q, T), found, now = way, list[str](), -1
     for move in READERS[language](files):
         later = slice(max(now, 0), None)
-        most_mm = PATH_MM if move.via is None else PATH_MM + CHORD_MM
+        most_mm = PATH_MM if move.via is None else PATH_MM + chord_mm
         if move.joints is not None:
             off = np.abs(q[later, : len(move.joints)] - move.joints).max(axis=1) / JOINT_DEG
         else:

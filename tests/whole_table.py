@@ -89,7 +89,7 @@ def texts_of(folder: Path) -> dict[str, str]:
 
 def judged(part: str, arm: str, folder: Path, results: Path) -> Row:
     """Make the cell and plan as a user does, and judge what was written."""
-    from tests.plan_faults import plan_faults  # needs FCL and trimesh, as what follows
+    from tests.plan_faults import chord, plan_faults  # needs FCL and trimesh, as what follows
     from tests.plan_text import READERS, text_faults, way_of
     from tests.real_cells import RealCell, of_record
 
@@ -109,7 +109,9 @@ def judged(part: str, arm: str, folder: Path, results: Path) -> Row:
     language = ARMS.get(arm, "")
     if language in READERS and language not in plan["no_program"]:
         real = RealCell(cell, {"robot": urdf(arm)}, None, of_record(plan["T_carrier_part"]))
-        faults += text_faults(language, texts_of(out / language), way_of(plan, real))
+        bent = [chord(np.array([frame["p_mm"] for frame in seam["frames"]])) for seam in seams if seam["accepted"]]
+        way = way_of(plan, real)
+        faults += text_faults(language, texts_of(out / language), way, chord_mm=max(bent, default=0.0))
     welded = sum(abs(piece["to_mm"] - piece["from_mm"]) for piece in plan["seams"])
     accepted = sum(seam["length_mm"] for seam in seams if seam["accepted"])
     untold = tuple(f"{gap['seam']}: no reason" for gap in plan["unwelded"] if not gap["why"])

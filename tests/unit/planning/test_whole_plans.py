@@ -66,6 +66,27 @@ def test_program_and_plan_of_a_frame_of_eight_bodies_have_no_fault_but_planted_o
 
 
 @pytest.mark.deep
+def test_an_arc_that_is_not_that_of_the_plan_is_found(tmp_path):
+    from tests.plan_faults import chord
+    from tests.plan_text import text_faults, way_of
+    from tests.real_cells import RealCell, of_record
+
+    row = judged("saddle", "irb1600_6_12", tmp_path, tmp_path)
+    assert row.faults == ()
+    seams = json.loads((FIXTURES / "saddle" / "golden" / "seams.json").read_text(encoding="utf-8"))["seams"]
+    chord_mm = max(chord(np.array([frame["p_mm"] for frame in seam["frames"]])) for seam in seams if seam["accepted"])
+    plan = json.loads((tmp_path / "plan" / "plan.json").read_text(encoding="utf-8"))
+    real = RealCell(tmp_path / "cell.json", {"robot": urdf("irb1600_6_12")}, None, of_record(plan["T_carrier_part"]))
+    way = way_of(plan, real)
+    ((name, text),) = texts_of(tmp_path / "plan" / "rapid").items()
+    via = re.search(r"(?:Move|Arc)C\w* (\w+),", text)[1]
+    x = re.search(rf"robtarget {via}:=\[\[(-?[\d.]+)", text)[1]
+    for off_mm, is_found in ((0.0, False), (2.0, True)):
+        moved = text.replace(f"robtarget {via}:=[[{x}", f"robtarget {via}:=[[{float(x) + off_mm:.5f}")
+        assert bool(text_faults("rapid", {name: moved}, way, chord_mm=chord_mm)) is is_found
+
+
+@pytest.mark.deep
 def test_planted_faults_are_found(tmp_path):
     from tests.plan_faults import plan_faults
 
