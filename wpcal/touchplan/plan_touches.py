@@ -124,6 +124,11 @@ def plan_touches(
     notes: tuple[str, ...] = ()
     displaced = DisplacedPart.of(materials[0], place.centre, options.nominal)
     strokes = found.strokes.select(displaced.lets_start(found.strokes, options.torch, options.wire_mm))
+    if len(strokes) == 0:
+        raise GeometryError(
+            "at the start of every search the torch or the wire would meet the part where it may stand; a smaller "
+            "--uncertainty-mm or --uncertainty-deg, a slimmer --torch or a longer wire would help"
+        )
     if reach is not None:
         progress(f"solving the joints of {len(strokes)} searches")
         strokes, notes = reach.turned(strokes)

@@ -6,6 +6,7 @@ import pytest
 from tests.touch_parts import touch_part
 from wpcal.brep.material import ExactMaterial
 from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import GeometryError
 from wpcal.core.tangent import exp_rotation
 from wpcal.searches import TouchPlan
 from wpcal.touchplan import NominalError, TouchOptions, plan_touches
@@ -68,3 +69,9 @@ def test_of_eight_touches_a_wrong_one_leaves_a_residual(name: str) -> None:
     rows = np.concatenate([np.cross(p - p.mean(axis=0), n) / 100.0, n], axis=1)
     kept = 1.0 - np.einsum("ni,ij,nj->n", rows, np.linalg.inv(rows.T @ rows), rows)
     assert kept.min() >= 0.01
+
+
+def test_a_part_that_no_search_can_start_at_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(DisplacedPart, "lets_start", lambda _, strokes, *__: np.zeros(len(strokes), dtype=bool))
+    with pytest.raises(GeometryError, match=r"at the start of every search .* --uncertainty-mm"):
+        plan_touches(touch_part("tee"), options=TouchOptions())
