@@ -1,8 +1,8 @@
 """The ways through the air beside a part that does not stand where it is planned.
 
 The part is displaced in drawn directions of its six freedoms, along each as far as 99 % of the places reach: as far as
-the strokes of the searches are made for. Between the drawn directions nothing is compared. A torch beside a displaced part is the same as a torch displaced the other way
-beside the planned part.
+the strokes of the searches are made for. Between the drawn directions nothing is compared. A torch beside a displaced
+part is the same as a torch displaced the other way beside the planned part.
 """
 
 from __future__ import annotations
