@@ -10,7 +10,7 @@ import click
 from click.core import ParameterSource
 
 from cad.cli.holder import HolderFlags
-from cad.cli.options import MESH, PART, CalibrateFlags, FitFlags, SeamChoiceFlags, no_cache_option
+from cad.cli.options import MESH, PART, BodiesFlags, CalibrateFlags, FitFlags, SeamChoiceFlags, no_cache_option
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.program_options import ProgramFlags
 from wpcal.cli.shared_help import DETAILS_HELP, FORCE_HELP, JSON_HELP
@@ -82,6 +82,7 @@ class TouchFlags:
 @click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Output: a folder.")
 @takes("touching", TouchFlags)
 @takes("calibration", CalibrateFlags)
+@takes("moving", BodiesFlags)
 @takes("holder", HolderFlags)
 @takes("reading", ProgramFlags)
 @takes("choice", SeamChoiceFlags)
@@ -94,6 +95,7 @@ def calibrate(
     out: Path,
     touching: TouchFlags,
     calibration: CalibrateFlags,
+    moving: BodiesFlags,
     holder: HolderFlags,
     reading: ProgramFlags,
     choice: SeamChoiceFlags,
@@ -125,6 +127,7 @@ def calibrate(
     from wpcal.core.records import check_writable
 
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
+    options = replace(options, bodies=moving.to_options())
     run = touching.read(part_step, taught, calibration.fit, reading)
     if run is not None:
         nominal = nominal or run.T_nominal_part

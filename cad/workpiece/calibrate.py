@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
+from cad.workpiece.moved_bodies import MovedWorkpiece, fit_weldment
 from cad.workpiece.moved_file import write_moved
 from cad.workpiece.seams import find_seams
 from cad.workpiece.step_file import draw_part
@@ -65,6 +66,8 @@ class WorkpieceCalibration:
         A decision may join seams whose ends are at most so far from each other, mm.
     torch : TorchShape
         The torch with which reach was judged.
+    moved : MovedWorkpiece or None
+        The motions of the bodies, if they were fitted; `seams` are then those of the moved bodies.
     """
 
     workpiece: Workpiece
@@ -75,6 +78,7 @@ class WorkpieceCalibration:
     found_names: bool = False
     join_mm: float = SeamOptions().most_join_mm
     torch: TorchShape = USUAL_TORCH
+    moved: MovedWorkpiece | None = None
 
     @property
     def T_base_part(self) -> RigidTransform:
@@ -102,6 +106,7 @@ class WorkpieceCalibration:
             notes=notes,
             torch=self.torch,
             join_mm=self.join_mm,
+            columns=None if self.moved is None else self.moved.columns(),
         )
 
     def to_record(self, issues: Sequence[Issue] = ()) -> dict[str, Any]:
@@ -118,6 +123,8 @@ class WorkpieceCalibration:
         left_out = [n for n, use in zip(self.taught.names, self.taught.use, strict=True) if use == "no"]
         if left_out:
             head["left_out"] = left_out
+        if self.moved is not None:
+            record["bodies"] = self.moved.bodies.to_record()
         return {**head, **record, "issues": [*record["issues"], *found]}
 
 
@@ -192,6 +199,12 @@ def calibrate_workpiece(
             T_nominal_part=T_nominal_part,
             suggest=partial(next_point, named.taught, workpiece, seams, sigma_mm=options.teaching.per_axis_mm),
         )
+        moved = None
+        if options.bodies is not None:
+            progress("fitting the motions of the bodies")
+            moved = fit_weldment(workpiece, named.taught, observed, result, seams, options, options.bodies)
+            result, seams = moved.result, moved.told_seams()
+            u95 = tuple(error.total_mm for error in moved.errors)
     return WorkpieceCalibration(
         workpiece,
         result,
@@ -201,6 +214,7 @@ def calibrate_workpiece(
         found_names=named.found_names,
         torch=options.seams.reach.torch,
         join_mm=options.seams.most_join_mm,
+        moved=moved,
     )
 
 

@@ -12,6 +12,7 @@ from functools import partial
 
 import numpy as np
 
+from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice
 from cad.workpiece.workpiece import Workpiece
 from wpcal.advise import advise_set
@@ -49,6 +50,8 @@ class CalibrateOptions:
         Radius of the probe's ball for touches on faces that state no radius.
     choice : SeamChoice
         What a person decided about the seams.
+    bodies : BodiesOptions or None
+        Which bodies may have moved; None: the part is one body.
     """
 
     criterion: Criterion = Criterion.MINIMAX
@@ -60,6 +63,7 @@ class CalibrateOptions:
     certify: bool = False
     ball_mm: float = 0.0
     choice: SeamChoice = field(default_factory=SeamChoice)
+    bodies: BodiesOptions | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

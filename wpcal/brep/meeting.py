@@ -10,6 +10,10 @@ the centre of a ball of radius h that touches both from outside.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
@@ -21,6 +25,64 @@ NEWTON_ROUNDS = 12
 SETTLED_MM = 1e-8
 """The search for a point ends when it moves by less: the next step would be below round-off. Each point ends by itself,
 so that it does not depend on the others."""
+
+Feet: TypeAlias = "Callable[[IntArray, FloatArray], list[tuple[FloatArray, FloatArray]]]"
+"""The nearest points of two surfaces to points in some rows, and the normals there."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MovedFaces:
+    """Faces that are not where the model has them.
+
+    Parameters
+    ----------
+    face : ndarray of int, shape (n,)
+    R, t : ndarray, shapes (n, 3, 3), (n, 3)
+        From the model to where each face is, mm.
+    """
+
+    face: IntArray
+    R: FloatArray
+    t: FloatArray
+
+    def select(self, rows: IntArray) -> MovedFaces:
+        """Return the faces at `rows`, of shape (k,)."""
+        return MovedFaces(self.face[rows], self.R[rows], self.t[rows])
+
+    def feet(self, graph: BrepGraph, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the nearest points on the moved surfaces, and their outward normals there, shapes (n, 3)."""
+        foot = project_to_faces(graph, self.face, np.einsum("nij,ni->nj", self.R, p - self.t))
+        return (
+            np.einsum("nij,nj->ni", self.R, foot.p) + self.t,
+            np.einsum("nij,nj->ni", self.R, foot.normal),
+        )
+
+
+def meet_moved(
+    graph: BrepGraph, first: MovedFaces, second: MovedFaces, p0: FloatArray, x: FloatArray, *, least_sin: float
+) -> FloatArray:
+    """Return the points where moved surfaces meet, in planes through given points.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    first, second : MovedFaces
+        n each; their whole surfaces count.
+    p0, x : ndarray, shape (n, 3)
+        A point of each plane, where the search starts, and its unit normal, mm.
+    least_sin : float
+        As in `meet_surfaces`.
+
+    Returns
+    -------
+    ndarray, shape (n, 3)
+        mm; NaN where there is no answer.
+    """
+
+    def feet(rows: IntArray, at: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        return [moved.select(rows).feet(graph, at) for moved in (first, second)]
+
+    return _met(feet, p0, x, np.zeros(len(p0)), least_sin)
 
 
 def meet_surfaces(
@@ -54,15 +116,24 @@ def meet_surfaces(
     ndarray, shape (n, 3)
         In `part`, mm; NaN where there is no answer.
     """
-    p, height = p0.copy(), np.broadcast_to(height_mm, len(p0))
-    rows = np.arange(len(p0))
+
+    def feet(rows: IntArray, at: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        found = [project_to_faces(graph, face[rows], at) for face in (first, second)]
+        return [(foot.p, foot.normal) for foot in found]
+
+    return _met(feet, p0, x, np.broadcast_to(height_mm, len(p0)), least_sin)
+
+
+def _met(feet: Feet, p0: FloatArray, x: FloatArray, height: FloatArray, least_sin: float) -> FloatArray:
+    """Newton's method of all points, shape (n, 3); `feet` gives the nearest points and normals of both surfaces."""
+    p, rows = p0.copy(), np.arange(len(p0))
     for _ in range(NEWTON_ROUNDS):
         at, normal = p[rows], x[rows]
-        feet = [project_to_faces(graph, face[rows], at) for face in (first, second)]
-        A = np.stack([feet[0].normal, feet[1].normal, normal], axis=1)
+        first, second = feet(rows, at)
+        A = np.stack([first[1], second[1], normal], axis=1)
         lost = np.abs(np.linalg.det(A)) < least_sin
         A[lost] = np.eye(3)
-        off = [np.einsum("ki,ki->k", foot.p - at, foot.normal) + height[rows] for foot in feet]
+        off = [np.einsum("ki,ki->k", foot - at, n) + height[rows] for foot, n in (first, second)]
         back = np.einsum("ki,ki->k", p0[rows] - at, normal)
         step = np.linalg.solve(A, np.stack([*off, back], axis=1)[..., None])[..., 0]
         step[lost] = np.nan

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import accumulate, chain, pairwise
 from typing import Any
 
@@ -17,7 +17,10 @@ from wpcal.seam.seam import Seam, SeamFrames
 
 
 def frame_records(
-    seams: Sequence[Seam], T_base_part: RigidTransform | None, u95_mm: Sequence[FloatArray] | None
+    seams: Sequence[Seam],
+    T_base_part: RigidTransform | None,
+    u95_mm: Sequence[FloatArray] | None,
+    columns: Mapping[str, Sequence[FloatArray]] | None = None,
 ) -> list[list[dict[str, Any]]]:
     """Return the records of the frames of each seam.
 
@@ -29,22 +32,25 @@ def frame_records(
         If given, frames are written in `base`, with their weld positions.
     u95_mm : sequence of ndarray, shape (n,), optional
         For each seam, the 95 % error at each of its n frames, mm.
+    columns : mapping of str to sequence of ndarray, shape (n,), optional
+        More numbers of the frames of each seam, by the name of their field.
     """
     if not seams:
         return []
     counts = [len(seam.frames) for seam in seams]
     frames = SeamFrames.joined([seam.frames for seam in seams])
     frames = frames if T_base_part is None else frames.moved(T_base_part)
-    columns = (frames.s_mm, frames.p, frames.R, quaternion_from_rotation(frames.R), np.degrees(frames.angle_rad))
+    fields = (frames.s_mm, frames.p, frames.R, quaternion_from_rotation(frames.R), np.degrees(frames.angle_rad))
     records: list[dict[str, Any]] = [
         {"s_mm": s, "p_mm": p, "R": R, "q_xyzw": q, "angle_deg": angle}
-        for s, p, R, q, angle in zip(*(column.tolist() for column in columns), strict=True)
+        for s, p, R, q, angle in zip(*(field.tolist() for field in fields), strict=True)
     ]
     spans = list(pairwise(accumulate(counts, initial=0)))
     _add_leans(seams, [records[start:end] for start, end in spans])
-    if u95_mm is not None:
-        for record, u95 in zip(records, chain.from_iterable(np.asarray(u).tolist() for u in u95_mm), strict=True):
-            record["u95_mm"] = u95
+    known = {} if u95_mm is None else {"u95_mm": u95_mm}
+    for name, values in {**known, **(columns or {})}.items():
+        for record, value in zip(records, chain.from_iterable(np.asarray(v).tolist() for v in values), strict=True):
+            record[name] = value
     if T_base_part is not None:
         _add_positions(seams, counts, frames.R, records)
     return [records[start:end] for start, end in spans]

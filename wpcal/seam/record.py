@@ -44,6 +44,7 @@ def seams_record(
     notes: MemberNotes | None = None,
     join_mm: float | None = None,
     torch: TorchShape = USUAL_TORCH,
+    columns: Mapping[str, Sequence[FloatArray]] | None = None,
 ) -> dict[str, Any]:
     """Return the record of ``seams.json``.
 
@@ -63,6 +64,8 @@ def seams_record(
         A decision may join seams whose ends are at most so far from each other, mm (`SeamOptions.most_join_mm`).
     torch : TorchShape
         The torch with which reach was felt (`SeamOptions.reach`).
+    columns : mapping of str to sequence of ndarray, shape (n,), optional
+        More numbers of the frames of each seam, by the name of their field.
 
     Returns
     -------
@@ -83,7 +86,7 @@ def seams_record(
         **({} if join_mm is None else {"join_mm": join_mm}),
         "seams": [
             {**_seam_record(seam), "frames": frames}
-            for seam, frames in zip(seams, frame_records(seams, T_base_part, u95_mm), strict=True)
+            for seam, frames in zip(seams, frame_records(seams, T_base_part, u95_mm, columns), strict=True)
         ],
     }
 

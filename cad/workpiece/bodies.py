@@ -1,0 +1,185 @@
+"""The bodies of a part that may have moved: solids, groups of solids, or the members of one solid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from wpcal.brep.concavity import are_concave
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.calibrate.bodies.bodies import Bodies, TackTolerance
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.records import read_json
+
+BODIES_SCHEMA = "wpcal/bodies/1"
+
+
+@dataclass(frozen=True, slots=True)
+class BodyGroup:
+    """Solids that move as one.
+
+    Parameters
+    ----------
+    name : str
+    solids : tuple of str
+        Names; * and ? match any letters.
+    tolerance : TackTolerance or None
+        None: the one of the part.
+    """
+
+    name: str
+    solids: tuple[str, ...]
+    tolerance: TackTolerance | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class BodiesOptions:
+    """Which bodies may move, and how far.
+
+    Parameters
+    ----------
+    tolerance : TackTolerance
+        Of bodies that state none.
+    is_stated : bool
+        Whether a person stated it; otherwise it is estimated where there are enough touches.
+    groups : tuple of BodyGroup
+        Every solid that is in no group is a body of its own.
+    """
+
+    tolerance: TackTolerance = field(default_factory=TackTolerance)
+    is_stated: bool = False
+    groups: tuple[BodyGroup, ...] = ()
+
+
+def read_bodies(path: Path) -> tuple[BodyGroup, ...]:
+    """Read a file of bodies: ``{"schema": "wpcal/bodies/1", "bodies": [{"name", "solids", "tack_mm", "tack_mrad"}]}``.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    tuple of BodyGroup
+
+    Raises
+    ------
+    FormatError
+        When the file breaks its schema, or a tolerance is not positive.
+    """
+    record = read_json(path, schema=BODIES_SCHEMA)
+    usual = TackTolerance()
+    groups = []
+    for number, entry in enumerate(record.get("bodies", []), 1):
+        name = entry.get("name")
+        if not name:
+            raise FormatError(f"body {number} has no name", path=str(path))
+        tolerance = None
+        if "tack_mm" in entry or "tack_mrad" in entry:
+            try:
+                tolerance = TackTolerance(entry.get("tack_mm", usual.mm), entry.get("tack_mrad", usual.mrad))
+            except InputError as error:
+                raise FormatError(f"body {name}: {error}", path=str(path)) from None
+        groups.append(BodyGroup(name, tuple(entry.get("solids", [name])), tolerance))
+    return tuple(groups)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartBodies:
+    """The bodies of a part.
+
+    Parameters
+    ----------
+    bodies : Bodies
+    face_body : ndarray of int, shape (F,)
+        The body of every face.
+    """
+
+    bodies: Bodies
+    face_body: IntArray
+
+
+def find_bodies(trimmed: TrimmedFaces, options: BodiesOptions) -> PartBodies:
+    """Divide a part into bodies: its solids or groups of them; a part of one solid at its concave edges.
+
+    Parameters
+    ----------
+    trimmed : TrimmedFaces
+    options : BodiesOptions
+
+    Returns
+    -------
+    PartBodies
+        In the order of the solids.
+
+    Raises
+    ------
+    InputError
+        When a group names no solid of the part, or two groups name the same one, or the part is one body.
+    """
+    graph = trimmed.graph
+    if len(graph.solid_names) == 1 and not options.groups:
+        face_body, names = _members(graph)
+        tolerances = [options.tolerance] * len(names)
+    else:
+        body_of_solid, names, tolerances = _grouped(graph.solid_names, options)
+        face_body = body_of_solid[graph.face_solid]
+    if len(names) < 2:
+        raise InputError("the part is one body: nothing can have moved in it")
+    boxes = [_centre(trimmed, np.flatnonzero(face_body == body)) for body in range(len(names))]
+    return PartBodies(Bodies(tuple(names), np.stack(boxes), tuple(tolerances)), face_body)
+
+
+def _grouped(solids: Sequence[str], options: BodiesOptions) -> tuple[IntArray, list[str], list[TackTolerance]]:
+    group_of: dict[int, BodyGroup] = {}
+    for group in options.groups:
+        found = [i for i, solid in enumerate(solids) if any(fnmatchcase(solid, pattern) for pattern in group.solids)]
+        if not found:
+            raise InputError(
+                f"body {group.name}: the part has no solid {', '.join(group.solids)}; it has {_few(solids)}"
+            )
+        for i in found:
+            if i in group_of:
+                raise InputError(f"solid {solids[i]} is in two bodies: {group_of[i].name} and {group.name}")
+            group_of[i] = group
+    names: list[str] = []
+    tolerances: list[TackTolerance] = []
+    body = np.zeros(len(solids), dtype=np.int64)
+    for i, solid in enumerate(solids):
+        own = group_of.get(i, BodyGroup(solid, (solid,)))
+        name = own.name
+        if name not in names:
+            names.append(name)
+            tolerances.append(own.tolerance or options.tolerance)
+        body[i] = names.index(name)
+    return body, names, tolerances
+
+
+def _members(graph: BrepGraph) -> tuple[IntArray, list[str]]:
+    """Divide the faces of one solid at concave edges: what is joined over other edges only is a member."""
+    two_sided = np.flatnonzero((graph.edge_faces >= 0).all(axis=1))
+    joined = two_sided[~are_concave(graph, two_sided)]
+    n = len(graph.face_solid)
+    a, b = graph.edge_faces[joined].T
+    count, face_body = connected_components(coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)
+    return np.asarray(face_body, dtype=np.int64), [f"member {i + 1}" for i in range(count)]
+
+
+def _centre(trimmed: TrimmedFaces, faces: IntArray) -> FloatArray:
+    """Return the middle of the box of the faces' borders, shape (3,), mm."""
+    rows = np.concatenate([np.arange(trimmed.start[f], trimmed.start[f + 1]) for f in faces.tolist()])
+    points = trimmed.p0[rows] if len(rows) else trimmed.graph.face_frame[faces, 0]
+    return np.asarray((points.min(axis=0) + points.max(axis=0)) / 2.0)
+
+
+def _few(names: Sequence[str]) -> str:
+    more = f" and {len(names) - 5} more" if len(names) > 5 else ""
+    return ", ".join(names[:5]) + more

@@ -1,0 +1,198 @@
+"""A calibrated workpiece whose plates moved: the fit of its bodies, and its seams where moved faces meet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from cad.workpiece.bodies import BodiesOptions, PartBodies, find_bodies
+from cad.workpiece.fit_taught import CalibrateOptions, Observed
+from cad.workpiece.workpiece import Workpiece
+from wpcal.brep.curves import edge_polylines
+from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.calibrate.bodies.errors import MeetingErrors, MeetingPoints, meeting_errors
+from wpcal.calibrate.bodies.moved import MovedBodies, fit_moved_bodies
+from wpcal.calibrate.bodies.verdict import judge_bodies
+from wpcal.calibrate.criteria import Criterion
+from wpcal.calibrate.result import CalibrationResult
+from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
+from wpcal.calibrate.touches.touches import Touches
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.wording import listed
+from wpcal.seam.path.moved import MovedSeam, moved_seams
+from wpcal.seam.seam import Seam
+from wpcal.taught.resolve import touches_of
+from wpcal.taught.table import TaughtPoints
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MovedWorkpiece:
+    """What the bodies' motions change.
+
+    Parameters
+    ----------
+    bodies : MovedBodies
+    part : PartBodies
+    result : CalibrationResult
+        With the pose, the residuals and the verdict of this fit.
+    seams : tuple of MovedSeam
+        Where moved faces meet, in `part`.
+    errors : tuple of MeetingErrors
+        At the frames of each seam.
+    """
+
+    bodies: MovedBodies
+    part: PartBodies
+    result: CalibrationResult
+    seams: tuple[MovedSeam, ...]
+    errors: tuple[MeetingErrors, ...]
+
+    def told_seams(self) -> tuple[Seam, ...]:
+        """Return the moved seams, with what the motions did to each among their reasons."""
+        return tuple(replace(moved.seam, reasons=(*moved.seam.reasons, self._told(moved))) for moved in self.seams)
+
+    def columns(self) -> dict[str, list[FloatArray]]:
+        """Return what ``seams.json`` says of each frame: two parts of the error, and the gap, mm."""
+        return {
+            "u95_placing_mm": [error.placing_mm for error in self.errors],
+            "u95_unseen_mm": [error.unseen_mm for error in self.errors],
+            "gap_mm": [moved.gap_mm for moved in self.seams],
+        }
+
+    def _told(self, moved: MovedSeam) -> str:
+        names = self.bodies.fit.motions.bodies.names
+        own = [names[b] for b in dict.fromkeys([*moved.wall_body.tolist(), *moved.base_body.tolist()]) if b >= 0]
+        gap = f"gap {moved.gap_mm.min():.2f} to {moved.gap_mm.max():.2f} mm after its bodies moved"
+        never = [name for name in own if name in self.bodies.untouched]
+        return f"{gap}; {listed(never)} was never touched: its place rests on the tack tolerance" if never else gap
+
+
+def fit_weldment(
+    workpiece: Workpiece,
+    taught: TaughtPoints,
+    observed: Observed,
+    rigid: CalibrationResult,
+    seams: Sequence[Seam],
+    options: CalibrateOptions,
+    choice: BodiesOptions,
+) -> MovedWorkpiece:
+    """Fit the bodies of a part that was calibrated as one.
+
+    Parameters
+    ----------
+    workpiece : Workpiece
+    taught : TaughtPoints
+    observed : Observed
+    rigid : CalibrationResult
+        The fit of the part as one body.
+    seams : sequence of Seam
+        With frames in `part`.
+    options : CalibrateOptions
+    choice : BodiesOptions
+
+    Returns
+    -------
+    MovedWorkpiece
+
+    Raises
+    ------
+    InputError, GeometryError, ConvergenceError
+        As in `find_bodies` and `fit_moved_bodies`.
+    """
+    part = find_bodies(workpiece.trimmed, choice)
+    touches = observed.fitted
+    if not isinstance(touches, Touches):
+        touches = touches_of(taught, workpiece.trimmed, workpiece.features, use="yes")
+    body = bodies_of(touches, part.face_body)
+    sigma_mm = options.teaching.per_axis_mm or USUAL_SIGMA_MM
+    found = fit_moved_bodies(
+        touches,
+        body,
+        part.bodies,
+        rigid.T_base_part,
+        sigma_mm=sigma_mm,
+        estimate=not choice.is_stated,
+        seed=options.seed,
+    )
+    motions = found.fit.motions
+    moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, *motions.moves()))
+    errors = tuple(meeting_errors(found.fit, _points(seam)) for seam in moved)
+    return MovedWorkpiece(found, part, _result(rigid, found, touches, body, moved), moved, errors)
+
+
+def bodies_of(touches: Touches, face_body: IntArray) -> IntArray:
+    """Return the body that each touch lies on, shape (n,).
+
+    A point is of the body whose vertex, circle or edge it is; where those of two bodies coincide, of the one of which
+    it is a vertex or a centre.
+    """
+    targets = touches.targets
+    assert isinstance(targets, GraphTargets)  # of `touches_of`
+    graph = targets.graph
+    kind, index = targets.kind[touches.rows], targets.index[touches.rows]
+    edge_body = face_body[graph.edge_faces.max(axis=1)]
+    body = np.full(len(touches), -1)
+    is_face, is_edge = kind == TargetKind.FACE, kind == TargetKind.EDGE
+    body[is_face] = face_body[index[is_face]]
+    body[is_edge] = edge_body[index[is_edge]]
+    is_point = kind == TargetKind.POINT
+    if is_point.any():
+        body[is_point] = _bodies_at(graph, targets.point[touches.rows][is_point], edge_body)
+    return body
+
+
+def _bodies_at(graph: BrepGraph, p: FloatArray, edge_body: IntArray) -> IntArray:
+    start, _, points = edge_polylines(graph)
+    edge = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    ends = np.concatenate([start[:-1], start[1:] - 1])
+    circles = np.flatnonzero(graph.edge_kind == CurveKind.CIRCLE)
+    named = np.concatenate([points[ends], graph.edge_frame[circles, 0]])
+    named_edge = np.concatenate([edge[ends], circles])
+    away, row = cKDTree(named).query(p)
+    other_away, other = cKDTree(points).query(p)
+    found = np.where(away <= other_away + 1e-3, named_edge[row], edge[other])
+    return np.asarray(edge_body[found])
+
+
+def _points(moved: MovedSeam) -> MeetingPoints:
+    frames = moved.seam.frames
+    return MeetingPoints(
+        frames.p, moved.wall_body, moved.base_body, moved.n_wall, moved.n_base, frames.R[:, :, 0], moved.is_met
+    )
+
+
+def _result(
+    rigid: CalibrationResult, found: MovedBodies, touches: Touches, body: IntArray, moved: Sequence[MovedSeam]
+) -> CalibrationResult:
+    """Return the result of this fit: what was judged of the part as one body does not hold any more."""
+    pairs = found.fit.paired(touches, body)
+    accepted = [seam for seam in moved if seam.seam.accepted]
+    judgement = rigid.judgement
+    if accepted:
+        points = [_points(seam) for seam in accepted]
+        joined = MeetingPoints(
+            *(np.concatenate([getattr(each, name) for each in points]) for name in MeetingPoints.__slots__)
+        )
+        names = [seam.seam.name for seam in accepted for _ in range(len(seam.seam.frames))]
+        judgement = judge_bodies(found, joined, names, tolerance_mm=rigid.tolerance_mm)
+    T = found.fit.T_base_part
+    fitted = replace(
+        rigid,
+        pairs=pairs,
+        T_base_part=T,
+        T_base_nominal=T @ rigid.T_nominal_part.inverse(),
+        criterion=Criterion.WEIGHTED,
+        lower_bound_mm=0.0,
+        covariance=found.fit.covariance[:6, :6],
+        judgement=judgement,
+        criteria=None,
+        issues=(),
+        distrusted=None,
+        suspect=None,
+        criterion_advice=None,
+    )
+    return replace(fitted, objective_mm=fitted.residuals.rms_mm)

@@ -1,0 +1,108 @@
+"""A weldment of plane faces whose plates moved: touches of it, and where its seams really are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.calibrate.bodies import Bodies, BodiesFit, Motions, TackTolerance, fit_bodies
+from wpcal.calibrate.touches.touches import Nearest, Touches
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.robot_space import RobotSpace
+from wpcal.core.tangent import exp_rotation
+from wpcal.core.transform import RigidTransform
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Planes:
+    """Targets that are whole planes: enough for touches within their faces.
+
+    Parameters
+    ----------
+    p, n : ndarray, shape (m, 3)
+        A point of each plane, and its outward normal.
+    """
+
+    p: FloatArray
+    n: FloatArray
+
+    def nearest(self, rows: IntArray, points: FloatArray) -> Nearest:
+        """As `TouchTargets.nearest`."""
+        n = self.n[rows]
+        off = np.einsum("ij,ij->i", points - self.p[rows], n)
+        return Nearest(points - off[:, None] * n, n, n[:, :, None] * n[:, None, :])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Weldment:
+    """A base plate 600 × 400 mm with four uprights of 300 × 120 mm.
+
+    Parameters
+    ----------
+    bodies : Bodies
+        The base first.
+    p, n : ndarray, shape (m, 3)
+        Touched points and outward normals, in the model, mm.
+    body : ndarray of int, shape (m,)
+    """
+
+    bodies: Bodies
+    p: FloatArray
+    n: FloatArray
+    body: IntArray
+
+    def drawn(self, rng: np.random.Generator, *, scale: float = 1.0) -> Motions:
+        """Draw where a real part stands, and how its bodies moved: within their tolerances times `scale`."""
+        T = RigidTransform(
+            exp_rotation(rng.normal(size=3) * 0.3), rng.normal(size=3) * 100.0, target="base", source="part"
+        )
+        u = rng.normal(size=(len(self.bodies), 6)) * self.bodies.scales * scale
+        return Motions(self.bodies, T, u[:, :3], u[:, 3:])
+
+    def touched(self, true: Motions, sigma_mm: float, rng: np.random.Generator) -> Touches:
+        """Touch it."""
+        R, t = true.poses_of(self.body)
+        q = np.einsum("nij,nj->ni", R, self.p) + t + sigma_mm * rng.normal(size=self.p.shape)
+        n = len(q)
+        names = tuple(f"T{i}" for i in range(n))
+        return Touches(names, q, np.zeros(n), Planes(self.p, self.n), names, None, RobotSpace.NOMINAL, np.arange(n))
+
+    def fitted(self, touches: Touches, start: RigidTransform, sigma_mm: float, factor: float = 1.0) -> BodiesFit:
+        """Fit it with tolerances times `factor`."""
+        return fit_bodies(touches, self.body, self.bodies.scaled(factor, factor), start, sigma_mm=sigma_mm)
+
+
+def uprights(touches_each: int, *, on_base: int = 6) -> Weldment:
+    """Build the weldment with so many touches on every upright: on its large face, its end and its top.
+
+    Parameters
+    ----------
+    touches_each : int
+        At most 6.
+    on_base : int
+        At most 6: three on the top, two on a long side, one on a short one.
+    """
+    base = [
+        ((-280, -180, 0), (0, 0, 1)), ((280, -180, 0), (0, 0, 1)), ((0, 180, 0), (0, 0, 1)),
+        ((-280, -200, -5), (0, -1, 0)), ((280, -200, -5), (0, -1, 0)), ((-300, 0, -5), (-1, 0, 0)),
+    ]  # fmt: skip
+    p, n, body = [], [], []
+    for point, normal in base[:on_base]:
+        p.append(point), n.append(normal), body.append(0)
+    centres = [(0.0, 0.0, -5.0)]
+    for k, (x, y, angle) in enumerate([(-120, -120, 0), (180, 0, 90), (60, 120, 20), (-120, 60, 0)], start=1):
+        a = np.radians(angle)
+        along, out, up = np.array([np.cos(a), np.sin(a), 0]), np.array([-np.sin(a), np.cos(a), 0]), np.array([0, 0, 1])
+        centre = np.array([x, y, 60.0])
+        centres.append(tuple(centre))
+        own = [
+            (centre - 130 * along + 4 * out - 40 * up, out), (centre + 130 * along + 4 * out - 30 * up, out),
+            (centre + 4 * out + 50 * up, out), (centre - 100 * along + 60 * up, up),
+            (centre + 100 * along + 60 * up, up),
+            (centre - 150 * along, -along),
+        ]  # fmt: skip
+        for point, normal in own[:touches_each]:
+            p.append(point), n.append(normal), body.append(k)
+    bodies = Bodies(("base", "U1", "U2", "U3", "U4"), np.array(centres), (TackTolerance(1.0, 4.0),) * 5)
+    return Weldment(bodies, np.array(p, dtype=float), np.array(n, dtype=float), np.array(body))

@@ -1,0 +1,110 @@
+"""The bodies of a weldment, and how far tacks let each of them move."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.errors import InputError
+
+
+@dataclass(frozen=True, slots=True)
+class TackTolerance:
+    """How far a tacked body is from its place in the model: standard deviations, the same along every axis.
+
+    Parameters
+    ----------
+    mm : float
+        Of the centroid.
+    mrad : float
+        Of the turn about each axis through the centroid.
+
+    Raises
+    ------
+    InputError
+        When a value is not positive, or not finite.
+    """
+
+    mm: float = 1.0
+    mrad: float = 3.0
+
+    def __post_init__(self) -> None:
+        for name, value in (("mm", self.mm), ("mrad", self.mrad)):
+            if not 0.0 < value < math.inf:
+                raise InputError(f"the tack tolerance in {name} must be a positive number, got {value:g}")
+
+    @property
+    def scales(self) -> FloatArray:
+        """Standard deviations of (ω, v), rad and mm, shape (6,)."""
+        return np.repeat([self.mrad * 1e-3, self.mm], 3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contacts:
+    """Points at which two bodies touch: a tacked plate stays on the face below it, within the gap of the joint.
+
+    Parameters
+    ----------
+    p_part : ndarray, shape (k, 3)
+        In `part`, mm.
+    normal_part : ndarray, shape (k, 3)
+        Unit normals of the contact.
+    first, second : ndarray of int, shape (k,)
+        The two bodies.
+    sigma_mm : ndarray, shape (k,)
+        Standard deviation of the gap.
+    """
+
+    p_part: FloatArray
+    normal_part: FloatArray
+    first: IntArray
+    second: IntArray
+    sigma_mm: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.p_part)
+
+    @classmethod
+    def none(cls) -> Contacts:
+        """No contact is kept."""
+        empty = np.zeros((0, 3))
+        return cls(empty, empty, np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bodies:
+    """The b bodies that may move.
+
+    Parameters
+    ----------
+    names : tuple of str, length b
+    centroid_part : ndarray, shape (b, 3)
+        The points about which they turn, in `part`, mm.
+    tolerances : tuple of TackTolerance, length b
+    """
+
+    names: tuple[str, ...]
+    centroid_part: FloatArray
+    tolerances: tuple[TackTolerance, ...]
+
+    def __post_init__(self) -> None:
+        if not len(self.names) == len(self.centroid_part) == len(self.tolerances):
+            raise InputError(
+                f"{len(self.names)} bodies, {len(self.centroid_part)} centroids and {len(self.tolerances)} tolerances"
+            )
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @property
+    def scales(self) -> FloatArray:
+        """Standard deviations of the motions (ω, v) of all bodies, rad and mm, shape (b, 6)."""
+        return np.stack([tolerance.scales for tolerance in self.tolerances])
+
+    def scaled(self, turn: float, shift: float) -> Bodies:
+        """Return the bodies with tolerances multiplied by these factors: turns by the first, shifts by the second."""
+        tolerances = tuple(TackTolerance(t.mm * shift, t.mrad * turn) for t in self.tolerances)
+        return replace(self, tolerances=tolerances)

@@ -1,0 +1,121 @@
+r"""The error of points where two moved faces meet.
+
+A point stays on both faces, and its plane across the seam goes with the wall. Small motions of the two bodies move it
+by dp with
+
+.. math:: n_w \cdot dp = n_w \cdot dp_w, \quad n_b \cdot dp = n_b \cdot dp_b, \quad x \cdot dp = x \cdot dp_w,
+
+where :math:`dp_w` and :math:`dp_b` are the motions of the material of wall and base at the point. Where faces do not
+fix the place, it goes with the mean of both bodies.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from wpcal.calibrate.bodies.fit import BodiesFit
+from wpcal.calibrate.uncertainty import COVERAGE, length_quantile
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.tangent import point_jacobian
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeetingPoints:
+    """n points at which two moved faces meet, in `part`, after the motions.
+
+    Parameters
+    ----------
+    p_part : ndarray, shape (n, 3)
+    wall_body, base_body : ndarray of int, shape (n,)
+        -1: a face that does not move within the part.
+    n_wall, n_base, x : ndarray, shape (n, 3)
+        Outward normals of the faces, and the travel.
+    is_met : ndarray of bool, shape (n,)
+        Whether the faces fix the place across the seam.
+    """
+
+    p_part: FloatArray
+    wall_body: IntArray
+    base_body: IntArray
+    n_wall: FloatArray
+    n_base: FloatArray
+    x: FloatArray
+    is_met: BoolArray
+
+    def select(self, rows: IntArray) -> MeetingPoints:
+        """Return the points at `rows`, of shape (k,)."""
+        return MeetingPoints(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeetingErrors:
+    """95 % errors of points, mm, each of shape (n,).
+
+    Parameters
+    ----------
+    total_mm : ndarray
+    placing_mm : ndarray
+        What the errors of the touches leave.
+    unseen_mm : ndarray
+        What motions of the bodies leave that no touch saw.
+    """
+
+    total_mm: FloatArray
+    placing_mm: FloatArray
+    unseen_mm: FloatArray
+
+
+def meeting_jacobian(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
+    """Differentiate points by the motions of `BodiesFit.covariance`.
+
+    Parameters
+    ----------
+    fit : BodiesFit
+    points : MeetingPoints
+
+    Returns
+    -------
+    ndarray, shape (n, 3, 6 + 6 b)
+        In `base`, mm per rad and per mm.
+    """
+    T, n, b = fit.T_base_part, len(points.p_part), len(fit.motions.bodies)
+    A = np.stack([points.n_wall, points.n_base, points.x], axis=1)
+    B_wall = np.stack([points.n_wall, np.zeros((n, 3)), points.x], axis=1)
+    B_base = np.stack([np.zeros((n, 3)), points.n_base, np.zeros((n, 3))], axis=1)
+    A[~points.is_met], B_wall[~points.is_met], B_base[~points.is_met] = np.eye(3), np.eye(3) / 2.0, np.eye(3) / 2.0
+    J = np.zeros((n, 3, b, 6))
+    for body, share in ((points.wall_body, B_wall), (points.base_body, B_base)):
+        rows = np.flatnonzero(body >= 0)
+        material = _material_points(fit, body[rows], points.p_part[rows])
+        by = fit.motions.displacement_jacobian(body[rows], material)
+        J[rows, :, body[rows]] += np.linalg.solve(A[rows], share[rows] @ by)
+    whole = point_jacobian(T.apply(points.p_part))
+    return np.concatenate([whole, T.R @ J.reshape(n, 3, 6 * b)], axis=2)
+
+
+def meeting_errors(fit: BodiesFit, points: MeetingPoints) -> MeetingErrors:
+    """Return the 95 % errors of points where moved faces meet.
+
+    Parameters
+    ----------
+    fit : BodiesFit
+    points : MeetingPoints
+
+    Returns
+    -------
+    MeetingErrors
+    """
+    J = meeting_jacobian(fit, points)
+    total, unseen, placing = (
+        length_quantile(J @ C @ J.transpose(0, 2, 1), COVERAGE)
+        for C in (fit.covariance, fit.unseen, fit.covariance - fit.unseen)
+    )
+    return MeetingErrors(total, placing, unseen)
+
+
+def _material_points(fit: BodiesFit, body: IntArray, p_part: FloatArray) -> FloatArray:
+    """Return where the moved points are in the model of their body, shape (n, 3)."""
+    R, t = fit.motions.moves()
+    return np.asarray(np.einsum("nij,ni->nj", R[body], p_part - t[body]))

@@ -1,0 +1,196 @@
+r"""Whether bodies moved, which of them, and how far those of this weldment move: likelihoods of the linear model.
+
+The part of the touches that no motion of the whole explains is, with unit errors,
+:math:`y = Z u + e`, :math:`u \sim N(0, s^2 I)` in units of the tack tolerances. Its likelihood does not know the pose
+(restricted likelihood). With the eigenvalues :math:`\lambda_k` of :math:`Z Z^\top` and :math:`w` the components of y,
+
+.. math:: \ell(s) = -\tfrac12 \sum_k \left( \ln(1 + s^2 \lambda_k) + \frac{w_k^2}{1 + s^2 \lambda_k} \right).
+
+The ratio of the best s to s = 0 has no chi-square distribution, because 0 is the end of its range. Its distribution for
+a rigid part is drawn from the same formula, in which w then is standard normal.
+
+References
+----------
+Patterson and Thompson (1971), Recovery of inter-block information when block sizes are unequal, Biometrika 58.
+Crainiceanu and Ruppert (2004), Likelihood ratio tests in linear mixed models with one variance component, J. R.
+Statist. Soc. B 66.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import null_space
+from scipy.optimize import minimize
+from scipy.special import chdtrc, ndtri
+
+from wpcal.calibrate.bodies.bodies import Bodies
+from wpcal.calibrate.bodies.fit import Whitened
+from wpcal.core.arrays import FloatArray
+
+SCALES = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 61)])
+"""Trial values of s; between two of them, 26 % apart, the likelihood is flat to a hundredth."""
+DRAWS = 4000
+"""Rigid parts that are drawn; a p of 0.05 is then good to 0.0035."""
+SURE = 0.05
+"""Bodies moved if a rigid part shows as much with a lower probability."""
+LEAST_SEEN = 10.0
+"""Tolerances are estimated where the touches see at least this many motions: the estimate is then good to 22 %."""
+LARGEST_FACTOR = 100.0
+"""An estimated tolerance is at most this many times the stated one, and at least the stated one divided by it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionEvidence:
+    """What the touches say of motions of bodies.
+
+    Parameters
+    ----------
+    p_rigid : float
+        Probability that a rigid part shows touches that fit moved bodies as much better.
+    p_body : ndarray, shape (b,)
+        For each body, the probability of its touches if it alone did not move; 1 for a body that no touch sees.
+        Corrected for the number of bodies (Holm).
+    sigmas : ndarray, shape (b,)
+        The same before the correction, as a number of standard deviations.
+    seen : float
+        How many motions of bodies the touches see, of 6 b.
+    """
+
+    p_rigid: float
+    p_body: FloatArray
+    sigmas: FloatArray
+    seen: float
+
+    @property
+    def has_moved(self) -> bool:
+        """Whether the rigid model is refuted."""
+        return self.p_rigid < SURE
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Restricted:
+    """The touches without what a motion of the whole explains: y = Z u + e.
+
+    Parameters
+    ----------
+    y : ndarray, shape (k,)
+    Z : ndarray, shape (k, 6 b)
+    """
+
+    y: FloatArray
+    Z: FloatArray
+
+    @classmethod
+    def of(cls, touched: Whitened) -> _Restricted:
+        Q = null_space(touched.J.T)
+        return cls(Q.T @ touched.r, Q.T @ touched.B)
+
+
+def judge_motion(touched: Whitened, *, seed: int = 0) -> MotionEvidence:
+    """Judge whether the touches need bodies that moved, and which.
+
+    Parameters
+    ----------
+    touched : Whitened
+    seed : int
+        Of the drawn rigid parts.
+
+    Returns
+    -------
+    MotionEvidence
+    """
+    free = _Restricted.of(touched)
+    values, vectors = np.linalg.eigh(free.Z @ free.Z.T)
+    values = np.maximum(values, 0.0)
+    shrink = 1.0 / (1.0 + np.multiply.outer(SCALES**2, values))
+    shown = _ratio((vectors.T @ free.y)[None] ** 2, shrink)[0]
+    drawn = _ratio(np.random.default_rng(seed).standard_normal((DRAWS, len(values))) ** 2, shrink)
+    p_rigid = (1.0 + np.count_nonzero(drawn >= shown)) / (1.0 + DRAWS)
+    p = _of_each(free)
+    return MotionEvidence(
+        p_rigid, _holm(p), np.asarray(-ndtri(np.maximum(p, 1e-300) / 2.0)), float(np.sum(values / (1.0 + values)))
+    )
+
+
+def _ratio(squares: FloatArray, shrink: FloatArray) -> FloatArray:
+    """Twice the logarithm of the best likelihood over that of a rigid part; shapes (d, k), (s, k) → (d,)."""
+    change = np.log(shrink).sum(axis=1) + squares @ (1.0 - shrink).T
+    return np.asarray(change.max(axis=1))
+
+
+def _of_each(free: _Restricted) -> FloatArray:
+    """Probability of each body's touches if it alone did not move, shape (b,)."""
+    V = np.eye(len(free.y)) + free.Z @ free.Z.T
+    solved = np.linalg.solve(V, np.column_stack([free.y, free.Z]))
+    p = np.ones(free.Z.shape[1] // 6)
+    for b in range(len(p)):
+        own = slice(6 * b, 6 * b + 6)
+        weight = solved[:, 1:][:, own]
+        u = weight.T @ free.y
+        Z_b = free.Z[:, own]
+        without = weight.T @ (V @ weight) - (weight.T @ Z_b) @ (Z_b.T @ weight)
+        values, vectors = np.linalg.eigh(without)
+        held = values > 1e-9
+        if held.any():
+            square = float(np.sum((vectors.T @ u)[held] ** 2 / values[held]))
+            p[b] = float(chdtrc(int(held.sum()), square))
+    return p
+
+
+def _holm(p: FloatArray) -> FloatArray:
+    """Probabilities corrected for their number (Holm 1979), shape (b,)."""
+    order = np.argsort(p)
+    corrected = np.maximum.accumulate(p[order] * np.arange(len(p), 0, -1))
+    back = np.empty_like(p)
+    back[order] = np.minimum(corrected, 1.0)
+    return back
+
+
+def estimated_tolerances(touched: Whitened, bodies: Bodies) -> Bodies | None:
+    """Estimate how far bodies of this weldment move, by the restricted likelihood (REML).
+
+    Parameters
+    ----------
+    touched : Whitened
+    bodies : Bodies
+        With the tolerances on which `touched` rests.
+
+    Returns
+    -------
+    Bodies or None
+        With tolerances multiplied by a common factor of all turns and one of all shifts, or by one factor of both where
+        the touches see fewer than `LEAST_SEEN` motions of a kind. None if they see fewer altogether: the stated
+        tolerances then stay.
+    """
+    free = _Restricted.of(touched)
+    is_turn = np.arange(free.Z.shape[1]) % 6 < 3
+    kinds = [free.Z[:, is_turn], free.Z[:, ~is_turn]]
+    if _seen(free.Z) < LEAST_SEEN:
+        return None
+    if min(_seen_beside(kinds[0], kinds[1]), _seen_beside(kinds[1], kinds[0])) < LEAST_SEEN:
+        kinds = [free.Z]
+
+    def twice_minus(logs: FloatArray) -> float:
+        V = np.eye(len(free.y)) + sum(math.exp(2.0 * log) * Z @ Z.T for log, Z in zip(logs, kinds, strict=True))
+        root = np.linalg.cholesky(V)
+        return 2.0 * float(np.log(np.diag(root)).sum()) + float(np.sum(np.linalg.solve(root, free.y) ** 2))
+
+    limit = math.log(LARGEST_FACTOR)
+    best = minimize(twice_minus, np.zeros(len(kinds)), method="L-BFGS-B", bounds=[(-limit, limit)] * len(kinds))
+    factors = np.exp(best.x)
+    return bodies.scaled(float(factors[0]), float(factors[-1]))
+
+
+def _seen(Z: FloatArray) -> float:
+    values = np.maximum(np.linalg.eigvalsh(Z @ Z.T), 0.0)
+    return float(np.sum(values / (1.0 + values)))
+
+
+def _seen_beside(Z: FloatArray, other: FloatArray) -> float:
+    """Return how many motions of one kind are seen where those of the other kind are not known."""
+    V = np.eye(len(Z)) + other @ other.T
+    root = np.linalg.cholesky(V)
+    return _seen(np.linalg.solve(root, Z))

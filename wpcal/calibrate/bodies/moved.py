@@ -1,0 +1,183 @@
+"""The whole answer for a weldment whose bodies may have moved: tolerances, fit, evidence, and wrong touches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.special import chdtrc
+
+from wpcal.calibrate.bodies.bodies import Bodies, Contacts
+from wpcal.calibrate.bodies.evidence import SURE, MotionEvidence, estimated_tolerances, judge_motion
+from wpcal.calibrate.bodies.fit import BodiesFit, Whitened, fit_bodies
+from wpcal.calibrate.outlier_limits import FALSE_ALARM
+from wpcal.calibrate.touches.touches import Touches
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import listed
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MovedBodies:
+    """A weldment and its bodies, as the touches show them.
+
+    Parameters
+    ----------
+    fit : BodiesFit
+    evidence : MotionEvidence
+    are_estimated : bool
+        Whether the tack tolerances were estimated from the touches; otherwise they are stated or assumed.
+    touches : ndarray of int, shape (b,)
+        How many touches lie on each body.
+    wrong : tuple of str
+        Touches that contradict the others, also if bodies moved.
+    """
+
+    fit: BodiesFit
+    evidence: MotionEvidence
+    are_estimated: bool
+    touches: IntArray
+    wrong: tuple[str, ...]
+
+    @property
+    def untouched(self) -> tuple[str, ...]:
+        """Names of bodies that no touch lies on."""
+        names = self.fit.motions.bodies.names
+        return tuple(name for name, count in zip(names, self.touches.tolist(), strict=True) if count == 0)
+
+    @property
+    def moved(self) -> tuple[int, ...]:
+        """Bodies that are shown to have moved, those with the strongest evidence first."""
+        if not self.evidence.has_moved:
+            return ()
+        order = np.argsort(self.evidence.p_body, kind="stable")
+        return tuple(int(b) for b in order if self.evidence.p_body[b] < SURE)
+
+    def sentence(self) -> str:
+        """Say whether plates moved, and which."""
+        p = self.evidence.p_rigid
+        shown = "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
+        if not self.evidence.has_moved:
+            return f"the touches fit a rigid part ({shown})"
+        if not self.moved:
+            return f"bodies moved ({shown}); the touches do not tell which"
+        motions = self.fit.motions
+        told = [
+            f"{motions.bodies.names[b]} by {np.linalg.norm(motions.v_mm[b]):.2f} mm and "
+            f"{1e3 * np.linalg.norm(motions.omega[b]):.1f} mrad ({self.evidence.sigmas[b]:.1f} sigma)"
+            for b in self.moved
+        ]
+        return f"bodies moved ({shown}): {listed(told)}"
+
+    def tolerances_sentence(self) -> str:
+        """Say which tack tolerances the answer rests on."""
+        values = sorted({(t.mm, t.mrad) for t in self.fit.motions.bodies.tolerances})
+        told = listed([f"{mm:.3g} mm and {mrad:.3g} mrad" for mm, mrad in values])
+        how = "estimated from the touches" if self.are_estimated else "assumed or stated"
+        rest = f"; never touched: {listed(list(self.untouched))}" if self.untouched else ""
+        return f"tack tolerance {told}, {how}{rest}"
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for ``calibration.json``."""
+        motions = self.fit.motions
+        R, t = motions.moves()
+        spread = np.sqrt(np.maximum(np.diag(self.fit.covariance)[6:].reshape(-1, 6), 0.0))
+        return {
+            "sentence": self.sentence(),
+            "p_rigid": self.evidence.p_rigid,
+            "tolerances": "estimated" if self.are_estimated else "stated",
+            "motions_seen": self.evidence.seen,
+            "wrong_touches": list(self.wrong),
+            "bodies": [
+                {
+                    "name": name,
+                    "touches": int(self.touches[b]),
+                    "tack_mm": motions.bodies.tolerances[b].mm,
+                    "tack_mrad": motions.bodies.tolerances[b].mrad,
+                    "centre_part_mm": motions.bodies.centroid_part[b].tolist(),
+                    "moved_mm": motions.v_mm[b].tolist(),
+                    "turned_mrad": (1e3 * motions.omega[b]).tolist(),
+                    "sigma_mm": spread[b, 3:].tolist(),
+                    "sigma_mrad": (1e3 * spread[b, :3]).tolist(),
+                    "p_still": float(self.evidence.p_body[b]),
+                    "sigmas": float(self.evidence.sigmas[b]),
+                    "T_part_moved": _matrix(R[b], t[b]),
+                }
+                for b, name in enumerate(motions.bodies.names)
+            ],
+        }
+
+
+def fit_moved_bodies(
+    touches: Touches,
+    body: IntArray,
+    bodies: Bodies,
+    start: RigidTransform,
+    *,
+    sigma_mm: float | None = None,
+    estimate: bool = True,
+    contacts: Contacts | None = None,
+    seed: int = 0,
+) -> MovedBodies:
+    """Fit a weldment whose bodies may have moved, and judge whether they did.
+
+    Parameters
+    ----------
+    touches, bodies, start, sigma_mm, contacts
+        As in `fit_bodies`.
+    body : ndarray of int, shape (n,)
+        The body that each touch lies on.
+    estimate : bool
+        Estimate the tack tolerances where there are enough touches.
+    seed : int
+        Of the drawn rigid parts.
+
+    Returns
+    -------
+    MovedBodies
+
+    Raises
+    ------
+    InputError, GeometryError, ConvergenceError
+        As in `fit_bodies`.
+    """
+    fit = fit_bodies(touches, body, bodies, start, sigma_mm=sigma_mm, contacts=contacts)
+    evidence = judge_motion(fit.whitened, seed=seed)
+    estimated = estimated_tolerances(fit.whitened, bodies) if estimate else None
+    if estimated is not None:
+        fit = fit_bodies(touches, body, estimated, start, sigma_mm=sigma_mm, contacts=contacts)
+    rows = wrong_rows(fit.whitened)
+    names = [touches.names[i] for i in np.unique(fit.whitened.touch[rows]).tolist() if i >= 0]
+    counts = np.bincount(body[body >= 0], minlength=len(bodies))
+    return MovedBodies(fit, evidence, estimated is not None, counts, tuple(names))
+
+
+def wrong_rows(touched: Whitened) -> IntArray:
+    """Return the rows of the linear model that the other rows contradict, with a false alarm in 1 % of the parts.
+
+    A row that is off by itself leaves a normalised residual; the largest one of m is a false alarm with the probability
+    of each times m (Bonferroni). The row is left out, and the others are judged again.
+    """
+    left = np.arange(len(touched.r))
+    wrong: list[int] = []
+    while len(left) > touched.J.shape[1] + 1:
+        J, B, r = touched.J[left], touched.B[left], touched.r[left]
+        V = np.eye(len(left)) + B @ B.T
+        W = np.linalg.inv(V)
+        WJ = W @ J
+        P = W - WJ @ np.linalg.pinv(J.T @ WJ) @ WJ.T
+        spread = np.diag(P)
+        square = np.where(spread > 1e-9, (P @ r) ** 2 / np.maximum(spread, 1e-9), 0.0)
+        worst = int(np.argmax(square))
+        if float(chdtrc(1, square[worst])) * len(left) > FALSE_ALARM:
+            break
+        wrong.append(int(left[worst]))
+        left = np.delete(left, worst)
+    return np.array(wrong, dtype=np.int64)
+
+
+def _matrix(R: FloatArray, t: FloatArray) -> list[list[float]]:
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = R, t
+    return [list(row) for row in matrix.tolist()]

@@ -1,0 +1,132 @@
+"""Seams of bodies that moved: where two moved faces meet, and the gap that opened between them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.meeting import MovedFaces, meet_moved
+from wpcal.brep.nearest_on_edges import project_to_edges
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.path.direction import Runs
+from wpcal.seam.path.discretise import run_lengths
+from wpcal.seam.path.frames import frames_from_normals
+from wpcal.seam.seam import Seam, SeamFrames
+
+LEAST_SIN = 0.02
+"""Faces nearer to parallel than 1 degree do not fix the place where they meet; the seam then goes with both bodies."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MovedSeam:
+    """A seam after its bodies moved, with what its error depends on.
+
+    Parameters
+    ----------
+    seam : Seam
+        With moved frames, in `part`.
+    wall_body, base_body : ndarray of int, shape (n,)
+        The bodies of the two faces at every frame; -1: a face that did not move.
+    n_wall, n_base : ndarray, shape (n, 3)
+        Outward normals of the moved faces, in `part`.
+    is_met : ndarray of bool, shape (n,)
+        Whether the faces fix the place across the seam.
+    gap_mm : ndarray, shape (n,)
+        Between the edge of the one body and the face of the other, mm; negative: they overlap.
+    """
+
+    seam: Seam
+    wall_body: IntArray
+    base_body: IntArray
+    n_wall: FloatArray
+    n_base: FloatArray
+    is_met: BoolArray
+    gap_mm: FloatArray
+
+
+def moved_seams(
+    graph: BrepGraph, seams: Sequence[Seam], face_body: IntArray, R: FloatArray, t: FloatArray
+) -> list[MovedSeam]:
+    """Return seams where their moved faces meet.
+
+    A point of a seam lies on an edge of the wall; it stays in the plane that goes with this edge, so that the ends of
+    the seam follow the ends of the plate. In this plane it lies where the moved wall and the moved base meet: by
+    Newton's method on the surfaces, exact for all that the part has.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    seams : sequence of Seam
+        In `part`.
+    face_body : ndarray of int, shape (F,)
+        The body of every face; -1: it does not move.
+    R, t : ndarray, shapes (b, 3, 3), (b, 3)
+        From the model to where each body is, in `part`, mm.
+
+    Returns
+    -------
+    list of MovedSeam
+    """
+    R = np.concatenate([R, np.eye(3)[None]])  # the last one is body -1
+    t = np.concatenate([t, np.zeros((1, 3))])
+    return [_moved_seam(graph, seam, face_body, R, t) for seam in seams]
+
+
+def _moved_seam(graph: BrepGraph, seam: Seam, face_body: IntArray, R: FloatArray, t: FloatArray) -> MovedSeam:
+    p, x, piece = seam.frames.p, seam.frames.R[:, :, 0], _piece_of_each(graph, seam)
+    faces = [seam.pieces.wall[piece], seam.pieces.base[piece]]
+    faces = [
+        np.where(own >= 0, own, other) for own, other in (faces, faces[::-1])
+    ]  # a missing face goes with the other
+    bodies = [np.where(face >= 0, face_body[face], -1) for face in faces]
+    still = [MovedFaces(face, np.tile(np.eye(3), (len(p), 1, 1)), np.zeros((len(p), 3))) for face in faces]
+    now = [MovedFaces(face, R[body], t[body]) for face, body in zip(faces, bodies, strict=True)]
+    with_each = [np.einsum("nij,nj->ni", R[body], p) + t[body] for body in bodies]
+    x_each = [np.einsum("nij,nj->ni", R[body], x) for body in bodies]
+
+    # a point that the model has off its faces (root gap, bridge) keeps this offset
+    off = p - meet_moved(graph, still[0], still[1], p, x, least_sin=LEAST_SIN)
+    met = meet_moved(graph, now[0], now[1], with_each[0], x_each[0], least_sin=LEAST_SIN)
+    is_met = np.asarray(np.isfinite(met + off).all(axis=1))
+    moved = np.where(is_met[:, None], met + off, (with_each[0] + with_each[1]) / 2.0)
+
+    n_still = [face.feet(graph, p)[1] for face in still]
+    n_now = [face.feet(graph, moved)[1] for face in now]
+    x_now = np.where(is_met[:, None], _crossing(n_now, x_each[0]), _unit(x_each[0] + x_each[1]))
+    turn = frames_from_normals(x_now, *n_now) @ frames_from_normals(x, *n_still).transpose(0, 2, 1)
+    foot, normal = now[1].feet(graph, with_each[0])
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(moved, axis=0), axis=1))])
+    angle = np.arccos(np.clip(np.einsum("ni,ni->n", *n_now), -1.0, 1.0))
+    frames = SeamFrames(s, moved, turn @ seam.frames.R, angle, seam.frames.frame)
+    gap = np.einsum("ni,ni->n", with_each[0] - foot, normal)
+    own = replace(seam, frames=frames, length_mm=float(s[-1]))
+    return MovedSeam(own, bodies[0], bodies[1], n_now[0], n_now[1], is_met, gap)
+
+
+def _crossing(normals: Sequence[FloatArray], x: FloatArray) -> FloatArray:
+    """Return the unit tangents of the curve in which two surfaces cross, in the sense of x, shape (n, 3)."""
+    along = np.cross(normals[0], normals[1])
+    return _unit(np.where((np.einsum("ni,ni->n", along, x) < 0.0)[:, None], -along, along))
+
+
+def _unit(v: FloatArray) -> FloatArray:
+    length = np.linalg.norm(v, axis=1, keepdims=True)
+    return np.asarray(v / np.where(length > 0.0, length, 1.0))
+
+
+def _piece_of_each(graph: BrepGraph, seam: Seam) -> IntArray:
+    """Return the piece of the seam on whose edge each frame lies, shape (n,)."""
+    pieces, p = seam.pieces, seam.frames.p
+    n, k = len(p), len(pieces)
+    each = np.tile(np.arange(k), n)
+    at = np.repeat(p, k, axis=0)
+    foot, _ = project_to_edges(graph, pieces.edge[each], at)  # of the whole line or circle, also beyond its ends
+    ends = [evaluate_edges(graph, pieces.edge, t)[0] for t in (pieces.t0, pieces.t1)]
+    way = sum(np.linalg.norm(foot - end[each], axis=1) for end in ends)
+    length = run_lengths(graph, Runs(pieces, np.arange(k + 1)))
+    away = np.linalg.norm(foot - at, axis=1) + np.maximum(way - length[each], 0.0)
+    return np.asarray(np.argmin(away.reshape(n, k), axis=1))
