@@ -72,9 +72,8 @@ class Upright:
 
     def shape(self) -> Any:
         """Return the solid."""
-        half = np.abs(np.array([self.length_mm, THICK_MM, HEIGHT_MM]) @ self.axes) / 2.0
-        corner = self.centre - half
-        return box(*(2.0 * half).tolist(), tuple(corner.tolist()))
+        x, y, z = np.abs(np.array([self.length_mm, THICK_MM, HEIGHT_MM]) @ self.axes).tolist()
+        return box(x, y, z, (self.centre_mm[0] - x / 2.0, self.centre_mm[1] - y / 2.0, 0.0))
 
 
 UPRIGHTS = (
@@ -199,7 +198,7 @@ def write_uprights(folder: Path) -> None:
         "schema": "wpcal/bodies/1",
         "bodies": [{"name": name, "tack_mm": TACK.mm, "tack_mrad": TACK.mrad} for name in motions.bodies.names],
     }
-    files = {
+    files: dict[str, str | bytes] = {
         "uprights.step": step,
         "bodies.json": to_json(record),
         "taught.csv": _table(two, touched(two, motions, error[is_of_two]), digits=2),

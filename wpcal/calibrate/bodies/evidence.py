@@ -27,7 +27,7 @@ from scipy.optimize import minimize
 from scipy.special import chdtrc, ndtri
 
 from wpcal.calibrate.bodies.bodies import Bodies
-from wpcal.calibrate.bodies.fit import Whitened
+from wpcal.calibrate.bodies.problem import Whitened
 from wpcal.core.arrays import FloatArray
 
 SCALES = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 61)])

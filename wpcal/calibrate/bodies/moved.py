@@ -10,7 +10,8 @@ from scipy.special import chdtrc
 
 from wpcal.calibrate.bodies.bodies import Bodies, Contacts
 from wpcal.calibrate.bodies.evidence import SURE, MotionEvidence, estimated_tolerances, judge_motion
-from wpcal.calibrate.bodies.fit import BodiesFit, Whitened, fit_bodies
+from wpcal.calibrate.bodies.fit import BodiesFit, fit_bodies
+from wpcal.calibrate.bodies.problem import Whitened
 from wpcal.calibrate.outlier_limits import FALSE_ALARM
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray, IntArray
