@@ -84,7 +84,7 @@ class Problem:
 
     @classmethod
     def of(cls, touches: Touches, body: IntArray, bodies: Bodies, contacts: Contacts, start: RigidTransform) -> Problem:
-        """Build it for touches near a rigid fit."""
+        """Build it for n touches near a rigid fit; `body` has the shape (n,)."""
         pivot = touches.p_base.mean(axis=0)
         reach = float(np.linalg.norm(touches.p_base - pivot, axis=1).max())
         shared = np.zeros((len(touches), 3, 0)) if touches.shared is None else touches.shared
@@ -98,7 +98,7 @@ class Problem:
         return np.zeros(self.shared.shape[2])
 
     def state(self, motions: Motions, shared: FloatArray) -> State:
-        """Return a state with its residuals."""
+        """Return a state with its residuals; `shared` has the shape (s,)."""
         touched = replace(self.touches, p_base=self.touches.p_base - self.shared @ shared)
         at = linearised_each(touched, *motions.poses_of(self.body))
         return State(motions, at, at.information(self.own), self._gaps(motions), shared)
@@ -128,10 +128,11 @@ class Problem:
         return slice(6, 6 + 6 * len(self.bodies))
 
     def moved(self, state: State, step: FloatArray) -> State:
-        """Move the whole and its bodies. Bodies go with the whole, or each keeps the place in the base it steps to.
+        """Move the whole and its bodies by a step of shape (k,).
 
-        Both are the same to first order. Where tolerances are small against the errors of the touches, the first
-        follows the valley of the cost, otherwise the second: the lower one is taken.
+        Bodies go with the whole, or each keeps the place in the base it steps to. Both are the same to first order.
+        Where tolerances are small against the errors of the touches, the first follows the valley of the cost,
+        otherwise the second: the lower one is taken.
         """
         return min((self.with_whole(state, step), self.in_place(state, step)), key=self.cost)
 
