@@ -58,6 +58,10 @@ viewer: ## build the pages' JavaScript anew; needs Node
 	test ! -L wpcal/pages/source/node_modules || { echo "node_modules is a link: npm ci would empty its target"; exit 1; }
 	cd wpcal/pages/source && npm ci --ignore-scripts --no-audit --no-fund && node build.mjs
 
+.PHONY: freecad-addon
+freecad-addon: ## build dist/wpcal-workbench.zip, which is unpacked into FreeCAD's folder Mod
+	$(PYTHON) cad/freecad/build.py dist/wpcal-workbench.zip
+
 shots: $(VENV)/ready ## photograph the pages for docs/; needs chromium
 	sh .ci/browser
 	$(BIN)/python docs/make_shots.py

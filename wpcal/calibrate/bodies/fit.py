@@ -11,6 +11,9 @@ Its covariance is :math:`H^{-1}`, and
 .. math:: H^{-1} = H^{-1} (H - P) H^{-1} + H^{-1} P H^{-1}, \qquad P = \mathrm{diag}(0_6, I):
 
 the first part is what the errors of the touches leave, the second what of the bodies' motions no touch saw.
+
+Errors that all touches share (of the stick-out, of the latency) are unknowns too: z standard deviations of each, with
+:math:`z^\top z` in the sum. Counted as errors of each touch alone they would pass for motions of bodies.
 """
 
 from __future__ import annotations
@@ -94,8 +97,8 @@ class Whitened:
     Parameters
     ----------
     r : ndarray, shape (m,)
-    J : ndarray, shape (m, 6)
-        By the scaled motion of the whole.
+    J : ndarray, shape (m, 6 + s)
+        By the scaled motion of the whole, and by errors that all touches share.
     B : ndarray, shape (m, 6 b)
         By the motions of the bodies, in units of their tolerances.
     touch : ndarray of int, shape (m,)
@@ -153,7 +156,7 @@ def fit_bodies(
             raise InputError("the bodies' motions need the error of the touches: state it (sigma_mm)")
         touches = replace(touches, covariances=np.tile(sigma_mm**2 * np.eye(3), (len(touches), 1, 1)))
     problem = _Problem.of(touches, body, bodies, contacts or Contacts.none(), start)
-    first = problem.state(Motions.rigid(bodies, start))
+    first = problem.state(Motions.rigid(bodies, start), problem.first)
     _require_held(problem, first)
     found = _settled(problem, first)
     covariance, unseen = problem.covariances(found)
@@ -171,19 +174,33 @@ class _State:
     weights : ndarray, shape (n, 3, 3)
     gaps : ndarray, shape (k,)
         Of the kept contacts, in units of their sigma.
+    shared : ndarray, shape (s,)
+        The errors that all touches share, in standard deviations.
     """
 
     motions: Motions
     at: Linearised
     weights: FloatArray
     gaps: FloatArray
+    shared: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Problem:
-    """The sum of squares as a `SquaresProblem` of states; unknowns are (L ω, v) of the whole, then u of the bodies."""
+    """The sum of squares as a `SquaresProblem` of states.
+
+    Unknowns are (L ω, v) of the whole, u of the bodies, and the errors that all touches share.
+
+    Parameters
+    ----------
+    own : ndarray, shape (n, 3, 3)
+        Covariances of the touches without the errors that they share.
+    shared : ndarray, shape (n, 3, s)
+    """
 
     touches: Touches
+    own: FloatArray
+    shared: FloatArray
     body: IntArray
     bodies: Bodies
     contacts: Contacts
@@ -196,27 +213,42 @@ class _Problem:
     ) -> _Problem:
         pivot = touches.p_base.mean(axis=0)
         reach = float(np.linalg.norm(touches.p_base - pivot, axis=1).max())
-        return cls(touches, body, bodies, contacts, pivot, max(reach, 1.0))
+        shared = np.zeros((len(touches), 3, 0)) if touches.shared is None else touches.shared
+        assert touches.covariances is not None  # of `fit_bodies`
+        own = touches.covariances - shared @ shared.transpose(0, 2, 1)
+        return cls(touches, own, shared, body, bodies, contacts, pivot, max(reach, 1.0))
 
-    def state(self, motions: Motions) -> _State:
-        at = linearised_each(self.touches, *motions.poses_of(self.body))
-        return _State(motions, at, at.information(self.touches.covariances), self._gaps(motions))
+    @property
+    def first(self) -> FloatArray:
+        """No shared error, shape (s,)."""
+        return np.zeros(self.shared.shape[2])
+
+    def state(self, motions: Motions, shared: FloatArray) -> _State:
+        touched = replace(self.touches, p_base=self.touches.p_base - self.shared @ shared)
+        at = linearised_each(touched, *motions.poses_of(self.body))
+        return _State(motions, at, at.information(self.own), self._gaps(motions), shared)
 
     def cost(self, state: _State) -> float:
         d = state.at.d
         u = self._scaled(state.motions)
         touched = float(np.einsum("ni,nij,nj->", d, state.weights, d))
-        return touched + float(np.sum(u**2)) + float(np.sum(state.gaps**2))
+        return touched + float(np.sum(u**2)) + float(np.sum(state.gaps**2)) + float(np.sum(state.shared**2))
 
     def normal_equations(self, state: _State) -> tuple[FloatArray, FloatArray]:
         J = self.jacobian(state)
         WJ = np.einsum("nij,njk->nik", state.weights, J)
         gradient = np.einsum("nik,ni->k", WJ, state.at.d)
         H = np.einsum("nik,nil->kl", J, WJ)
-        G = self._contact_jacobian(state.motions)
-        gradient[6:] += self._scaled(state.motions).ravel() + G.T @ state.gaps
-        H[6:, 6:] += np.eye(6 * len(self.bodies)) + G.T @ G
+        G, known = self._contact_jacobian(state.motions), len(H) - 6
+        gradient[6:] += np.concatenate([self._scaled(state.motions).ravel() + G.T @ state.gaps, state.shared])
+        H[6:, 6:] += np.eye(known)
+        H[self.of_bodies, self.of_bodies] += G.T @ G
         return gradient, H
+
+    @property
+    def of_bodies(self) -> slice:
+        """Where the unknowns of the bodies are."""
+        return slice(6, 6 + 6 * len(self.bodies))
 
     def moved(self, state: _State, step: FloatArray) -> _State:
         """Move the whole and its bodies. Bodies go with the whole, or each keeps the place in the base it steps to.
@@ -228,13 +260,14 @@ class _Problem:
 
     def with_whole(self, state: _State, step: FloatArray) -> _State:
         """Move the bodies within the part."""
-        motions, by = state.motions, step[6:].reshape(-1, 6) * self.bodies.scales
+        motions, by = state.motions, step[self.of_bodies].reshape(-1, 6) * self.bodies.scales
         whole = self._whole(motions.T_base_part, step)
-        return self.state(Motions(self.bodies, whole, motions.omega + by[:, :3], motions.v_mm + by[:, 3:]))
+        moved = Motions(self.bodies, whole, motions.omega + by[:, :3], motions.v_mm + by[:, 3:])
+        return self.state(moved, state.shared + step[self.of_bodies.stop :])
 
     def in_place(self, state: _State, step: FloatArray) -> _State:
         """Move the bodies within the base."""
-        motions, by = state.motions, step[6:].reshape(-1, 6) * self.bodies.scales
+        motions, by = state.motions, step[self.of_bodies].reshape(-1, 6) * self.bodies.scales
         T, c = motions.T_base_part, self.bodies.centroid_part
         whole = self._whole(T, step)
         turn = step[:3] / self.length_mm
@@ -242,7 +275,8 @@ class _Problem:
         centre += np.cross(turn, centre - self.pivot) + step[3:6] + by[:, 3:] @ T.R.T
         own_turn = np.einsum("bij,bj->bi", left_jacobian(motions.omega), by[:, :3]) @ T.R.T + turn
         omega = log_rotation(whole.R.T @ exp_rotation(own_turn) @ motions.poses()[0])
-        return self.state(Motions(self.bodies, whole, omega, (centre - whole.t_mm) @ whole.R - c))
+        moved = Motions(self.bodies, whole, omega, (centre - whole.t_mm) @ whole.R - c)
+        return self.state(moved, state.shared + step[self.of_bodies.stop :])
 
     def _whole(self, T: RigidTransform, step: FloatArray) -> RigidTransform:
         turn = exp_rotation(step[:3] / self.length_mm)
@@ -250,40 +284,47 @@ class _Problem:
         return RigidTransform(turn @ T.R, t, target=T.target, source=T.source)
 
     def jacobian(self, state: _State) -> FloatArray:
-        """Derivative of the residuals by the unknowns, shape (n, 3, 6 + 6 b)."""
+        """Derivative of the residuals by the unknowns, shape (n, 3, 6 + 6 b + s)."""
         n, b = len(self.touches), len(self.bodies)
         at, T = state.at, state.motions.T_base_part
-        J = np.zeros((n, 3, 6 + 6 * b))
+        J = np.zeros((n, 3, 6 + 6 * b + self.shared.shape[2]))
         J[:, :, :6] = -at.A @ point_jacobian(at.centre - self.pivot) / np.repeat([self.length_mm, 1.0], 3)
         rows = np.flatnonzero(self.body >= 0)
         own = self.body[rows]
         by_body = state.motions.displacement_jacobian(own, at.contact_part[rows]) * self.bodies.scales[own][:, None, :]
-        blocks = J[:, :, 6:].reshape(n, 3, b, 6)
+        blocks = np.zeros((n, 3, b, 6))
         blocks[rows, :, own] = -at.A[rows] @ (T.R @ by_body)
-        J[:, :, 6:] = blocks.reshape(n, 3, 6 * b)
+        J[:, :, self.of_bodies] = blocks.reshape(n, 3, 6 * b)
+        J[:, :, self.of_bodies.stop :] = -at.A @ self.shared
         return J
 
     def covariances(self, state: _State) -> tuple[FloatArray, FloatArray]:
         """Return the covariance of (ξ, δ) and its unseen part: see `BodiesFit`."""
         _, H = self.normal_equations(state)
-        inverse = np.linalg.inv(H)
+        kept = self.of_bodies.stop
+        inverse = np.linalg.inv(H)[:kept, :kept]
         bodies_part = inverse[:, 6:]
-        S = np.zeros((len(H), len(H)))
+        S = np.zeros((kept, kept))
         S[:6, :6] = translation_adjoint(self.pivot) / np.repeat([self.length_mm, 1.0], 3)
         S[6:, 6:] = np.diag(self.bodies.scales.ravel())
         return S @ inverse @ S.T, S @ bodies_part @ bodies_part.T @ S.T
 
     def whitened(self, state: _State) -> Whitened:
-        """Return the linear model at a state; contacts count as touches of a gap of zero."""
+        """Return the linear model at a state; contacts count as touches of a gap of zero.
+
+        Errors that all touches share join the pose: the touches are judged without what such an error explains.
+        """
         values, vectors = np.linalg.eigh(state.weights)
         roots = np.sqrt(np.maximum(values, 0.0))[..., None] * vectors.transpose(0, 2, 1)
-        J = (roots @ self.jacobian(state)).reshape(-1, 6 + 6 * len(self.bodies))
+        by_all = self.jacobian(state)
+        J = (roots @ by_all).reshape(-1, by_all.shape[2])
         r = (roots @ state.at.d[..., None]).ravel()
         is_seen = (roots**2).sum(axis=2).ravel() > LEAST_HELD * float(values.max())
         G = self._contact_jacobian(state.motions)
-        first = np.concatenate([J[is_seen, :6], np.zeros((len(G), 6))])
+        common = np.delete(J[is_seen], self.of_bodies, axis=1)
+        first = np.concatenate([common, np.zeros((len(G), common.shape[1]))])
         touch = np.concatenate([np.repeat(np.arange(len(self.touches)), 3)[is_seen], np.full(len(G), -1)])
-        bodies = np.concatenate([J[is_seen, 6:], G])
+        bodies = np.concatenate([J[is_seen, self.of_bodies], G])
         return Whitened(-np.concatenate([r[is_seen], state.gaps]), first, bodies, touch)
 
     def _scaled(self, motions: Motions) -> FloatArray:
