@@ -27,9 +27,9 @@ from cad.step.occurrences import LeafUse, Link, Occurrence, Solid, find_occurren
 from cad.step.part21 import Part21File
 from cad.step.part21_values import Instance, Record, Ref, Value, encode_string, format_instance
 from cad.step.products import context_and_items
+from cad.step.xcaf_tree import usable_name
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError
-from wpcal.core.given_names import is_given_name
 from wpcal.core.transform import RigidTransform
 
 SAME_PLACE = 1e-6
@@ -245,7 +245,7 @@ class _Editor:
         return self.singles[solid.item]
 
     def _name(self, use: Occurrence, solid: Solid) -> str:
-        return solid.name if is_given_name(solid.name) else product_name(self.file, use.product)
+        return usable_name(solid.name) or product_name(self.file, use.product)
 
     def _rest(self, use: Occurrence) -> list[int]:
         """Return what the representations of a product held beside solids and placements."""

@@ -289,7 +289,7 @@ def _placed_solids(
 ) -> Iterator[StepSolid]:
     taken: set[str] = set()
     number = 0
-    levels = zip(*(leaf.use.products for leaf in leaves), strict=False)
+    levels = zip(*(leaf.use.products for leaf in leaves if prepared[leaf.entry].bodies), strict=False)
     whole = sum(1 for _ in takewhile(lambda names: len(set(names)) == 1, levels))
     for leaf in leaves:
         bodies = prepared[leaf.entry].bodies

@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 
 from numpy.typing import ArrayLike
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.STEPCAFControl import STEPCAFControl_Writer
 from OCP.STEPControl import STEPControl_StepModelType
 from OCP.TCollection import TCollection_HAsciiString
@@ -199,7 +200,7 @@ class _Job:
         placed = [
             (
                 solid.name,
-                solid.shape.Located(TopLoc_Location()),
+                BRepBuilderAPI_Copy(solid.shape.Located(TopLoc_Location())).Shape(),  # else one product for all uses
                 to_location(RigidTransform.from_matrix(place, target="base", source="part")).Multiplied(
                     solid.shape.Location()
                 ),
