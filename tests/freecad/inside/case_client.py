@@ -19,7 +19,7 @@ SOON = 10.0
 class ClientTest(unittest.TestCase):
     def setUp(self) -> None:
         self.client = Client(lambda: FAKE)
-        self.addCleanup(lambda: self.client.stop())
+        self.addCleanup(lambda: self.client.stop())  # noqa: PLW0108  # a test may replace the client
 
     def failure(self, method, params=None):
         request = self.client.call(method, params)
