@@ -20,7 +20,7 @@ KIND = "WpCalKind"
 """The property that says which kind of object it is."""
 GROUP = "wpcal"
 """The group of the properties in the property editor."""
-HIDDEN = 4
+HIDDEN = 2
 """Property mode: not shown. Records of thousands of characters are no use in the property editor."""
 READ_ONLY = 1
 """Property mode: shown, not edited there."""
