@@ -32,6 +32,9 @@ class CalibratePanel(TaskPanel):
     def build(self) -> None:
         """Make the widgets; the fit starts at once."""
         self.fit: dict[str, Any] | None = kept_fit_of(object_of(self.document, Kind.CALIBRATION))
+        self._refit: Any = QtCore.QTimer()
+        self._refit.setSingleShot(True)
+        self._refit.timeout.connect(self.calibrate)
         self.body.addWidget(self._verdict())
         self.body.addWidget(self._table())
         self.body.addWidget(self._view_box())
@@ -39,9 +42,6 @@ class CalibratePanel(TaskPanel):
         self.options.changed = lambda: self._refit.start(REFIT_AFTER_MS)
         self.body.addWidget(self.options.widget)
         self.body.addWidget(self._result_box())
-        self._refit = QtCore.QTimer()
-        self._refit.setSingleShot(True)
-        self._refit.timeout.connect(self.calibrate)
         self.ask_plain("options", {"method": "calibrate"}, self._options_known)
         self.calibrate()
 

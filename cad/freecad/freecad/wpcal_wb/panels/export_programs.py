@@ -53,15 +53,14 @@ class ExportPanel(TaskPanel):
     def export(self) -> None:
         """Write the programs."""
         try:
-            params = {"folder": self.folder.path(), "formats": self.chosen(), "options": self.options.values()}
+            options = {**self.options.values(), **({"force": True} if self.replace.isChecked() else {})}
+            params = {"folder": self.folder.path(), "formats": self.chosen(), "options": options}
         except ValueError as error:
             self.say(str(error), is_error=True)
             return
         if not params["formats"]:
             self.say(translate("Tick a format first."), is_error=True)
             return
-        if self.replace.isChecked():
-            params["options"] = {**params["options"], "force": True}
         self.files.hide()
         self.ask_plain("export", params, self._exported)
 

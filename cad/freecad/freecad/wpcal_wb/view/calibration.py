@@ -6,6 +6,7 @@ All of it is in the robot's base. It is drawn where the part is, and once more o
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from pivy import coin
@@ -55,8 +56,8 @@ def radius_of(fit: dict[str, Any]) -> float:
     places += [place for seam in fit["seams"] or () for place in seam["frames"]["p"]]
     if not places:
         return 1.0
-    spans = [max(axis) - min(axis) for axis in zip(*places)]
-    return max(0.5 * sum(span * span for span in spans) ** 0.5, 1.0)
+    spans = [float(max(axis)) - float(min(axis)) for axis in zip(*places)]
+    return max(0.5 * math.sqrt(sum(span * span for span in spans)), 1.0)
 
 
 def _in_base(fit: dict[str, Any], shown: Shown) -> coin.SoSeparator:
