@@ -26,7 +26,10 @@ def write_moved(
     T_part_moved: FloatArray | None = None,
     progress: Progress = no_progress,
 ) -> tuple[Issue, ...]:
-    """Write a STEP file moved by a rigid transform; parameters, result and errors as in `write_moved_step`."""
+    """Write a moved STEP file; parameters, result and errors as in `write_moved_step`.
+
+    T_part_moved: ndarray, shape (solids, 4, 4).
+    """
     if file.cache.kernel:
         from cad.step.write import write_moved_step
 
