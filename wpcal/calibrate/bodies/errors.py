@@ -14,8 +14,10 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
+from scipy.special import ndtri
 
 from wpcal.calibrate.bodies.fit import BodiesFit
+from wpcal.calibrate.bodies.motions import Motions
 from wpcal.calibrate.uncertainty import COVERAGE, length_quantile
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
@@ -44,6 +46,12 @@ class MeetingPoints:
     x: FloatArray
     is_met: BoolArray
 
+    @classmethod
+    def on(cls, body: IntArray, p_part: FloatArray) -> MeetingPoints:
+        """Return points that go with one body each; shapes (n,) and (n, 3), `part` after the motions, mm."""
+        nothing = np.zeros_like(p_part)
+        return cls(p_part, body, body, nothing, nothing, nothing, np.zeros(len(p_part), dtype=np.bool_))
+
     def select(self, rows: IntArray) -> MeetingPoints:
         """Return the points at `rows`, of shape (k,)."""
         return MeetingPoints(*(getattr(self, field.name)[rows] for field in fields(self)))
@@ -67,12 +75,12 @@ class MeetingErrors:
     unseen_mm: FloatArray
 
 
-def meeting_jacobian(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
+def meeting_jacobian(motions: Motions, points: MeetingPoints) -> FloatArray:
     """Differentiate points by the motions of `BodiesFit.covariance`.
 
     Parameters
     ----------
-    fit : BodiesFit
+    motions : Motions
     points : MeetingPoints
 
     Returns
@@ -80,7 +88,7 @@ def meeting_jacobian(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
     ndarray, shape (n, 3, 6 + 6 b)
         In `base`, mm per rad and per mm.
     """
-    T, n, b = fit.T_base_part, len(points.p_part), len(fit.motions.bodies)
+    T, n, b = motions.T_base_part, len(points.p_part), len(motions.bodies)
     A = np.stack([points.n_wall, points.n_base, points.x], axis=1)
     B_wall = np.stack([points.n_wall, np.zeros((n, 3)), points.x], axis=1)
     B_base = np.stack([np.zeros((n, 3)), points.n_base, np.zeros((n, 3))], axis=1)
@@ -88,8 +96,8 @@ def meeting_jacobian(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
     J = np.zeros((n, 3, b, 6))
     for body, share in ((points.wall_body, B_wall), (points.base_body, B_base)):
         rows = np.flatnonzero(body >= 0)
-        material = _material_points(fit, body[rows], points.p_part[rows])
-        by = fit.motions.displacement_jacobian(body[rows], material)
+        material = _material_points(motions, body[rows], points.p_part[rows])
+        by = motions.displacement_jacobian(body[rows], material)
         J[rows, :, body[rows]] += np.linalg.solve(A[rows], share[rows] @ by)
     whole = point_jacobian(T.apply(points.p_part))
     return np.concatenate([whole, T.R @ J.reshape(n, 3, 6 * b)], axis=2)
@@ -107,7 +115,7 @@ def meeting_errors(fit: BodiesFit, points: MeetingPoints) -> MeetingErrors:
     -------
     MeetingErrors
     """
-    J = meeting_jacobian(fit, points)
+    J = meeting_jacobian(fit.motions, points)
     total, unseen, placing = (
         length_quantile(J @ C @ J.transpose(0, 2, 1), COVERAGE)
         for C in (fit.covariance, fit.unseen, fit.covariance - fit.unseen)
@@ -115,7 +123,33 @@ def meeting_errors(fit: BodiesFit, points: MeetingPoints) -> MeetingErrors:
     return MeetingErrors(total, placing, unseen)
 
 
-def _material_points(fit: BodiesFit, body: IntArray, p_part: FloatArray) -> FloatArray:
+def gap_errors_mm(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
+    """Return the 95 % errors of the gaps between the bodies of the wall and the faces of the base.
+
+    Parameters
+    ----------
+    fit : BodiesFit
+    points : MeetingPoints
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        A gap is off by more, to either side, with 5 % probability; mm.
+    """
+    n, b = len(points.p_part), len(fit.motions.bodies)
+    J = np.zeros((n, b, 6))
+    for body, sign in ((points.wall_body, 1.0), (points.base_body, -1.0)):
+        rows = np.flatnonzero(body >= 0)
+        by = fit.motions.displacement_jacobian(
+            body[rows], _material_points(fit.motions, body[rows], points.p_part[rows])
+        )
+        J[rows, body[rows]] += sign * np.einsum("ni,nij->nj", points.n_base[rows], by)
+    flat = J.reshape(n, 6 * b)
+    variance = np.einsum("ni,ij,nj->n", flat, fit.covariance[6:, 6:], flat)
+    return np.asarray(ndtri((1.0 + COVERAGE) / 2.0) * np.sqrt(np.maximum(variance, 0.0)))
+
+
+def _material_points(motions: Motions, body: IntArray, p_part: FloatArray) -> FloatArray:
     """Return where the moved points are in the model of their body, shape (n, 3)."""
-    R, t = fit.motions.moves()
+    R, t = motions.moves()
     return np.asarray(np.einsum("nij,ni->nj", R[body], p_part - t[body]))

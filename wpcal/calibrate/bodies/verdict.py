@@ -56,7 +56,7 @@ def _joint_error(moved: MovedBodies, points: MeetingPoints) -> float:
     """Return the length that no point's error exceeds, with 95 % probability, mm."""
     values, vectors = np.linalg.eigh(moved.fit.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    J = meeting_jacobian(moved.fit, points)
+    J = meeting_jacobian(moved.fit.motions, points)
     drawn = np.random.default_rng(0).standard_normal((root.shape[1], SAMPLES))
     off = (J.reshape(-1, J.shape[2]) @ (root @ drawn)).reshape(len(J), 3, SAMPLES)
     return float(np.quantile(np.linalg.norm(off, axis=1).max(axis=0), COVERAGE))
