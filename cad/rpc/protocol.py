@@ -1,38 +1,43 @@
-"""Which methods there are, and what their params must be: as the schemas ``wpcal/rpc-METHOD/1`` say."""
+"""Which methods there are, and what their params must be: as the schemas in ``schemas`` say, one per method."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
 from functools import cache
+from importlib.resources import files
 from typing import Any
 
 from cad.rpc.messages import MessageFaultError, Request
 from wpcal.core.errors import FormatError
-from wpcal.core.record_check import check_record
-from wpcal.core.schemas import schema_names, schema_text
+from wpcal.core.record_check import check_complete
 from wpcal.printable import printable
 
-PREFIX = "wpcal/rpc-"
 HANDLE = "handle"
+ANSWER = "answer"
+"""The schema of every line that is sent; the others are those of methods."""
+_FOLDER = files("cad") / "rpc" / "schemas"
+_ENDING = "-1.schema.json"
 
 
 @cache
 def method_names() -> tuple[str, ...]:
     """Return the names of all methods, sorted."""
-    return tuple(name.removeprefix(PREFIX).rpartition("/")[0] for name in schema_names() if name.startswith(PREFIX))
+    names = sorted(file.name.removesuffix(_ENDING) for file in _FOLDER.iterdir() if file.name.endswith(_ENDING))
+    return tuple(name for name in names if name != ANSWER)
 
 
-def schema_of(method: str) -> str:
-    """Return the name of the schema of a method, with ``params`` and ``result``."""
-    return f"{PREFIX}{method}/1"
+@cache
+def schema_of(name: str) -> Mapping[str, Any]:
+    """Return the JSON Schema of a method, of its ``params`` and ``result``, or of `ANSWER`."""
+    found: Mapping[str, Any] = json.loads((_FOLDER / f"{name}{_ENDING}").read_text(encoding="utf-8"))
+    return found
 
 
 @cache
 def params_of(method: str) -> Mapping[str, Any]:
     """Return the schemas of the params of a method, by their names."""
-    schema = json.loads(schema_text(schema_of(method)))
-    found: Mapping[str, Any] = schema["properties"]["params"].get("properties", {})
+    found: Mapping[str, Any] = schema_of(method)["properties"]["params"]["properties"]
     return found
 
 
@@ -57,6 +62,6 @@ def check_request(request: Request) -> None:
         what = f"params: {printable(', '.join(unknown)[:200])}: not known by {request.method}"
         raise MessageFaultError(f"{what}; known: {', '.join(known) or 'none'}", id=request.id)
     try:
-        check_record({"params": request.params}, schema_of(request.method), path="", is_complete=True)
+        check_complete({"params": request.params}, schema_of(request.method), path="")
     except FormatError as error:
         raise MessageFaultError(error.what, id=request.id) from None
