@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: MIT
+"""Coin nodes for seams, their direction, their frames, and features: a few nodes, however many seams there are."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Sequence, Tuple
+
+from pivy import coin
+
+Colour = Tuple[float, float, float]
+Point = Sequence[float]
+
+LINE_PX = 4
+"""Width of an accepted seam."""
+ARROW_SHARE = 0.02
+"""Length of an arrow, as a share of the size of all seams together."""
+ARROWS_APART = 8
+"""Arrows along a long seam are this many arrow lengths apart."""
+AXES = ((0.85, 0.1, 0.1), (0.1, 0.6, 0.1), (0.1, 0.2, 0.85))
+"""Colours of the axes x, y, z of a frame."""
+
+
+def colour(text: str) -> Colour:
+    """Return the colour `#rrggbb` as Coin has it."""
+    return (int(text[1:3], 16) / 255, int(text[3:5], 16) / 255, int(text[5:7], 16) / 255)
+
+
+ACCEPTED = colour("#c2410c")
+REFUSED = colour("#8a94a0")
+CHOSEN = colour("#1d5fa8")
+EASY = colour("#2f7bd9")
+HARD = colour("#7d8a98")
+
+
+def path_lines(paths: Sequence[Sequence[Point]], colours: Sequence[Colour], width_px: float = LINE_PX) -> Any:
+    """Return polylines as one line set; `colours` has one colour per polyline, or one for each of its segments.
+
+    Parameters
+    ----------
+    paths : sequence of sequences of points
+        mm, in the coordinates of the node.
+    colours : sequence of colours
+        One per polyline.
+    width_px : float
+    """
+    root = _unlit()
+    style = coin.SoDrawStyle()
+    style.lineWidth = width_px
+    root.addChild(style)
+    root.addChild(_material(colours))
+    root.addChild(_binding(coin.SoMaterialBinding.PER_FACE))
+    points = [point for path in paths for point in path]
+    root.addChild(_coordinates(points))
+    lines = coin.SoLineSet()
+    if paths:
+        lines.numVertices.setValues(0, len(paths), [len(path) for path in paths])
+    else:
+        lines.numVertices = 0
+    root.addChild(lines)
+    return root
+
+
+def segment_lines(paths: Sequence[Sequence[Point]], colours: Sequence[Sequence[Colour]], width_px: float) -> Any:
+    """Return polylines as one line set, with one colour per point: for values along a seam."""
+    root = _unlit()
+    style = coin.SoDrawStyle()
+    style.lineWidth = width_px
+    root.addChild(style)
+    root.addChild(_material([one for row in colours for one in row]))
+    root.addChild(_binding(coin.SoMaterialBinding.PER_VERTEX))
+    root.addChild(_coordinates([point for path in paths for point in path]))
+    lines = coin.SoLineSet()
+    lines.numVertices.setValues(0, len(paths), [len(path) for path in paths])
+    root.addChild(lines)
+    return root
+
+
+def arrows(seams: Sequence[tuple[dict[str, Any], Colour]], length_mm: float) -> Any:
+    """Return arrowheads along seams as one set of triangles; each lies in the plane of x and z of its frame."""
+    points: list[Point] = []
+    colours: list[Colour] = []
+    for frames, shade in seams:
+        for place in _arrow_places(frames["s"], length_mm):
+            corners = _arrow(frames["p"][place], frames["R"][place], length_mm, is_last=place == len(frames["p"]) - 1)
+            points += corners
+            colours += [shade] * (len(corners) // 3)
+    root = _unlit()
+    root.addChild(_material(colours))
+    root.addChild(_binding(coin.SoMaterialBinding.PER_FACE))
+    root.addChild(_coordinates(points))
+    faces = coin.SoFaceSet()
+    if points:
+        faces.numVertices.setValues(0, len(points) // 3, [3] * (len(points) // 3))
+    else:
+        faces.numVertices = 0
+    root.addChild(faces)
+    return root
+
+
+def frame_axes(frames: Sequence[dict[str, Any]], length_mm: float) -> Any:
+    """Return the axes x, y, z of all frames as one line set."""
+    points: list[Point] = []
+    for one in frames:
+        for p, R in zip(one["p"], one["R"]):
+            for axis in range(3):
+                points += [p, [p[i] + length_mm * R[i][axis] for i in range(3)]]
+    root = _unlit()
+    root.addChild(_material(list(AXES) * (len(points) // 6)))
+    root.addChild(_binding(coin.SoMaterialBinding.PER_FACE))
+    root.addChild(_coordinates(points))
+    lines = coin.SoLineSet()
+    if points:
+        lines.numVertices.setValues(0, len(points) // 2, [2] * (len(points) // 2))
+    else:
+        lines.numVertices = 0
+    root.addChild(lines)
+    return root
+
+
+def markers(points: Sequence[Point], colours: Sequence[Colour], marker: int | None = None) -> Any:
+    """Return points as one set of markers of constant size on the screen."""
+    root = _unlit()
+    root.addChild(_material(colours))
+    root.addChild(_binding(coin.SoMaterialBinding.PER_VERTEX))
+    root.addChild(_coordinates(points))
+    marks = coin.SoMarkerSet()
+    marks.markerIndex = coin.SoMarkerSet.CIRCLE_FILLED_7_7 if marker is None else marker
+    marks.numPoints = len(points)
+    root.addChild(marks)
+    return root
+
+
+def size_mm(paths: Sequence[Sequence[Point]]) -> float:
+    """Return the diagonal of the box around all points, mm; 0 without points."""
+    points = [point for path in paths for point in path]
+    if not points:
+        return 0.0
+    return math.sqrt(sum((max(column) - min(column)) ** 2 for column in zip(*points)))
+
+
+def transform(placement: Any) -> Any:
+    """Return a placement of FreeCAD as a node."""
+    node = coin.SoTransform()
+    node.translation.setValue(tuple(placement.Base))
+    node.rotation.setValue(coin.SbRotation(*placement.Rotation.Q))
+    return node
+
+
+def _unlit() -> Any:
+    root = coin.SoSeparator()
+    light = coin.SoLightModel()
+    light.model = coin.SoLightModel.BASE_COLOR
+    root.addChild(light)
+    return root
+
+
+def _material(colours: Sequence[Colour]) -> Any:
+    node = coin.SoMaterial()
+    if colours:
+        node.diffuseColor.setValues(0, len(colours), [tuple(one) for one in colours])
+    return node
+
+
+def _binding(value: int) -> Any:
+    node = coin.SoMaterialBinding()
+    node.value = value
+    return node
+
+
+def _coordinates(points: Sequence[Point]) -> Any:
+    node = coin.SoCoordinate3()
+    node.point.setNum(len(points))
+    if points:
+        node.point.setValues(0, len(points), [tuple(point) for point in points])
+    return node
+
+
+def _arrow_places(s: Sequence[float], length_mm: float) -> list[int]:
+    """Return the frames at which a seam gets an arrow: at its middle, and further ones on a long seam."""
+    count = max(1, round(s[-1] / (ARROWS_APART * length_mm))) if length_mm else 1
+    targets = [s[-1] * (i + 0.5) / count for i in range(count)]
+    return sorted({min(range(len(s)), key=lambda k: abs(s[k] - target)) for target in targets})
+
+
+def _arrow(p: Point, R: Sequence[Point], length_mm: float, *, is_last: bool) -> list[Point]:
+    """Return the corners of two crossed triangles whose tip points in the direction of travel."""
+    back = 0.0 if is_last else -0.5
+    x = [row[0] for row in R]
+    tip = [p[i] + (back + (0.0 if is_last else 1.0)) * length_mm * x[i] for i in range(3)]
+    foot = [tip[i] - length_mm * x[i] for i in range(3)]
+    corners: list[Point] = []
+    for axis in (1, 2):
+        side = [row[axis] for row in R]
+        left = [foot[i] + 0.35 * length_mm * side[i] for i in range(3)]
+        right = [foot[i] - 0.35 * length_mm * side[i] for i in range(3)]
+        corners += [tip, left, right]
+    return corners
