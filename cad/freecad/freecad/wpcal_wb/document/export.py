@@ -14,6 +14,8 @@ from typing import Any, Iterator, NamedTuple, Sequence
 
 import FreeCAD
 
+from .kinds import is_ours
+
 _COUNTER = re.compile(rb"Open CASCADE STEP translator [\d.]+( [\d.]+)*")
 """The kernel numbers the files of a process in the names of products without a name."""
 SAME_PLACEMENT = 1e-9
@@ -65,7 +67,7 @@ def part_objects(document: Any, chosen: Sequence[Any] = ()) -> list[Any]:
         When nothing has a solid.
     """
     candidates = list(chosen) if chosen else [obj for obj in _spread(document.RootObjects) if obj.Visibility]
-    objects = [obj for obj in candidates if has_solid(obj)]
+    objects = [obj for obj in candidates if not is_ours(obj) and has_solid(obj)]
     if not objects:
         where = "the selection" if chosen else "the visible objects of the document"
         raise NothingToExportError(f"no solid in {where}")
@@ -154,6 +156,7 @@ class Changes:
     def __init__(self, document: Any) -> None:
         self._document = document
         self.count = 0
+        self.is_paused = False
         FreeCAD.addDocumentObserver(self)
 
     def stop(self) -> None:
@@ -170,5 +173,7 @@ class Changes:
         self._count(obj)
 
     def _count(self, obj: Any) -> None:
-        if obj.Document.Name == self._document.Name and any(obj.isDerivedFrom(name) for name in GEOMETRIC):
+        if self.is_paused or obj.Document.Name != self._document.Name:
+            return
+        if any(obj.isDerivedFrom(name) for name in GEOMETRIC):
             self.count += 1

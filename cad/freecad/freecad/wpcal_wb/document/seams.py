@@ -20,8 +20,7 @@ Seam = Dict[str, Any]
 Vector = Tuple[float, float, float]
 
 SAME_EDGE_MM = 0.05
-"""An edge of the model is where a seam was found if its ends and its middle are this near to the seam: the seam's frames
-stand on the edge, and their chords leave a curved edge by less."""
+"""An edge of the model is where a seam was found if its points around the picked one are this near to the seam."""
 LARGEST_TURN = math.radians(40)
 """Frames stand so close that a curve turns less than this between two of them."""
 
@@ -49,12 +48,12 @@ class SeamModel:
     @property
     def features(self) -> list[dict[str, Any]]:
         """The reference features, the easiest to touch first."""
-        return self._data("Features") or []
+        return list(self._data("Features") or [])
 
     @property
     def seams(self) -> list[Seam]:
         """The candidates, with their frames in the coordinates of the part."""
-        return (self._data("Seams") or {}).get("seams", [])
+        return list((self._data("Seams") or {}).get("seams", []))
 
     @property
     def decisions(self) -> list[dict[str, Any]]:
@@ -72,7 +71,7 @@ class SeamModel:
         if self.object is None:
             return False
         try:
-            return self.session.write_part().hash != self.object.PartHash
+            return bool(self.session.write_part().hash != self.object.PartHash)
         except ValueError:
             return True
 
@@ -117,6 +116,10 @@ class SeamModel:
     def forget_pending(self) -> None:
         """Forget decisions that wpcal has not answered: the document has the last word."""
         self._decisions = self._options = None
+
+    def choose_options(self, options: dict[str, Any]) -> None:
+        """Search with other options; they are kept when wpcal has answered (`take_seams`)."""
+        self._options = {name: value for name, value in options.items() if value not in (None, "", [], False)}
 
     # -- deciding ---------------------------------------------------------------------------------------------------
 

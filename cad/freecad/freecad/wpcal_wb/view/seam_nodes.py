@@ -1,79 +1,28 @@
 # SPDX-License-Identifier: MIT
-"""Coin nodes for seams, their direction, their frames, and features: a few nodes, however many seams there are."""
+"""Nodes of Coin for the directions of seams and for features: a few nodes, however many seams there are."""
 
 from __future__ import annotations
 
 import math
-from typing import Any, Sequence, Tuple
+from typing import Any, Sequence
 
 from pivy import coin
 
-Colour = Tuple[float, float, float]
+from .colours import UNKNOWN, Colour, unit
+
 Point = Sequence[float]
 
-LINE_PX = 4
-"""Width of an accepted seam."""
 ARROW_SHARE = 0.02
 """Length of an arrow, as a share of the size of all seams together."""
 ARROWS_APART = 8
 """Arrows along a long seam are this many arrow lengths apart."""
-AXES = ((0.85, 0.1, 0.1), (0.1, 0.6, 0.1), (0.1, 0.2, 0.85))
-"""Colours of the axes x, y, z of a frame."""
-
-
-def colour(text: str) -> Colour:
-    """Return the colour `#rrggbb` as Coin has it."""
-    return (int(text[1:3], 16) / 255, int(text[3:5], 16) / 255, int(text[5:7], 16) / 255)
-
-
-ACCEPTED = colour("#c2410c")
-REFUSED = colour("#8a94a0")
-CHOSEN = colour("#1d5fa8")
-EASY = colour("#2f7bd9")
-HARD = colour("#7d8a98")
-
-
-def path_lines(paths: Sequence[Sequence[Point]], colours: Sequence[Colour], width_px: float = LINE_PX) -> Any:
-    """Return polylines as one line set; `colours` has one colour per polyline, or one for each of its segments.
-
-    Parameters
-    ----------
-    paths : sequence of sequences of points
-        mm, in the coordinates of the node.
-    colours : sequence of colours
-        One per polyline.
-    width_px : float
-    """
-    root = _unlit()
-    style = coin.SoDrawStyle()
-    style.lineWidth = width_px
-    root.addChild(style)
-    root.addChild(_material(colours))
-    root.addChild(_binding(coin.SoMaterialBinding.PER_FACE))
-    points = [point for path in paths for point in path]
-    root.addChild(_coordinates(points))
-    lines = coin.SoLineSet()
-    if paths:
-        lines.numVertices.setValues(0, len(paths), [len(path) for path in paths])
-    else:
-        lines.numVertices = 0
-    root.addChild(lines)
-    return root
-
-
-def segment_lines(paths: Sequence[Sequence[Point]], colours: Sequence[Sequence[Colour]], width_px: float) -> Any:
-    """Return polylines as one line set, with one colour per point: for values along a seam."""
-    root = _unlit()
-    style = coin.SoDrawStyle()
-    style.lineWidth = width_px
-    root.addChild(style)
-    root.addChild(_material([one for row in colours for one in row]))
-    root.addChild(_binding(coin.SoMaterialBinding.PER_VERTEX))
-    root.addChild(_coordinates([point for path in paths for point in path]))
-    lines = coin.SoLineSet()
-    lines.numVertices.setValues(0, len(paths), [len(path) for path in paths])
-    root.addChild(lines)
-    return root
+ACCEPTED = unit((194, 65, 12))
+REFUSED = unit(UNKNOWN)
+CHOSEN = unit((29, 95, 168))
+EASY = unit((47, 123, 217))
+"""A feature with a sharp corner or rim."""
+HARD = unit((125, 138, 152))
+"""The colours of wpcal's pages."""
 
 
 def arrows(seams: Sequence[tuple[dict[str, Any], Colour]], length_mm: float) -> Any:
@@ -95,26 +44,6 @@ def arrows(seams: Sequence[tuple[dict[str, Any], Colour]], length_mm: float) -> 
     else:
         faces.numVertices = 0
     root.addChild(faces)
-    return root
-
-
-def frame_axes(frames: Sequence[dict[str, Any]], length_mm: float) -> Any:
-    """Return the axes x, y, z of all frames as one line set."""
-    points: list[Point] = []
-    for one in frames:
-        for p, R in zip(one["p"], one["R"]):
-            for axis in range(3):
-                points += [p, [p[i] + length_mm * R[i][axis] for i in range(3)]]
-    root = _unlit()
-    root.addChild(_material(list(AXES) * (len(points) // 6)))
-    root.addChild(_binding(coin.SoMaterialBinding.PER_FACE))
-    root.addChild(_coordinates(points))
-    lines = coin.SoLineSet()
-    if points:
-        lines.numVertices.setValues(0, len(points) // 2, [2] * (len(points) // 2))
-    else:
-        lines.numVertices = 0
-    root.addChild(lines)
     return root
 
 

@@ -10,9 +10,13 @@ from pivy import coin
 from ..document.kinds import data_of
 from . import seam_nodes as nodes
 from .base import RecordView
+from .colours import Colour
+from .lines import Path, paths_node, triads_node
 
 REDRAWN_BY = ("Features", "Seams", "PartFrame")
 """Properties of the object that are drawn."""
+LINE_PX = 4.0
+"""Width of a seam on the screen."""
 SHARP = "sharp"
 """A feature that is easy to touch, as wpcal says it."""
 
@@ -31,7 +35,6 @@ class SeamsView(RecordView):
         self._seams: list[dict[str, Any]] = []
         self._features: list[dict[str, Any]] = []
         self._chosen: list[str] = []
-        self._u95: dict[str, Sequence[nodes.Colour]] = {}
         self.shows_features = True
         self.shows_refused = True
         self.shows_frames = False
@@ -73,11 +76,6 @@ class SeamsView(RecordView):
         self._chosen = list(names)
         self._draw_overlay()
 
-    def colour_frames(self, colours: dict[str, Sequence[nodes.Colour]]) -> None:
-        """Give seams one colour per frame, for values along them; an empty dictionary takes the colours away."""
-        self._u95 = dict(colours)
-        self._draw()
-
     # -- picking ----------------------------------------------------------------------------------------------------
 
     def useNewSelectionModel(self) -> bool:
@@ -107,31 +105,21 @@ class SeamsView(RecordView):
         self._drawn.removeAllChildren()
         self._drawn.addChild(nodes.transform(self._object.PartFrame))
         shown = [seam for seam in self._seams if seam["accepted"] or self.shows_refused]
-        plain = [seam for seam in shown if seam["name"] not in self._u95]
-        paths = [seam["frames"]["p"] for seam in plain]
-        colours = [nodes.ACCEPTED if seam["accepted"] else nodes.REFUSED for seam in plain]
-        self._add(nodes.path_lines(paths, colours), [seam["name"] for seam in plain])
-        valued = [seam for seam in shown if seam["name"] in self._u95]
-        if valued:
-            rows = [self._u95[seam["name"]] for seam in valued]
-            drawn = nodes.segment_lines([seam["frames"]["p"] for seam in valued], rows, 2 * nodes.LINE_PX)
-            self._add(drawn, [seam["name"] for seam in valued])
-        self._drawn.addChild(nodes.arrows(self._with_colours(shown), self._arrow_mm()))
+        if shown:
+            self._add(paths_node([_path(seam, _colour(seam)) for seam in shown], width=LINE_PX), shown)
+        self._drawn.addChild(nodes.arrows([(seam["frames"], _colour(seam)) for seam in shown], self._arrow_mm()))
         if self.shows_frames:
             frames = [seam["frames"] for seam in shown if seam["accepted"]]
-            self._drawn.addChild(nodes.frame_axes(frames, self._arrow_mm()))
-        if self.shows_features:
+            poses = [pose for one in frames for pose in zip(one["p"], one["R"])]
+            self._drawn.addChild(triads_node(poses, length=self._arrow_mm()))
+        if self.shows_features and self._features:
             shades = [nodes.EASY if one["ease"] == SHARP else nodes.HARD for one in self._features]
-            drawn = nodes.markers([one["p_mm"] for one in self._features], shades)
-            self._add(drawn, [one["name"] for one in self._features])
+            self._add(nodes.markers([one["p_mm"] for one in self._features], shades), self._features)
         self._draw_overlay()
 
-    def _add(self, drawn: Any, names: list[str]) -> None:
+    def _add(self, drawn: Any, records: Sequence[dict[str, Any]]) -> None:
         self._drawn.addChild(drawn)
-        self._picked.append((drawn.getChild(drawn.getNumChildren() - 1), names))
-
-    def _with_colours(self, seams: Sequence[dict[str, Any]]) -> list[Any]:
-        return [(seam["frames"], nodes.ACCEPTED if seam["accepted"] else nodes.REFUSED) for seam in seams]
+        self._picked.append((drawn.getChild(drawn.getNumChildren() - 1), [one["name"] for one in records]))
 
     def _arrow_mm(self) -> float:
         points = [one["p_mm"] for one in self._features]
@@ -145,20 +133,28 @@ class SeamsView(RecordView):
         self._overlay.addChild(nodes.transform(self._object.PartFrame))
         chosen = [seam for seam in self._seams if seam["name"] in self._chosen]
         if chosen:
-            paths = [seam["frames"]["p"] for seam in chosen]
-            self._overlay.addChild(nodes.path_lines(paths, [nodes.CHOSEN] * len(paths), 2 * nodes.LINE_PX))
-            self._overlay.addChild(
-                nodes.arrows([(seam["frames"], nodes.CHOSEN) for seam in chosen], 1.5 * self._arrow_mm())
-            )
+            paths = [_path(seam, nodes.CHOSEN) for seam in chosen]
+            self._overlay.addChild(paths_node(paths, width=2 * LINE_PX))
+            marked = [(seam["frames"], nodes.CHOSEN) for seam in chosen]
+            self._overlay.addChild(nodes.arrows(marked, 1.5 * self._arrow_mm()))
         points = [one["p_mm"] for one in self._features if one["name"] in self._chosen]
         if points:
             marker = coin.SoMarkerSet.CIRCLE_FILLED_9_9
             self._overlay.addChild(nodes.markers(points, [nodes.CHOSEN] * len(points), marker))
 
 
+def _path(seam: dict[str, Any], colour: Colour) -> Path:
+    points = seam["frames"]["p"]
+    return points, [colour] * len(points)
+
+
+def _colour(seam: dict[str, Any]) -> Colour:
+    return nodes.ACCEPTED if seam["accepted"] else nodes.REFUSED
+
+
 def _index(detail: Any) -> int:
     """Return which line or marker of its set a detail is about."""
-    for name, getter in (("SoPointDetail", "getCoordinateIndex"), ("SoLineDetail", "getLineIndex")):
+    for name, getter in (("SoPointDetail", "getCoordinateIndex"), ("SoLineDetail", "getPartIndex")):
         if detail.isOfType(getattr(coin, name).getClassTypeId()):
             return int(getattr(coin.cast(detail, name), getter)())
     return -1
