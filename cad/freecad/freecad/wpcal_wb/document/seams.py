@@ -20,7 +20,9 @@ Seam = Dict[str, Any]
 Vector = Tuple[float, float, float]
 
 SAME_EDGE_MM = 0.05
-"""An edge of the model is where a seam was found if its points around the picked one are this near to the seam."""
+"""An edge is where a seam was found if its points around the picked one are this near to the seam."""
+NEAR_SHARE = 0.015
+"""A click on a face is meant for a seam within this share of the size of all seams: some pixels of the view."""
 LARGEST_TURN = math.radians(40)
 """Frames stand so close that a curve turns less than this between two of them."""
 
@@ -157,6 +159,19 @@ class SeamModel:
             if all(distance_to_path(point, path) <= SAME_EDGE_MM + _sag(path) for point in points):
                 return seam
         return None
+
+    def seam_near(self, point: Vector) -> Seam | None:
+        """Return the seam nearest to a place where a face was clicked; None if the click was not meant for a seam.
+
+        A seam on two objects cannot be clicked itself: FreeCAD takes the face before it.
+        """
+        near = [(distance_to_path(point, seam["frames"]["p"]), number) for number, seam in enumerate(self.seams)]
+        if not near:
+            return None
+        distance, number = min(near)
+        corners = [one for seam in self.seams for one in seam["frames"]["p"]]
+        size = math.dist(*(tuple(pick(column) for column in zip(*corners)) for pick in (min, max)))
+        return self.seams[number] if distance <= NEAR_SHARE * size else None
 
     def add_edge(self, middle: Vector) -> None:
         """Take an edge, given by a point on it, for a seam, although no candidate lies there.

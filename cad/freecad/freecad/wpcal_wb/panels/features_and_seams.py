@@ -10,15 +10,16 @@ import FreeCADGui
 from ..client import Failure
 from ..document.export import part_objects
 from ..document.kinds import Kind
-from ..document.picks import edge_points, picks_of
+from ..document.picks import Pick, edge_points, in_part, picks_of
 from ..document.seams import Seam, SeamModel
 from ..qt import QtCore, widgets
 from ..words import translate
 from .base import TaskPanel
 from .option_form import OptionForm
 from .watching import DocumentWatch, SelectionWatch
+from .widgets import button, folded
 
-COLUMNS = ("weld", "name", "joint", "length", "confidence", "reason")
+COLUMNS = ("weld", "joint", "mm", "sure", "reason")
 FIRST_OPTIONS = ("gap_mm", "concave", "least_confidence", "weld", "not", "torch")
 """Options of the search that are shown before the others."""
 LEFT_OUT = ("edge", "marked", "seams", "xmcf", "png", "json", "out", "force", "no_cache", "solid")
@@ -39,7 +40,7 @@ class FeaturesAndSeamsPanel(TaskPanel):
         self.body.addWidget(self._list())
         self.body.addLayout(self._buttons())
         self.options = OptionForm(first=FIRST_OPTIONS, left_out=LEFT_OUT)
-        self.body.addWidget(self.options.widget)
+        self.body.addWidget(folded(translate("Options of the search"), self.options.widget))
         self._documents = DocumentWatch(self.document, (Kind.SEAMS,), self.refresh)
         self._clicks = SelectionWatch(self.document, self.picked)
         self.ask_plain("options", {"method": "seams"}, self._options_known)
@@ -64,7 +65,7 @@ class FeaturesAndSeamsPanel(TaskPanel):
         self.model.take_features(opened)
         self._ask_seams(translate("Find seams"))
 
-    def _ask_seams(self, text: str) -> None:
+    def _ask_seams(self, text: str, said: str = "") -> None:
         """Ask for the seams with the decisions so far; only the newest answer is kept."""
         self._round = getattr(self, "_round", 0) + 1
         now = self._round
@@ -72,7 +73,7 @@ class FeaturesAndSeamsPanel(TaskPanel):
         def take(result: dict[str, Any]) -> None:
             if now == self._round:
                 self.model.take_seams(result, text)
-                self._show_notes(result)
+                self.say("\n".join([said, *map(str, result.get("notes", []))]).strip())
 
         self.ask("seams", self.model.request(), take)
 
@@ -81,9 +82,6 @@ class FeaturesAndSeamsPanel(TaskPanel):
         self.model.forget_pending()
         self.refresh()
         super().failed(failure)
-
-    def _show_notes(self, result: dict[str, Any]) -> None:
-        self.say("\n".join(str(note) for note in result.get("notes", [])))
 
     def _options_known(self, answer: dict[str, Any]) -> None:
         self.options.fill(answer["options"])
@@ -99,12 +97,12 @@ class FeaturesAndSeamsPanel(TaskPanel):
 
     def _part_box(self) -> Any:
         box = widgets().QGroupBox(translate("Part"))
-        layout = widgets().QHBoxLayout(box)
+        layout = widgets().QGridLayout(box)
         self.part_label = widgets().QLabel()
         self.part_label.setWordWrap(True)
-        layout.addWidget(self.part_label, 1)
-        for text, method in (("Selection", self.use_selection), ("Whole document", self.use_document)):
-            layout.addWidget(_button(translate(text), method))
+        layout.addWidget(self.part_label, 0, 0, 1, 2)
+        layout.addWidget(button(translate("Selection"), self.use_selection, translate("The selected objects")), 1, 0)
+        layout.addWidget(button(translate("Whole document"), self.use_document), 1, 1)
         return box
 
     def use_selection(self) -> None:
@@ -135,7 +133,7 @@ class FeaturesAndSeamsPanel(TaskPanel):
         self.boxes = {}
         for name, text, is_on in (
             ("features", translate("Features"), True),
-            ("refused", translate("Refused candidates"), True),
+            ("refused", translate("Refused"), True),
             ("frames", translate("Frames"), False),
         ):
             self.boxes[name] = widgets().QCheckBox(text)
@@ -187,17 +185,16 @@ class FeaturesAndSeamsPanel(TaskPanel):
         self._show_in_view()
 
     def _fill_row(self, row: int, seam: Seam) -> None:
-        tick = widgets().QTableWidgetItem()
+        turned = " ⇄" if self.model.edit_of(seam).get("reverse") else ""
+        tick = widgets().QTableWidgetItem(seam["name"] + turned)
         tick.setFlags(QtCore.Qt.ItemIsUserCheckable | QtCore.Qt.ItemIsEnabled | QtCore.Qt.ItemIsSelectable)
         tick.setCheckState(QtCore.Qt.Checked if seam["accepted"] else QtCore.Qt.Unchecked)
         tick.setData(QtCore.Qt.UserRole, seam["name"])
         self.table.setItem(row, 0, tick)
-        turned = " ⇄" if self.model.edit_of(seam).get("reverse") else ""
         why = seam["against"] or seam["reasons"]
         cells = (
-            seam["name"] + turned,
             f"{seam['joint']} {seam['weld']}",
-            f"{seam['length_mm']:.1f} mm",
+            f"{seam['length_mm']:.1f}",
             f"{seam['confidence']:.0%}",
             why[0] if why else "",
         )
@@ -236,12 +233,12 @@ class FeaturesAndSeamsPanel(TaskPanel):
             ("Weld", self.weld_chosen, "Weld the chosen seams"),
             ("Reject", self.reject_chosen, "Do not weld the chosen seams"),
             ("Reverse", self.reverse_chosen, "Weld the chosen seams in the other direction"),
-            ("Add the selected edge", self.add_selected_edge, "Take the edge selected in the 3-D view for a seam"),
+            ("Add the edge", self.add_selected_edge, "Take the edge selected in the 3-D view for a seam"),
             ("Undo", self.document.undo, "Take the last change back"),
             ("Search again", self.find, "Write the part anew and search"),
         )
         for number, (text, method, tip) in enumerate(buttons):
-            layout.addWidget(_button(translate(text), method, translate(tip)), number // 3, number % 3)
+            layout.addWidget(button(translate(text), method, translate(tip)), number // 2, number % 2)
         return layout
 
     def _ticked(self, item: Any) -> None:
@@ -289,21 +286,27 @@ class FeaturesAndSeamsPanel(TaskPanel):
             else:
                 self.model.add_edge(points[0])
                 said.append(translate("No candidate lies on this edge. The seams are now the edges that you name."))
-        self._ask_seams(translate("Add an edge"))
-        self.say("\n".join(said))
+        self._ask_seams(translate("Add an edge"), "\n".join(said))
 
     # -- clicks -----------------------------------------------------------------------------------------------------
 
     def picked(self) -> None:
         """Choose the rows of the seams that were clicked in the 3-D view."""
-        picks = picks_of(FreeCADGui.Selection.getSelectionEx(self.document.Name, 0))
-        names = {pick.name for pick in picks if pick.object is self.model.object or pick.object == self.model.object}
+        names: set[str] = set()
+        for pick in picks_of(FreeCADGui.Selection.getSelectionEx(self.document.Name, 0)):
+            names |= self._seams_of(pick)
         if names:
             self._choose_rows(names)
 
-
-def _button(text: str, method: Any, tip: str = "") -> Any:
-    button = widgets().QPushButton(text)
-    button.setToolTip(tip)
-    button.clicked.connect(lambda *_: method())
-    return button
+    def _seams_of(self, pick: Pick) -> set[str]:
+        if self.model.object is None:
+            return set()
+        if pick.shape is None:
+            return {pick.name} if pick.object == self.model.object else set()
+        frame = self.model.object.PartFrame
+        seam = None
+        if pick.shape.ShapeType == "Edge":
+            seam = self.model.seam_on_edge(edge_points(pick.shape, pick.point, frame))
+        elif pick.point is not None:
+            seam = self.model.seam_near(in_part(pick.point, frame))
+        return {seam["name"]} if seam else set()

@@ -12,10 +12,12 @@ from .colours import UNKNOWN, Colour, unit
 
 Point = Sequence[float]
 
-ARROW_SHARE = 0.02
+ARROW_SHARE = 0.03
 """Length of an arrow, as a share of the size of all seams together."""
 ARROWS_APART = 8
 """Arrows along a long seam are this many arrow lengths apart."""
+NEARER = 0.996
+"""The share of the depth of the view that lines and markers are drawn in. Half the width of a line is within it."""
 ACCEPTED = unit((194, 65, 12))
 REFUSED = unit(UNKNOWN)
 CHOSEN = unit((29, 95, 168))
@@ -25,26 +27,31 @@ HARD = unit((125, 138, 152))
 """The colours of wpcal's pages."""
 
 
-def arrows(seams: Sequence[tuple[dict[str, Any], Colour]], length_mm: float) -> Any:
-    """Return arrowheads along seams as one set of triangles; each lies in the plane of x and z of its frame."""
+def arrows(seams: Sequence[tuple[dict[str, Any], Colour]], length_mm: float) -> tuple[Any, list[int]]:
+    """Return arrowheads along seams as one set of triangles, and to which seam each triangle belongs.
+
+    Parameters
+    ----------
+    seams : sequence of (frames, colour)
+    length_mm : float
+        Of an arrow.
+    """
     points: list[Point] = []
-    colours: list[Colour] = []
-    for frames, shade in seams:
+    owners: list[int] = []
+    for number, (frames, _) in enumerate(seams):
         for place in _arrow_places(frames["s"], length_mm):
-            corners = _arrow(frames["p"][place], frames["R"][place], length_mm, is_last=place == len(frames["p"]) - 1)
+            corners = _arrow(frames["p"][place], frames["R"][place], length_mm)
             points += corners
-            colours += [shade] * (len(corners) // 3)
+            owners += [number] * (len(corners) // 3)
     root = _unlit()
-    root.addChild(_material(colours))
+    root.addChild(_material([seams[owner][1] for owner in owners]))
     root.addChild(_binding(coin.SoMaterialBinding.PER_FACE))
     root.addChild(_coordinates(points))
     faces = coin.SoFaceSet()
-    if points:
-        faces.numVertices.setValues(0, len(points) // 3, [3] * (len(points) // 3))
-    else:
-        faces.numVertices = 0
+    faces.numVertices.setNum(len(owners))
+    faces.numVertices.setValues(0, len(owners), [3] * len(owners))
     root.addChild(faces)
-    return root
+    return root, owners
 
 
 def markers(points: Sequence[Point], colours: Sequence[Colour], marker: int | None = None) -> Any:
@@ -58,6 +65,13 @@ def markers(points: Sequence[Point], colours: Sequence[Colour], marker: int | No
     marks.numPoints = len(points)
     root.addChild(marks)
     return root
+
+
+def in_front() -> Any:
+    """Return a node that draws what follows a little nearer: a wide line in a corner would sink into its faces."""
+    depth = coin.SoDepthBuffer()
+    depth.range = (0.0, NEARER)
+    return depth
 
 
 def size_mm(paths: Sequence[Sequence[Point]]) -> float:
@@ -112,16 +126,15 @@ def _arrow_places(s: Sequence[float], length_mm: float) -> list[int]:
     return sorted({min(range(len(s)), key=lambda k: abs(s[k] - target)) for target in targets})
 
 
-def _arrow(p: Point, R: Sequence[Point], length_mm: float, *, is_last: bool) -> list[Point]:
-    """Return the corners of two crossed triangles whose tip points in the direction of travel."""
-    back = 0.0 if is_last else -0.5
-    x = [row[0] for row in R]
-    tip = [p[i] + (back + (0.0 if is_last else 1.0)) * length_mm * x[i] for i in range(3)]
-    foot = [tip[i] - length_mm * x[i] for i in range(3)]
+def _arrow(p: Point, R: Sequence[Point], length_mm: float) -> list[Point]:
+    """Return the triangles of a pyramid that points in the direction of travel and stands clear of the faces."""
+    x, y, z = ([row[axis] for row in R] for axis in range(3))
+    middle = [p[i] + 0.5 * length_mm * z[i] for i in range(3)]
+    tip = [middle[i] + 0.5 * length_mm * x[i] for i in range(3)]
+    foot = [middle[i] - 0.5 * length_mm * x[i] for i in range(3)]
+    wide = 0.3 * length_mm
+    ring = [[foot[i] + wide * (a * y[i] + b * z[i]) for i in range(3)] for a, b in ((1, 0), (0, 1), (-1, 0), (0, -1))]
     corners: list[Point] = []
-    for axis in (1, 2):
-        side = [row[axis] for row in R]
-        left = [foot[i] + 0.35 * length_mm * side[i] for i in range(3)]
-        right = [foot[i] - 0.35 * length_mm * side[i] for i in range(3)]
-        corners += [tip, left, right]
+    for one, other in zip(ring, [*ring[1:], ring[0]]):
+        corners += [tip, one, other, foot, other, one]
     return corners

@@ -17,6 +17,12 @@ REDRAWN_BY = ("Features", "Seams", "PartFrame")
 """Properties of the object that are drawn."""
 LINE_PX = 4.0
 """Width of a seam on the screen."""
+GETTERS = (
+    ("SoPointDetail", "getCoordinateIndex"),
+    ("SoLineDetail", "getPartIndex"),
+    ("SoFaceDetail", "getFaceIndex"),
+)
+"""Which line, triangle or marker of its node was clicked, by the class of the detail."""
 SHARP = "sharp"
 """A feature that is easy to touch, as wpcal says it."""
 
@@ -41,6 +47,7 @@ class SeamsView(RecordView):
         self._drawn = coin.SoSeparator()
         self._overlay = coin.SoSeparator()
         root = coin.SoSeparator()
+        root.addChild(nodes.in_front())
         root.addChild(self._drawn)
         root.addChild(self._overlay)
         view.addDisplayMode(root, "Seams")
@@ -107,7 +114,8 @@ class SeamsView(RecordView):
         shown = [seam for seam in self._seams if seam["accepted"] or self.shows_refused]
         if shown:
             self._add(paths_node([_path(seam, _colour(seam)) for seam in shown], width=LINE_PX), shown)
-        self._drawn.addChild(nodes.arrows([(seam["frames"], _colour(seam)) for seam in shown], self._arrow_mm()))
+            arrows, owners = nodes.arrows([(seam["frames"], _colour(seam)) for seam in shown], self._arrow_mm())
+            self._add(arrows, [shown[owner] for owner in owners])
         if self.shows_frames:
             frames = [seam["frames"] for seam in shown if seam["accepted"]]
             poses = [pose for one in frames for pose in zip(one["p"], one["R"])]
@@ -136,7 +144,7 @@ class SeamsView(RecordView):
             paths = [_path(seam, nodes.CHOSEN) for seam in chosen]
             self._overlay.addChild(paths_node(paths, width=2 * LINE_PX))
             marked = [(seam["frames"], nodes.CHOSEN) for seam in chosen]
-            self._overlay.addChild(nodes.arrows(marked, 1.5 * self._arrow_mm()))
+            self._overlay.addChild(nodes.arrows(marked, 1.5 * self._arrow_mm())[0])
         points = [one["p_mm"] for one in self._features if one["name"] in self._chosen]
         if points:
             marker = coin.SoMarkerSet.CIRCLE_FILLED_9_9
@@ -154,7 +162,7 @@ def _colour(seam: dict[str, Any]) -> Colour:
 
 def _index(detail: Any) -> int:
     """Return which line or marker of its set a detail is about."""
-    for name, getter in (("SoPointDetail", "getCoordinateIndex"), ("SoLineDetail", "getPartIndex")):
+    for name, getter in GETTERS:
         if detail.isOfType(getattr(coin, name).getClassTypeId()):
             return int(getattr(coin.cast(detail, name), getter)())
     return -1
