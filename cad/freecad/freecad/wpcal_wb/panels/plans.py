@@ -162,7 +162,7 @@ class WeldPlanPanel(PlanPanel):
         if "time_s" in answer and "unwelded" in answer:
             text = translate("{count} seams in {seconds:.0f} s.")
             lines.append(text.format(count=len(answer["seams"]), seconds=answer["time_s"]))
-            lines += [f"{each.get('seam', '')}: {each.get('reason', '')}" for each in answer["unwelded"]]
+            lines += [f"{each['seam']}: {each['why']}" for each in answer["unwelded"]]
         return "\n".join(lines)
 
     def _choose_cell(self) -> None:
