@@ -11,7 +11,8 @@ from scipy.special import chdtrc
 
 from wpcal.calibrate.bodies.bodies import Bodies, Contacts
 from wpcal.calibrate.bodies.evidence import SURE, MotionEvidence, estimated_tolerances, judge_motion
-from wpcal.calibrate.bodies.fit import BodiesFit, Whitened, fit_bodies
+from wpcal.calibrate.bodies.fit import BodiesFit, fit_bodies
+from wpcal.calibrate.bodies.problem import Whitened
 from wpcal.calibrate.outlier_limits import FALSE_ALARM
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray, IntArray
@@ -178,20 +179,21 @@ def wrong_rows(touched: Whitened) -> IntArray:
     A row that is off by itself leaves a normalised residual; the largest one of m is a false alarm with the probability
     of each times m (Bonferroni). The row is left out, and the others are judged again.
     """
-    left = np.arange(len(touched.r))
+    J, B = touched.J, touched.B
+    W = np.linalg.inv(np.eye(len(J)) + B @ B.T)
+    WJ = W @ J
+    P = W - WJ @ np.linalg.pinv(J.T @ WJ) @ WJ.T
+    left = np.arange(len(J))
     wrong: list[int] = []
-    while len(left) > touched.J.shape[1] + 1:
-        J, B, r = touched.J[left], touched.B[left], touched.r[left]
-        V = np.eye(len(left)) + B @ B.T
-        W = np.linalg.inv(V)
-        WJ = W @ J
-        P = W - WJ @ np.linalg.pinv(J.T @ WJ) @ WJ.T
+    while len(left) > J.shape[1] + 1:
         spread = np.diag(P)
-        square = np.where(spread > 1e-9, (P @ r) ** 2 / np.maximum(spread, 1e-9), 0.0)
+        square = np.where(spread > 1e-9, (P @ touched.r[left]) ** 2 / np.maximum(spread, 1e-9), 0.0)
         worst = int(np.argmax(square))
         if float(chdtrc(1, square[worst])) * len(left) > FALSE_ALARM:
             break
         wrong.append(int(left[worst]))
+        P -= np.outer(P[:, worst], P[worst]) / P[worst, worst]  # the model without this row
+        P = np.delete(np.delete(P, worst, axis=0), worst, axis=1)
         left = np.delete(left, worst)
     return np.array(wrong, dtype=np.int64)
 
