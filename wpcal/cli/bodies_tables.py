@@ -79,7 +79,7 @@ def _bodies(rows: Sequence[Mapping[str, Any]]) -> Table:
         else:
             numbers = ["–"] * 4
         table.add_row(row["name"], *numbers, str(row["touches"]), tack)
-    table.caption = "sigma, p: how strongly the touches say that a body moved; p is corrected for their number"
+    table.caption = "sigma, p: evidence of the touches that a body moved; p is corrected for the number of bodies"
     return table
 
 
