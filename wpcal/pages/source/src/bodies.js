@@ -87,8 +87,8 @@ export function bodiesTable({ bodies }, focus = null) {
     onclick: focus && (() => focus(body)),
   });
   const caption =
-    "How far each body is from its place in the model. sigma, p: how strongly the touches say that a body moved; p is " +
-    "corrected for the number of bodies. A body without touches has no numbers: its place rests on the tack tolerance.";
+    "How far each body is from its place in the model. sigma, p: how strongly the touches say that a body moved; " +
+    "p is corrected for the number of bodies. A body without touches has no numbers: its place rests on the tolerance.";
   return table(columns, bodies, { rowOf, caption });
 }
 
