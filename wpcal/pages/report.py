@@ -23,7 +23,7 @@ PLACE_DIGITS, ANGLE_DIGITS, TURN_DIGITS = 4, 4, 5
 ERROR_DIGITS = 6
 """The page shows 4 decimals of predicted errors; two more digits here hide that they are rounded twice."""
 
-OF_BODIES = {"placing": "u95_placing_mm", "unseen": "u95_unseen_mm", "gap": "gap_mm"}
+OF_BODIES = {"across": "u95_across_mm", "placing": "u95_placing_mm", "unseen": "u95_unseen_mm", "gap": "gap_mm"}
 """Columns of seams between bodies that moved."""
 
 

@@ -100,6 +100,7 @@ export function seamsOfBodiesTable({ seams, gap_limit_mm: limit }, focus = null)
     { title: "seam", cell: ({ seam }) => el("strong", {}, seam) },
     { title: "bodies", cell: ({ bodies }) => bodies.join(" + ") },
     { title: "95 % error mm", number: true, cell: ({ u95_mm }) => fixed(u95_mm, 3) },
+    { title: "across mm", number: true, cell: ({ u95_across_mm }) => fixed(u95_across_mm, 3) },
     { title: "from placing mm", number: true, cell: ({ u95_placing_mm }) => fixed(u95_placing_mm, 3) },
     { title: "not seen mm", number: true, cell: ({ u95_unseen_mm }) => fixed(u95_unseen_mm, 3) },
     { title: "gap mm", number: true, cell: gap },
@@ -107,6 +108,7 @@ export function seamsOfBodiesTable({ seams, gap_limit_mm: limit }, focus = null)
   ];
   const rowOf = (seam) => ({ class: focus && "link", onclick: focus && (() => focus(seam.seam)) });
   const caption =
+    "Across: the part of the error across the seam; the rest is along it and moves its ends only. " +
     "From placing: the errors of the touches. Not seen: motions of bodies that no touch saw. " +
     `Bold: a gap wider than ${limit} mm (--gap-mm). A negative gap is an overlap.`;
   return table(columns, seams, { rowOf, caption });

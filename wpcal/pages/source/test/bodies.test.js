@@ -29,6 +29,7 @@ const SEAM = {
   bodies: ["base", "web"],
   never_touched: [],
   u95_mm: 1.2,
+  u95_across_mm: 0.4,
   u95_placing_mm: 0.3,
   u95_unseen_mm: 1.1,
   gap_min_mm: 0.1,
@@ -47,7 +48,7 @@ test("a touched body has numbers, another one has none", () => {
 
 test("a gap that is wider than a seam may have is bold", () => {
   const wide = seamsOfBodiesTable({ seams: [SEAM], gap_limit_mm: 0.5 });
-  assert.deepEqual(cells(wide)[0], ["W2", "base + web", "1.200", "0.300", "1.100", "0.10 … 0.60 ± 0.20", ""]);
+  assert.deepEqual(cells(wide)[0], ["W2", "base + web", "1.200", "0.400", "0.300", "1.100", "0.10 … 0.60 ± 0.20", ""]);
   const bold = (shown) => shown.querySelectorAll("tbody strong").length;
   assert.equal(bold(wide), 2); // the name, too
   assert.equal(bold(seamsOfBodiesTable({ seams: [SEAM], gap_limit_mm: 1 })), 1);

@@ -7,7 +7,7 @@ function place(p) {
 }
 
 /** One frame of a seam. */
-export function seamTip(seam, { s, p, u95, slope, rotation, position, placing, unseen, gap }, i) {
+export function seamTip(seam, { s, p, u95, slope, rotation, position, across, placing, unseen, gap }, i) {
   const rows = [
     ["arc length", `${fixed(s[i])} of ${fixed(seam.length_mm)} mm`],
     ["x, y, z", `${place(p[i])} mm`],
@@ -17,6 +17,7 @@ export function seamTip(seam, { s, p, u95, slope, rotation, position, placing, u
     rows.push(["slope / rotation", `${fixed(slope[i], 1)}° / ${turn}${position[i] ? ` (${position[i]})` : ""}`]);
   }
   if (u95) rows.push(["95 % error", `${fixed(u95[i], 4)} mm`]);
+  if (across) rows.push(["across the seam", `${fixed(across[i], 4)} mm`]);
   if (placing) rows.push(["from placing / not seen", `${fixed(placing[i], 4)} / ${fixed(unseen[i], 4)} mm`]);
   if (gap) rows.push(["gap", `${fixed(gap[i], 2)} mm`]);
   const kind = `${seam.joint} ${seam.weld}${seam.accepted ? "" : ", candidate"}`;

@@ -34,6 +34,8 @@ export function buildScene(host, { calibration, seams, frames, part }) {
   const legends = { "95 % error": legend(tolerance) };
   if (bodies) {
     sliders.push(motionControl(viewer, bodies, T, radius));
+    legends["error across"] = legend(tolerance, "95 % error across the seam, mm");
+    legends["error across"].hidden = true;
     legends.gap = legend(bodies.gap_limit_mm, "gap between the bodies, mm");
     legends.gap.hidden = true;
     sliders.push(colourChoice(viewer, legends, lines, { seams, frames, tolerance, limit: bodies.gap_limit_mm }));
@@ -170,6 +172,7 @@ function motionControl(viewer, { bodies }, T, radius) {
 function colourChoice(viewer, legends, lines, { seams, frames, tolerance, limit }) {
   const scales = {
     "95 % error": { of: ({ u95 }) => u95, full: tolerance },
+    "error across": { of: ({ across }) => across, full: tolerance },
     gap: { of: ({ gap }) => gap?.map(Math.abs), full: limit },
   };
   const choose = (name) => {
