@@ -21,8 +21,9 @@ from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
 from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, Sigma, SigmaSource
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
 from wpcal.core.wording import listed
 from wpcal.seam.path.moved import MovedSeam, moved_seams
@@ -45,6 +46,8 @@ class MovedWorkpiece:
         Where moved faces meet, in `part`.
     errors : tuple of MeetingErrors
         At the frames of each seam.
+    gap_limit_mm : float
+        Largest gap between members that a seam may have.
     """
 
     bodies: MovedBodies
@@ -52,14 +55,48 @@ class MovedWorkpiece:
     result: CalibrationResult
     seams: tuple[MovedSeam, ...]
     errors: tuple[MeetingErrors, ...]
+    gap_limit_mm: float
 
     def told_seams(self) -> tuple[Seam, ...]:
         """Return the moved seams, with what the motions did to each among their reasons."""
         return tuple(replace(moved.seam, reasons=(*moved.seam.reasons, self._told(moved))) for moved in self.seams)
 
+    def solid_motions(self, graph: BrepGraph) -> tuple[FloatArray | None, tuple[Issue, ...]]:
+        """Return where every solid moved within `part`, and which solids cannot be drawn apart.
+
+        Parameters
+        ----------
+        graph : BrepGraph
+
+        Returns
+        -------
+        ndarray, shape (solids, 4, 4), or None
+            mm; None if no solid moves as one.
+        tuple of Issue
+        """
+        R, t = self.bodies.fit.motions.moves()
+        motions = np.tile(np.eye(4), (len(R) + 1, 1, 1))  # the last one: of solids that belong to no body
+        motions[:-1, :3, :3], motions[:-1, :3, 3] = R, t
+        of_solid = np.full(len(graph.solid_names), -1)
+        of_solid[graph.face_solid] = self.part.face_body
+        is_cut = np.zeros(len(of_solid), dtype=bool)
+        is_cut[graph.face_solid[of_solid[graph.face_solid] != self.part.face_body]] = True
+        of_solid[is_cut] = -1
+        cut = [graph.solid_names[i] for i in np.flatnonzero(is_cut).tolist()]
+        issues = [
+            Issue(
+                "solid-of-several-bodies",
+                f"{listed(cut)}: members of one solid cannot be drawn apart; the moved STEP file has it as one, "
+                "the seams are those of the moved members",
+                tuple(cut),
+            )
+        ]
+        return None if is_cut.all() else motions[of_solid], tuple(issues if cut else ())
+
     def columns(self) -> dict[str, list[FloatArray]]:
         """Return what ``seams.json`` says of each frame: two parts of the error, and the gap, mm."""
         return {
+            "u95_across_mm": [error.across_mm for error in self.errors],
             "u95_placing_mm": [error.placing_mm for error in self.errors],
             "u95_unseen_mm": [error.unseen_mm for error in self.errors],
             "gap_mm": [moved.gap_mm for moved in self.seams],
@@ -114,13 +151,13 @@ def fit_weldment(
     checks = _touches(taught, workpiece, observed.check, "check")
     assert touches is not None  # of the rows that were fitted as one part
     body = bodies_of(touches, part.face_body)
-    sigma_mm = options.teaching.per_axis_mm or USUAL_SIGMA_MM
+    sigma = _sigma(rigid, touches, options)
     found = fit_moved_bodies(
         touches,
         body,
         part.bodies,
         rigid.T_base_part,
-        sigma_mm=sigma_mm,
+        sigma_mm=sigma.mm,
         estimate=not choice.is_stated,
         seed=options.seed,
     )
@@ -128,8 +165,8 @@ def fit_weldment(
     moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, *motions.moves()))
     errors = tuple(meeting_errors(found.fit, meeting_points(seam)) for seam in moved)
     observed_on = [(each, bodies_of(each, part.face_body)) for each in (touches, checks) if each is not None]
-    result = _with_points(_result(rigid, found, moved), found.fit, observed_on)
-    return MovedWorkpiece(found, part, result, moved, errors)
+    result = _with_points(_result(rigid, found, moved, sigma), found.fit, observed_on)
+    return MovedWorkpiece(found, part, result, moved, errors, options.seams.gap_for(workpiece.graph))
 
 
 def _touches(taught: TaughtPoints, workpiece: Workpiece, of: PointPairs | Touches | None, use: str) -> Touches | None:
@@ -181,7 +218,17 @@ def meeting_points(moved: MovedSeam) -> MeetingPoints:
     )
 
 
-def _result(rigid: CalibrationResult, found: MovedBodies, moved: Sequence[MovedSeam]) -> CalibrationResult:
+def _sigma(rigid: CalibrationResult, touches: Touches, options: CalibrateOptions) -> Sigma:
+    """Error of the touches: their own, stated or usual. Residuals of the part as one body hold its motions, too."""
+    if touches.covariances is not None:
+        return rigid.sigma
+    stated = options.teaching.per_axis_mm
+    return Sigma(USUAL_SIGMA_MM, SigmaSource.ASSUMED) if stated is None else Sigma.stated(stated)
+
+
+def _result(
+    rigid: CalibrationResult, found: MovedBodies, moved: Sequence[MovedSeam], sigma: Sigma
+) -> CalibrationResult:
     """Return the result of this fit: what was judged of the part as one body does not hold any more."""
     accepted = [seam for seam in moved if seam.seam.accepted]
     judgement = rigid.judgement
@@ -199,6 +246,7 @@ def _result(rigid: CalibrationResult, found: MovedBodies, moved: Sequence[MovedS
         T_base_nominal=T @ rigid.T_nominal_part.inverse(),
         criterion=Criterion.WEIGHTED,
         lower_bound_mm=0.0,
+        sigma=sigma,
         covariance=found.fit.covariance[:6, :6],
         judgement=judgement,
         criteria=None,

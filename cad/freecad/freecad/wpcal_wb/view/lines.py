@@ -25,6 +25,8 @@ FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
 """Residuals are drawn longer than they are, by one of these."""
 LONGEST_PART = 0.2
 """No residual is drawn longer than this part of the radius of everything."""
+NEARER = 0.9995
+"""Lines on edges are drawn nearer to the viewer, by 1 - 0.9995 of the depth of the view; they would flicker."""
 ZERO_MM = 1e-9
 """A shorter vector has no direction."""
 
@@ -133,6 +135,8 @@ def _line_node(
     coordinates.point.setValues(0, len(places), [tuple(map(float, place)) for place in places])
     lines = coin.SoIndexedLineSet()
     lines.coordIndex.setValues(0, len(index), list(index))
-    for child in (light, style, shades, coordinates, lines):
+    depth = coin.SoDepthBuffer()
+    depth.range = (0.0, NEARER)
+    for child in (light, depth, style, shades, coordinates, lines):
         node.addChild(child)
     return node, lines
