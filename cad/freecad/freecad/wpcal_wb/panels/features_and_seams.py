@@ -20,7 +20,13 @@ from .watching import DocumentWatch, SelectionWatch
 from .widgets import button, folded
 
 COLUMNS = ("weld", "joint", "mm", "sure", "reason")
-FIRST_OPTIONS = ("gap_mm", "concave", "least_confidence", "weld", "not", "torch")
+FIRST_OPTIONS = {
+    "gap_mm": "Largest gap (mm)",
+    "concave": "Concave edges",
+    "weld": "Always weld",
+    "not": "Never weld",
+    "torch": "Torch",
+}
 """Options of the search that are shown before the others."""
 LEFT_OUT = ("edge", "marked", "seams", "xmcf", "png", "json", "out", "force", "no_cache", "solid")
 """The panel itself has the edges and the decisions; the others write files."""

@@ -16,8 +16,6 @@ ARROW_SHARE = 0.03
 """Length of an arrow, as a share of the size of all seams together."""
 ARROWS_APART = 8
 """Arrows along a long seam are this many arrow lengths apart."""
-NEARER = 0.996
-"""The share of the depth of the view that lines and markers are drawn in. Half the width of a line is within it."""
 ACCEPTED = unit((194, 65, 12))
 REFUSED = unit(UNKNOWN)
 CHOSEN = unit((29, 95, 168))
@@ -65,13 +63,6 @@ def markers(points: Sequence[Point], colours: Sequence[Colour], marker: int | No
     marks.numPoints = len(points)
     root.addChild(marks)
     return root
-
-
-def in_front() -> Any:
-    """Return a node that draws what follows a little nearer: a wide line in a corner would sink into its faces."""
-    depth = coin.SoDepthBuffer()
-    depth.range = (0.0, NEARER)
-    return depth
 
 
 def size_mm(paths: Sequence[Sequence[Point]]) -> float:

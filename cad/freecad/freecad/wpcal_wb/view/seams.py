@@ -11,7 +11,7 @@ from ..document.kinds import data_of
 from . import seam_nodes as nodes
 from .base import RecordView
 from .colours import Colour
-from .lines import Path, paths_node, triads_node
+from .lines import Path, in_front, paths_node, triads_node
 
 REDRAWN_BY = ("Features", "Seams", "PartFrame")
 """Properties of the object that are drawn."""
@@ -47,7 +47,7 @@ class SeamsView(RecordView):
         self._drawn = coin.SoSeparator()
         self._overlay = coin.SoSeparator()
         root = coin.SoSeparator()
-        root.addChild(nodes.in_front())
+        root.addChild(in_front())
         root.addChild(self._drawn)
         root.addChild(self._overlay)
         view.addDisplayMode(root, "Seams")
