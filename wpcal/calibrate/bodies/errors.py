@@ -21,6 +21,10 @@ from wpcal.calibrate.uncertainty import COVERAGE, length_quantile
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
 
+SAMPLES = 2000
+MOST_POINTS = 200
+"""The largest error of all seams is among the points with the largest errors of their own."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeetingPoints:
@@ -114,6 +118,25 @@ def meeting_errors(fit: BodiesFit, points: MeetingPoints) -> MeetingErrors:
         for C in (fit.covariance, fit.unseen, fit.covariance - fit.unseen)
     )
     return MeetingErrors(total, placing, unseen)
+
+
+def joint_error(J: FloatArray, covariance: FloatArray) -> float:
+    """Return the length that no point's error exceeds, with 95 % probability, mm.
+
+    Every point stays below its own 95 % error with 95 % probability. That all of them do is less probable.
+
+    Parameters
+    ----------
+    J : ndarray, shape (n, 3, m)
+        Derivative of n points by m unknowns; the `MOST_POINTS` with the largest errors of their own are enough.
+    covariance : ndarray, shape (m, m)
+        Of the unknowns.
+    """
+    values, vectors = np.linalg.eigh(covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    drawn = np.random.default_rng(0).standard_normal((root.shape[1], SAMPLES))
+    off = (J.reshape(-1, J.shape[2]) @ (root @ drawn)).reshape(len(J), 3, SAMPLES)
+    return float(np.quantile(np.linalg.norm(off, axis=1).max(axis=0), COVERAGE))
 
 
 def _material_points(motions: Motions, body: IntArray, p_part: FloatArray) -> FloatArray:
