@@ -171,17 +171,24 @@ def is_given(parameter: str) -> bool:
 
 
 def show_written(written: WrittenCalibration, out: Path, *, details: bool = False) -> None:
-    """Print the points, the seams, the verdict and what was written."""
+    """Print the seams, the bodies that moved, the points, the verdict and what was written."""
     from cad.cli.tables import seams_table
+    from wpcal.cli.bodies_tables import show_bodies, show_sentence
     from wpcal.cli.calibration_tables import show_calibration
     from wpcal.cli.console import plain_console, show_notes
 
     console = plain_console()
-    console.print(seams_table(written.seams, "Seams (base frame in the files)", written.u95_mm))
+    bodies = written.record.get("bodies")
+    if bodies is not None:
+        show_sentence(bodies, console)
+    title = "Seams (base frame in the files)"
+    console.print(seams_table(written.seams, title, written.u95_mm, with_gaps=bodies is None))
     refused = sum(not seam.accepted for seam in written.seams)
     if refused:
         console.print(f"{refused} candidates were not accepted as welds; wpcal seams lists them with the reasons")
-    show_calibration(written.result, console, details=details)
+    if bodies is not None:
+        show_bodies(bodies, console, details=details)
+    show_calibration(written.result, console, details=details, record=written.record)
     if "left_out" in written.record:
         listed = ", ".join(written.record["left_out"])
         console.print(f"note: left out by hand (use no): {listed}", highlight=False, markup=False)

@@ -17,6 +17,7 @@ from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
 from cad.workpiece.moved_bodies import MovedWorkpiece, fit_weldment
 from cad.workpiece.moved_file import write_moved
+from cad.workpiece.moved_record import bodies_record
 from cad.workpiece.seams import find_seams
 from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
@@ -124,7 +125,7 @@ class WorkpieceCalibration:
         if left_out:
             head["left_out"] = left_out
         if self.moved is not None:
-            record["bodies"] = self.moved.bodies.to_record()
+            record["bodies"] = bodies_record(self.moved)
         return {**head, **record, "issues": [*record["issues"], *found]}
 
 

@@ -14,6 +14,7 @@ from cad.workpiece.workpiece import Workpiece
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.calibrate.bodies.errors import MeetingErrors, MeetingPoints, meeting_errors
+from wpcal.calibrate.bodies.fit import BodiesFit
 from wpcal.calibrate.bodies.moved import MovedBodies, fit_moved_bodies
 from wpcal.calibrate.bodies.verdict import judge_bodies
 from wpcal.calibrate.criteria import Criterion
@@ -22,6 +23,7 @@ from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.pairs import PointPairs
 from wpcal.core.wording import listed
 from wpcal.seam.path.moved import MovedSeam, moved_seams
 from wpcal.seam.seam import Seam
@@ -63,9 +65,13 @@ class MovedWorkpiece:
             "gap_mm": [moved.gap_mm for moved in self.seams],
         }
 
-    def _told(self, moved: MovedSeam) -> str:
+    def bodies_of_seam(self, moved: MovedSeam) -> list[str]:
+        """Return the names of the bodies between which a seam lies."""
         names = self.bodies.fit.motions.bodies.names
-        own = [names[b] for b in dict.fromkeys([*moved.wall_body.tolist(), *moved.base_body.tolist()]) if b >= 0]
+        return [names[b] for b in dict.fromkeys([*moved.base_body.tolist(), *moved.wall_body.tolist()]) if b >= 0]
+
+    def _told(self, moved: MovedSeam) -> str:
+        own = self.bodies_of_seam(moved)
         gap = f"gap {moved.gap_mm.min():.2f} to {moved.gap_mm.max():.2f} mm after its bodies moved"
         never = [name for name in own if name in self.bodies.untouched]
         return f"{gap}; {listed(never)} was never touched: its place rests on the tack tolerance" if never else gap
@@ -104,9 +110,9 @@ def fit_weldment(
         As in `find_bodies` and `fit_moved_bodies`.
     """
     part = find_bodies(workpiece.trimmed, choice)
-    touches = observed.fitted
-    if not isinstance(touches, Touches):
-        touches = touches_of(taught, workpiece.trimmed, workpiece.features, use="yes")
+    touches = _touches(taught, workpiece, observed.fitted, "yes")
+    checks = _touches(taught, workpiece, observed.check, "check")
+    assert touches is not None  # of the rows that were fitted as one part
     body = bodies_of(touches, part.face_body)
     sigma_mm = options.teaching.per_axis_mm or USUAL_SIGMA_MM
     found = fit_moved_bodies(
@@ -120,8 +126,17 @@ def fit_weldment(
     )
     motions = found.fit.motions
     moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, *motions.moves()))
-    errors = tuple(meeting_errors(found.fit, _points(seam)) for seam in moved)
-    return MovedWorkpiece(found, part, _result(rigid, found, touches, body, moved), moved, errors)
+    errors = tuple(meeting_errors(found.fit, meeting_points(seam)) for seam in moved)
+    observed_on = [(each, bodies_of(each, part.face_body)) for each in (touches, checks) if each is not None]
+    result = _with_points(_result(rigid, found, moved), found.fit, observed_on)
+    return MovedWorkpiece(found, part, result, moved, errors)
+
+
+def _touches(taught: TaughtPoints, workpiece: Workpiece, of: PointPairs | Touches | None, use: str) -> Touches | None:
+    """Return what was observed as touches, which know their face, edge or corner."""
+    if of is None or isinstance(of, Touches):
+        return of
+    return touches_of(taught, workpiece.trimmed, workpiece.features, use=use)
 
 
 def bodies_of(touches: Touches, face_body: IntArray) -> IntArray:
@@ -141,11 +156,13 @@ def bodies_of(touches: Touches, face_body: IntArray) -> IntArray:
     body[is_edge] = edge_body[index[is_edge]]
     is_point = kind == TargetKind.POINT
     if is_point.any():
-        body[is_point] = _bodies_at(graph, targets.point[touches.rows][is_point], edge_body)
+        body[is_point] = bodies_at(graph, targets.point[touches.rows][is_point], face_body)
     return body
 
 
-def _bodies_at(graph: BrepGraph, p: FloatArray, edge_body: IntArray) -> IntArray:
+def bodies_at(graph: BrepGraph, p: FloatArray, face_body: IntArray) -> IntArray:
+    """Return the body of each point, shape (n,), as `bodies_of` does; `p` has the shape (n, 3), in `part`, mm."""
+    edge_body = face_body[graph.edge_faces.max(axis=1)]
     start, _, points = edge_polylines(graph)
     edge = np.repeat(np.arange(len(start) - 1), np.diff(start))
     ends = np.concatenate([start[:-1], start[1:] - 1])
@@ -158,31 +175,25 @@ def _bodies_at(graph: BrepGraph, p: FloatArray, edge_body: IntArray) -> IntArray
     return np.asarray(edge_body[found])
 
 
-def _points(moved: MovedSeam) -> MeetingPoints:
+def meeting_points(moved: MovedSeam) -> MeetingPoints:
+    """Return the frames of a moved seam as points whose error is known."""
     frames = moved.seam.frames
     return MeetingPoints(
         frames.p, moved.wall_body, moved.base_body, moved.n_wall, moved.n_base, frames.R[:, :, 0], moved.is_met
     )
 
 
-def _result(
-    rigid: CalibrationResult, found: MovedBodies, touches: Touches, body: IntArray, moved: Sequence[MovedSeam]
-) -> CalibrationResult:
+def _result(rigid: CalibrationResult, found: MovedBodies, moved: Sequence[MovedSeam]) -> CalibrationResult:
     """Return the result of this fit: what was judged of the part as one body does not hold any more."""
-    pairs = found.fit.paired(touches, body)
     accepted = [seam for seam in moved if seam.seam.accepted]
     judgement = rigid.judgement
     if accepted:
-        points = [_points(seam) for seam in accepted]
-        joined = MeetingPoints(
-            *(np.concatenate([getattr(each, name) for each in points]) for name in MeetingPoints.__slots__)
-        )
+        joined = MeetingPoints.joined([meeting_points(seam) for seam in accepted])
         names = [seam.seam.name for seam in accepted for _ in range(len(seam.seam.frames))]
         judgement = judge_bodies(found, joined, names, tolerance_mm=rigid.tolerance_mm)
     T = found.fit.T_base_part
-    fitted = replace(
+    return replace(
         rigid,
-        pairs=pairs,
         T_base_part=T,
         T_base_nominal=T @ rigid.T_nominal_part.inverse(),
         criterion=Criterion.WEIGHTED,
@@ -195,4 +206,16 @@ def _result(
         suspect=None,
         criterion_advice=None,
     )
-    return replace(fitted, objective_mm=fitted.residuals.rms_mm)
+
+
+def _with_points(
+    result: CalibrationResult, fit: BodiesFit, observed: Sequence[tuple[Touches, IntArray]]
+) -> CalibrationResult:
+    """Return the result with its fitted points, then its check points, on the moved bodies, and their errors there."""
+    pairs = [fit.paired(touches, body) for touches, body in observed]
+    points = MeetingPoints.on(
+        np.concatenate([body for _, body in observed]), np.concatenate([each.p_source for each in pairs])
+    )
+    errors = meeting_errors(fit, points).total_mm
+    found = replace(result, pairs=pairs[0], check=pairs[1] if len(pairs) > 1 else None, known_errors_mm=errors)
+    return replace(found, objective_mm=found.residuals.rms_mm)

@@ -27,7 +27,10 @@ MARKED = re.compile(r"^(?:note|warning|advice|PASS|UNSURE|FAIL|IMPROVED|NOT IMPR
 LARGEST_RESIDUAL = re.compile(r"; the largest residual is .*$")
 """The console adds it to the sentence of the verdict; its number and point are looked for like all others."""
 OUTPUT_OPTIONS = ("-o",)
-NO_RECORD = {"pick": "it serves a page until Ctrl-C; the page has the records"}
+NO_RECORD = {
+    "pick": "it serves a page until Ctrl-C; the page has the records",
+    "rpc": "every answer is a record",
+}
 
 ODD = {
     "advise": "cm.step --count 3",

@@ -11,9 +11,11 @@ fix the place, it goes with the mean of both bodies.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
+from scipy.special import ndtri
 
 from wpcal.calibrate.bodies.fit import BodiesFit
 from wpcal.calibrate.bodies.motions import Motions
@@ -48,6 +50,17 @@ class MeetingPoints:
     n_base: FloatArray
     x: FloatArray
     is_met: BoolArray
+
+    @classmethod
+    def on(cls, body: IntArray, p_part: FloatArray) -> MeetingPoints:
+        """Return points that go with one body each; shapes (n,) and (n, 3), `part` after the motions, mm."""
+        nothing = np.zeros_like(p_part)
+        return cls(p_part, body, body, nothing, nothing, nothing, np.zeros(len(p_part), dtype=np.bool_))
+
+    @classmethod
+    def joined(cls, several: Sequence[MeetingPoints]) -> MeetingPoints:
+        """Return the points of several seams together."""
+        return cls(*(np.concatenate([getattr(each, field.name) for each in several]) for field in fields(cls)))
 
     def select(self, rows: IntArray) -> MeetingPoints:
         """Return the points at `rows`, of shape (k,)."""
@@ -137,6 +150,32 @@ def joint_error(J: FloatArray, covariance: FloatArray) -> float:
     drawn = np.random.default_rng(0).standard_normal((root.shape[1], SAMPLES))
     off = (J.reshape(-1, J.shape[2]) @ (root @ drawn)).reshape(len(J), 3, SAMPLES)
     return float(np.quantile(np.linalg.norm(off, axis=1).max(axis=0), COVERAGE))
+
+
+def gap_errors_mm(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
+    """Return the 95 % errors of the gaps between the bodies of the wall and the faces of the base.
+
+    Parameters
+    ----------
+    fit : BodiesFit
+    points : MeetingPoints
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        A gap is off by more, to either side, with 5 % probability; mm.
+    """
+    n, b = len(points.p_part), len(fit.motions.bodies)
+    J = np.zeros((n, b, 6))
+    for body, sign in ((points.wall_body, 1.0), (points.base_body, -1.0)):
+        rows = np.flatnonzero(body >= 0)
+        by = fit.motions.displacement_jacobian(
+            body[rows], _material_points(fit.motions, body[rows], points.p_part[rows])
+        )
+        J[rows, body[rows]] += sign * np.einsum("ni,nij->nj", points.n_base[rows], by)
+    flat = J.reshape(n, 6 * b)
+    variance = np.einsum("ni,ij,nj->n", flat, fit.covariance[6:, 6:], flat)
+    return np.asarray(ndtri((1.0 + COVERAGE) / 2.0) * np.sqrt(np.maximum(variance, 0.0)))
 
 
 def _material_points(motions: Motions, body: IntArray, p_part: FloatArray) -> FloatArray:

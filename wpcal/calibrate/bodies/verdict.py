@@ -12,7 +12,6 @@ from wpcal.calibrate.verdict import Verdict, VerdictKind, VerdictReason
 from wpcal.core.wording import listed
 
 
-
 def judge_bodies(
     moved: MovedBodies, points: MeetingPoints, seam_names: Sequence[str], *, tolerance_mm: float
 ) -> Verdict:

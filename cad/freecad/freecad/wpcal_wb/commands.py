@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: MIT
+"""The commands of the workbench. Each opens a task panel; the panel's module is imported when it is used.
+
+To add a command: a line in `COMMANDS`, an icon `resources/icons/<name>.svg`, and the panel's class.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any, NamedTuple
+
+import FreeCAD
+import FreeCADGui
+
+from . import icon
+from .words import translate
+
+
+class PanelCommand(NamedTuple):
+    """A command that opens a task panel.
+
+    Attributes
+    ----------
+    name : str
+        As FreeCAD knows it; also the name of its icon.
+    text, tip : str
+        In the menu, and when the pointer rests on the button.
+    module, panel : str
+        Module in `panels`, and the class in it.
+    """
+
+    name: str
+    text: str
+    tip: str
+    module: str
+    panel: str
+
+    def GetResources(self) -> dict[str, str]:
+        """Return icon and texts."""
+        return {"Pixmap": icon(self.name), "MenuText": translate(self.text), "ToolTip": translate(self.tip)}
+
+    def IsActive(self) -> bool:
+        """Tell whether there is a document."""
+        return FreeCAD.ActiveDocument is not None
+
+    def Activated(self, _index: int = 0) -> None:
+        """Open the panel."""
+        self.open(FreeCAD.ActiveDocument)
+
+    def open(self, document: Any) -> Any:
+        """Open the panel for a document and return it."""
+        from .panels.base import show_panel
+
+        module = import_module(f"{__package__}.panels.{self.module}")
+        return show_panel(getattr(module, self.panel)(document))
+
+
+COMMANDS: tuple[PanelCommand, ...] = ()
+
+
+def register() -> tuple[str, ...]:
+    """Add the commands to FreeCAD and return their names, in the order of the toolbar."""
+    for command in COMMANDS:
+        FreeCADGui.addCommand(command.name, command)
+    return tuple(command.name for command in COMMANDS)
