@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cad.workpiece.bodies import BodiesOptions, PartBodies, find_bodies
-from cad.workpiece.moved_bodies import bodies_at, meeting_points
+from cad.workpiece.moved_bodies import bodies_at, bodies_of, meeting_points
 from cad.workpiece.workpiece import Workpiece
 from wpcal.advise.advice import where_it_is
 from wpcal.advise.candidates import fills_a_plane
@@ -15,6 +15,7 @@ from wpcal.advise.design import farthest_rows
 from wpcal.advise.moved_advice import MovedAdvice, TouchChoices, advise_moved
 from wpcal.advise.moved_model import MovedModel, SeamPoints, Tacked
 from wpcal.calibrate.bodies.errors import MeetingPoints
+from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray
 from wpcal.features import Ease, ReferenceFeature, Touchable
 from wpcal.seam.path.moved import moved_seams
@@ -66,7 +67,7 @@ def advise_bodies(
     *,
     sigma_mm: float,
     have: Sequence[ReferenceFeature] = (),
-    touched: FloatArray | None = None,
+    touched: Touches | None = None,
     count: int | None = None,
     tolerance_mm: float | None = None,
 ) -> MovedAdvice:
@@ -78,36 +79,55 @@ def advise_bodies(
     seams : sequence of Seam
         Where the error counts; frames in `part`.
     allowed : sequence of Touchable
-        What may be taught; on each body the easiest to touch are used.
+        What may be taught; on each body the easiest to touch are used. Harder ones join only if the tolerance is not
+        reached without them.
     choice : BodiesOptions
     sigma_mm : float
         Teaching error: standard deviation per axis.
     have : sequence of ReferenceFeature
         Features that are taught anyway.
-    touched : ndarray, shape (r, q, m), optional
-        Rows of other touches that were made already: see `MovedModel.rows`.
+    touched : Touches, optional
+        Other touches that were made already, at their points on the model.
     count, tolerance_mm :
         As in `wpcal.advise.moved_advice.advise_moved`; with neither, two features for each body.
 
     Returns
     -------
     MovedAdvice
+
+    Raises
+    ------
+    InputError, GeometryError
+        As in `find_bodies` and `advise_moved`.
     """
     tacked = tacked_bodies(workpiece, seams, choice)
     model = tacked.model()
-    if count is None and tolerance_mm is None:
-        count = max(TOUCHES_PER_BODY * len(tacked.bodies) - len(have), 1)
-    known = [rows for rows in (touched, _of_features(workpiece, tacked, model, have, sigma_mm)) if rows is not None]
     taught = {feature.name for feature in have}
-    return advise_moved(
-        model,
-        _choices(workpiece, tacked, model, [item for item in allowed if item.feature.name not in taught], sigma_mm),
-        tacked.seams,
-        count=count,
-        tolerance_mm=tolerance_mm,
-        most=MOST_TAUGHT,
-        have=np.concatenate(known) if known else None,
-    )
+    if count is None and tolerance_mm is None:
+        count = max(TOUCHES_PER_BODY * len(tacked.bodies) - len(taught), 1)
+    rows = [_of_features(workpiece, tacked, model, have, sigma_mm)]
+    if touched is not None:
+        rows.append(_of_touches(touched, tacked, model, sigma_mm))
+    free = [item for item in allowed if item.feature.name not in taught]
+    for is_easy in (True, False):
+        advice = advise_moved(
+            model,
+            _choices(workpiece, tacked, model, free, sigma_mm, is_easy=is_easy),
+            tacked.seams,
+            count=count,
+            tolerance_mm=tolerance_mm,
+            most=MOST_TAUGHT,
+            have=np.concatenate(rows),
+        )
+        if not advice.why:
+            break
+    return advice
+
+
+def _of_touches(touched: Touches, tacked: Tacked, model: MovedModel, sigma_mm: float) -> FloatArray:
+    """Return the rows of touches on faces, edges and points, shape (n, 3, m)."""
+    near = touched.targets.nearest(touched.rows, touched.p_base)
+    return model.rows(near.p, near.projector / sigma_mm, bodies_of(touched, tacked.face_body))
 
 
 def _of_features(
@@ -124,17 +144,23 @@ def _of_features(
 
 
 def _choices(
-    workpiece: Workpiece, tacked: Tacked, model: MovedModel, allowed: Sequence[Touchable], sigma_mm: float
+    workpiece: Workpiece,
+    tacked: Tacked,
+    model: MovedModel,
+    allowed: Sequence[Touchable],
+    sigma_mm: float,
+    *,
+    is_easy: bool,
 ) -> TouchChoices:
-    """Return the features to choose from: on each body those of the least ease, far from one another."""
+    """Return the features to choose from: on each body the easiest, or all, far from one another."""
     p = np.array([item.feature.p_mm for item in allowed]).reshape(-1, 3)
     body = bodies_at(workpiece.graph, p, tacked.face_body)
     each = max(PER_BODY, MOST_CHOICES // len(tacked.bodies))
     kept = list[int]()
     for b in range(-1, len(tacked.bodies)):
         own = np.flatnonzero(body == b)
-        eases = np.array([allowed[k].ease for k in own], dtype=np.int64)
-        for ease in Ease:
+        eases = np.array([allowed[k].ease for k in own.tolist()], dtype=np.int64)
+        for ease in Ease if is_easy else ():
             easy = own[eases <= ease]
             if len(easy) and fills_a_plane(p[easy]):
                 own = easy

@@ -30,6 +30,9 @@ from wpcal.seam.seam import Seam
 from wpcal.taught.resolve import touches_of
 from wpcal.taught.table import TaughtPoints
 
+NAMED_MM = 1e-3
+"""A point this near to a vertex or to the centre of a circle is taken for it."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedWorkpiece:
@@ -169,10 +172,24 @@ def bodies_at(graph: BrepGraph, p: FloatArray, face_body: IntArray) -> IntArray:
     circles = np.flatnonzero(graph.edge_kind == CurveKind.CIRCLE)
     named = np.concatenate([points[ends], graph.edge_frame[circles, 0]])
     named_edge = np.concatenate([edge[ends], circles])
-    away, row = cKDTree(named).query(p)
-    other_away, other = cKDTree(points).query(p)
-    found = np.where(away <= other_away + 1e-3, named_edge[row], edge[other])
+    distances, row = cKDTree(named).query(p)
+    away, found = np.asarray(distances), named_edge[row]
+    for k in np.flatnonzero(away > NAMED_MM).tolist():
+        nearest, apart = _nearest_edge(points, edge, p[k])
+        if apart < away[k] - NAMED_MM:
+            found[k] = nearest
     return np.asarray(edge_body[found])
+
+
+def _nearest_edge(points: FloatArray, edge: IntArray, p: FloatArray) -> tuple[int, float]:
+    """Return the edge whose polyline is nearest to a point, and its distance, mm."""
+    inside = np.flatnonzero(edge[1:] == edge[:-1])
+    a, along = points[inside], points[inside + 1] - points[inside]
+    square = np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
+    share = np.clip(np.einsum("ij,ij->i", p - a, along) / square, 0.0, 1.0)
+    away = np.linalg.norm(a + share[:, None] * along - p, axis=1)
+    k = int(np.argmin(away))
+    return int(edge[inside[k]]), float(away[k])
 
 
 def meeting_points(moved: MovedSeam) -> MeetingPoints:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.advise.moved_model import UNKNOWN_MM, MovedModel, SeamPoints
-from wpcal.advise.moved_search import MovedSearch, deciding_points
+from wpcal.advise.moved_search import MovedSearch, deciding_points, inverse
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.wording import counted, listed
@@ -69,11 +69,12 @@ class AdvisedTouch:
 
     def sentence(self) -> str:
         """Say what to touch next, and why."""
-        place = f" ({self.where})" if self.where else ""
+        on = "" if self.body in self.where else f" on {self.body}"
+        what = f"touch {self.name} next: {self.where}{on}"
         if self.after_mm is None:
-            return f"touch {self.name} on {self.body}{place} next: it helps to hold the part"
-        before = "not held" if self.before_mm is None else f"{self.before_mm:.2f} mm"
-        return f"touch {self.name} on {self.body}{place} next, for seam {self.seam}: {before} → {self.after_mm:.2f} mm"
+            return f"{what}; it helps to hold the part"
+        before = "" if self.before_mm is None else f"from {self.before_mm:.2f} mm "
+        return f"{what}; it brings the error of seam {self.seam} {before}to {self.after_mm:.2f} mm"
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -125,6 +126,15 @@ class MovedAdvice:
     model: MovedModel
     tolerance_mm: float | None = None
     why: str = ""
+
+    @property
+    def misses_tolerance(self) -> bool:
+        """Whether a tolerance was asked for that is not reached."""
+        return bool(self.why)
+
+    def template_rows(self) -> list[tuple[str, str]]:
+        """Return name and place of each touch, for `template_csv`."""
+        return [(touch.name, touch.where) for touch in self.touches]
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -197,7 +207,7 @@ def advise_moved(
             why = _why_not(search, model, choices, start, len(chosen), error, tolerance_mm, seams)
     order = search.in_order(start, chosen)
     every = MovedSearch(choices.rows, model.seam_rows(seams.points))
-    C = np.linalg.inv(start + every.information(order))
+    C = inverse(start + every.information(order))
     errors = every.errors(C)
     worst = int(np.argmax(errors))
     if errors[worst] > NOT_HELD_MM and len(chosen) == len(choices.names):
@@ -259,8 +269,8 @@ class _Told:
 
     def touch(self, before: Sequence[int], index: int) -> AdvisedTouch:
         M = self.start + self.search.information(before)
-        errors = self.search.errors(np.linalg.inv(M))
-        after = self.search.errors(np.linalg.inv(M + self.search.information([index])))
+        errors = self.search.errors(inverse(M))
+        after = self.search.errors(inverse(M + self.search.information([index])))
         body, points = int(self.choices.body[index]), self.seams.points
         own = (points.wall_body == body) | (points.base_body == body)
         own = own if own.any() else np.ones(len(errors), dtype=bool)
@@ -295,7 +305,7 @@ def _why_not(
     known = np.zeros_like(start)
     if model.shared:
         known[-model.shared :, -model.shared :] = OFTEN * np.eye(model.shared)
-    unseen = np.linalg.inv(start + every + known)
+    unseen = inverse(start + every + known)
     if search.joint_error(unseen) > tolerance_mm:
         points = seams.points.select(deciding_points(seams.points))
         worst = int(np.argmax(search.errors(unseen)))
@@ -305,12 +315,14 @@ def _why_not(
         least = f"of which {search.joint_error(unseen):.2f} mm come from motions that no possible touch sees"
         what = f"nothing on {listed(bare)} can be touched" if bare else f"of {listed(names)}"
         return f"{head}, {least}: {what}; tighter tacks (--tack-mm) or another way to reach these faces would help"
-    common = search.joint_error(np.linalg.inv(start + every))
+    common = search.joint_error(inverse(start + every))
     if common > tolerance_mm:
         return (
             f"{head}, of which {common:.2f} mm come from an error that all touches share: a touch on a --post, or a "
             "smaller stick_out_sigma_mm in the --setup, would help"
         )
-    if count >= len(choices.names):
-        return f"{head}, and there is no further place to touch; a better repeatability would help"
-    return f"{head}, and more would hardly be made; a better repeatability of the touches would help"
+    best = search.joint_error(inverse(start + search.information(range(len(choices.names)))))
+    if best > tolerance_mm:
+        every_place = f"all {len(choices.names)} places that can be touched"
+        return f"{head}, and {every_place} {best:.2f} mm; a better repeatability would help"
+    return f"{head}, and more than {counted(count, 'touch')} are not planned; a better repeatability would help"

@@ -93,7 +93,7 @@ class MovedModel:
             by = self._still().displacement_jacobian(body[some], p_part[some]) * self.bodies.scales[body[some]][:, None]
             own[some, :, body[some]] = directions[some] @ by
         common = np.zeros((n, directions.shape[1], self.shared)) if shared is None else shared
-        return np.concatenate([whole, own.reshape(n, -1, 6 * b), common], axis=2)
+        return np.concatenate([whole, own.reshape(n, directions.shape[1], 6 * b), common], axis=2)
 
     def seam_rows(self, points: MeetingPoints) -> FloatArray:
         """Differentiate points of seams by the unknowns, shape (k, 3, m)."""

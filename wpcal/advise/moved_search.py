@@ -30,6 +30,8 @@ SWEEPS = 4
 """Each touch is exchanged so many times at most: the second sweep rarely gains a hundredth."""
 GAIN = 1e-3
 """An exchange counts if it lowers the sum by this share."""
+NEARLY = 1.05
+"""Where a tolerance cannot be reached, touches are added until they leave this times the error that all would leave."""
 CHUNK = 400_000
 """Pairs of a touch and a seam point that are judged at once: some tens of megabytes."""
 
@@ -100,7 +102,7 @@ class MovedSearch:
         """
         if len(chosen) >= len(self.rows):
             return None
-        scores = self.scores(np.linalg.inv(start + self.information(chosen)))
+        scores = self.scores(inverse(start + self.information(chosen)))
         scores[chosen] = np.inf
         return int(np.argmin(scores))
 
@@ -111,7 +113,7 @@ class MovedSearch:
             is_better = False
             for k, own in enumerate(chosen):
                 without = M - self.information([own])
-                scores = self.scores(np.linalg.inv(without))
+                scores = self.scores(inverse(without))
                 now = scores[own]
                 scores[chosen] = np.inf
                 best = int(np.argmin(scores))
@@ -141,24 +143,23 @@ class MovedSearch:
         Returns
         -------
         chosen : list of int
-            `most` touches if these do not reach it either.
+            If no number reaches it, few that are nearly as good as all, `most` at most.
         error_mm : float
             What they reach.
         """
+        goal = max(tolerance_mm, NEARLY * self._joint(start, range(len(self.rows))))
         chosen = self.chosen(start, least)
         error = self._joint(start, chosen)
-        while error > tolerance_mm and len(chosen) < most:
+        while error > goal and len(chosen) < most:
             best = self.added(start, chosen)
             if best is None:
                 break
             chosen.append(best)
             error = self._joint(start, chosen)
-        if error > tolerance_mm or len(chosen) == least:
-            return self.exchanged(start, chosen), error
-        while len(chosen) > least:
+        while error <= goal and len(chosen) > least:
             fewer = self.exchanged(start, self._without_one(start, chosen))
             reached = self._joint(start, fewer)
-            if reached > tolerance_mm:
+            if reached > goal:
                 break
             chosen, error = fewer, reached
         return chosen, error
@@ -166,12 +167,12 @@ class MovedSearch:
     def _without_one(self, start: FloatArray, chosen: list[int]) -> list[int]:
         """Leave out the touch without which the errors are least."""
         M = start + self.information(chosen)
-        left = [self.errors(np.linalg.inv(M - self.information([own]))).max() for own in chosen]
+        left = [self.errors(inverse(M - self.information([own]))).max() for own in chosen]
         k = int(np.argmin(left))
         return chosen[:k] + chosen[k + 1 :]
 
-    def _joint(self, start: FloatArray, chosen: list[int]) -> float:
-        return self.joint_error(np.linalg.inv(start + self.information(chosen)))
+    def _joint(self, start: FloatArray, chosen: Sequence[int]) -> float:
+        return self.joint_error(inverse(start + self.information(chosen)))
 
     def in_order(self, start: FloatArray, chosen: Sequence[int]) -> list[int]:
         """Return chosen touches in the order in which each lowers the errors most."""
@@ -181,6 +182,11 @@ class MovedSearch:
         while (best := own.added(start, order)) is not None:
             order.append(best)
         return [some[k] for k in order]
+
+
+def inverse(information: FloatArray) -> FloatArray:
+    """Return the covariance of the unknowns that an information leaves, shape (m, m)."""
+    return np.asarray(np.linalg.inv(information), dtype=np.float64)
 
 
 def deciding_points(points: MeetingPoints) -> IntArray:
