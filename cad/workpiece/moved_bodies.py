@@ -23,6 +23,7 @@ from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
 from wpcal.core.wording import listed
 from wpcal.seam.path.moved import MovedSeam, moved_seams
@@ -59,6 +60,38 @@ class MovedWorkpiece:
     def told_seams(self) -> tuple[Seam, ...]:
         """Return the moved seams, with what the motions did to each among their reasons."""
         return tuple(replace(moved.seam, reasons=(*moved.seam.reasons, self._told(moved))) for moved in self.seams)
+
+    def solid_motions(self, graph: BrepGraph) -> tuple[FloatArray | None, tuple[Issue, ...]]:
+        """Return where every solid moved within `part`, and which solids cannot be drawn apart.
+
+        Parameters
+        ----------
+        graph : BrepGraph
+
+        Returns
+        -------
+        ndarray, shape (solids, 4, 4), or None
+            mm; None if no solid moves as one.
+        tuple of Issue
+        """
+        R, t = self.bodies.fit.motions.moves()
+        motions = np.tile(np.eye(4), (len(R) + 1, 1, 1))  # the last one: of solids that belong to no body
+        motions[:-1, :3, :3], motions[:-1, :3, 3] = R, t
+        of_solid = np.full(len(graph.solid_names), -1)
+        of_solid[graph.face_solid] = self.part.face_body
+        is_cut = np.zeros(len(of_solid), dtype=bool)
+        is_cut[graph.face_solid[of_solid[graph.face_solid] != self.part.face_body]] = True
+        of_solid[is_cut] = -1
+        cut = [graph.solid_names[i] for i in np.flatnonzero(is_cut).tolist()]
+        issues = [
+            Issue(
+                "solid-of-several-bodies",
+                f"{listed(cut)}: members of one solid cannot be drawn apart; the moved STEP file has it as one, "
+                "the seams are those of the moved members",
+                tuple(cut),
+            )
+        ]
+        return None if is_cut.all() else motions[of_solid], tuple(issues if cut else ())
 
     def columns(self) -> dict[str, list[FloatArray]]:
         """Return what ``seams.json`` says of each frame: two parts of the error, and the gap, mm."""
