@@ -61,7 +61,7 @@ class MovedSearch:
         return length_quantile(self.seams @ C @ self.seams.transpose(0, 2, 1), COVERAGE)
 
     def joint_error(self, C: FloatArray) -> float:
-        """Return the length that no seam point's error exceeds, with 95 % probability, mm."""
+        """Return the length, mm, that no seam point's error exceeds, with 95 % probability; C has the shape (m, m)."""
         worst = np.argsort(-self.errors(C), kind="stable")[:MOST_POINTS]
         return joint_error(self.seams[worst], C)
 
@@ -107,7 +107,10 @@ class MovedSearch:
         return int(np.argmin(scores))
 
     def exchanged(self, start: FloatArray, chosen: list[int]) -> list[int]:
-        """Exchange chosen touches one by one while that makes the errors smaller."""
+        """Exchange chosen touches one by one while that makes the errors smaller.
+
+        `start`, of shape (m, m), is the information before them.
+        """
         chosen, M = list(chosen), start + self.information(chosen)
         for _ in range(SWEEPS):
             is_better = False
@@ -124,7 +127,7 @@ class MovedSearch:
         return chosen
 
     def chosen(self, start: FloatArray, count: int) -> list[int]:
-        """Return the best `count` touches found, or all if there are not more."""
+        """Return the best `count` touches found, or all if there are not more; `start` has the shape (m, m)."""
         chosen = list[int]()
         while len(chosen) < count and (best := self.added(start, chosen)) is not None:
             chosen.append(best)
@@ -175,7 +178,7 @@ class MovedSearch:
         return self.joint_error(inverse(start + self.information(chosen)))
 
     def in_order(self, start: FloatArray, chosen: Sequence[int]) -> list[int]:
-        """Return chosen touches in the order in which each lowers the errors most."""
+        """Return chosen touches in the order in which each lowers the errors most; `start` has the shape (m, m)."""
         some = list(chosen)
         own = MovedSearch(self.rows[some], self.seams)
         order = list[int]()
