@@ -21,7 +21,7 @@ from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
 from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, Sigma, SigmaSource
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
@@ -96,6 +96,7 @@ class MovedWorkpiece:
     def columns(self) -> dict[str, list[FloatArray]]:
         """Return what ``seams.json`` says of each frame: two parts of the error, and the gap, mm."""
         return {
+            "u95_across_mm": [error.across_mm for error in self.errors],
             "u95_placing_mm": [error.placing_mm for error in self.errors],
             "u95_unseen_mm": [error.unseen_mm for error in self.errors],
             "gap_mm": [moved.gap_mm for moved in self.seams],
@@ -150,13 +151,13 @@ def fit_weldment(
     checks = _touches(taught, workpiece, observed.check, "check")
     assert touches is not None  # of the rows that were fitted as one part
     body = bodies_of(touches, part.face_body)
-    sigma_mm = options.teaching.per_axis_mm or USUAL_SIGMA_MM
+    sigma = _sigma(rigid, touches, options)
     found = fit_moved_bodies(
         touches,
         body,
         part.bodies,
         rigid.T_base_part,
-        sigma_mm=sigma_mm,
+        sigma_mm=sigma.mm,
         estimate=not choice.is_stated,
         seed=options.seed,
     )
@@ -164,7 +165,7 @@ def fit_weldment(
     moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, *motions.moves()))
     errors = tuple(meeting_errors(found.fit, meeting_points(seam)) for seam in moved)
     observed_on = [(each, bodies_of(each, part.face_body)) for each in (touches, checks) if each is not None]
-    result = _with_points(_result(rigid, found, moved), found.fit, observed_on)
+    result = _with_points(_result(rigid, found, moved, sigma), found.fit, observed_on)
     return MovedWorkpiece(found, part, result, moved, errors)
 
 
@@ -233,7 +234,17 @@ def meeting_points(moved: MovedSeam) -> MeetingPoints:
     )
 
 
-def _result(rigid: CalibrationResult, found: MovedBodies, moved: Sequence[MovedSeam]) -> CalibrationResult:
+def _sigma(rigid: CalibrationResult, touches: Touches, options: CalibrateOptions) -> Sigma:
+    """Error of the touches: their own, stated or usual. Residuals of the part as one body hold its motions, too."""
+    if touches.covariances is not None:
+        return rigid.sigma
+    stated = options.teaching.per_axis_mm
+    return Sigma(USUAL_SIGMA_MM, SigmaSource.ASSUMED) if stated is None else Sigma.stated(stated)
+
+
+def _result(
+    rigid: CalibrationResult, found: MovedBodies, moved: Sequence[MovedSeam], sigma: Sigma
+) -> CalibrationResult:
     """Return the result of this fit: what was judged of the part as one body does not hold any more."""
     accepted = [seam for seam in moved if seam.seam.accepted]
     judgement = rigid.judgement
@@ -248,6 +259,7 @@ def _result(rigid: CalibrationResult, found: MovedBodies, moved: Sequence[MovedS
         T_base_nominal=T @ rigid.T_nominal_part.inverse(),
         criterion=Criterion.WEIGHTED,
         lower_bound_mm=0.0,
+        sigma=sigma,
         covariance=found.fit.covariance[:6, :6],
         judgement=judgement,
         criteria=None,

@@ -28,6 +28,7 @@ def _seam_record(moved: MovedWorkpiece, seam: MovedSeam, error: MeetingErrors) -
         "bodies": own,
         "never_touched": [name for name in own if name in moved.bodies.untouched],
         "u95_mm": float(error.total_mm[worst]),
+        "u95_across_mm": float(error.across_mm.max()),
         "u95_placing_mm": float(error.placing_mm[worst]),
         "u95_unseen_mm": float(error.unseen_mm[worst]),
         "gap_min_mm": float(seam.gap_mm.min()),

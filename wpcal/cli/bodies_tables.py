@@ -11,6 +11,8 @@ from rich.table import Table
 
 from wpcal.core.wording import listed
 
+ERRORS = ("u95_mm", "u95_across_mm", "u95_placing_mm", "u95_unseen_mm")
+"""Columns of errors of a seam."""
 LEAST_P = 0.001
 """Smaller probabilities are shown as "< 0.001"."""
 
@@ -44,11 +46,11 @@ def _seams(rows: Sequence[Mapping[str, Any]]) -> Table:
     table = Table(title="Seams where the moved faces meet: error and gap")
     table.add_column("seam", no_wrap=True)
     table.add_column("bodies")
-    for heading in ("95 % mm", "from placing", "not seen", "gap mm"):
+    for heading in ("95 % mm", "across", "from placing", "not seen", "gap mm"):
         table.add_column(heading, justify="right", no_wrap=True)
     never = []
     for row in rows:
-        errors = (f"{row[key]:.3f}" for key in ("u95_mm", "u95_placing_mm", "u95_unseen_mm"))
+        errors = (f"{row[key]:.3f}" for key in ERRORS)
         low, high = (round(row[key], 2) + 0.0 for key in ("gap_min_mm", "gap_max_mm"))
         gap = f"{low:.2f} … {high:.2f} ± {row['gap_u95_mm']:.2f}"
         table.add_row(row["seam"], " + ".join(row["bodies"]), *errors, gap)

@@ -74,6 +74,8 @@ class MeetingErrors:
     Parameters
     ----------
     total_mm : ndarray
+    across_mm : ndarray
+        Across the seam. A seam goes on along itself, so only its ends see the rest.
     placing_mm : ndarray
         What the errors of the touches leave.
     unseen_mm : ndarray
@@ -81,6 +83,7 @@ class MeetingErrors:
     """
 
     total_mm: FloatArray
+    across_mm: FloatArray
     placing_mm: FloatArray
     unseen_mm: FloatArray
 
@@ -126,11 +129,19 @@ def meeting_errors(fit: BodiesFit, points: MeetingPoints) -> MeetingErrors:
     MeetingErrors
     """
     J = meeting_jacobian(fit.motions, points)
-    total, unseen, placing = (
-        length_quantile(J @ C @ J.transpose(0, 2, 1), COVERAGE)
-        for C in (fit.covariance, fit.unseen, fit.covariance - fit.unseen)
+    x = points.x @ fit.T_base_part.R.T
+    across = J - x[:, :, None] * np.einsum("ni,nij->nj", x, J)[:, None, :]
+    return MeetingErrors(
+        *(
+            length_quantile(along @ C @ along.transpose(0, 2, 1), COVERAGE)
+            for along, C in (
+                (J, fit.covariance),
+                (across, fit.covariance),
+                (J, fit.covariance - fit.unseen),
+                (J, fit.unseen),
+            )
+        )
     )
-    return MeetingErrors(total, placing, unseen)
 
 
 def joint_error(J: FloatArray, covariance: FloatArray) -> float:
