@@ -125,7 +125,7 @@ class WorkpieceCalibration:
         if left_out:
             head["left_out"] = left_out
         if self.moved is not None:
-            record["bodies"] = bodies_record(self.moved)
+            record["bodies"] = bodies_record(self.moved, self.workpiece.graph)
         return {**head, **record, "issues": [*record["issues"], *found]}
 
 
