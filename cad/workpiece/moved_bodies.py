@@ -177,7 +177,7 @@ def meeting_points(moved: MovedSeam) -> MeetingPoints:
     """Return the frames of a moved seam as points whose error is known."""
     frames = moved.seam.frames
     return MeetingPoints(
-        frames.p, moved.wall_body, moved.base_body, moved.n_wall, moved.n_base, frames.R[:, :, 0], moved.is_met
+        frames.p, moved.wall_body, moved.base_body, moved.n_wall, moved.n_base, moved.x_wall, moved.is_met
     )
 
 
