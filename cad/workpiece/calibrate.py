@@ -125,7 +125,7 @@ class WorkpieceCalibration:
         if left_out:
             head["left_out"] = left_out
         if self.moved is not None:
-            record["bodies"] = bodies_record(self.moved)
+            record["bodies"] = bodies_record(self.moved, self.workpiece.graph)
         return {**head, **record, "issues": [*record["issues"], *found]}
 
 
@@ -318,7 +318,11 @@ def calibrate_files(
     with new_directory(out, overwrite=overwrite, head=CALIBRATION_FILE, leave_out=files_of_run(out)) as folder:
         progress("writing the moved part and reading it again")
         moved = f"{Path(source.file_name).stem}.calibrated.step"
-        issues = write_moved(source, found.T_base_part, folder / moved, seams=marked, bake=bake, progress=progress)
+        own, apart = (None, ()) if found.moved is None else found.moved.solid_motions(workpiece.graph)
+        issues = write_moved(
+            source, found.T_base_part, folder / moved, seams=marked, bake=bake, T_part_moved=own, progress=progress
+        )
+        issues = (*apart, *issues)
         if part_glb is not None:
             (folder / PART_FILE).write_bytes(part_glb)
         record = found.to_record((*run_issues, *issues, *mesh_issues))

@@ -21,14 +21,18 @@ from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
 from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, Sigma, SigmaSource
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
 from wpcal.core.wording import listed
 from wpcal.seam.path.moved import MovedSeam, moved_seams
 from wpcal.seam.seam import Seam
 from wpcal.taught.resolve import touches_of
 from wpcal.taught.table import TaughtPoints
+
+NAMED_MM = 1e-3
+"""A point this near to a vertex or to the centre of a circle is taken for it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +49,8 @@ class MovedWorkpiece:
         Where moved faces meet, in `part`.
     errors : tuple of MeetingErrors
         At the frames of each seam.
+    gap_limit_mm : float
+        Largest gap between members that a seam may have.
     """
 
     bodies: MovedBodies
@@ -52,14 +58,48 @@ class MovedWorkpiece:
     result: CalibrationResult
     seams: tuple[MovedSeam, ...]
     errors: tuple[MeetingErrors, ...]
+    gap_limit_mm: float
 
     def told_seams(self) -> tuple[Seam, ...]:
         """Return the moved seams, with what the motions did to each among their reasons."""
         return tuple(replace(moved.seam, reasons=(*moved.seam.reasons, self._told(moved))) for moved in self.seams)
 
+    def solid_motions(self, graph: BrepGraph) -> tuple[FloatArray | None, tuple[Issue, ...]]:
+        """Return where every solid moved within `part`, and which solids cannot be drawn apart.
+
+        Parameters
+        ----------
+        graph : BrepGraph
+
+        Returns
+        -------
+        ndarray, shape (solids, 4, 4), or None
+            mm; None if no solid moves as one.
+        tuple of Issue
+        """
+        R, t = self.bodies.fit.motions.moves()
+        motions = np.tile(np.eye(4), (len(R) + 1, 1, 1))  # the last one: of solids that belong to no body
+        motions[:-1, :3, :3], motions[:-1, :3, 3] = R, t
+        of_solid = np.full(len(graph.solid_names), -1)
+        of_solid[graph.face_solid] = self.part.face_body
+        is_cut = np.zeros(len(of_solid), dtype=bool)
+        is_cut[graph.face_solid[of_solid[graph.face_solid] != self.part.face_body]] = True
+        of_solid[is_cut] = -1
+        cut = [graph.solid_names[i] for i in np.flatnonzero(is_cut).tolist()]
+        issues = [
+            Issue(
+                "solid-of-several-bodies",
+                f"{listed(cut)}: members of one solid cannot be drawn apart; the moved STEP file has it as one, "
+                "the seams are those of the moved members",
+                tuple(cut),
+            )
+        ]
+        return None if is_cut.all() else motions[of_solid], tuple(issues if cut else ())
+
     def columns(self) -> dict[str, list[FloatArray]]:
         """Return what ``seams.json`` says of each frame: two parts of the error, and the gap, mm."""
         return {
+            "u95_across_mm": [error.across_mm for error in self.errors],
             "u95_placing_mm": [error.placing_mm for error in self.errors],
             "u95_unseen_mm": [error.unseen_mm for error in self.errors],
             "gap_mm": [moved.gap_mm for moved in self.seams],
@@ -114,13 +154,13 @@ def fit_weldment(
     checks = _touches(taught, workpiece, observed.check, "check")
     assert touches is not None  # of the rows that were fitted as one part
     body = bodies_of(touches, part.face_body)
-    sigma_mm = options.teaching.per_axis_mm or USUAL_SIGMA_MM
+    sigma = _sigma(rigid, touches, options)
     found = fit_moved_bodies(
         touches,
         body,
         part.bodies,
         rigid.T_base_part,
-        sigma_mm=sigma_mm,
+        sigma_mm=sigma.mm,
         estimate=not choice.is_stated,
         seed=options.seed,
     )
@@ -128,8 +168,8 @@ def fit_weldment(
     moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, *motions.moves()))
     errors = tuple(meeting_errors(found.fit, meeting_points(seam)) for seam in moved)
     observed_on = [(each, bodies_of(each, part.face_body)) for each in (touches, checks) if each is not None]
-    result = _with_points(_result(rigid, found, moved), found.fit, observed_on)
-    return MovedWorkpiece(found, part, result, moved, errors)
+    result = _with_points(_result(rigid, found, moved, sigma), found.fit, observed_on)
+    return MovedWorkpiece(found, part, result, moved, errors, options.seams.gap_for(workpiece.graph))
 
 
 def _touches(taught: TaughtPoints, workpiece: Workpiece, of: PointPairs | Touches | None, use: str) -> Touches | None:
@@ -156,21 +196,37 @@ def bodies_of(touches: Touches, face_body: IntArray) -> IntArray:
     body[is_edge] = edge_body[index[is_edge]]
     is_point = kind == TargetKind.POINT
     if is_point.any():
-        body[is_point] = _bodies_at(graph, targets.point[touches.rows][is_point], edge_body)
+        body[is_point] = bodies_at(graph, targets.point[touches.rows][is_point], face_body)
     return body
 
 
-def _bodies_at(graph: BrepGraph, p: FloatArray, edge_body: IntArray) -> IntArray:
+def bodies_at(graph: BrepGraph, p: FloatArray, face_body: IntArray) -> IntArray:
+    """Return the body of each point, shape (n,), as `bodies_of` does; `p` has the shape (n, 3), in `part`, mm."""
+    edge_body = face_body[graph.edge_faces.max(axis=1)]
     start, _, points = edge_polylines(graph)
     edge = np.repeat(np.arange(len(start) - 1), np.diff(start))
     ends = np.concatenate([start[:-1], start[1:] - 1])
     circles = np.flatnonzero(graph.edge_kind == CurveKind.CIRCLE)
     named = np.concatenate([points[ends], graph.edge_frame[circles, 0]])
     named_edge = np.concatenate([edge[ends], circles])
-    away, row = cKDTree(named).query(p)
-    other_away, other = cKDTree(points).query(p)
-    found = np.where(away <= other_away + 1e-3, named_edge[row], edge[other])
+    distances, row = cKDTree(named).query(p)
+    away, found = np.asarray(distances), named_edge[row]
+    for k in np.flatnonzero(away > NAMED_MM).tolist():
+        nearest, apart = _nearest_edge(points, edge, p[k])
+        if apart < away[k] - NAMED_MM:
+            found[k] = nearest
     return np.asarray(edge_body[found])
+
+
+def _nearest_edge(points: FloatArray, edge: IntArray, p: FloatArray) -> tuple[int, float]:
+    """Return the edge whose polyline is nearest to a point, and its distance, mm."""
+    inside = np.flatnonzero(edge[1:] == edge[:-1])
+    a, along = points[inside], points[inside + 1] - points[inside]
+    square = np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
+    share = np.clip(np.einsum("ij,ij->i", p - a, along) / square, 0.0, 1.0)
+    away = np.linalg.norm(a + share[:, None] * along - p, axis=1)
+    k = int(np.argmin(away))
+    return int(edge[inside[k]]), float(away[k])
 
 
 def meeting_points(moved: MovedSeam) -> MeetingPoints:
@@ -181,15 +237,22 @@ def meeting_points(moved: MovedSeam) -> MeetingPoints:
     )
 
 
-def _result(rigid: CalibrationResult, found: MovedBodies, moved: Sequence[MovedSeam]) -> CalibrationResult:
+def _sigma(rigid: CalibrationResult, touches: Touches, options: CalibrateOptions) -> Sigma:
+    """Error of the touches: their own, stated or usual. Residuals of the part as one body hold its motions, too."""
+    if touches.covariances is not None:
+        return rigid.sigma
+    stated = options.teaching.per_axis_mm
+    return Sigma(USUAL_SIGMA_MM, SigmaSource.ASSUMED) if stated is None else Sigma.stated(stated)
+
+
+def _result(
+    rigid: CalibrationResult, found: MovedBodies, moved: Sequence[MovedSeam], sigma: Sigma
+) -> CalibrationResult:
     """Return the result of this fit: what was judged of the part as one body does not hold any more."""
     accepted = [seam for seam in moved if seam.seam.accepted]
     judgement = rigid.judgement
     if accepted:
-        points = [meeting_points(seam) for seam in accepted]
-        joined = MeetingPoints(
-            *(np.concatenate([getattr(each, name) for each in points]) for name in MeetingPoints.__slots__)
-        )
+        joined = MeetingPoints.joined([meeting_points(seam) for seam in accepted])
         names = [seam.seam.name for seam in accepted for _ in range(len(seam.seam.frames))]
         judgement = judge_bodies(found, joined, names, tolerance_mm=rigid.tolerance_mm)
     T = found.fit.T_base_part
@@ -199,6 +262,7 @@ def _result(rigid: CalibrationResult, found: MovedBodies, moved: Sequence[MovedS
         T_base_nominal=T @ rigid.T_nominal_part.inverse(),
         criterion=Criterion.WEIGHTED,
         lower_bound_mm=0.0,
+        sigma=sigma,
         covariance=found.fit.covariance[:6, :6],
         judgement=judgement,
         criteria=None,

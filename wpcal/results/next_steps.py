@@ -196,6 +196,11 @@ def _moved_too_large(calibration: Mapping[str, Any], judgement: Mapping[str, Any
     touches = {row["name"]: row["touches"] for row in bodies["bodies"]}
     if seam["never_touched"]:
         steps.append(f"Touch {_list(seam['never_touched'])}: no touch lies there yet.")
+    elif seam["u95_unseen_mm"] > seam["u95_placing_mm"] and seam["u95_across_mm"] < seam["u95_mm"] / 2.0:
+        steps.append(
+            f"Touch {_list(seam['bodies'])} on faces across {seam['seam']}: its ends may be off along it, "
+            f"where no touch sees them; across it, it is within {seam['u95_across_mm']:.2g} mm."
+        )
     elif seam["u95_unseen_mm"] > seam["u95_placing_mm"]:
         fewest = min(seam["bodies"], key=lambda name: touches.get(name, 0))
         steps.append(

@@ -55,7 +55,29 @@ class PanelCommand(NamedTuple):
         return show_panel(getattr(module, self.panel)(document))
 
 
-COMMANDS: tuple[PanelCommand, ...] = ()
+COMMANDS: tuple[PanelCommand, ...] = (
+    PanelCommand(
+        "WpCal_FeaturesAndSeams",
+        "Features and seams",
+        "Find what can be touched and what can be welded, and decide about the seams",
+        "features_and_seams",
+        "FeaturesAndSeamsPanel",
+    ),
+    PanelCommand(
+        "WpCal_Calibrate",
+        "Calibrate",
+        "Fit the taught points, show the errors, place the part, and write the result folder",
+        "calibrate",
+        "CalibratePanel",
+    ),
+    PanelCommand("WpCal_Export", "Export", "Write robot programs and other formats", "export_programs", "ExportPanel"),
+    PanelCommand(
+        "WpCal_TouchPlan", "Touch plan", "Plan the touches of the wire that locate the part", "plans", "TouchPlanPanel"
+    ),
+    PanelCommand(
+        "WpCal_WeldPlan", "Weld plan", "Plan how the robot welds all seams in its cell", "plans", "WeldPlanPanel"
+    ),
+)
 
 
 def register() -> tuple[str, ...]:

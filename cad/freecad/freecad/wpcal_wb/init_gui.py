@@ -10,6 +10,7 @@ import FreeCADGui
 
 from . import RESOURCES, icon
 from .document.restore import watch_documents
+from .preferences import PreferencePage
 from .words import translate
 
 
@@ -38,6 +39,8 @@ class WpCalWorkbench(FreeCADGui.Workbench):
 
 FreeCADGui.addLanguagePath(str(RESOURCES / "translations"))
 FreeCADGui.updateLocale()
+FreeCADGui.addIconPath(str(RESOURCES / "icons"))
+FreeCADGui.addPreferencePage(PreferencePage, "wpcal")
 FreeCADGui.addWorkbench(WpCalWorkbench())
 watch_documents()
 FreeCAD.Console.PrintLog("wpcal: the workbench is ready\n")

@@ -52,7 +52,7 @@ def find_executable() -> Executable | None:
     """
     text = preferred()
     if text:
-        return Executable(_command(text), translate("preferences"))
+        return Executable(command_of(text), translate("preferences"))
     return next(found_executables(), None)
 
 
@@ -79,7 +79,7 @@ def how_to_install() -> str:
     )
 
 
-def _command(text: str) -> tuple[str, ...]:
+def command_of(text: str) -> tuple[str, ...]:
     """Split a preference into program and arguments; a path with spaces that exists is one program."""
     if Path(text).expanduser().exists():
         return (str(Path(text).expanduser()),)

@@ -177,6 +177,11 @@ class Client:
         """Whether there is a process."""
         return self._process is not None
 
+    @property
+    def process_id(self) -> int:
+        """The number of the process; 0 if there is none."""
+        return int(self._process.processId()) if self._process is not None else 0
+
     def _start(self) -> Failure | None:
         """Start a process if there is none; return why there cannot be one."""
         if self._process is not None:

@@ -14,14 +14,18 @@ from typing import Any, Iterator, NamedTuple, Sequence
 
 import FreeCAD
 
-from .kinds import kind_of
+from .kinds import is_ours
 
 _COUNTER = re.compile(rb"Open CASCADE STEP translator [\d.]+( [\d.]+)*")
 """The kernel numbers the files of a process in the names of products without a name."""
 SAME_PLACEMENT = 1e-9
 """Largest difference of two entries of the matrices of equal placements, mm: round-off of products of a few of them."""
+SHAPED = ("Part::Feature", "App::Part", "App::Link")
+"""Objects that can have a solid."""
 CONTAINERS = ("App::DocumentObjectGroup", "App::DocumentObjectGroupPython")
 """Groups without a place of their own."""
+GEOMETRIC = (*SHAPED, CONTAINERS[0])
+"""Objects whose change can change the part."""
 
 
 class NothingToExportError(ValueError):
@@ -62,19 +66,24 @@ def part_objects(document: Any, chosen: Sequence[Any] = ()) -> list[Any]:
     NothingToExportError
         When nothing has a solid.
     """
-    candidates = list(chosen) if chosen else [obj for obj in _spread(document.RootObjects) if obj.Visibility]
-    objects = [obj for obj in candidates if kind_of(obj) is None and has_solid(obj)]
+    candidates = list(chosen) if chosen else [obj for obj in _spread(roots(document)) if obj.Visibility]
+    objects = [obj for obj in candidates if not is_ours(obj) and has_solid(obj)]
     if not objects:
         where = "the selection" if chosen else "the visible objects of the document"
         raise NothingToExportError(f"no solid in {where}")
     return objects
 
 
+def roots(document: Any) -> list[Any]:
+    """Return the objects that belong to no other; the links of this workbench to them do not count."""
+    return [obj for obj in document.Objects if not is_ours(obj) and all(is_ours(user) for user in obj.InList)]
+
+
 def has_solid(obj: Any) -> bool:
     """Tell whether an object, or a part of it, is a solid."""
     import Part
 
-    if not (obj.isDerivedFrom("Part::Feature") or obj.isDerivedFrom("App::Part") or obj.isDerivedFrom("App::Link")):
+    if not any(obj.isDerivedFrom(name) for name in SHAPED):
         return False
     shape = Part.getShape(obj)
     return not shape.isNull() and len(shape.Solids) > 0
@@ -147,11 +156,12 @@ class Changes:
     """Counts the changes of the part's objects. A document observer of FreeCAD."""
 
     GEOMETRY = ("Shape", "Placement", "Group", "Visibility", "LinkedObject", "LinkPlacement", "Label")
-    """A change of another property reaches the part through one of these."""
+    """A change of another property reaches the part through one of these; so does a new object."""
 
     def __init__(self, document: Any) -> None:
         self._document = document
         self.count = 0
+        self.is_paused = False
         FreeCAD.addDocumentObserver(self)
 
     def stop(self) -> None:
@@ -163,14 +173,12 @@ class Changes:
         if name in self.GEOMETRY:
             self._count(obj)
 
-    def slotCreatedObject(self, obj: Any) -> None:
-        """Count a new object."""
-        self._count(obj)
-
     def slotDeletedObject(self, obj: Any) -> None:
         """Count a deleted object."""
         self._count(obj)
 
     def _count(self, obj: Any) -> None:
-        if obj.Document.Name == self._document.Name and kind_of(obj) is None:
+        if self.is_paused or obj.Document.Name != self._document.Name:
+            return
+        if any(obj.isDerivedFrom(name) for name in GEOMETRIC):
             self.count += 1

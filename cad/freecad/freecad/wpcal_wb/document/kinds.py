@@ -20,7 +20,7 @@ KIND = "WpCalKind"
 """The property that says which kind of object it is."""
 GROUP = "wpcal"
 """The group of the properties in the property editor."""
-HIDDEN = 4
+HIDDEN = 2
 """Property mode: not shown. Records of thousands of characters are no use in the property editor."""
 READ_ONLY = 1
 """Property mode: shown, not edited there."""
@@ -56,9 +56,10 @@ PROPERTIES: dict[Kind, tuple[_Property, ...]] = {
     Kind.CALIBRATION: (
         ("App::PropertyString", "Verdict", "Verdict of the calibration", READ_ONLY),
         ("App::PropertyPlacement", "Pose", "Pose of the part in the robot's base (T_base_part)", READ_ONLY),
+        ("App::PropertyPlacement", "PartFrame", "Where the coordinates of the part lie in the document", READ_ONLY),
         ("App::PropertyString", "ResultFolder", "The result folder", READ_ONLY),
-        ("App::PropertyString", "Calibration", "The result (wpcal/calibration/1, JSON)", HIDDEN),
-        ("App::PropertyString", "SeamsInBase", "The seams in the robot's base (wpcal/seams/1, JSON)", HIDDEN),
+        ("App::PropertyString", "Calibration", "The answer of calibrate, with the seams in the base (JSON)", HIDDEN),
+        ("App::PropertyString", "Shown", "What is drawn of it (JSON)", HIDDEN),
     ),
 }
 NAMES = {Kind.SEAMS: "WpCalSeams", Kind.TAUGHT: "WpCalTaught", Kind.CALIBRATION: "WpCalCalibration"}
@@ -107,6 +108,11 @@ def kind_of(obj: Any) -> Kind | None:
     """Return the kind of an object; None for any that is not of this workbench."""
     text = getattr(obj, KIND, None)
     return Kind(text) if text in [kind.value for kind in Kind] else None
+
+
+def is_ours(obj: Any) -> bool:
+    """Tell whether this workbench made an object: it is no part of the user's model."""
+    return bool(getattr(obj, KIND, ""))
 
 
 def objects_of(document: Any, kind: Kind) -> list[Any]:

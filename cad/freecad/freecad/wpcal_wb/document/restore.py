@@ -13,8 +13,12 @@ from .kinds import attach_proxies
 class _Restorer:
     """A document observer of FreeCAD."""
 
-    def slotFinishRestoreDocument(self, document: Any) -> None:
-        """Give the objects back what a FreeCAD without the workbench dropped when it saved the document."""
+    def slotActivateDocument(self, document: Any) -> None:
+        """Give the objects back what a FreeCAD without the workbench dropped when it saved the document.
+
+        FreeCAD activates a document as the last step of opening it. Version 0.20 tells of no earlier moment at which
+        all properties are read.
+        """
         attach_proxies(document)
 
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, Iterator
 
 import FreeCAD
 
@@ -97,6 +98,15 @@ class Session:
         """Return the objects that the seams belong to; empty for the whole document."""
         seams = object_of(self.document, Kind.SEAMS)
         return list(seams.Objects) if seams is not None else []
+
+    @contextmanager
+    def own_changes(self) -> Iterator[None]:
+        """Change objects that are no part of the model, such as links to it: the part is not written again."""
+        self._changes.is_paused = True
+        try:
+            yield
+        finally:
+            self._changes.is_paused = False
 
     def write_part(self) -> export.ExportedPart:
         """Return the part as a STEP file; it is written again only after a change.

@@ -5,39 +5,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from .. import icon
+from ..document.calibration import kept_fit_of, shown_of
 from ..document.kinds import Kind, kind_of
-
-
-class RecordView:
-    """The view provider of an object: its icon in the tree and its drawing."""
-
-    icon_name = "WpCal"
-
-    def __init__(self, view: Any) -> None:
-        view.Proxy = self
-
-    def getIcon(self) -> str:
-        """Return the icon in the tree."""
-        return icon(self.icon_name)
-
-    def dumps(self) -> None:
-        """Save nothing (FreeCAD 1.0 and later)."""
-
-    def loads(self, state: object) -> None:
-        """Restore nothing (FreeCAD 1.0 and later)."""
-
-    def __getstate__(self) -> None:
-        """Save nothing (FreeCAD 0.20)."""
-
-    def __setstate__(self, state: object) -> None:
-        """Restore nothing (FreeCAD 0.20)."""
-
-
-class SeamsView(RecordView):
-    """Seams and features."""
-
-    icon_name = "WpCal_FeaturesAndSeams"
+from .base import RecordView
+from .seams import SeamsView
 
 
 class TaughtView(RecordView):
@@ -47,9 +18,41 @@ class TaughtView(RecordView):
 
 
 class CalibrationView(RecordView):
-    """A calibration."""
+    """A calibration: seams in the colours of their errors, residuals, seam frames."""
 
     icon_name = "WpCal_Calibrate"
+    mode = "Errors"
+
+    def attach(self, view: Any) -> None:
+        """Make the node that the drawing is put into."""
+        from pivy import coin
+
+        self.root = coin.SoSeparator()
+        view.addDisplayMode(self.root, self.mode)
+        self.updateData(view.Object, "Calibration")
+
+    def updateData(self, obj: Any, name: str) -> None:
+        """Draw again what has changed."""
+        if name not in ("Calibration", "Shown", "PartFrame"):
+            return
+        from .calibration import calibration_node
+
+        self.root.removeAllChildren()
+        fit = kept_fit_of(obj)
+        if fit is not None:
+            self.root.addChild(calibration_node(fit, obj.PartFrame, shown_of(obj)))
+
+    def getDisplayModes(self, _view: Any) -> list[str]:
+        """Return the only way in which a calibration is drawn."""
+        return [self.mode]
+
+    def getDefaultDisplayMode(self) -> str:
+        """Return the only way in which a calibration is drawn."""
+        return self.mode
+
+    def setDisplayMode(self, mode: str) -> str:
+        """Return the mode that is wanted."""
+        return mode
 
 
 VIEWS: dict[Kind, type[RecordView]] = {
