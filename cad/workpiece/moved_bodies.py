@@ -160,7 +160,7 @@ def fit_weldment(
         body,
         part.bodies,
         rigid.T_base_part,
-        sigma_mm=sigma.mm,
+        sigma_mm=options.teaching.per_axis_mm or sigma.mm,  # a smaller one than the digits show is for exact touches
         estimate=not choice.is_stated,
         seed=options.seed,
     )
