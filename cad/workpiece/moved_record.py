@@ -16,7 +16,7 @@ def bodies_record(moved: MovedWorkpiece) -> dict[str, Any]:
         for seam, error in zip(moved.seams, moved.errors, strict=True)
         if seam.seam.accepted
     ]
-    return {**moved.bodies.to_record(), "seams": seams}
+    return {**moved.bodies.to_record(), "gap_limit_mm": moved.gap_limit_mm, "seams": seams}
 
 
 def _seam_record(moved: MovedWorkpiece, seam: MovedSeam, error: MeetingErrors) -> dict[str, Any]:
