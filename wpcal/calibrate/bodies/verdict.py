@@ -18,22 +18,19 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtri
 
-from wpcal.calibrate.bodies.errors import MeetingPoints, meeting_errors, meeting_jacobian
+from wpcal.calibrate.bodies.errors import MOST_POINTS, MeetingPoints, joint_error, meeting_errors, meeting_jacobian
 from wpcal.calibrate.bodies.moved import MovedBodies
 from wpcal.calibrate.criteria import RIVAL, SILENT
 from wpcal.calibrate.outlier_limits import FALSE_ALARM
-from wpcal.calibrate.uncertainty import COVERAGE, Sigma, SigmaSource, length_quantile
+from wpcal.calibrate.uncertainty import Sigma, SigmaSource, length_quantile
 from wpcal.calibrate.verdict import Verdict, VerdictKind, VerdictReason
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
 from wpcal.core.wording import listed
 
-SAMPLES = 2000
 GROSS_MM = 10.0
 """A touch on a wrong face, or one that slipped off an edge, is off by the thickness of a plate or more."""
-MOST_POINTS = 200
-"""The largest error of all seams is among the points with the largest errors of their own."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,7 +81,8 @@ def judge_bodies(evidence: BodiesEvidence) -> Verdict:
     moved, tolerance = evidence.moved, evidence.tolerance_mm
     own = meeting_errors(moved.fit, evidence.points).total_mm
     worst = np.argsort(-own, kind="stable")[:MOST_POINTS]
-    error_mm = _joint_error(moved, evidence.points.select(worst)) + evidence.bias_mm
+    J = meeting_jacobian(moved.fit.motions, evidence.points.select(worst))
+    error_mm = joint_error(J, moved.fit.covariance) + evidence.bias_mm
     seam = evidence.seam_names[int(worst[0])] if evidence.seam_names else ""
     failed = _failure(evidence)
     if failed is not None:
@@ -211,13 +209,3 @@ def _checked(evidence: BodiesEvidence) -> tuple[FloatArray, FloatArray, tuple[st
     own = evidence.sigma.mm**2 * np.eye(3) if pairs.covariances is None else pairs.covariances
     spread = J @ fit.covariance @ J.transpose(0, 2, 1) + own
     return off, length_quantile(spread, 1.0 - FALSE_ALARM / len(off)) + evidence.bias_mm, pairs.names
-
-
-def _joint_error(moved: MovedBodies, points: MeetingPoints) -> float:
-    """Return the length that no point's error exceeds, with 95 % probability, mm."""
-    values, vectors = np.linalg.eigh(moved.fit.covariance)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    J = meeting_jacobian(moved.fit.motions, points)
-    drawn = np.random.default_rng(0).standard_normal((root.shape[1], SAMPLES))
-    off = (J.reshape(-1, J.shape[2]) @ (root @ drawn)).reshape(len(J), 3, SAMPLES)
-    return float(np.quantile(np.linalg.norm(off, axis=1).max(axis=0), COVERAGE))
