@@ -160,7 +160,7 @@ def fit_weldment(
         body,
         part.bodies,
         rigid.T_base_part,
-        sigma_mm=sigma.mm,
+        sigma_mm=options.teaching.per_axis_mm or sigma.mm,  # a smaller one than the digits show is for exact touches
         estimate=not choice.is_stated,
         seed=options.seed,
     )
@@ -233,7 +233,7 @@ def meeting_points(moved: MovedSeam) -> MeetingPoints:
     """Return the frames of a moved seam as points whose error is known."""
     frames = moved.seam.frames
     return MeetingPoints(
-        frames.p, moved.wall_body, moved.base_body, moved.n_wall, moved.n_base, frames.R[:, :, 0], moved.is_met
+        frames.p, moved.wall_body, moved.base_body, moved.n_wall, moved.n_base, moved.x_wall, moved.is_met
     )
 
 

@@ -33,6 +33,8 @@ class MovedSeam:
         The bodies of the two faces at every frame; -1: a face that did not move.
     n_wall, n_base : ndarray, shape (n, 3)
         Outward normals of the moved faces, in `part`.
+    x_wall : ndarray, shape (n, 3)
+        The travel as it turned with the wall: each point lies in the plane across it that goes with the wall.
     is_met : ndarray of bool, shape (n,)
         Whether the faces fix the place across the seam.
     gap_mm : ndarray, shape (n,)
@@ -44,6 +46,7 @@ class MovedSeam:
     base_body: IntArray
     n_wall: FloatArray
     n_base: FloatArray
+    x_wall: FloatArray
     is_met: BoolArray
     gap_mm: FloatArray
 
@@ -104,7 +107,7 @@ def _moved_seam(graph: BrepGraph, seam: Seam, face_body: IntArray, R: FloatArray
     frames = SeamFrames(s, moved, turn @ seam.frames.R, angle, seam.frames.frame)
     gap = np.einsum("ni,ni->n", with_each[0] - foot, normal)
     own = replace(seam, frames=frames, length_mm=float(s[-1]))
-    return MovedSeam(own, bodies[0], bodies[1], n_now[0], n_now[1], is_met, gap)
+    return MovedSeam(own, bodies[0], bodies[1], n_now[0], n_now[1], x_each[0], is_met, gap)
 
 
 def _crossing(normals: Sequence[FloatArray], x: FloatArray) -> FloatArray:
