@@ -179,6 +179,7 @@ def calibrate(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> 
         T_nominal_part=asked.nominal,
         options=asked.options,
         silent=None if asked.run is None else asked.run.silent,
+        find=part.seams,
         progress=progress,
     )
     record = found.to_record(() if asked.run is None else asked.run.issues)

@@ -7,18 +7,18 @@ values.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
 from cad.workpiece.moved_bodies import MovedWorkpiece, fit_weldment
 from cad.workpiece.moved_file import write_moved
 from cad.workpiece.moved_record import bodies_record
-from cad.workpiece.seams import find_seams
+from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
@@ -43,6 +43,7 @@ from wpcal.taught.touch_results import SilentRows
 if TYPE_CHECKING:
     from wpcal.planning.cell.grasp import Holding
 
+SeamFinder: TypeAlias = Callable[[SeamOptions, SeamChoice], tuple[tuple[Seam, ...], Workpiece]]
 SEAM_RGB = (0.9, 0.2, 0.1)
 """Colour of seams that are written as edges into the moved STEP file (sRGB)."""
 
@@ -136,6 +137,7 @@ def calibrate_workpiece(
     T_nominal_part: RigidTransform | None = None,
     options: CalibrateOptions | None = None,
     silent: SilentRows | None = None,
+    find: SeamFinder | None = None,
     progress: Progress = no_progress,
 ) -> WorkpieceCalibration:
     """Find the pose of a real part, and its weld seams in the robot's base.
@@ -152,6 +154,8 @@ def calibrate_workpiece(
     options : CalibrateOptions, optional
     silent : SilentRows, optional
         Searches of a touch program that found nothing.
+    find : callable, optional
+        Finds the seams in place of `find_seams`, where they are known already.
     progress : callable, optional
         Gets one line per step.
 
@@ -190,7 +194,7 @@ def calibrate_workpiece(
     named = name_taught(given, workpiece.features, options=options, T_nominal_part=T_nominal_part, progress=progress)
     observed = prepare_fit(named.taught, workpiece, T_nominal_part=T_nominal_part, silent=silent)
     progress(f"finding seams: {workpiece.size}")
-    seams, workpiece = find_seams(workpiece, options.seams, options.choice)
+    seams, workpiece = (find or partial(find_seams, workpiece))(options.seams, options.choice)
     progress(f"fitting {counted(len(named.taught.names), 'point')}, {counted(len(seams), 'seam')}")
     with blamed_on(named.taught.path):
         result, u95 = run_fit(

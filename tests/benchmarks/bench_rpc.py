@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from cad.pick.rows import Rows
 from cad.samples.steel_structure import steel_structure
 from cad.step.new_file import new_step_text
 from cad.workpiece.answer_cache import FOLDER_VARIABLE
-from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit, run_fit
+from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
 from cad.workpiece.seams import SeamChoice
 from tests.benchmarks.bench_pick import touched
 from tests.benchmarks.timing import least_seconds
@@ -65,7 +66,8 @@ def bare_fit_s(step: Path, rows: Rows) -> float:
     options = CalibrateOptions()
     named = name_taught(rows.to_taught(), part.workpiece.features, options=options)
     observed = prepare_fit(named.taught, part.workpiece)
-    return least_seconds(lambda: run_fit(observed, part.seams, options=options), REPEATS)
+    suggest = partial(next_point, named.taught, part.workpiece, part.seams)
+    return least_seconds(lambda: run_fit(observed, part.seams, options=options, suggest=suggest), REPEATS)
 
 
 def measure(bays: int, folder: Path, environment: dict[str, str]) -> tuple[str, ...]:
