@@ -31,6 +31,9 @@ from wpcal.seam.seam import Seam
 from wpcal.taught.resolve import touches_of
 from wpcal.taught.table import TaughtPoints
 
+NAMED_MM = 1e-3
+"""A point this near to a vertex or to the centre of a circle is taken for it."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedWorkpiece:
@@ -198,21 +201,37 @@ def bodies_of(touches: Touches, face_body: IntArray) -> IntArray:
     body[is_edge] = edge_body[index[is_edge]]
     is_point = kind == TargetKind.POINT
     if is_point.any():
-        body[is_point] = _bodies_at(graph, targets.point[touches.rows][is_point], edge_body)
+        body[is_point] = bodies_at(graph, targets.point[touches.rows][is_point], face_body)
     return body
 
 
-def _bodies_at(graph: BrepGraph, p: FloatArray, edge_body: IntArray) -> IntArray:
+def bodies_at(graph: BrepGraph, p: FloatArray, face_body: IntArray) -> IntArray:
+    """Return the body of each point, shape (n,), as `bodies_of` does; `p` has the shape (n, 3), in `part`, mm."""
+    edge_body = face_body[graph.edge_faces.max(axis=1)]
     start, _, points = edge_polylines(graph)
     edge = np.repeat(np.arange(len(start) - 1), np.diff(start))
     ends = np.concatenate([start[:-1], start[1:] - 1])
     circles = np.flatnonzero(graph.edge_kind == CurveKind.CIRCLE)
     named = np.concatenate([points[ends], graph.edge_frame[circles, 0]])
     named_edge = np.concatenate([edge[ends], circles])
-    away, row = cKDTree(named).query(p)
-    other_away, other = cKDTree(points).query(p)
-    found = np.where(away <= other_away + 1e-3, named_edge[row], edge[other])
+    distances, row = cKDTree(named).query(p)
+    away, found = np.asarray(distances), named_edge[row]
+    for k in np.flatnonzero(away > NAMED_MM).tolist():
+        nearest, apart = _nearest_edge(points, edge, p[k])
+        if apart < away[k] - NAMED_MM:
+            found[k] = nearest
     return np.asarray(edge_body[found])
+
+
+def _nearest_edge(points: FloatArray, edge: IntArray, p: FloatArray) -> tuple[int, float]:
+    """Return the edge whose polyline is nearest to a point, and its distance, mm."""
+    inside = np.flatnonzero(edge[1:] == edge[:-1])
+    a, along = points[inside], points[inside + 1] - points[inside]
+    square = np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
+    share = np.clip(np.einsum("ij,ij->i", p - a, along) / square, 0.0, 1.0)
+    away = np.linalg.norm(a + share[:, None] * along - p, axis=1)
+    k = int(np.argmin(away))
+    return int(edge[inside[k]]), float(away[k])
 
 
 def meeting_points(moved: MovedSeam) -> MeetingPoints:
@@ -238,10 +257,7 @@ def _result(
     accepted = [seam for seam in moved if seam.seam.accepted]
     judgement = rigid.judgement
     if accepted:
-        points = [meeting_points(seam) for seam in accepted]
-        joined = MeetingPoints(
-            *(np.concatenate([getattr(each, name) for each in points]) for name in MeetingPoints.__slots__)
-        )
+        joined = MeetingPoints.joined([meeting_points(seam) for seam in accepted])
         names = [seam.seam.name for seam in accepted for _ in range(len(seam.seam.frames))]
         judgement = judge_bodies(found, joined, names, tolerance_mm=rigid.tolerance_mm)
     T = found.fit.T_base_part

@@ -11,6 +11,7 @@ fix the place, it goes with the mean of both bodies.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -21,6 +22,10 @@ from wpcal.calibrate.bodies.motions import Motions
 from wpcal.calibrate.uncertainty import COVERAGE, length_quantile
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
+
+SAMPLES = 2000
+MOST_POINTS = 200
+"""The largest error of all seams is among the points with the largest errors of their own."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,6 +56,11 @@ class MeetingPoints:
         """Return points that go with one body each; shapes (n,) and (n, 3), `part` after the motions, mm."""
         nothing = np.zeros_like(p_part)
         return cls(p_part, body, body, nothing, nothing, nothing, np.zeros(len(p_part), dtype=np.bool_))
+
+    @classmethod
+    def joined(cls, several: Sequence[MeetingPoints]) -> MeetingPoints:
+        """Return the points of several seams together."""
+        return cls(*(np.concatenate([getattr(each, field.name) for each in several]) for field in fields(cls)))
 
     def select(self, rows: IntArray) -> MeetingPoints:
         """Return the points at `rows`, of shape (k,)."""
@@ -132,6 +142,25 @@ def meeting_errors(fit: BodiesFit, points: MeetingPoints) -> MeetingErrors:
             )
         )
     )
+
+
+def joint_error(J: FloatArray, covariance: FloatArray) -> float:
+    """Return the length that no point's error exceeds, with 95 % probability, mm.
+
+    Every point stays below its own 95 % error with 95 % probability. That all of them do is less probable.
+
+    Parameters
+    ----------
+    J : ndarray, shape (n, 3, m)
+        Derivative of n points by m unknowns; the `MOST_POINTS` with the largest errors of their own are enough.
+    covariance : ndarray, shape (m, m)
+        Of the unknowns.
+    """
+    values, vectors = np.linalg.eigh(covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    drawn = np.random.default_rng(0).standard_normal((root.shape[1], SAMPLES))
+    off = (J.reshape(-1, J.shape[2]) @ (root @ drawn)).reshape(len(J), 3, SAMPLES)
+    return float(np.quantile(np.linalg.norm(off, axis=1).max(axis=0), COVERAGE))
 
 
 def gap_errors_mm(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
