@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cad.cli.bodies_options import BodiesFlags
 from cad.cli.moved_advice import show_moved_advice
-from cad.cli.options import POINT_LETTERS, BodiesFlags, SeamChoiceFlags, SeamFlags, no_cache_option
+from cad.cli.options import POINT_LETTERS, SeamChoiceFlags, SeamFlags, no_cache_option
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, KIND_HELP, ONLY_HELP, SIGMA_HELP
 

@@ -138,7 +138,7 @@ def pick(
         given_name=str(taught),
         force=other_part,
         command=command,
-        moving=chosen,
+        moving=session.moving,
     )
     notes = (*notes, *said_notes, *seam_notes)
     for note in (*(f"left out {point}" for point in left_out), *notes):
