@@ -143,7 +143,7 @@ def pick(
     notes = (*notes, *said_notes, *seam_notes)
     for note in (*(f"left out {point}" for point in left_out), *notes):
         click.echo(f"note: {note}", err=True)
-    page = build_pick_page(session.part, options, notes=notes, revision=session.seams_revision, moving=session.moving)
+    page = build_pick_page(session.part, options, notes=notes, revision=session.seams_revision)
     server = PickServer(session, table, page, seams=seams, host=host, port=port)
     try:
         serve(server, part_step.name, browser=browser and _has_screen())

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from cad.pick.moving import MovingChoice
 from cad.pick.part import PickPart
 from cad.pick.shared_seams import seams_of, solids_of
 from cad.workpiece.fit_taught import CalibrateOptions
@@ -19,14 +18,7 @@ BODY = """
 """
 
 
-def build_pick_page(
-    part: PickPart,
-    options: CalibrateOptions,
-    *,
-    notes: Sequence[str] = (),
-    revision: int = 1,
-    moving: MovingChoice | None = None,
-) -> str:
+def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequence[str] = (), revision: int = 1) -> str:
     """Return the page. It asks its own server for the table, so that a reload shows the table as it is.
 
     Parameters
@@ -37,8 +29,6 @@ def build_pick_page(
         What a person must know about the rows and the seams at the start.
     revision : int
         Of the seams.
-    moving : MovingChoice, optional
-        Whether bodies may have moved, at the start.
     """
     shown = seams_of(part)
     features = [
@@ -55,7 +45,6 @@ def build_pick_page(
         **solids_of(part),
         "choices": {"use": list(USES), "kind": list(KINDS)},
         "tolerance_mm": options.tolerance_mm,
-        "moving": (moving or MovingChoice()).to_record(),
     }
     blobs = {"features": json_blob(features), "frames": json_blob(shown["frames"])}
     if part.part_glb is not None:

@@ -242,9 +242,13 @@ class PickSession:
         return touch_at(self.part, point, normal)
 
     def promise(self, rows: Rows) -> dict[str, Any]:
-        """Predict what planned touches promise for the seams; see `cad.pick.touches.predict_touches`."""
+        """Predict what planned touches promise for the seams; see `cad.pick.touches.predict_touches`.
+
+        If bodies may have moved, no error is predicted: that of the part as one piece is too small.
+        """
         sigma_mm = self.options.teaching.per_axis_mm or USUAL_SIGMA_MM
-        return predict_touches(self.part, rows, sigma_mm=sigma_mm, ball_mm=self.options.ball_mm)
+        found = predict_touches(self.part, rows, sigma_mm=sigma_mm, ball_mm=self.options.ball_mm)
+        return {**found, "error_95_mm": None, "seam": ""} if self.moving.is_on else found
 
 
 def _named_in(

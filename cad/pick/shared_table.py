@@ -251,7 +251,8 @@ class SharedTable:
         return revision == self._revision or (window == self._writer and revision >= self._alone_since)
 
     def _state(self) -> dict[str, Any]:
-        return {"revision": self._revision, "table": self._table.to_record(), "saves_to": str(self.out)}
+        state = {"revision": self._revision, "table": self._table.to_record(), "saves_to": str(self.out)}
+        return {**state, "moving": self.moving.to_record()}
 
     def _change(self, table: Keyed, window: str) -> None:
         if window != self._writer:
