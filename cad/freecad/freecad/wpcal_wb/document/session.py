@@ -212,12 +212,15 @@ class _Sessions:
         self._sessions: dict[str, Session] = {}
         self.client: Client | None = None
 
-    def of(self, document: Any) -> Session:
+    def shared_client(self) -> Client:
         if self.client is None:
             self.client = Client()
             application().aboutToQuit.connect(self.stop)
+        return self.client
+
+    def of(self, document: Any) -> Session:
         if document.Name not in self._sessions:
-            self._sessions[document.Name] = Session(document, self.client)
+            self._sessions[document.Name] = Session(document, self.shared_client())
         return self._sessions[document.Name]
 
     def slotDeletedDocument(self, document: Any) -> None:
@@ -242,6 +245,11 @@ FreeCAD.addDocumentObserver(_SESSIONS)
 def session_of(document: Any) -> Session:
     """Return the session of a document; it is made by the first call."""
     return _SESSIONS.of(document)
+
+
+def start_client() -> None:
+    """Start wpcal now: it loads its CAD kernel while the user looks for the button. A failure is told by the panel."""
+    _SESSIONS.shared_client().call("hello")
 
 
 def stop_sessions() -> None:
