@@ -35,7 +35,7 @@ class AdviseFlags:
     tolerance_mm: float | None = option(
         "--tolerance-mm",
         type=float,
-        help="With --bodies: as many points as keep all accepted seams within this, with 95 % confidence.",
+        help="Allowed error: with --bodies, as many points as keep all accepted seams within it, with 95 % confidence.",
     )
     only: str | None = option(
         "--only", metavar="W1,W5-W8", help=f"{ONLY_HELP} The error counts there.  [default: on all accepted seams]"
