@@ -30,10 +30,14 @@ class BodiesFlags:
         ),
     )
     tack_mm: float | None = option(
-        "--tack-mm", type=float, help="With --bodies: how far tacks let a body move: standard deviation.  [default: 1]"
+        "--tack-mm",
+        type=float,
+        help="Tack tolerance of the place of a body: standard deviation, for --bodies.  [default: 1]",
     )
     tack_mrad: float | None = option(
-        "--tack-mrad", type=float, help="With --bodies: how far they let it turn.  [default: 3]"
+        "--tack-mrad",
+        type=float,
+        help="Tack tolerance of the turn of a body: standard deviation, for --bodies.  [default: 3]",
     )
 
     def to_options(self) -> BodiesOptions | None:
