@@ -71,6 +71,10 @@ class Weldment:
         names = tuple(f"T{i}" for i in range(n))
         return Touches(names, q, np.zeros(n), self.targets, names, None, RobotSpace.NOMINAL, np.arange(n))
 
+    def targets_at(self, rows: IntArray) -> Planes:
+        """Return the planes of some touches, of shape (k,)."""
+        return Planes(self.p[rows], self.n[rows])
+
     def fitted(self, touches: Touches, start: RigidTransform, sigma_mm: float, factor: float = 1.0) -> BodiesFit:
         """Fit it with tolerances times `factor`."""
         return fit_bodies(touches, self.body, self.bodies.scaled(factor, factor), start, sigma_mm=sigma_mm)

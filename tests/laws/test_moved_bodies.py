@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.weldments import Weldment, uprights
-from wpcal.calibrate.bodies import evidence, judge_motion
+from wpcal.calibrate.bodies import Bodies, TackTolerance, evidence, judge_motion
 from wpcal.calibrate.bodies.errors import MeetingPoints, meeting_errors
 from wpcal.calibrate.bodies.fit import BodiesFit
 from wpcal.calibrate.bodies.motions import Motions
 from wpcal.calibrate.bodies.moved import fit_moved_bodies
 from wpcal.calibrate.touches.fit import Pose, fit_squares
 from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import GeometryError
 
 SIGMA_MM = 0.2
 
@@ -161,3 +164,31 @@ def test_the_error_across_a_seam_is_a_part_of_the_whole() -> None:
     found = part.fitted(part.touched(true, SIGMA_MM, rng), true.T_base_part, SIGMA_MM)
     errors = meeting_errors(found, _meeting(part, found))
     assert (errors.across_mm < errors.total_mm / 2.0).all()
+
+
+def _with_tolerance(part: Weldment, mm: float, mrad: float) -> Weldment:
+    own = part.bodies
+    return replace(part, bodies=Bodies(own.names, own.centroid_part, (TackTolerance(mm, mrad),) * len(own)))
+
+
+def test_a_body_that_neither_touches_nor_its_tolerance_hold_is_one_line() -> None:
+    rng = np.random.default_rng(10)
+    held, few = (_with_tolerance(uprights(each), 1e6, 1e6) for each in (6, 2))
+    true = uprights(6).drawn(rng)
+    held.fitted(held.touched(true, SIGMA_MM, rng), true.T_base_part, SIGMA_MM)
+    with pytest.raises(
+        GeometryError, match=r"^body U1: 2 touches and a tack tolerance of .* do not hold it: touch more"
+    ):
+        few.fitted(few.touched(true, SIGMA_MM, rng), true.T_base_part, SIGMA_MM)
+
+
+def test_bodies_without_touches_rest_on_their_tolerance() -> None:
+    rng = np.random.default_rng(11)
+    part = uprights(6)
+    rows = np.flatnonzero((part.body == 0) | (np.arange(len(part.body)) == 7))  # the base, and one touch on U1
+    part = replace(part, p=part.p[rows], n=part.n[rows], body=part.body[rows], targets=part.targets_at(rows))
+    true = part.drawn(rng)
+    found = part.fitted(part.touched(true, SIGMA_MM, rng), true.T_base_part, SIGMA_MM)
+    spread = np.sqrt(np.diag(found.body_covariance(4)))
+    assert np.allclose(spread, part.bodies.scales[4], rtol=1e-9)
+    assert (np.sqrt(np.diag(found.body_covariance(1))) <= part.bodies.scales[1] + 1e-12).all()

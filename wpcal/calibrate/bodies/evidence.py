@@ -27,6 +27,7 @@ from scipy.optimize import minimize
 from scipy.special import chdtrc, ndtri
 
 from wpcal.calibrate.bodies.bodies import Bodies
+from wpcal.calibrate.bodies.fit import LOOSE_MM, LOOSE_RAD
 from wpcal.calibrate.bodies.problem import Whitened
 from wpcal.core.arrays import FloatArray
 
@@ -179,8 +180,9 @@ def estimated_tolerances(touched: Whitened, bodies: Bodies) -> Bodies | None:
         root = np.linalg.cholesky(V)
         return 2.0 * float(np.log(np.diag(root)).sum()) + float(np.sum(np.linalg.solve(root, free.y) ** 2))
 
-    limit = math.log(LARGEST_FACTOR)
-    best = minimize(twice_minus, np.zeros(len(kinds)), method="L-BFGS-B", bounds=[(-limit, limit)] * len(kinds))
+    held = min(min(LOOSE_MM / t.mm, 1e3 * LOOSE_RAD / t.mrad) for t in bodies.tolerances)
+    bounds = [(-math.log(LARGEST_FACTOR), math.log(min(LARGEST_FACTOR, max(held, 1.0))))] * len(kinds)
+    best = minimize(twice_minus, np.zeros(len(kinds)), method="L-BFGS-B", bounds=bounds)
     factors = np.exp(best.x)
     return bodies.scaled(float(factors[0]), float(factors[-1]))
 
