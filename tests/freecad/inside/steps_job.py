@@ -13,8 +13,6 @@ import FreeCADGui
 from PySide import QtCore, QtGui
 
 FIXTURE = Path(os.environ["WPCAL_TEE"])
-LAST = ("V6", "H1")
-"""Rows of the table that check the fit."""
 
 
 def read_rows():
@@ -69,7 +67,7 @@ def steps(window):
 def features_and_seams(window, document):
     window.say("features and seams")
     yield from window.click_widget(toolbar_button(window, "Features and seams"))
-    yield lambda: FreeCADGui.Control.activeDialog()
+    yield FreeCADGui.Control.activeDialog
     table = window.find(QtGui.QTableWidget, "wpcal_seams")
     yield lambda: table.rowCount() > 0
     window.facts["seams"] = [table.item(row, 0).text() for row in range(table.rowCount())]
