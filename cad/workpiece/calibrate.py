@@ -209,7 +209,7 @@ def calibrate_workpiece(
             progress("fitting the motions of the bodies")
             moved = fit_weldment(workpiece, named.taught, observed, result, seams, options, options.bodies)
             result, seams = moved.result, moved.told_seams()
-            u95 = tuple(error.total_mm for error in moved.errors)
+            u95 = moved.u95_mm
     return WorkpieceCalibration(
         workpiece,
         result,
