@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
@@ -17,7 +17,9 @@ from wpcal.cli.shared_help import DETAILS_HELP, FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from cad.workpiece.calibrate import WrittenCalibration
+    from cad.workpiece.fit_taught import CalibrateOptions
     from wpcal.controllers.touch_run import TouchRun
+    from wpcal.core.transform import RigidTransform
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,6 +78,47 @@ class TouchFlags:
         return read_touch_run(self.touches, taught, self.setup, part=part.name)
 
 
+@dataclass(frozen=True, slots=True)
+class CalibrationFlags:
+    """Everything that says how a part is calibrated, from the command line or from a request (`wpcal rpc`)."""
+
+    touching: TouchFlags
+    calibration: CalibrateFlags
+    moving: BodiesFlags
+    reading: ProgramFlags
+    choice: SeamChoiceFlags
+
+    def to_options(
+        self, run: TouchRun | None, *, is_criterion_given: bool
+    ) -> tuple[CalibrateOptions, RigidTransform | None]:
+        """Check the flags and return the options, and ``T_nominal_part`` if it is known.
+
+        Parameters
+        ----------
+        run : TouchRun or None
+            A run of a touch program: it knows the nominal place, and its criterion is weighted if none is given.
+        is_criterion_given : bool
+        """
+        from wpcal.calibrate.criteria import Criterion
+
+        options, nominal = self.calibration.to_options(self.choice.to_choice()), self.calibration.fit.to_nominal()
+        options = replace(options, bodies=self.moving.to_options())
+        if run is None:
+            return options, nominal
+        if not is_criterion_given:
+            options = replace(options, criterion=Criterion.WEIGHTED)
+        return options, nominal or run.T_nominal_part
+
+
+def run_arguments(run: TouchRun | None) -> dict[str, Any]:
+    """Return the arguments of `cad.workpiece.calibrate.calibrate_files` about a run of a touch program."""
+    return {
+        "searches": None if run is None else run.record,
+        "run_issues": () if run is None else run.issues,
+        "silent": None if run is None else run.silent,
+    }
+
+
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
@@ -122,24 +165,17 @@ def calibrate(
     names the seam and the point to touch next. Ends with code 1 unless the verdict is PASS.
     """
     from cad.cli.kernel_work import run_on_part
-    from wpcal.calibrate.criteria import Criterion
     from wpcal.cli.calibration_tables import exit_code
     from wpcal.core.records import check_writable
 
-    options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
-    options = replace(options, bodies=moving.to_options())
+    asked = CalibrationFlags(touching, calibration, moving, reading, choice)
     run = touching.read(part_step, taught, calibration.fit, reading)
-    if run is not None:
-        nominal = nominal or run.T_nominal_part
-        if not is_given("criterion"):
-            options = replace(options, criterion=Criterion.WEIGHTED)
+    options, nominal = asked.to_options(run, is_criterion_given=is_given("criterion"))
     holding = holder.read()
     check_writable(out, overwrite=output.force)
     arguments = {
         "taught": reading.read_taught(taught) if run is None else run.taught,
-        "searches": None if run is None else run.record,
-        "run_issues": () if run is None else run.issues,
-        "silent": None if run is None else run.silent,
+        **run_arguments(run),
         "out": out,
         "overwrite": output.force,
         "T_nominal_part": nominal,

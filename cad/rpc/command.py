@@ -11,6 +11,6 @@ def rpc() -> int:
 
     The reference page "wpcal for other programs" describes the messages. Ends when standard input is closed (code 0).
     """
-    from cad.rpc.front import Front
+    from cad.rpc.front import answer_client
 
-    return Front().run()
+    return answer_client()

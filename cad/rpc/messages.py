@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import dataclass
 from typing import Any, Never, TypeAlias
 
-from wpcal.core.errors import WpcalError
 from wpcal.printable import printable
 
 PROTOCOL = 1
@@ -16,6 +16,8 @@ LONGEST_ID = 200
 LARGEST_ID = 2**53
 """Every language reads whole numbers up to this one exactly."""
 MOST_DEEP = "too many lists or objects in one another"
+
+_COUNT = re.compile(r"(?<![\w.])(\d{1,15}) of (\d{1,15})(?![\w.])")
 
 Id: TypeAlias = int | str
 
@@ -123,7 +125,12 @@ def _kind(value: object) -> str:
 
 def to_line(message: dict[str, Any]) -> bytes:
     """Return a message as a line."""
-    return json.dumps(message, allow_nan=False, separators=(",", ":")).encode("ascii") + b"\n"
+    return json.dumps(message, allow_nan=False, separators=(",", ":"), default=_plain).encode("ascii") + b"\n"
+
+
+def _plain(value: Any) -> Any:
+    """Return an array of NumPy as lists, and its numbers as numbers."""
+    return value.tolist()
 
 
 def result_line(request_id: Id, result: dict[str, Any]) -> bytes:
@@ -138,9 +145,9 @@ def error_line(request_id: Id | None, kind: str, message: str, **more: Any) -> b
     return to_line({"id": request_id, "error": error})
 
 
-def fault_line(request_id: Id | None, error: WpcalError, **more: Any) -> bytes:
-    """Return the line about an error that wpcal raised on purpose."""
-    from wpcal.cli.hints import HINTS
-
-    kind = type(error).__name__
-    return error_line(request_id, kind, str(error), code=str(error.code), hint=HINTS.get(str(error.code)), **more)
+def progress_line(request_id: Id, text: str) -> bytes:
+    """Return the line that says what is being done. Of a text with ``3 of 10`` the numbers are told, too."""
+    counted = _COUNT.search(text)
+    done, of = (None, None) if counted is None else map(int, counted.groups())
+    shown = printable(" ".join(text.split()))
+    return to_line({"id": request_id, "progress": {"text": shown, "done": done, "of": of}})

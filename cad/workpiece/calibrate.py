@@ -125,7 +125,7 @@ class WorkpieceCalibration:
         if left_out:
             head["left_out"] = left_out
         if self.moved is not None:
-            record["bodies"] = bodies_record(self.moved)
+            record["bodies"] = bodies_record(self.moved, self.workpiece.graph)
         return {**head, **record, "issues": [*record["issues"], *found]}
 
 
@@ -247,7 +247,7 @@ class WrittenCalibration:
 
 
 def calibrate_files(
-    step: Path,
+    step: Path | Workpiece,
     taught: Path | TaughtPoints,
     out: Path,
     *,
@@ -270,7 +270,8 @@ def calibrate_files(
 
     Parameters
     ----------
-    step : Path
+    step : Path or Workpiece
+        A part that is open already must come from a STEP file.
     taught : Path or TaughtPoints
     out : Path
         The folder to write into.

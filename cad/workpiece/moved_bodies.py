@@ -49,6 +49,8 @@ class MovedWorkpiece:
         Where moved faces meet, in `part`.
     errors : tuple of MeetingErrors
         At the frames of each seam.
+    gap_limit_mm : float
+        Largest gap between members that a seam may have.
     """
 
     bodies: MovedBodies
@@ -56,6 +58,7 @@ class MovedWorkpiece:
     result: CalibrationResult
     seams: tuple[MovedSeam, ...]
     errors: tuple[MeetingErrors, ...]
+    gap_limit_mm: float
 
     def told_seams(self) -> tuple[Seam, ...]:
         """Return the moved seams, with what the motions did to each among their reasons."""
@@ -166,7 +169,7 @@ def fit_weldment(
     errors = tuple(meeting_errors(found.fit, meeting_points(seam)) for seam in moved)
     observed_on = [(each, bodies_of(each, part.face_body)) for each in (touches, checks) if each is not None]
     result = _with_points(_result(rigid, found, moved, sigma), found.fit, observed_on)
-    return MovedWorkpiece(found, part, result, moved, errors)
+    return MovedWorkpiece(found, part, result, moved, errors, options.seams.gap_for(workpiece.graph))
 
 
 def _touches(taught: TaughtPoints, workpiece: Workpiece, of: PointPairs | Touches | None, use: str) -> Touches | None:

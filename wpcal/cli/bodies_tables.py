@@ -34,7 +34,7 @@ def show_bodies(record: Mapping[str, Any], console: Console, *, details: bool = 
     details : bool
         Also print the motions along the axes of the part.
     """
-    console.print(_seams(record["seams"]))
+    console.print(_seams(record["seams"], record["gap_limit_mm"]))
     console.print(_bodies(record["bodies"]))
     if details:
         console.print(_motions(record["bodies"]))
@@ -42,13 +42,13 @@ def show_bodies(record: Mapping[str, Any], console: Console, *, details: bool = 
         console.print(f"the touches see {record['motions_seen']:.1f} of {most} motions of the bodies", highlight=False)
 
 
-def _seams(rows: Sequence[Mapping[str, Any]]) -> Table:
+def _seams(rows: Sequence[Mapping[str, Any]], gap_limit_mm: float) -> Table:
     table = Table(title="Seams where the moved faces meet: error and gap")
     table.add_column("seam", no_wrap=True)
     table.add_column("bodies")
     for heading in ("95 % mm", "across", "from placing", "not seen", "gap mm"):
         table.add_column(heading, justify="right", no_wrap=True)
-    never = []
+    never, wide = [], []
     for row in rows:
         errors = (f"{row[key]:.3f}" for key in ERRORS)
         low, high = (round(row[key], 2) + 0.0 for key in ("gap_min_mm", "gap_max_mm"))
@@ -56,8 +56,12 @@ def _seams(rows: Sequence[Mapping[str, Any]]) -> Table:
         table.add_row(row["seam"], " + ".join(row["bodies"]), *errors, gap)
         if row["never_touched"]:
             never.append(f"{row['seam']} ({listed(row['never_touched'])})")
-    if never:
-        table.caption = f"never touched, the place rests on the tack tolerance: {listed(never)}"
+        if row["gap_max_mm"] > gap_limit_mm:
+            wide.append(row["seam"])
+    captions = [f"never touched, the place rests on the tack tolerance: {listed(never)}"] if never else []
+    if wide:
+        captions.append(f"gap wider than {gap_limit_mm:g} mm (--gap-mm): {listed(wide)}")
+    table.caption = "\n".join(captions) or None
     return table
 
 
@@ -77,7 +81,7 @@ def _bodies(rows: Sequence[Mapping[str, Any]]) -> Table:
         else:
             numbers = ["–"] * 4
         table.add_row(row["name"], *numbers, str(row["touches"]), tack)
-    table.caption = "sigma, p: how strongly the touches say that a body moved; p is corrected for their number"
+    table.caption = "sigma, p: evidence of the touches that a body moved; p is corrected for the number of bodies"
     return table
 
 

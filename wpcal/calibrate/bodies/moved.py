@@ -118,7 +118,8 @@ class MovedBodies:
                     "sigma_mm": spread[b, 3:].tolist(),
                     "sigma_mrad": (1e3 * spread[b, :3]).tolist(),
                     "p_still": float(self.evidence.p_body[b]),
-                    "sigmas": float(self.evidence.sigmas[b]),
+                    "sigmas": max(float(self.evidence.sigmas[b]), 0.0),
+                    "has_moved": b in self.moved,
                     "T_part_moved": _matrix(R[b], t[b]),
                 }
                 for b, name in enumerate(motions.bodies.names)

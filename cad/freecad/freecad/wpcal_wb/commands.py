@@ -57,6 +57,13 @@ class PanelCommand(NamedTuple):
 
 COMMANDS: tuple[PanelCommand, ...] = (
     PanelCommand(
+        "WpCal_FeaturesAndSeams",
+        "Features and seams",
+        "Find what can be touched and what can be welded, and decide about the seams",
+        "features_and_seams",
+        "FeaturesAndSeamsPanel",
+    ),
+    PanelCommand(
         "WpCal_Calibrate",
         "Calibrate",
         "Fit the taught points, show the errors, place the part, and write the result folder",

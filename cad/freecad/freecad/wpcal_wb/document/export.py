@@ -66,12 +66,17 @@ def part_objects(document: Any, chosen: Sequence[Any] = ()) -> list[Any]:
     NothingToExportError
         When nothing has a solid.
     """
-    candidates = list(chosen) if chosen else [obj for obj in _spread(document.RootObjects) if obj.Visibility]
+    candidates = list(chosen) if chosen else [obj for obj in _spread(roots(document)) if obj.Visibility]
     objects = [obj for obj in candidates if not is_ours(obj) and has_solid(obj)]
     if not objects:
         where = "the selection" if chosen else "the visible objects of the document"
         raise NothingToExportError(f"no solid in {where}")
     return objects
+
+
+def roots(document: Any) -> list[Any]:
+    """Return the objects that belong to no other; the links of this workbench to them do not count."""
+    return [obj for obj in document.Objects if not is_ours(obj) and all(is_ours(user) for user in obj.InList)]
 
 
 def has_solid(obj: Any) -> bool:

@@ -12,7 +12,7 @@ from typing import Any, Iterable, NamedTuple, Sequence
 import FreeCAD
 
 from ..words import translate
-from .kinds import KIND
+from .kinds import GROUP, HIDDEN, KIND
 
 FRAME_TYPES = (("PartDesign::CoordinateSystem", "PartDesign"), ("Part::LocalCoordinateSystem", "Part"))
 """Datum coordinate systems: the first type that this FreeCAD makes, and the module that must be loaded for it."""
@@ -55,9 +55,7 @@ def place_part(document: Any, objects: Sequence[Any], pose: Any) -> Any:
     if part is None:
         part = document.addObject("App::Part", "WpCalPlaced")
         part.Label = translate("Part in the robot's base")
-        part.addProperty("App::PropertyString", KIND, "wpcal", "What this object is")
-        setattr(part, KIND, PLACED)
-        part.setEditorMode(KIND, 2)
+        _mark(part)
     wanted = [obj.Name for obj in objects]
     links = [obj for obj in part.Group if obj.TypeId == "App::Link"]
     for link in links:
@@ -70,7 +68,8 @@ def place_part(document: Any, objects: Sequence[Any], pose: Any) -> Any:
         link = document.addObject("App::Link", f"Placed_{name}")
         link.LinkedObject = obj
         link.LinkTransform = True  # the object keeps its place inside the part
-        link.Label = obj.Label
+        link.Label = translate("{label} in the base").format(label=obj.Label)
+        _mark(link)
         part.addObject(link)
     part.Placement = pose
     return part
@@ -123,10 +122,12 @@ def add_frames(document: Any, part: Any, frames: Sequence[NamedFrame]) -> Any:
     remove_frames(document)
     group = document.addObject("App::DocumentObjectGroup", "WpCalFrames")
     group.Label = translate("Seam frames")
+    _mark(group)
     part.addObject(group)
     for frame in frames:
         datum = _coordinate_system(document, frame.name)
         datum.Label = frame.name
+        _mark(datum)
         datum.Placement = frame.placement
         group.addObject(datum)
     return group
@@ -140,6 +141,13 @@ def remove_frames(document: Any) -> None:
         for datum in list(group.Group):
             document.removeObject(datum.Name)
         document.removeObject(group.Name)
+
+
+def _mark(obj: Any) -> None:
+    """Mark an object as no part of the user's model."""
+    obj.addProperty("App::PropertyString", KIND, GROUP, "What this object is")
+    setattr(obj, KIND, PLACED)
+    obj.setEditorMode(KIND, HIDDEN)
 
 
 def _coordinate_system(document: Any, name: str) -> Any:

@@ -128,6 +128,11 @@ class TaskPanel:
         """Show why there is no answer."""
         self.say(translate("Cancelled.") if failure.is_cancelled else failure.text, is_error=True)
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether a question is not answered yet."""
+        return bool(self._asks)
+
     def cancel(self) -> None:
         """Cancel every question that is not answered yet."""
         for ask in list(self._asks):

@@ -21,7 +21,12 @@ REFIT_AFTER_MS = 250
 """A change of an option starts a fit when nothing else was changed for so long."""
 COLOURS = {"PASS": "#1b7f4b", "FAIL": "#b00020"}
 UNCERTAIN = "#b36b00"
-FIRST_OPTIONS = ("tolerance_mm", "sigma_mm", "criterion", "bodies")
+FIRST_OPTIONS = {
+    "tolerance_mm": "Tolerance (mm)",
+    "sigma_mm": "Teaching error (mm per axis)",
+    "criterion": "Criterion",
+    "bodies": "Plates may have moved",
+}
 
 
 class CalibratePanel(TaskPanel):
@@ -123,7 +128,7 @@ class CalibratePanel(TaskPanel):
         points = fit["points"]
         self.residuals.setRowCount(len(points))
         for row, point in enumerate(points):
-            cells = [point["name"], *(f"{value:.3f}" for value in point["residual_mm"]), f"{point['norm_mm']:.3f}"]
+            cells = [point["name"], *(f"{value:.3f}" for value in point["residual_mm"]), f"{point['distance_mm']:.3f}"]
             for column, text in enumerate(cells):
                 self.residuals.setItem(row, column, widgets().QTableWidgetItem(text))
         self.residuals.resizeColumnsToContents()
@@ -136,7 +141,9 @@ class CalibratePanel(TaskPanel):
     def _view_box(self) -> Any:
         box = widgets().QGroupBox(translate("In the 3-D view"))
         layout = widgets().QFormLayout(box)
-        layout.addRow(translate("95 % error of the seams"), self._legend())
+        layout.setRowWrapPolicy(widgets().QFormLayout.WrapLongRows)
+        layout.addRow(widgets().QLabel(translate("95 % error of the seams")))
+        layout.addRow(self._legend())
         self.factor = widgets().QComboBox()
         self.factor.addItem(translate("as fits"), 0)
         for factor in FACTORS:
@@ -153,7 +160,7 @@ class CalibratePanel(TaskPanel):
         self.pose_box.setChecked(shown.at_pose)
         layout.addRow(translate("Residuals drawn longer"), self.factor)
         layout.addRow(translate("On the model"), self.model_box)
-        layout.addRow(translate("Part at its place in the robot's base"), self.pose_box)
+        layout.addRow(translate("Part in the robot's base"), self.pose_box)
         layout.addRow(translate("Seam frames"), self.frames_box)
         layout.addRow(translate("Coordinate systems"), self.datums)
         for name in ("factor", "model_box", "pose_box", "frames_box", "datums"):
@@ -161,6 +168,7 @@ class CalibratePanel(TaskPanel):
         for each in (self.model_box, self.pose_box, self.frames_box):
             each.toggled.connect(lambda _on: self._keep())
         for each in (self.factor, self.datums):
+            each.setSizeAdjustPolicy(widgets().QComboBox.AdjustToMinimumContentsLengthWithIcon)
             each.currentIndexChanged.connect(lambda _index: self._keep())
         self.pose_box.toggled.connect(self.datums.setEnabled)
         self.datums.setEnabled(self.pose_box.isChecked())
@@ -218,7 +226,8 @@ class CalibratePanel(TaskPanel):
     def _saved(self, answer: dict[str, Any]) -> None:
         with transaction(self.document, translate("Save the result")):
             self.folder.keep()
-        self.say(translate("Saved. The same in a terminal:\n{command}").format(command=answer["command"]))
+        message = translate("{count} files written to {folder}.")
+        self.say(message.format(count=len(answer["files"]), folder=self.folder.path()))
 
 
 def _text_label() -> Any:

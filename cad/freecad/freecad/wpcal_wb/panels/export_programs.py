@@ -12,7 +12,13 @@ from .base import TaskPanel
 from .folders import FolderLine, show_file
 from .option_form import OptionForm
 
-FIRST_OPTIONS = ("only", "speed_mm_s", "program_name", "tool_name", "tool_number", "base_number")
+FIRST_OPTIONS = {
+    "only": "Seams (W1,W5-W8)",
+    "speed_mm_s": "Welding speed (mm/s)",
+    "program_name": "Program",
+    "tool_name": "Tool (name)",
+    "tool_number": "Tool (number)",
+}
 OWN_OPTIONS = ("folder", "format", "formats", "out", "force", "json", "write_templates", "write_setup")
 
 
@@ -66,9 +72,10 @@ class ExportPanel(TaskPanel):
 
     def _formats_known(self, answer: dict[str, Any]) -> None:
         self.formats.clear()
-        for each in answer["formats"]:
-            brands = ", ".join(each.get("brands") or ())
-            item = widgets().QListWidgetItem(f"{each['title']} ({brands})" if brands else each["title"])
+        for each in sorted(answer["formats"], key=lambda each: (not each["brands"], each["title"])):
+            name, _, what = each["title"].partition(":")
+            item = widgets().QListWidgetItem(f"{name} – {what.strip()}" if what else name)
+            item.setToolTip(", ".join([each["name"], *each["brands"]]))
             item.setData(QtCore.Qt.UserRole, each["name"])
             item.setFlags(QtCore.Qt.ItemIsUserCheckable | QtCore.Qt.ItemIsEnabled | QtCore.Qt.ItemIsSelectable)
             item.setCheckState(QtCore.Qt.Unchecked)

@@ -25,13 +25,13 @@ class OptionForm:
         Called after a field was changed, without arguments.
     """
 
-    def __init__(self, *, first: Sequence[str], left_out: Sequence[str] = ()) -> None:
+    def __init__(self, *, first: Mapping[str, str], left_out: Sequence[str] = ()) -> None:
         """Make an empty form.
 
         Parameters
         ----------
-        first : sequence of str
-            Options that are shown at once, in this order. The others are below "More options".
+        first : mapping of str to str
+            Options that are shown at once, in this order, with their labels. The others are below "More options".
         left_out : sequence of str
             Options that the panel asks for in its own way.
         """
@@ -59,7 +59,8 @@ class OptionForm:
         for name in names:
             if name in self._fields:
                 continue
-            field = _Field(by_name[name], self._tell)
+            label = translate(self._first[name]) if name in self._first else _label_of(name)
+            field = _Field(by_name[name], label, self._tell)
             self._fields[name] = field
             layout = self._near if name in self._first else self._rest
             layout.addRow(field.label, field.widget)
@@ -95,9 +96,9 @@ class OptionForm:
 class _Field:
     """One option: a label, a widget, and its value."""
 
-    def __init__(self, option: Mapping[str, Any], changed: Callable[[], None]) -> None:
+    def __init__(self, option: Mapping[str, Any], label: str, changed: Callable[[], None]) -> None:
         self._option = option
-        self.label = widgets().QLabel(_label_of(option["name"]))
+        self.label = widgets().QLabel(label)
         self.label.setToolTip(_tip(option))
         if option["type"] == "boolean":
             self.widget = widgets().QCheckBox()
@@ -145,9 +146,8 @@ class _Field:
             return kinds.get(self._option["type"], str)(text.replace(",", ".") if self._is_number else text)
         except ValueError:
             kind = translate("a whole number") if self._option["type"] == "integer" else translate("a number")
-            name = _label_of(self._option["name"])
             message = translate("{name}: expected {kind}, got {text}")
-            raise ValueError(message.format(name=name, kind=kind, text=text)) from None
+            raise ValueError(message.format(name=self.label.text(), kind=kind, text=text)) from None
 
     @property
     def _is_number(self) -> bool:

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Mapping
 
 from ..document.calibration import seam_params
 from ..qt import widgets
@@ -23,7 +24,7 @@ class PlanPanel(TaskPanel):
     """
 
     method = ""
-    first: Any = ()
+    first: Mapping[str, str] = MappingProxyType({})
     page = ""
     folder_name = ""
 
@@ -81,7 +82,18 @@ class TouchPlanPanel(PlanPanel):
 
     title = "Touch plan"
     method = "touches"
-    first = ("touches", "pattern", "uncertainty_mm", "uncertainty_deg", "wire_diameter_mm", "arm", "cell", "nominal")
+    first = MappingProxyType(
+        {
+            "touches": "Number of searches",
+            "pattern": "Pattern",
+            "uncertainty_mm": "The part is off by (mm)",
+            "uncertainty_deg": "The part is turned by (deg)",
+            "wire_diameter_mm": "Wire (mm)",
+            "nominal": "Place in the base",
+            "arm": "Arm",
+            "cell": "Cell (file)",
+        }
+    )
     page = "touches.html"
     folder_name = "touches"
 
@@ -95,9 +107,13 @@ class TouchPlanPanel(PlanPanel):
 
     def summary(self, answer: dict[str, Any]) -> str:
         """Return the number of searches and the error that they promise."""
-        count = len(answer.get("searches") or answer.get("touches") or ())
-        text = translate("{count} searches are planned. Export writes the robot program from this folder.")
-        return text.format(count=count)
+        predicted = answer["predicted"]
+        text = translate(
+            "{count} searches. The seams will be within {error:.2f} mm (95 %), the worst is {seam}. "
+            "Export writes the robot program from this folder."
+        )
+        found = text.format(count=len(answer["searches"]), error=predicted["error_95_mm"], seam=predicted["seam"])
+        return "\n".join([found, *map(str, answer.get("notes") or ())])
 
 
 class WeldPlanPanel(PlanPanel):
@@ -105,7 +121,9 @@ class WeldPlanPanel(PlanPanel):
 
     title = "Weld plan"
     method = "plan"
-    first = ("only", "position", "order", "format")
+    first = MappingProxyType(
+        {"only": "Seams (W1,W5-W8)", "position": "Weld position", "order": "Order", "prefer": "Two robots: prefer"}
+    )
     page = "plan.html"
     folder_name = "plan"
 
@@ -139,8 +157,13 @@ class WeldPlanPanel(PlanPanel):
         return {"folder": self.result.path(), "cell": str(Path(cell).expanduser().absolute()), "options": options}
 
     def summary(self, answer: dict[str, Any]) -> str:
-        """Return how many seams are planned."""
-        return translate("The plan is in {folder}.").format(folder=self.folder.path())
+        """Return how many seams are planned, how long they take, and which cannot be welded."""
+        lines = [translate("The plan is in {folder}.").format(folder=self.folder.path())]
+        if "time_s" in answer and "unwelded" in answer:
+            text = translate("{count} seams in {seconds:.0f} s.")
+            lines.append(text.format(count=len(answer["seams"]), seconds=answer["time_s"]))
+            lines += [f"{each['seam']}: {each['why']}" for each in answer["unwelded"]]
+        return "\n".join(lines)
 
     def _choose_cell(self) -> None:
         title, kinds = translate("File of the cell"), translate("Cells (*.json)")

@@ -47,12 +47,12 @@ def calibration_node(fit: dict[str, Any], frame: Any, shown: Shown) -> coin.SoSe
 
 def arrow_factor(fit: dict[str, Any]) -> int:
     """Return the factor by which the residuals of a fit are drawn so that the longest is well seen."""
-    return fitting_factor(max((point["norm_mm"] for point in fit["points"]), default=0.0), radius_of(fit))
+    return fitting_factor(max((point["distance_mm"] for point in fit["points"]), default=0.0), radius_of(fit))
 
 
 def radius_of(fit: dict[str, Any]) -> float:
     """Return half the diagonal of the box around points and seams, mm."""
-    places = [record["p_base_mm"] for record in fit["record"]["points"] if record.get("p_base_mm")]
+    places = [point["p_base_mm"] for point in fit["points"]]
     places += [place for seam in fit["seams"] or () for place in seam["frames"]["p"]]
     if not places:
         return 1.0
@@ -66,11 +66,9 @@ def _in_base(fit: dict[str, Any], shown: Shown) -> coin.SoSeparator:
     seams: list[dict[str, Any]] = fit["seams"] or []
     node.addChild(paths_node([_path(seam, tolerance) for seam in seams if seam["accepted"]], width=SEAM_WIDTH))
     node.addChild(paths_node([_path(seam, None) for seam in seams if not seam["accepted"]], width=REFUSED_WIDTH))
-    records = {record["name"]: record for record in fit["record"]["points"]}
-    points = [point for point in fit["points"] if records.get(point["name"], {}).get("p_base_mm")]
-    starts = [records[point["name"]]["p_base_mm"] for point in points]
+    starts = [point["p_base_mm"] for point in fit["points"]]
+    vectors = [point["residual_mm"] for point in fit["points"]]
     factor = shown.factor or arrow_factor(fit)
-    vectors = [point["residual_mm"] for point in points]
     node.addChild(arrows_node(starts, vectors, factor=factor, colour=unit(RESIDUAL)))
     if shown.frames:
         poses = [pose for seam in seams if seam["accepted"] for pose in zip(seam["frames"]["p"], seam["frames"]["R"])]

@@ -25,6 +25,9 @@ FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
 """Residuals are drawn longer than they are, by one of these."""
 LONGEST_PART = 0.2
 """No residual is drawn longer than this part of the radius of everything."""
+NEARER = 0.996
+"""Lines and marks are drawn in this share of the depth of the view. A wide line in a corner of faces would sink into
+them to half its width."""
 ZERO_MM = 1e-9
 """A shorter vector has no direction."""
 
@@ -112,6 +115,13 @@ def _unit(vector: Place) -> list[float]:
     return [value / length for value in vector]
 
 
+def in_front() -> coin.SoDepthBuffer:
+    """Return a node that draws what follows a little nearer to the viewer."""
+    depth = coin.SoDepthBuffer()
+    depth.range = (0.0, NEARER)
+    return depth
+
+
 def _binding(value: int) -> coin.SoMaterialBinding:
     binding = coin.SoMaterialBinding()
     binding.value = value
@@ -133,6 +143,6 @@ def _line_node(
     coordinates.point.setValues(0, len(places), [tuple(map(float, place)) for place in places])
     lines = coin.SoIndexedLineSet()
     lines.coordIndex.setValues(0, len(index), list(index))
-    for child in (light, style, shades, coordinates, lines):
+    for child in (light, in_front(), style, shades, coordinates, lines):
         node.addChild(child)
     return node, lines

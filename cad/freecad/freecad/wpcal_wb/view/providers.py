@@ -5,40 +5,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from .. import icon
 from ..document.calibration import kept_fit_of, shown_of
 from ..document.kinds import Kind, kind_of
-
-
-class RecordView:
-    """The view provider of an object: its icon in the tree and its drawing."""
-
-    icon_name = "WpCal"
-
-    def __init__(self, view: Any) -> None:
-        view.Proxy = self
-
-    def getIcon(self) -> str:
-        """Return the icon in the tree."""
-        return icon(self.icon_name)
-
-    def dumps(self) -> None:
-        """Save nothing (FreeCAD 1.0 and later)."""
-
-    def loads(self, state: object) -> None:
-        """Restore nothing (FreeCAD 1.0 and later)."""
-
-    def __getstate__(self) -> None:
-        """Save nothing (FreeCAD 0.20)."""
-
-    def __setstate__(self, state: object) -> None:
-        """Restore nothing (FreeCAD 0.20)."""
-
-
-class SeamsView(RecordView):
-    """Seams and features."""
-
-    icon_name = "WpCal_FeaturesAndSeams"
+from .base import RecordView
+from .seams import SeamsView
 
 
 class TaughtView(RecordView):
