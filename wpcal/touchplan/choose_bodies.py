@@ -55,6 +55,7 @@ def advise_searches(
         count=options.count(len(tacked.bodies)),
         tolerance_mm=options.tolerance_mm,
         most=MOST_TOUCHES,
+        usual=options.usual(len(tacked.bodies)),
     )
 
 
@@ -101,7 +102,16 @@ def fewest_set(
 
 
 def joint_error_of(design: TouchDesign, rows: IntArray, seam_points: FloatArray) -> float:
-    """Return what no seam point exceeds, with 95 % probability, mm; `seam_points` (k, 3) are about the centre."""
+    """Return what no seam point exceeds, with 95 % probability, mm.
+
+    Parameters
+    ----------
+    design : TouchDesign
+    rows : ndarray of int, shape (n,)
+        The touches.
+    seam_points : ndarray, shape (k, 3)
+        About the centre of the design, mm.
+    """
     covariances, free = design.covariances(rows[None])
     return float("inf") if free[0] else float(np.quantile(joint_errors(seam_points, covariances[0]), COVERAGE))
 

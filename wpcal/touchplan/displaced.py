@@ -17,7 +17,7 @@ from wpcal.advise.moved_model import Tacked
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.material import Material, TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.core.tangent import exp_rotation, log_rotation
+from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian
 from wpcal.seam.torch import TorchShape
 from wpcal.touchplan.free import APPROACH_MM, Strokes, tool_axes, torch_is_free
 from wpcal.touchplan.options import HIT_LEVEL, NominalError
@@ -92,13 +92,15 @@ class DisplacedPart:
         rng, bodies, found = np.random.default_rng(0), tacked.bodies, []
         places = max(LEAST_PLACES, PLACES * USUAL_BODIES // max(len(bodies), USUAL_BODIES))
         for b in range(len(bodies)):
-            drawn = _drawn(rng, places, 12)
-            R_whole, own = exp_rotation(drawn[:, :3] * nominal.sigma_rad), drawn[:, 6:] * bodies.scales[b]
-            R_own, arm = exp_rotation(own[:, :3]), bodies.centroid_part[b] - place.centre
-            at = arm + own[:, 3:] - R_own @ arm
-            t = np.einsum("kij,kj->ki", R_whole, at) + drawn[:, 3:6] * nominal.sigma_mm
+            arm = bodies.centroid_part[b] - place.centre
+            whole = np.eye(6)
+            whole[3:] = point_jacobian(arm[None])[0]  # its turn about the middle of the part moves the centroid
+            known = whole @ np.diag(np.repeat([nominal.sigma_rad, nominal.sigma_mm], 3) ** 2) @ whole.T
+            both = _drawn(rng, places, 6) @ np.linalg.cholesky(known + np.diag(bodies.scales[b] ** 2)).T
+            R = exp_rotation(both[:, :3])
+            t = arm + both[:, 3:] - R @ arm
             solids = np.unique(graph.face_solid[tacked.face_body == b])
-            found.append(DisplacedBody(_of_solids(material, solids, graph), R_whole @ R_own, t))
+            found.append(DisplacedBody(_of_solids(material, solids, graph), R, t))
         return cls(tuple(found), place.centre)
 
     def lets_pass(

@@ -163,7 +163,8 @@ class TouchOptions:
         """Return how many searches a part of so many bodies gets; with a tolerance, how many at least."""
         if self.touches is not None:
             return self.touches
-        if self.tolerance_mm is not None and bodies > 1:
-            return LEAST_TOUCHES
-        usual = self.pattern.touches or USUAL_TOUCHES
-        return min(usual + TOUCHES_PER_BODY * (bodies - 1), MOST_TOUCHES)
+        return LEAST_TOUCHES if self.tolerance_mm is not None and bodies > 1 else self.usual(bodies)
+
+    def usual(self, bodies: int) -> int:
+        """Return how many searches a part of so many bodies gets if nothing is said."""
+        return min((self.pattern.touches or USUAL_TOUCHES) + TOUCHES_PER_BODY * (bodies - 1), MOST_TOUCHES)

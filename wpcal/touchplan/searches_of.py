@@ -79,7 +79,7 @@ def _feature(part: TouchPart, face: int) -> str:
 
 
 def post_search(options: TouchOptions, T_base_part: RigidTransform, up: FloatArray, safe_mm: float) -> Search:
-    """Return the search down on the middle of the post's top."""
+    """Return the search down on the middle of the post's top; `up`, of shape (3,), is in `part`."""
     p = T_base_part.inverse().apply(np.array(options.post_base))
     x = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
     x /= np.linalg.norm(x)

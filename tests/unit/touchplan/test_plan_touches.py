@@ -181,7 +181,11 @@ def test_what_is_wrong_is_one_line() -> None:
     with pytest.raises(InputError, match="5 touches: expected 6 to 60"):
         TouchOptions(touches=5)
     with pytest.raises(InputError, match="the pattern 3-2-1 has 6 touches, got 8"):
-        TouchOptions(pattern=Pattern.THREE_TWO_ONE)
+        TouchOptions(touches=8, pattern=Pattern.THREE_TWO_ONE)
+    with pytest.raises(InputError, match="leave it or the tolerance away"):
+        TouchOptions(pattern=Pattern.THREE_TWO_ONE, tolerance_mm=1.0)
+    with pytest.raises(InputError, match="the tolerance must be a positive length"):
+        TouchOptions(tolerance_mm=0.0)
     with pytest.raises(InputError, match="the uncertainty of the part's place"):
         NominalError(sigma_mm=-1.0)
     part = touch_part("lap")
