@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.options import MESH, PART, BodiesFlags, SeamChoiceFlags, SeamFlags, no_cache_option, read_pose
+from cad.cli.bodies_options import BodiesFlags
+from cad.cli.options import MESH, PART, SeamChoiceFlags, SeamFlags, no_cache_option, read_pose
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP, TOOL_HELP, TOOL_METAVAR
 
