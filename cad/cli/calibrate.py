@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
@@ -76,32 +76,61 @@ class TouchFlags:
         return read_touch_run(self.touches, taught, self.setup, part=part.name)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CalibrateRequest:
+    """All options of the command, except where the results go."""
+
+    touching: TouchFlags
+    calibration: CalibrateFlags
+    moving: BodiesFlags
+    holder: HolderFlags
+    reading: ProgramFlags
+    choice: SeamChoiceFlags
+    output: OutputFlags
+
+    def arguments(self, part_step: Path, taught: Path, out: Path) -> dict[str, Any]:
+        """Read what the options name, and return the arguments of `calibrate_files` except `step`.
+
+        Raises
+        ------
+        InputError
+            When an option or one of its files cannot be used, or the results cannot be written to `out`.
+        """
+        from wpcal.calibrate.criteria import Criterion
+        from wpcal.core.records import check_writable
+
+        calibration, output = self.calibration, self.output
+        options, nominal = calibration.to_options(self.choice.to_choice()), calibration.fit.to_nominal()
+        options = replace(options, bodies=self.moving.to_options())
+        run = self.touching.read(part_step, taught, calibration.fit, self.reading)
+        if run is not None:
+            nominal = nominal or run.T_nominal_part
+            if not is_given("criterion"):
+                options = replace(options, criterion=Criterion.WEIGHTED)
+        holding = self.holder.read()
+        check_writable(out, overwrite=output.force)
+        return {
+            "taught": self.reading.read_taught(taught) if run is None else run.taught,
+            "searches": None if run is None else run.record,
+            "run_issues": () if run is None else run.issues,
+            "silent": None if run is None else run.silent,
+            "out": out,
+            "overwrite": output.force,
+            "T_nominal_part": nominal,
+            "options": options,
+            "mark_seams": output.mark_seams,
+            "bake": output.bake,
+            "holding": holding,
+        }
+
+
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
 @click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Output: a folder.")
-@takes("touching", TouchFlags)
-@takes("calibration", CalibrateFlags)
-@takes("moving", BodiesFlags)
-@takes("holder", HolderFlags)
-@takes("reading", ProgramFlags)
-@takes("choice", SeamChoiceFlags)
-@takes("output", OutputFlags)
+@takes("request", CalibrateRequest)
 @no_cache_option
-def calibrate(
-    *,
-    part_step: Path,
-    taught: Path,
-    out: Path,
-    touching: TouchFlags,
-    calibration: CalibrateFlags,
-    moving: BodiesFlags,
-    holder: HolderFlags,
-    reading: ProgramFlags,
-    choice: SeamChoiceFlags,
-    output: OutputFlags,
-    no_cache: bool,
-) -> int:
+def calibrate(*, part_step: Path, taught: Path, out: Path, request: CalibrateRequest, no_cache: bool) -> int:
     """Fit PART.step to the points in TAUGHT and write its weld seams in robot coordinates.
 
     TAUGHT is a table (.csv) or the controller's own program (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi, AS .as).
@@ -122,36 +151,13 @@ def calibrate(
     names the seam and the point to touch next. Ends with code 1 unless the verdict is PASS.
     """
     from cad.cli.kernel_work import run_on_part
-    from wpcal.calibrate.criteria import Criterion
     from wpcal.cli.calibration_tables import exit_code
-    from wpcal.core.records import check_writable
 
-    options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
-    options = replace(options, bodies=moving.to_options())
-    run = touching.read(part_step, taught, calibration.fit, reading)
-    if run is not None:
-        nominal = nominal or run.T_nominal_part
-        if not is_given("criterion"):
-            options = replace(options, criterion=Criterion.WEIGHTED)
-    holding = holder.read()
-    check_writable(out, overwrite=output.force)
-    arguments = {
-        "taught": reading.read_taught(taught) if run is None else run.taught,
-        "searches": None if run is None else run.record,
-        "run_issues": () if run is None else run.issues,
-        "silent": None if run is None else run.silent,
-        "out": out,
-        "overwrite": output.force,
-        "T_nominal_part": nominal,
-        "options": options,
-        "mark_seams": output.mark_seams,
-        "bake": output.bake,
-        "holding": holding,
-    }
+    output = request.output
     written: WrittenCalibration = run_on_part(
         "cad.workpiece.calibrate:calibrate_files",
         part_step,
-        arguments,
+        request.arguments(part_step, taught, out),
         what=f"calibrating {part_step}",
         use_cache=not no_cache,
         needs=(PART, MESH),

@@ -7,7 +7,7 @@ values.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -44,6 +44,29 @@ if TYPE_CHECKING:
 
 SEAM_RGB = (0.9, 0.2, 0.1)
 """Colour of seams that are written as edges into the moved STEP file (sRGB)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Means:
+    """The steps of a calibration that a batch does once per part instead of once per job.
+
+    Parameters
+    ----------
+    find_seams : callable
+        As `cad.workpiece.seams.find_seams`.
+    write_moved : callable
+        As `cad.workpiece.moved_file.write_moved`.
+    wants_page : callable
+        Tells of a result whether its page is written.
+    """
+
+    find_seams: Callable[..., tuple[tuple[Seam, ...], Workpiece]] = find_seams
+    write_moved: Callable[..., tuple[Issue, ...]] = write_moved
+    wants_page: Callable[[CalibrationResult], bool] = lambda _: True
+
+
+USUAL_MEANS = Means()
+"""Those of one calibration."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,6 +158,7 @@ def calibrate_workpiece(
     T_nominal_part: RigidTransform | None = None,
     options: CalibrateOptions | None = None,
     silent: SilentRows | None = None,
+    means: Means = USUAL_MEANS,
     progress: Progress = no_progress,
 ) -> WorkpieceCalibration:
     """Find the pose of a real part, and its weld seams in the robot's base.
@@ -151,6 +175,8 @@ def calibrate_workpiece(
     options : CalibrateOptions, optional
     silent : SilentRows, optional
         Searches of a touch program that found nothing.
+    means : Means
+        How the seams are found.
     progress : callable, optional
         Gets one line per step.
 
@@ -189,7 +215,7 @@ def calibrate_workpiece(
     named = name_taught(given, workpiece.features, options=options, T_nominal_part=T_nominal_part, progress=progress)
     observed = prepare_fit(named.taught, workpiece, T_nominal_part=T_nominal_part, silent=silent)
     progress(f"finding seams: {workpiece.size}")
-    seams, workpiece = find_seams(workpiece, options.seams, options.choice)
+    seams, workpiece = means.find_seams(workpiece, options.seams, options.choice)
     progress(f"fitting {counted(len(named.taught.names), 'point')}, {counted(len(seams), 'seam')}")
     with blamed_on(named.taught.path):
         result, u95 = run_fit(
@@ -246,7 +272,7 @@ class WrittenCalibration:
 
 
 def calibrate_files(
-    step: Path,
+    step: Path | Workpiece,
     taught: Path | TaughtPoints,
     out: Path,
     *,
@@ -259,6 +285,7 @@ def calibrate_files(
     searches: dict[str, Any] | None = None,
     run_issues: Sequence[Issue] = (),
     silent: SilentRows | None = None,
+    means: Means = USUAL_MEANS,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> WrittenCalibration:
@@ -269,7 +296,7 @@ def calibrate_files(
 
     Parameters
     ----------
-    step : Path
+    step : Path, or a Workpiece that was read from one
     taught : Path or TaughtPoints
     out : Path
         The folder to write into.
@@ -289,6 +316,8 @@ def calibrate_files(
         What is odd about that run.
     silent : SilentRows, optional
         Its searches that found nothing.
+    means : Means
+        How seams are found and the moved part is written, and whether there is a page.
     cache : AnswerCache
         As in `open_workpiece`.
 
@@ -310,14 +339,22 @@ def calibrate_files(
     progress(f"drawing the part: {workpiece.size}")
     part_glb, mesh_issues = draw_part(source)
     found = calibrate_workpiece(
-        workpiece, taught, T_nominal_part=T_nominal_part, options=options, silent=silent, progress=progress
+        workpiece,
+        taught,
+        T_nominal_part=T_nominal_part,
+        options=options,
+        silent=silent,
+        means=means,
+        progress=progress,
     )
     marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams if s.accepted] if mark_seams else []
     seams = found.seams_record()
     with new_directory(out, overwrite=overwrite, head=CALIBRATION_FILE, leave_out=files_of_run(out)) as folder:
         progress("writing the moved part and reading it again")
         moved = f"{Path(source.file_name).stem}.calibrated.step"
-        issues = write_moved(source, found.T_base_part, folder / moved, seams=marked, bake=bake, progress=progress)
+        issues = means.write_moved(
+            source, found.T_base_part, folder / moved, seams=marked, bake=bake, progress=progress
+        )
         if part_glb is not None:
             (folder / PART_FILE).write_bytes(part_glb)
         record = found.to_record((*run_issues, *issues, *mesh_issues))
@@ -327,7 +364,8 @@ def calibrate_files(
         (folder / CALIBRATION_FILE).write_text(to_json(record), encoding="utf-8")
         (folder / "seams.json").write_text(to_json(seams), encoding="utf-8")
         (folder / "seams.csv").write_text(seams_csv(seams), encoding="utf-8")
-        (folder / "report.html").write_text(build_report(record, seams, part_glb), encoding="utf-8")
+        if means.wants_page(found.result):
+            (folder / "report.html").write_text(build_report(record, seams, part_glb), encoding="utf-8")
         if holding is not None:
             from wpcal.planning.cell.grasp import cell_files, solve_grasp
 
