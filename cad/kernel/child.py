@@ -133,7 +133,7 @@ def run_in_child(
     with tempfile.TemporaryFile() as noise:
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", "cad.kernel.child_main", str(os.getpid())],
-            env=_environment(),
+            env=child_environment(),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=noise,
@@ -153,7 +153,7 @@ def run_in_child(
             child.close()
 
 
-def _environment() -> dict[str, str]:
+def child_environment() -> dict[str, str]:
     """Return the environment without the empty entries of PYTHONPATH: to Python they mean the current folder."""
     environment = dict(os.environ)
     entries = [entry for entry in environment.pop("PYTHONPATH", "").split(os.pathsep) if entry]
