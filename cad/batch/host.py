@@ -101,14 +101,7 @@ class Host:
         self._requests: dict[int, GroupRequest] = {}
         with theirs:
             self._server = subprocess.Popen(
-                [
-                    sys.executable,
-                    "-P",
-                    "-m",
-                    "cad.batch.server",
-                    *map(str, (os.getpid(), lock, work)),
-                    ",".join(modules),
-                ],
+                [sys.executable, "-P", "-m", "cad.batch.server", *map(str, (os.getpid(), lock, work)), *modules],
                 env={**child_environment(), **dict.fromkeys(ONE_THREAD, "1")},
                 stdin=theirs.fileno(),
                 stdout=self._noise,

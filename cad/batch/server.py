@@ -1,6 +1,6 @@
 """The process from which those of a batch are forked; not meant to be run by hand.
 
-``python -P -m cad.batch.server PARENT LOCK WORK MODULES`` loads the modules once, and never works itself, so that it
+``python -P -m cad.batch.server PARENT LOCK WORK MODULE…`` loads the modules once, and never works itself, so that it
 cannot crash. Its standard input is a socket. The command sends a number and a socket for every group of jobs. A forked
 process answers that socket (`cad.batch.group`). When it ends, the server sends the number and how it ended.
 
@@ -29,7 +29,7 @@ ENDED = struct.Struct("<qq")
 
 def main() -> None:
     """Answer the command until it ends."""
-    parent, lock, work, modules = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3], sys.argv[4].split(",")
+    parent, lock, work, modules = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3], sys.argv[4:]
     command = socket.socket(fileno=os.dup(sys.stdin.fileno()))
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # the end of the command ends this process, not a signal to both
